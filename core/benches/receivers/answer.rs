@@ -1,0 +1,42 @@
+//! What a contender finds, in a form that costs little to keep and is hard to get right by chance.
+
+use framelock::Setpoint;
+use framelock_proofs::reference::{self, Event, Policy};
+
+/// How many frames there were, and a checksum of their setpoints and places.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub(crate) struct Answer {
+    count: u64,
+    checksum: u64,
+}
+
+impl Answer {
+    /// A frame whose last byte is at `index`.
+    #[inline]
+    pub(crate) fn frame(&mut self, index: usize, setpoint: Setpoint) {
+        let Setpoint { pitch, roll, yaw } = setpoint;
+        let value = u32::from_le_bytes([pitch, roll, yaw, 0]);
+        self.count += 1;
+        // A product, so that two frames cannot exchange their setpoints unnoticed.
+        let product = u64::from(value).wrapping_mul(index as u64);
+        self.checksum = self.checksum.wrapping_add(product);
+    }
+
+    /// A byte at `index`, for a yardstick that looks for bytes only.
+    #[inline]
+    pub(crate) fn byte(&mut self, index: usize) {
+        self.count += 1;
+        self.checksum = self.checksum.wrapping_add(index as u64);
+    }
+
+    /// The naive reference's.
+    pub(crate) fn of_reference<F: reference::Format>(bytes: &[u8], policy: Policy) -> Self {
+        let mut answer = Self::default();
+        reference::whole_buffer::<F>(bytes, policy, |event| {
+            if let Event::Frame { index, setpoint } = event {
+                answer.frame(index, Setpoint::from(setpoint));
+            }
+        });
+        answer
+    }
+}

@@ -1,0 +1,151 @@
+//! Who takes part: the core's parsers, other ways to find the same frames, and yardsticks.
+
+use std::sync::LazyLock;
+
+use cobs::CobsDecoderOwned;
+use framelock::{Accounting, Parser, Setpoint};
+use framelock_proofs::reference::{self, Policy};
+use memchr::memmem::Finder;
+use regex::bytes::Regex;
+use winnow::binary::u8 as any_byte;
+use winnow::combinator::{alt, preceded, seq, terminated};
+use winnow::error::{EmptyError, ErrMode};
+use winnow::token::{any, literal};
+use winnow::{Parser as _, Partial};
+
+use crate::answer::Answer;
+
+/// A parser of the core, byte by byte.
+pub(crate) fn push<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Answer {
+    let mut parser = P::default();
+    let mut answer = Answer::default();
+    for (index, &byte) in bytes.iter().enumerate() {
+        if let Some(setpoint) = parser.push(byte) {
+            answer.frame(index, setpoint);
+        }
+    }
+    answer
+}
+
+/// A parser of the core, the whole slice at once.
+pub(crate) fn feed<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Answer {
+    let mut answer = Answer::default();
+    P::default().feed(bytes, &mut |index, setpoint| answer.frame(index, setpoint));
+    answer
+}
+
+/// The same, while the accounting writes down where every byte goes.
+pub(crate) fn accounting<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Answer {
+    let mut answer = Answer::default();
+    Accounting::new(P::default()).feed(bytes, |index, setpoint| answer.frame(index, setpoint));
+    answer
+}
+
+/// The naive reference, which sees the whole stream.
+pub(crate) fn reference<F: reference::Format>(bytes: &[u8]) -> Answer {
+    Answer::of_reference::<F>(bytes, Policy::Rescan)
+}
+
+/// A regular expression: every match, from left to right.
+pub(crate) fn regex(bytes: &[u8]) -> Answer {
+    static FRAME: LazyLock<Regex> =
+        LazyLock::new(|| Regex::new(r"(?s-u)AB.{4}\r").expect("a valid expression"));
+    let mut answer = Answer::default();
+    for found in FRAME.find_iter(bytes) {
+        if let &[_, _, _, pitch, roll, yaw, _] = found.as_bytes() {
+            answer.frame(found.end() - 1, Setpoint { pitch, roll, yaw });
+        }
+    }
+    answer
+}
+
+/// By hand: a fast search for "AB", then a look at the place of the terminator.
+pub(crate) fn memmem(bytes: &[u8]) -> Answer {
+    let sync = Finder::new(b"AB");
+    let mut answer = Answer::default();
+    let mut at = 0;
+    while let Some(rest) = bytes.get(at..)
+        && let Some(distance) = sync.find(rest)
+    {
+        at += distance;
+        let candidate = bytes.get(at..).and_then(<[u8]>::first_chunk);
+        if let Some(&[_, _, _, pitch, roll, yaw, b'\r']) = candidate {
+            answer.frame(at + 6, Setpoint { pitch, roll, yaw });
+            at += 7;
+        } else {
+            at += 1;
+        }
+    }
+    answer
+}
+
+/// A parser combinator for streams: a frame, or else one byte passed over.
+pub(crate) fn winnow(bytes: &[u8]) -> Answer {
+    type Stream<'a> = Partial<&'a [u8]>;
+    type Error = ErrMode<EmptyError>;
+    fn frame(stream: &mut Stream<'_>) -> Result<Setpoint, Error> {
+        let setpoint = seq! { Setpoint { pitch: any_byte, roll: any_byte, yaw: any_byte } };
+        let payload = preceded(any, setpoint);
+        preceded(literal(b"AB"), terminated(payload, literal(b'\r'))).parse_next(stream)
+    }
+    fn frame_or_byte(stream: &mut Stream<'_>) -> Result<Option<Setpoint>, Error> {
+        alt((frame.map(Some), any.value(None))).parse_next(stream)
+    }
+
+    let mut answer = Answer::default();
+    let mut stream = Partial::new(bytes);
+    // The end of the slice is an incomplete frame, and leaves the loop.
+    while let Ok(outcome) = frame_or_byte(&mut stream) {
+        if let Some(setpoint) = outcome {
+            answer.frame(bytes.len() - stream.len() - 1, setpoint);
+        }
+    }
+    answer
+}
+
+/// Yardstick: every 'A' of the stream is visited, as fast as the `memchr` crate can.
+pub(crate) fn memchr_pass(bytes: &[u8]) -> Answer {
+    let mut answer = Answer::default();
+    memchr::memchr_iter(b'A', bytes).for_each(|index| answer.byte(index));
+    answer
+}
+
+/// What [`memchr_pass`] must answer.
+pub(crate) fn every_a(bytes: &[u8]) -> Answer {
+    let mut answer = Answer::default();
+    for (index, &byte) in bytes.iter().enumerate() {
+        if byte == b'A' {
+            answer.byte(index);
+        }
+    }
+    answer
+}
+
+/// The payloads of `frames`, each as a message in COBS with its sentinel.
+pub(crate) fn cobs_encode(frames: &[u8]) -> Vec<u8> {
+    let mut encoded = Vec::with_capacity(frames.len());
+    for frame in frames.chunks_exact(7) {
+        if let [_, _, payload @ .., _] = frame {
+            encoded.extend(cobs::encode_vec(payload));
+            encoded.push(0);
+        }
+    }
+    encoded
+}
+
+/// Yardstick: the same payloads in a framing made to be decoded with ease. Each message counts as
+/// the frame of seven bytes that it was, so that the answer is comparable.
+pub(crate) fn cobs_decode(encoded: &[u8]) -> Answer {
+    let mut answer = Answer::default();
+    let mut decoder = CobsDecoderOwned::new(4);
+    let mut rest = encoded;
+    let mut index = 6;
+    while let Ok(Some(report)) = decoder.push(rest) {
+        if let &[_reserved, pitch, roll, yaw] = decoder.dest() {
+            answer.frame(index, Setpoint { pitch, roll, yaw });
+        }
+        index += 7;
+        rest = rest.get(report.parsed_size()..).unwrap_or_default();
+    }
+    answer
+}

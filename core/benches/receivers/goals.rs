@@ -1,0 +1,68 @@
+//! The ratios that the slice path is held to.
+//!
+//! Taken apart from criterion's figures, so that whatever else the machine does cannot tip a
+//! balance: the two of a ratio run by turns, on pieces of the stream so short that they are seldom
+//! interrupted, and the median of many rounds is told.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use framelock::{Bin, Lecture, Receiver};
+
+use crate::{contenders, inputs};
+
+/// Bytes in a piece.
+const PIECE: usize = 1 << 16;
+
+/// How often each piece is taken.
+const ROUNDS: usize = 16;
+
+type Contender = (&'static str, fn(&[u8]) -> crate::answer::Answer);
+
+const PUSH: Contender = ("push", contenders::push::<Receiver<Bin>>);
+const FEED: Contender = ("feed", contenders::feed::<Receiver<Bin>>);
+const LECTURE_PUSH: Contender = ("lecture push", contenders::push::<Lecture>);
+const LECTURE_FEED: Contender = ("lecture feed", contenders::feed::<Lecture>);
+const REGEX: Contender = ("regex", contenders::regex);
+const MEMCHR_PASS: Contender = ("memchr pass", contenders::memchr_pass);
+
+/// Measures every goal and prints how far it is met.
+pub(crate) fn compare() {
+    println!(
+        "\n{:<40} {:<27} {:>5} {:>8}   (10 % to 90 %)",
+        "times as fast", "", "goal", "median"
+    );
+    let clean = inputs::clean_frames();
+    goal(&clean, FEED, PUSH, 8.0);
+    goal(&clean, FEED, REGEX, 30.0);
+    goal(&clean, FEED, MEMCHR_PASS, 0.5);
+    goal(&clean, LECTURE_FEED, LECTURE_PUSH, 8.0);
+    goal(&inputs::noise(), FEED, MEMCHR_PASS, 0.5);
+    for input in &inputs::worst_cases() {
+        goal(input, FEED, PUSH, 1.0);
+        goal(input, LECTURE_FEED, LECTURE_PUSH, 1.0);
+    }
+}
+
+/// Prints how many times as fast as the other the first contender is.
+fn goal(input: &inputs::Input, first: Contender, other: Contender, at_least: f64) {
+    let seconds = |(_, run): Contender, piece: &[u8]| {
+        // The first time brings the bytes into the cache.
+        run(piece);
+        let start = Instant::now();
+        black_box(run(black_box(piece)));
+        start.elapsed().as_secs_f64()
+    };
+    let mut ratios: Vec<f64> = (0..ROUNDS)
+        .flat_map(|_| input.bytes.chunks_exact(PIECE))
+        .map(|piece| seconds(other, piece) / seconds(first, piece))
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let at = |percent: usize| ratios.get(ratios.len() * percent / 100).copied();
+    let [tenth, median, ninetieth] = [10, 50, 90].map(|percent| at(percent).unwrap_or_default());
+    println!(
+        "{:<40} {:<27} {at_least:>5.1} {median:>8.1}   ({tenth:.1} to {ninetieth:.1})",
+        input.name,
+        format!("{} / {}", first.0, other.0),
+    );
+}

@@ -1,0 +1,119 @@
+//! The streams that the contenders are given: the same bytes in every run.
+
+use framelock::{Bin, BinCrc8, Format, Setpoint};
+
+/// Bytes in each stream, or a few more or fewer.
+const SIZE: usize = 1 << 20;
+
+/// A stream, and the name its benchmarks go by.
+pub(crate) struct Input {
+    pub(crate) name: &'static str,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// A perfect line: frames back to back, with random setpoints.
+pub(crate) fn clean_frames() -> Input {
+    Input {
+        name: "clean frames",
+        bytes: frames::<Bin>(),
+    }
+}
+
+/// The same line, but each byte is lost with probability 1/100.
+pub(crate) fn frames_with_losses() -> Input {
+    let mut random = Random(0x1055);
+    let mut bytes = frames::<Bin>();
+    bytes.retain(|_| random.next() % 100 != 0);
+    Input {
+        name: "one byte in a hundred lost",
+        bytes,
+    }
+}
+
+/// No line at all: random bytes.
+pub(crate) fn noise() -> Input {
+    let mut random = Random(0x0153);
+    let eight_bytes = |_| random.next().to_le_bytes();
+    Input {
+        name: "noise",
+        bytes: (0..SIZE / 8).flat_map(eight_bytes).collect(),
+    }
+}
+
+/// A perfect line in the format with a checksum.
+pub(crate) fn clean_frames_with_checksum() -> Input {
+    Input {
+        name: "clean frames with checksum",
+        bytes: frames::<BinCrc8>(),
+    }
+}
+
+/// What nobody sends by accident: streams that hold many places at which a frame may begin or that
+/// make it hard to foresee where the next one does.
+pub(crate) fn worst_cases() -> Vec<Input> {
+    let eight_frames_and_one_byte = [b"AB0123\r".repeat(8).as_slice(), b"x"].concat();
+    vec![
+        repeated("worst case, only A", b"A"),
+        repeated("worst case, only AB", b"AB"),
+        repeated("worst case, wrong terminators", b"AB01234"),
+        repeated("worst case, frames that overlap", b"AB\rx"),
+        repeated("worst case, a frame and one byte", b"AB0123\rx"),
+        repeated(
+            "worst case, eight frames and one byte",
+            &eight_frames_and_one_byte,
+        ),
+        drawn_from("worst case, random A and B", &[b"A", b"B"]),
+        drawn_from("worst case, random A, B and CR", &[b"A", b"B", b"\r"]),
+        drawn_from(
+            "worst case, random parts of frames",
+            &[b"A", b"AB", b"AB0123\r", b"x"],
+        ),
+    ]
+}
+
+/// Frames back to back, with random setpoints.
+fn frames<F: Format<Message = Setpoint>>() -> Vec<u8> {
+    let mut random = Random(0xF4A3);
+    let mut bytes = Vec::with_capacity(SIZE + 8);
+    while bytes.len() < SIZE {
+        let [pitch, roll, yaw, ..] = random.next().to_le_bytes();
+        let frame = F::encode(Setpoint { pitch, roll, yaw });
+        bytes.extend_from_slice(frame.as_ref());
+    }
+    bytes
+}
+
+/// One pattern again and again.
+fn repeated(name: &'static str, pattern: &[u8]) -> Input {
+    Input {
+        name,
+        bytes: pattern.repeat(SIZE / pattern.len()),
+    }
+}
+
+/// Parts in random order, each as likely as the others.
+fn drawn_from(name: &'static str, parts: &[&[u8]]) -> Input {
+    let mut random = Random(0xBADC);
+    let mut bytes = Vec::with_capacity(SIZE + 8);
+    while bytes.len() < SIZE {
+        let drawn = random.next() % parts.len() as u64;
+        let part = usize::try_from(drawn)
+            .ok()
+            .and_then(|drawn| parts.get(drawn));
+        bytes.extend_from_slice(part.expect("the remainder is an index"));
+    }
+    Input { name, bytes }
+}
+
+/// `SplitMix64`, by Steele, Lea and Flood.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ mixed >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ mixed >> 31
+    }
+}

@@ -1,0 +1,136 @@
+//! Throughput of the receivers, and of other ways to find the same frames in the same streams.
+//!
+//! A group of benchmarks for each stream, a benchmark for each contender. Each answer is compared
+//! with the naive reference's before it is timed. `BENCHMARKS.md` tells how to read the figures.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, SamplingMode, Throughput};
+use framelock::{Bin, BinCrc8, Lecture, Receiver};
+use framelock_proofs::reference::{self, Policy};
+
+use crate::answer::Answer;
+use crate::inputs::Input;
+
+mod answer;
+mod contenders;
+mod goals;
+mod inputs;
+
+/// A benchmark's name, the answer expected, and how it is found.
+type Contender = (&'static str, Answer, fn(&[u8]) -> Answer);
+
+fn main() {
+    let mut criterion = Criterion::default()
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_millis(1500))
+        .sample_size(30)
+        .configure_from_args();
+    everybody(&mut criterion, &inputs::clean_frames());
+    everybody(&mut criterion, &inputs::frames_with_losses());
+    everybody(&mut criterion, &inputs::noise());
+    for input in &inputs::worst_cases() {
+        core_only(&mut criterion, input);
+    }
+    checksum(&mut criterion, &inputs::clean_frames_with_checksum());
+    cobs(&mut criterion, &inputs::clean_frames());
+    criterion.final_summary();
+
+    // Not if other benchmarks were picked, or only their answers are to be confirmed. "goals" is
+    // in no benchmark's name, so that word picks these alone.
+    if std::env::args()
+        .skip(1)
+        .all(|argument| argument == "--bench" || argument == "goals")
+    {
+        goals::compare();
+    }
+}
+
+/// The core's parsers and all others that take the lecture's frames.
+fn everybody(criterion: &mut Criterion, input: &Input) {
+    let mut group = group(criterion, input.name, &input.bytes);
+    let rescan = Answer::of_reference::<reference::Bin>(&input.bytes, Policy::Rescan);
+    let every_a = contenders::every_a(&input.bytes);
+    let others: [Contender; 5] = [
+        ("reference", rescan, contenders::reference::<reference::Bin>),
+        ("regex", rescan, contenders::regex),
+        ("memmem", rescan, contenders::memmem),
+        ("winnow", rescan, contenders::winnow),
+        ("memchr pass", every_a, contenders::memchr_pass),
+    ];
+    for contender in core_parsers(&input.bytes).into_iter().chain(others) {
+        time(&mut group, &input.bytes, contender);
+    }
+}
+
+fn core_only(criterion: &mut Criterion, input: &Input) {
+    let mut group = group(criterion, input.name, &input.bytes);
+    for contender in core_parsers(&input.bytes) {
+        time(&mut group, &input.bytes, contender);
+    }
+}
+
+fn core_parsers(bytes: &[u8]) -> [Contender; 5] {
+    let rescan = Answer::of_reference::<reference::Bin>(bytes, Policy::Rescan);
+    let discard = Answer::of_reference::<reference::Bin>(bytes, Policy::Discard);
+    [
+        ("push", rescan, contenders::push::<Receiver<Bin>>),
+        ("feed", rescan, contenders::feed::<Receiver<Bin>>),
+        (
+            "accounting feed",
+            rescan,
+            contenders::accounting::<Receiver<Bin>>,
+        ),
+        ("lecture push", discard, contenders::push::<Lecture>),
+        ("lecture feed", discard, contenders::feed::<Lecture>),
+    ]
+}
+
+fn checksum(criterion: &mut Criterion, input: &Input) {
+    let mut group = group(criterion, input.name, &input.bytes);
+    let expected = Answer::of_reference::<reference::BinCrc8>(&input.bytes, Policy::Rescan);
+    let contenders: [Contender; 3] = [
+        ("push", expected, contenders::push::<Receiver<BinCrc8>>),
+        ("feed", expected, contenders::feed::<Receiver<BinCrc8>>),
+        (
+            "reference",
+            expected,
+            contenders::reference::<reference::BinCrc8>,
+        ),
+    ];
+    for contender in contenders {
+        time(&mut group, &input.bytes, contender);
+    }
+}
+
+fn cobs(criterion: &mut Criterion, input: &Input) {
+    let encoded = contenders::cobs_encode(&input.bytes);
+    let mut group = group(criterion, "clean frames, encoded in COBS", &encoded);
+    let expected = Answer::of_reference::<reference::Bin>(&input.bytes, Policy::Rescan);
+    time(
+        &mut group,
+        &encoded,
+        ("cobs", expected, contenders::cobs_decode),
+    );
+}
+
+fn group<'a>(
+    criterion: &'a mut Criterion,
+    name: &str,
+    bytes: &[u8],
+) -> BenchmarkGroup<'a, WallTime> {
+    let mut group = criterion.benchmark_group(name);
+    group.throughput(Throughput::Bytes(bytes.len() as u64));
+    group.sampling_mode(SamplingMode::Flat);
+    group
+}
+
+/// Compares the answer with the one expected, then times how long it takes to be found.
+fn time(group: &mut BenchmarkGroup<'_, WallTime>, bytes: &[u8], (name, expected, run): Contender) {
+    group.bench_function(name, |bencher| {
+        assert_eq!(run(bytes), expected, "{name}");
+        bencher.iter(|| run(black_box(bytes)));
+    });
+}

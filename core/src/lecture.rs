@@ -1,0 +1,213 @@
+//! The lecture's machine, literally: seven states, one step per byte, policy Discard.
+//!
+//! ```text
+//!        other          other (also 'A')
+//!        ┌──┐     ┌──────────────────────────┐
+//!        │  ▼     ▼                          │
+//!        │ ┌───────┐  'A'  ┌───────┐         │
+//!  ────► └─┤   A   ├──────►│   B   ├─────────┘
+//!          └───────┘       └───┬───┘
+//!              ▲               │ 'B'
+//!              │               ▼
+//!              │           ┌───────┐ any ┌───────┐ any ┌───────┐ any ┌───────┐
+//!              │           │   1   ├────►│   2   ├────►│   3   ├────►│   4   │
+//!              │           │  skip │     │ pitch │     │ roll  │     │  yaw  │
+//!              │           └───────┘     └───────┘     └───────┘     └───┬───┘
+//!              │                                                         │ any
+//!              │  CR: all three setpoints in force at once               ▼
+//!              │  other: nothing is implemented                      ┌───────┐
+//!              └─────────────────────────────────────────────────────┤  CR   │
+//!                                                                    └───────┘
+//! ```
+//!
+//! It is here because it is what the lecture teaches and what much firmware in the field does.
+//! **It can go deaf for ever**: after one lost byte, a stream that repeats a payload holding the
+//! bytes `AB` may keep it out of step without end. [`Receiver`](crate::Receiver) does not.
+
+use crate::{Bin, Mismatch, Parser, Setpoint, Sink, scan, slice};
+
+/// The byte that the machine waits for. The lecture's own names are A, B, 1, 2, 3, 4 and CR.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum State {
+    /// A: the first sync byte, `'A'`.
+    #[default]
+    SyncA,
+    /// B: the second sync byte, `'B'`.
+    SyncB,
+    /// 1: the reserved byte.
+    Reserved,
+    /// 2: pitch.
+    Pitch,
+    /// 3: roll.
+    Roll,
+    /// 4: yaw.
+    Yaw,
+    /// CR: the terminator.
+    Terminator,
+}
+
+impl State {
+    /// Every state, in the order of the frame: the state at index `n` has `n` bytes of a frame.
+    pub const ALL: [Self; 7] = [
+        Self::SyncA,
+        Self::SyncB,
+        Self::Reserved,
+        Self::Pitch,
+        Self::Roll,
+        Self::Yaw,
+        Self::Terminator,
+    ];
+
+    /// The lecture's name of the state.
+    #[must_use]
+    pub const fn lecture_name(self) -> &'static str {
+        match self {
+            Self::SyncA => "A",
+            Self::SyncB => "B",
+            Self::Reserved => "1",
+            Self::Pitch => "2",
+            Self::Roll => "3",
+            Self::Yaw => "4",
+            Self::Terminator => "CR",
+        }
+    }
+
+    /// How many bytes of a frame have been taken: 0 to 6.
+    #[must_use]
+    pub const fn bytes_taken(self) -> usize {
+        self as usize
+    }
+}
+
+impl core::fmt::Display for State {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.lecture_name())
+    }
+}
+
+/// The lecture's machine. Four bytes; every value of the type is a state that some stream reaches.
+///
+/// # Examples
+/// The lecture's first example:
+/// ```
+/// use framelock::{Lecture, Parser, Setpoint};
+/// let mut machine = Lecture::new();
+/// for byte in [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A] {
+///     assert_eq!(machine.push(byte), None);
+/// }
+/// assert_eq!(machine.push(0x0D), Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Lecture {
+    /// The byte waited for.
+    pub state: State,
+    /// The temporary setpoints: each keeps the byte stored last, in whatever frame that was.
+    pub temp: Setpoint,
+}
+
+const _: () = assert!(size_of::<Lecture>() <= 8);
+
+impl Lecture {
+    /// The machine at reset: state A, temporary setpoints zero.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            state: State::SyncA,
+            temp: Setpoint {
+                pitch: 0,
+                roll: 0,
+                yaw: 0,
+            },
+        }
+    }
+
+    /// Steps, and tells `sink` of the frame or of what the byte made the machine drop.
+    fn step_into(&mut self, index: usize, byte: u8, sink: &mut impl Sink<Setpoint>) {
+        let before = self.state;
+        match (self.push(byte), before, self.state) {
+            (Some(setpoint), ..) => sink.frame(index, setpoint),
+            (None, State::SyncA, State::SyncA) => sink.dropped(1, Mismatch::NoSync),
+            (None, State::SyncB, State::SyncA) => sink.dropped(2, Mismatch::BrokenSync),
+            (None, State::Terminator, _) => sink.dropped(7, Mismatch::Terminator),
+            (None, ..) => {}
+        }
+    }
+}
+
+impl Parser for Lecture {
+    type Message = Setpoint;
+    const FRAME_LENGTH: usize = 7;
+
+    /// One step of the lecture's state table, row by row.
+    ///
+    /// One comparison of the state, one of the byte, at most one store beside the state's.
+    #[inline]
+    #[rustfmt::skip]
+    #[expect(clippy::match_same_arms, reason = "one arm for each row of the table, in its order")]
+    fn push(&mut self, byte: u8) -> Option<Setpoint> {
+        let mut implement = None;
+        self.state = match (self.state, byte) {
+            (State::SyncA,      b'A')  =>                                     State::SyncB,
+            (State::SyncA,      _)     =>                                     State::SyncA,
+            (State::SyncB,      b'B')  =>                                     State::Reserved,
+            (State::SyncB,      _)     =>                                     State::SyncA,
+            (State::Reserved,   _)     =>                                     State::Pitch,
+            (State::Pitch,      pitch) => { self.temp.pitch = pitch;          State::Roll }
+            (State::Roll,       roll)  => { self.temp.roll = roll;            State::Yaw }
+            (State::Yaw,        yaw)   => { self.temp.yaw = yaw;              State::Terminator }
+            (State::Terminator, b'\r') => { implement = Some(self.temp);      State::SyncA }
+            (State::Terminator, _)     =>                                     State::SyncA,
+        };
+        implement
+    }
+
+    fn pending(&self) -> usize {
+        self.state.bytes_taken()
+    }
+
+    fn reset(&mut self) {
+        *self = Self::new();
+    }
+
+    fn feed(&mut self, bytes: &[u8], sink: &mut impl Sink<Setpoint>) {
+        let mut at = 0;
+        while let Some(rest @ [byte, ..]) = bytes.get(at..) {
+            // Between frames, with a whole frame's length at hand, the table's rows are taken
+            // several at once; everywhere else byte by byte.
+            at += match (self.state, rest.first_chunk()) {
+                (State::SyncA, Some(&[b'A', b'B', _, pitch, roll, yaw, b'\r'])) => {
+                    sink.frame(at + 6, Setpoint { pitch, roll, yaw });
+                    // As a rule more frames follow; the last of them leaves its setpoint.
+                    let behind = slice::rows::<Bin, _>(bytes, at + 7, sink);
+                    let taken = bytes.get(..behind).and_then(<[u8]>::last_chunk);
+                    if let Some(&[pitch, roll, yaw, _]) = taken {
+                        self.temp = Setpoint { pitch, roll, yaw };
+                    }
+                    behind - at
+                }
+                (State::SyncA, Some(&[b'A', b'B', _, pitch, roll, yaw, _])) => {
+                    self.temp = Setpoint { pitch, roll, yaw };
+                    sink.dropped(7, Mismatch::Terminator);
+                    7
+                }
+                (State::SyncA, Some([b'A', ..])) => {
+                    sink.dropped(2, Mismatch::BrokenSync);
+                    2
+                }
+                (State::SyncA, Some(_)) => {
+                    let run = scan::run_without(b'A', rest);
+                    sink.dropped(run, Mismatch::NoSync);
+                    run
+                }
+                _ => {
+                    self.step_into(at, *byte, sink);
+                    1
+                }
+            };
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Reading messages from anything that implements `embedded-io`'s `Read`, or its async twin's.
+
+use crate::{Accounting, Parser};
+
+/// Reads messages from `source`, a UART driver for example, through a buffer of `N` bytes.
+///
+/// Nothing is lost on an error: what was read stays in the buffer, what is held stays held, and
+/// the next call goes on where the last one stopped.
+///
+/// # Examples
+/// ```
+/// # #[cfg(feature = "embedded-io")] {
+/// use framelock::{Bin, Receiver, Reader, Setpoint};
+/// let uart: &[u8] = b"noiseAB\0abc\rAB\0xyz\rAB";
+/// let mut reader = Reader::<_, _, 16>::new(uart, Receiver::<Bin>::new());
+/// assert_eq!(reader.read(), Ok(Some(Setpoint::from(*b"abc"))));
+/// assert_eq!(reader.read(), Ok(Some(Setpoint::from(*b"xyz"))));
+/// assert_eq!(reader.read(), Ok(None));
+/// assert_eq!(reader.line().counters().discarded.total(), 5);
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Reader<R, P, const N: usize = 64> {
+    source: R,
+    line: Accounting<P>,
+    buffer: [u8; N],
+    /// The part of the buffer that the parser has not seen: `taken..filled`.
+    taken: usize,
+    filled: usize,
+}
+
+impl<R, P: Parser, const N: usize> Reader<R, P, N> {
+    /// A reader that has read nothing. A buffer of no bytes does not compile.
+    #[must_use]
+    pub fn new(source: R, parser: P) -> Self {
+        const { assert!(N > 0, "a reader needs a buffer") };
+        Self {
+            source,
+            line: Accounting::new(parser),
+            buffer: [0; N],
+            taken: 0,
+            filled: 0,
+        }
+    }
+
+    /// The line's accounts, for its counters.
+    #[must_use]
+    pub const fn line(&self) -> &Accounting<P> {
+        &self.line
+    }
+
+    /// The line's accounts, to report a line event that the driver told of.
+    pub const fn line_mut(&mut self) -> &mut Accounting<P> {
+        &mut self.line
+    }
+
+    /// The source; bytes read from it but not yet parsed are lost.
+    #[must_use]
+    pub fn into_source(self) -> R {
+        self.source
+    }
+
+    /// The next message that the buffer completes.
+    fn next_in_buffer(&mut self) -> Option<P::Message> {
+        while let Some(&byte) = self
+            .buffer
+            .get(self.taken..self.filled)
+            .and_then(<[u8]>::first)
+        {
+            self.taken += 1;
+            let message = self.line.push(byte);
+            if message.is_some() {
+                return message;
+            }
+        }
+        None
+    }
+
+    /// Takes note that `count` bytes were read into an empty buffer.
+    fn refilled(&mut self, count: usize) {
+        self.taken = 0;
+        self.filled = count;
+    }
+}
+
+#[cfg(feature = "embedded-io")]
+impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
+    /// Blocks until a message is complete; `None` at the end of the source.
+    ///
+    /// # Errors
+    /// The source's own. Nothing is lost; call again to go on. If the error stands for a line
+    /// event, report it to [`line_mut`](Self::line_mut) first.
+    pub fn read(&mut self) -> Result<Option<P::Message>, R::Error> {
+        loop {
+            if let Some(message) = self.next_in_buffer() {
+                return Ok(Some(message));
+            }
+            let count = self.source.read(&mut self.buffer)?;
+            self.refilled(count);
+            if count == 0 {
+                return Ok(None);
+            }
+        }
+    }
+}
+
+#[cfg(feature = "embedded-io-async")]
+impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
+    /// Waits until a message is complete; `None` at the end of the source. May be cancelled
+    /// wherever the source's own `read` may.
+    ///
+    /// # Errors
+    /// The source's own. Nothing is lost; call again to go on. If the error stands for a line
+    /// event, report it to [`line_mut`](Self::line_mut) first.
+    pub async fn read_async(&mut self) -> Result<Option<P::Message>, R::Error> {
+        loop {
+            if let Some(message) = self.next_in_buffer() {
+                return Ok(Some(message));
+            }
+            let count = self.source.read(&mut self.buffer).await?;
+            self.refilled(count);
+            if count == 0 {
+                return Ok(None);
+            }
+        }
+    }
+}

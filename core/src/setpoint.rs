@@ -1,0 +1,34 @@
+//! What a frame asks of the three actuators.
+
+/// One demand per actuator, each 0..=255 over the actuator's full travel.
+///
+/// # Examples
+/// ```
+/// let level = framelock::Setpoint { pitch: 128, roll: 128, yaw: 128 };
+/// assert_eq!(framelock::Setpoint::from([128, 128, 128]), level);
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Setpoint {
+    /// Demand of actuator 1.
+    pub pitch: u8,
+    /// Demand of actuator 2.
+    pub roll: u8,
+    /// Demand of actuator 3 (the lecture's frame table calls it heave).
+    pub yaw: u8,
+}
+
+impl From<[u8; 3]> for Setpoint {
+    /// In the order of the frame: pitch, roll, yaw.
+    fn from([pitch, roll, yaw]: [u8; 3]) -> Self {
+        Self { pitch, roll, yaw }
+    }
+}
+
+impl From<Setpoint> for [u8; 3] {
+    /// In the order of the frame: pitch, roll, yaw.
+    fn from(setpoint: Setpoint) -> Self {
+        [setpoint.pitch, setpoint.roll, setpoint.yaw]
+    }
+}

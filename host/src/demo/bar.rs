@@ -1,0 +1,46 @@
+//! One axis: how far its output is out, and where it was sent.
+
+use ratatui::style::{Color, Stylize};
+use ratatui::text::{Line, Span};
+
+/// Eighths of a cell, from none to all.
+const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
+
+/// A bar of `width` cells for the output; a mark stands where the axis was sent.
+pub(super) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
+    let cells = usize::from(width);
+    let eighths = usize::from(output) * cells * 8 / usize::from(u8::MAX);
+    let mark = sent.map(|sent| usize::from(sent) * cells.saturating_sub(1) / usize::from(u8::MAX));
+    (0..cells)
+        .map(|cell| {
+            if mark == Some(cell) {
+                return Span::from("┃").fg(Color::Yellow).bold();
+            }
+            let filled = eighths.saturating_sub(cell * 8).min(8);
+            let part = EIGHTHS.get(filled).copied().unwrap_or(' ');
+            Span::from(part.to_string())
+                .fg(Color::Cyan)
+                .bg(Color::Indexed(236))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(output: u8, sent: Option<u8>) -> String {
+        bar(output, sent, 10).to_string()
+    }
+
+    #[test]
+    fn the_bar_is_as_long_as_the_output_and_the_mark_where_it_was_sent() {
+        assert_eq!(text(0, None), "          ");
+        assert_eq!(text(255, None), "██████████");
+        assert_eq!(text(128, None), "█████     ");
+        assert_eq!(text(140, None), "█████▍    ");
+        assert_eq!(text(128, Some(0)), "┃████     ");
+        assert_eq!(text(128, Some(255)), "█████    ┃");
+        assert_eq!(bar(128, Some(128), 0).to_string(), "");
+    }
+}

@@ -1,0 +1,244 @@
+//! What the simulated motion PC does, and when.
+
+use framelock::Setpoint;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+/// Where the simulator stands while it is parked. The frame that repeats it is
+/// `41 42 00 41 42 00 0D`: its payload holds the sync bytes.
+pub(super) const PARKED: Setpoint = Setpoint {
+    pitch: 0x41,
+    roll: 0x42,
+    yaw: 0x00,
+};
+
+/// A part of the demonstration.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Passage {
+    /// Motion, over the line with its faults.
+    Motion,
+    /// The motion goes on, but nobody sends it.
+    Silence,
+    /// Smoothly to the parking position, over a line without faults.
+    Parking,
+    /// One frame for ever, over a line that loses a single byte.
+    Parked,
+}
+
+impl Passage {
+    /// What it is called where there is little room.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Motion => "motion",
+            Self::Silence => "silence",
+            Self::Parking => "parking",
+            Self::Parked => "parked",
+        }
+    }
+
+    /// Whether frames are sent.
+    pub(super) const fn is_sent(self) -> bool {
+        !matches!(self, Self::Silence)
+    }
+}
+
+/// The passages and how long each is, in parts of the whole.
+const PASSAGES: [(Passage, u64); 6] = [
+    (Passage::Motion, 18),
+    (Passage::Silence, 7),
+    (Passage::Motion, 9),
+    (Passage::Parking, 2),
+    (Passage::Parked, 10),
+    (Passage::Motion, 6),
+];
+
+const PARTS: u64 = 52;
+
+const _: () = {
+    let mut sum = 0;
+    let mut rest = PASSAGES.as_slice();
+    while let [(_, parts), behind @ ..] = rest {
+        sum += *parts;
+        rest = behind;
+    }
+    assert!(sum == PARTS);
+};
+
+/// When each passage is. Time is counted in frames: slot `n` begins when frame `n` is due.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Script {
+    /// How many slots there are.
+    pub(super) slots: u64,
+}
+
+impl Script {
+    /// The passage that the slot belongs to, the slot at which it began, and how many it has.
+    pub(super) fn passage(self, slot: u64) -> (Passage, u64, u64) {
+        let mut begin = 0;
+        let mut parts_until = 0;
+        for (passage, parts) in PASSAGES {
+            parts_until += parts;
+            let end = self.slots * parts_until / PARTS;
+            if slot < end {
+                return (passage, begin, end - begin);
+            }
+            begin = end;
+        }
+        (Passage::Motion, begin, 1)
+    }
+
+    /// Whether the first byte of the slot's frame is lost although the line has no faults: once,
+    /// soon after the simulator is parked.
+    pub(super) fn loses_first_byte(self, slot: u64) -> bool {
+        let (passage, begin, length) = self.passage(slot);
+        passage == Passage::Parked && slot == begin + length / 10
+    }
+}
+
+/// The motion PC: smooth pitch, roll and yaw from one random point to the next.
+#[derive(Debug)]
+pub(super) struct MotionPc {
+    script: Script,
+    random: ChaCha8Rng,
+    leg: Leg,
+    /// How many slots a leg takes.
+    slots_per_leg: u64,
+}
+
+/// From one point to another, starting and ending at rest.
+#[derive(Clone, Copy, Debug)]
+struct Leg {
+    from: Setpoint,
+    to: Setpoint,
+    begin: u64,
+    length: u64,
+}
+
+impl MotionPc {
+    /// Two seconds for each leg; starts at level.
+    pub(super) fn new(script: Script, random: ChaCha8Rng, rate: u32) -> Self {
+        Self {
+            script,
+            random,
+            leg: Leg {
+                from: LEVEL,
+                to: LEVEL,
+                begin: 0,
+                length: 0,
+            },
+            slots_per_leg: 2 * u64::from(rate),
+        }
+    }
+
+    /// Where the simulator is to be in the slot; ask for each slot in turn.
+    pub(super) fn setpoint(&mut self, slot: u64) -> Setpoint {
+        let (passage, begin, length) = self.script.passage(slot);
+        let here = self.leg.at(slot);
+        let next = match passage {
+            Passage::Parking if slot == begin => Some((PARKED, length)),
+            Passage::Parked if slot == begin => Some((PARKED, 0)),
+            Passage::Motion | Passage::Silence if slot >= self.leg.begin + self.leg.length => {
+                Some((self.random_point(), self.slots_per_leg))
+            }
+            _ => None,
+        };
+        let Some((to, length)) = next else {
+            return here;
+        };
+        self.leg = Leg {
+            from: here,
+            to,
+            begin: slot,
+            length,
+        };
+        self.leg.at(slot)
+    }
+
+    fn random_point(&mut self) -> Setpoint {
+        [(); 3]
+            .map(|()| self.random.random_range(0x28..=0xD8))
+            .into()
+    }
+}
+
+/// The middle of every axis.
+pub(super) const LEVEL: Setpoint = Setpoint {
+    pitch: 0x80,
+    roll: 0x80,
+    yaw: 0x80,
+};
+
+impl Leg {
+    /// Whole numbers only, so that it is the same on every computer.
+    fn at(self, slot: u64) -> Setpoint {
+        const BITS: u32 = 10;
+        const ONE: u64 = 1 << BITS;
+        const CUBE: u64 = 1 << (3 * BITS);
+        let elapsed = (slot - self.begin).min(self.length);
+        let part = (elapsed * ONE).checked_div(self.length).unwrap_or(ONE);
+        // 3x^2 - 2x^3: flat at both ends.
+        let weight = part * part * (3 * ONE - 2 * part);
+        let mut axes = <[u8; 3]>::from(self.from);
+        for (axis, to) in axes.iter_mut().zip(<[u8; 3]>::from(self.to)) {
+            let sum = u64::from(*axis) * (CUBE - weight) + u64::from(to) * weight;
+            *axis = ((sum + CUBE / 2) >> (3 * BITS)).to_le_bytes()[0];
+        }
+        axes.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    fn motion(slots: u64, rate: u32, seed: u64) -> Vec<Setpoint> {
+        let mut motion_pc = MotionPc::new(Script { slots }, ChaCha8Rng::seed_from_u64(seed), rate);
+        (0..slots).map(|slot| motion_pc.setpoint(slot)).collect()
+    }
+
+    #[test]
+    fn passages_follow_each_other_to_the_end() {
+        for slots in [1, 2, 51, 52, 53, 1300, 86_400_000] {
+            let script = Script { slots };
+            let mut slot = 0;
+            while slot < slots {
+                let (_, begin, length) = script.passage(slot);
+                assert_eq!(begin, slot);
+                assert!(length > 0);
+                assert_eq!(script.passage(slot + length - 1).1, begin);
+                slot += length;
+            }
+            assert_eq!(slot, slots);
+        }
+    }
+
+    #[test]
+    fn the_motion_is_smooth() {
+        for seed in 0..20 {
+            for pair in motion(2600, 100, seed).windows(2) {
+                let [before, after] = pair else { continue };
+                let axes = <[u8; 3]>::from(*before)
+                    .into_iter()
+                    .zip(<[u8; 3]>::from(*after));
+                for (before, after) in axes {
+                    // The most is asked of the way to the parking position.
+                    assert!(before.abs_diff(after) <= 4, "{before} to {after}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn parked_means_the_one_payload() {
+        let script = Script { slots: 1300 };
+        let parked = (0..1300)
+            .zip(motion(1300, 50, 1))
+            .filter(|(slot, _)| script.passage(*slot).0 == Passage::Parked);
+        assert_eq!(parked.clone().count(), 250);
+        assert!(parked.clone().all(|(_, setpoint)| setpoint == PARKED));
+        let lossy = parked.filter(|(slot, _)| script.loses_first_byte(*slot));
+        assert_eq!(lossy.count(), 1);
+    }
+}

@@ -1,0 +1,39 @@
+//! The framelock command line: see `framelock --help`.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use framelock_host::{decode, demo, encode, trace};
+
+/// A serial-frame receiver whose behaviour is proved: decode, trace, encode and demonstrate
+/// 'A' 'B' reserved pitch roll yaw CR.
+#[derive(Parser)]
+#[command(name = "framelock", version)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Decode(decode::Arguments),
+    Trace(trace::Arguments),
+    Encode(encode::Arguments),
+    Demo(demo::Arguments),
+}
+
+fn main() -> ExitCode {
+    let outcome = match CommandLine::parse().command {
+        Command::Decode(arguments) => decode::run(&arguments),
+        Command::Trace(arguments) => trace::run(&arguments),
+        Command::Encode(arguments) => encode::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("framelock: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! The naive reference: it sees the whole stream at once and tries every place of it in turn.
+//!
+//! Written from the protocol, in its words, to be seen to be right rather than to be fast:
+//!
+//! * **Rescan**: at each place, a frame is committed and the search goes on behind it; anything
+//!   else is one byte dropped. That is the leftmost non-overlapping matches of the byte regex
+//!   `(?s-u)AB.{4}\r`.
+//! * **Discard**: the same, but what is no frame is dropped up to and with the byte at which that
+//!   showed: one byte if it is not `'A'`, two if the second is not `'B'`, seven if the last is not
+//!   CR.
+//!
+//! The loops run over every index in order, and never jump, so that a model checker can follow.
+
+/// What the reference sees.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Event {
+    /// A frame whose last byte is at `index`.
+    Frame {
+        /// Index of the terminator in the stream.
+        index: usize,
+        /// Pitch, roll and yaw.
+        setpoint: [u8; 3],
+    },
+    /// Bytes that are part of no frame.
+    Dropped {
+        /// How many.
+        count: usize,
+        /// The place, counted from 0, at which the frame that would begin with them fails.
+        place: usize,
+    },
+}
+
+/// What happens behind a byte that fits no frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Policy {
+    /// The search goes on one byte behind the start that failed.
+    Rescan,
+    /// The search goes on behind the byte that failed.
+    Discard,
+}
+
+/// A frame format, as a rule about bytes.
+pub trait Format {
+    /// Bytes in a frame.
+    const LENGTH: usize;
+
+    /// The first place at which `bytes`, the beginning of a frame or a whole one, fail to be that.
+    fn fails_at(bytes: &[u8]) -> Option<usize>;
+}
+
+/// `'A' 'B' reserved pitch roll yaw CR`.
+#[derive(Clone, Copy, Debug)]
+pub enum Bin {}
+
+impl Format for Bin {
+    const LENGTH: usize = 7;
+
+    fn fails_at(bytes: &[u8]) -> Option<usize> {
+        bytes
+            .iter()
+            .enumerate()
+            .position(|(place, &byte)| match place {
+                0 => byte != b'A',
+                1 => byte != b'B',
+                6 => byte != b'\r',
+                _ => false,
+            })
+    }
+}
+
+/// `'A' 'B' reserved pitch roll yaw crc CR`.
+#[derive(Clone, Copy, Debug)]
+pub enum BinCrc8 {}
+
+impl Format for BinCrc8 {
+    const LENGTH: usize = 8;
+
+    fn fails_at(bytes: &[u8]) -> Option<usize> {
+        bytes
+            .iter()
+            .enumerate()
+            .position(|(place, &byte)| match place {
+                0 => byte != b'A',
+                1 => byte != b'B',
+                6 => byte != crc8(bytes.get(2..6).unwrap_or_default()),
+                7 => byte != b'\r',
+                _ => false,
+            })
+    }
+}
+
+/// CRC-8/AUTOSAR as its catalogue entry describes it, bit by bit.
+#[must_use]
+pub fn crc8(payload: &[u8]) -> u8 {
+    let mut register = 0xFF;
+    for &byte in payload {
+        register ^= byte;
+        for _ in 0..8 {
+            register = if register & 0x80 == 0 {
+                register << 1
+            } else {
+                (register << 1) ^ 0x2F
+            };
+        }
+    }
+    register ^ 0xFF
+}
+
+/// Reports every frame of the stream and every byte dropped, in order. What is left at the end
+/// may yet become a frame: the number of those bytes is returned.
+pub fn whole_buffer<F: Format>(
+    bytes: &[u8],
+    policy: Policy,
+    mut report: impl FnMut(Event),
+) -> usize {
+    let mut free = 0;
+    for i in 0..bytes.len() {
+        if i < free {
+            continue;
+        }
+        let candidate = bytes
+            .get(i..bytes.len().min(i + F::LENGTH))
+            .unwrap_or_default();
+        if let Some(place) = F::fails_at(candidate) {
+            let count = if policy == Policy::Rescan {
+                1
+            } else {
+                place + 1
+            };
+            report(Event::Dropped { count, place });
+            free = i + count;
+        } else if candidate.len() < F::LENGTH {
+            return bytes.len() - i;
+        } else if let &[_, _, _, pitch, roll, yaw, ..] = candidate {
+            free = i + F::LENGTH;
+            report(Event::Frame {
+                index: free - 1,
+                setpoint: [pitch, roll, yaw],
+            });
+        }
+    }
+    0
+}
