@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use framelock_host::{decode, demo, encode, trace};
 
-/// A serial-frame receiver whose behaviour is proved: decode, trace, encode and demonstrate
+/// A serial-frame receiver that never goes deaf: decode, trace, encode and demonstrate
 /// 'A' 'B' reserved pitch roll yaw CR.
 #[derive(Parser)]
 #[command(name = "framelock", version)]

@@ -61,7 +61,7 @@ fn goal(input: &inputs::Input, first: Contender, other: Contender, at_least: f64
     let at = |percent: usize| ratios.get(ratios.len() * percent / 100).copied();
     let [tenth, median, ninetieth] = [10, 50, 90].map(|percent| at(percent).unwrap_or_default());
     println!(
-        "{:<40} {:<27} {at_least:>5.1} {median:>8.1}   ({tenth:.1} to {ninetieth:.1})",
+        "{:<40} {:<27} {at_least:>5.1} {median:>8.2}   ({tenth:.2} to {ninetieth:.2})",
         input.name,
         format!("{} / {}", first.0, other.0),
     );
