@@ -145,11 +145,33 @@ fn every_stream_of_ten_bytes() {
     }
 }
 
+/// Every stream of up to seven bytes over the same, where the slice path finds it: in a slice long
+/// enough for that, behind a frame or noise, before frames or noise, and across the edge of a block.
+#[test]
+fn every_stream_of_seven_bytes_within_a_long_slice() {
+    const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];
+    for stream in 0..1_usize << 14 {
+        let short: [u8; 7] = std::array::from_fn(|place| ALPHABET[stream >> (2 * place) & 3]);
+        let frames = b"AB\0xyz\r".repeat(stream % 11);
+        let noise = vec![b'x'; 55 + stream % 13];
+        check_all(
+            &[&frames, short.as_slice(), &noise, &short, &noise].concat(),
+            &[],
+        );
+        check_all(
+            &[&noise, short.as_slice(), &frames, &noise[..40]].concat(),
+            &[],
+        );
+    }
+}
+
 /// Frames, bytes that look like frames, and noise: what makes parsers go wrong.
 fn stream(longest: usize) -> impl Strategy<Value = Vec<u8>> {
     let likely = prop::sample::select(vec![b'A', b'B', b'\r', 0x80]);
     let part = prop_oneof![
         any::<[u8; 4]>().prop_map(|[a, b, c, d]| vec![b'A', b'B', a, b, c, d, b'\r']),
+        (any::<[u8; 4]>(), 8..20_usize)
+            .prop_map(|([a, b, c, d], count)| [b'A', b'B', a, b, c, d, b'\r'].repeat(count)),
         any::<[u8; 4]>().prop_map(|payload| {
             let crc = reference::crc8(&payload);
             [b"AB".as_slice(), &payload, &[crc, b'\r']].concat()
