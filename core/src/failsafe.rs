@@ -174,6 +174,13 @@ impl Failsafe {
         })
     }
 
+    /// Of each axis the ticks since its last unit, for the proofs.
+    #[cfg(kani)]
+    #[must_use]
+    pub fn since_unit(&self) -> [u32; 3] {
+        self.axes.map(|axis| axis.since_unit)
+    }
+
     /// Any state, for the proofs, which start from any: `silence` since the last frame, and of
     /// each axis the position and the ticks since its last unit, fewer than one unit takes.
     #[cfg(kani)]
@@ -283,30 +290,29 @@ impl Axis {
         if ticks == 0 {
             return;
         }
-        let (mut units, mut since_unit) = (ticks / ticks_per_unit, ticks % ticks_per_unit);
-        // The two remainders together may make a unit, and must not overflow on the way.
-        let missing = ticks_per_unit.get() - since_unit;
-        if self.since_unit >= missing {
-            units += 1;
-            since_unit = self.since_unit - missing;
-        } else {
-            since_unit += self.since_unit;
+        // Long division: a way has at most 255 units, so eight steps tell how many are made.
+        let mut left = u64::from(ticks) + u64::from(self.since_unit);
+        let mut units = 0;
+        for bit in (0..8).rev() {
+            let taken = u64::from(ticks_per_unit.get()) << bit;
+            if left >= taken {
+                left -= taken;
+                units |= 1 << bit;
+            }
         }
-        let way = u32::from(self.position.abs_diff(target));
-        if units >= way {
+        if units >= self.position.abs_diff(target) {
             *self = Self {
                 position: target,
                 since_unit: 0,
             };
             return;
         }
-        // Fewer than the way, so a byte holds them.
-        let units = units.to_le_bytes()[0];
         self.position = if target > self.position {
             self.position + units
         } else {
             self.position - units
         };
-        self.since_unit = since_unit;
+        // Less than a unit's, or the target were reached.
+        self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
     }
 }

@@ -127,11 +127,12 @@ impl<F: Format, P: Policy> Receiver<F, P> {
 
     /// The bytes that may yet become a frame: how many at the end of those held.
     fn viable(self) -> u8 {
-        let mut known = self.window.count();
-        while known > 0 && first_mismatch::<F>(self.window.history(), known).is_some() {
-            known -= 1;
-        }
-        known
+        let count = self.window.count();
+        (1..F::SHAPE.length())
+            .rev()
+            .filter(|&known| known <= count)
+            .find(|&known| first_mismatch::<F>(self.window.history(), known).is_none())
+            .unwrap_or(0)
     }
 
     /// Pushes, and tells `sink` of the frame, or of what the byte made the receiver drop.
@@ -140,16 +141,16 @@ impl<F: Format, P: Policy> Receiver<F, P> {
         if let Some(message) = self.push(byte) {
             sink.frame(index, message);
         } else if S::WANTS_DROPPED {
-            // Every start between the oldest that was viable and the oldest that still is.
+            // Every start between the oldest that was viable and the oldest that still is. Under
+            // Discard all that is held goes with the oldest.
             let seen = before.window.with(byte);
-            let mut known = before.viable() + 1;
-            let kept = self.viable();
-            while known > kept {
-                let dropped = if P::RESCANS { 1 } else { known };
-                if let Some((_, why)) = first_mismatch::<F>(seen, known) {
+            let (oldest, kept) = (before.viable() + 1, self.viable());
+            let dropped = if P::RESCANS { 1 } else { oldest };
+            for known in (1..=F::SHAPE.length()).rev() {
+                let is_dropped = known > kept && (known == oldest || P::RESCANS && known < oldest);
+                if let Some((_, why)) = first_mismatch::<F>(seen, known).filter(|_| is_dropped) {
                     sink.dropped(usize::from(dropped), why);
                 }
-                known -= dropped;
             }
         }
     }

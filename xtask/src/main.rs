@@ -1,4 +1,4 @@
-//! The project's checks, as one command: `cargo xtask verify`.
+//! The project's checks: `cargo xtask verify` for all, `cargo xtask prove` for the theorems.
 
 mod benches;
 mod command;
@@ -6,6 +6,7 @@ mod debian;
 mod feature_subsets;
 mod lints;
 mod no_std;
+mod prove;
 mod stage;
 mod table;
 mod test_count;
@@ -22,11 +23,13 @@ use clap::Parser;
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 enum Task {
     Verify(verify::Arguments),
+    Prove(prove::Arguments),
 }
 
 fn main() -> ExitCode {
     let outcome = match Task::parse() {
         Task::Verify(arguments) => verify::verify(&arguments),
+        Task::Prove(arguments) => prove::prove(&arguments),
     };
     outcome.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");

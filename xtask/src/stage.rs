@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::test_count::TestCount;
 use crate::workspace::Workspace;
-use crate::{benches, feature_subsets, lints, no_std, test_runs};
+use crate::{benches, feature_subsets, lints, no_std, prove, test_runs};
 
 /// One check.
 pub(crate) struct Stage {
@@ -71,5 +71,15 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "benches",
         checks: "the benchmarks compile and confirm their answers, untimed",
         run: benches::confirm,
+    },
+    Stage {
+        name: "prove",
+        checks: "the theorems, by Kani or by CBMC; every public function of the core is in one",
+        run: prove::stage,
+    },
+    Stage {
+        name: "prover",
+        checks: "what checks the proofs finds what must fail, and the proofs find seeded bugs",
+        run: prove::checker_stage,
     },
 ];

@@ -1,0 +1,146 @@
+//! Puts one bug at a time into a copy of the sources, and demands that its theorem fails.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, bail, ensure};
+use comfy_table::{Table, presets};
+use serde::Deserialize;
+
+use super::cbmc::Cbmc;
+use super::harness::Harness;
+use super::llvm::Module;
+use super::{HARNESSES, Limits, PACKAGE, each_in_parallel, harness, model, symbol};
+use crate::workspace::Workspace;
+
+const BUGS: &str = "proofs/seeded-bugs.toml";
+
+#[derive(Deserialize)]
+struct Bugs {
+    bug: Vec<Bug>,
+}
+
+/// A mistake that someone might make.
+#[derive(Deserialize)]
+struct Bug {
+    /// What is wrong, in a few words.
+    mistake: String,
+    file: PathBuf,
+    /// Stands once in the file, and is replaced.
+    right: String,
+    wrong: String,
+    /// The harness that must fail.
+    caught_by: String,
+}
+
+/// Returns how many there are; an error if any is not caught.
+pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result<usize> {
+    let text = fs::read_to_string(workspace.root.join(BUGS)).context(BUGS)?;
+    let Bugs { bug: bugs } = toml::from_str(&text).context(BUGS)?;
+    let target = model::target(workspace);
+    let copy = target.join("seeded");
+    copy_sources(&workspace.root, &copy)?;
+
+    let mut seeded = Vec::new();
+    for bug in bugs {
+        let file = copy.join(&bug.file);
+        let sound = fs::read_to_string(workspace.root.join(&bug.file))?;
+        let places = sound.matches(&bug.right).count();
+        ensure!(
+            places == 1,
+            "{BUGS}: what \"{}\" replaces stands {places} times in {}, not once",
+            bug.mistake,
+            bug.file.display()
+        );
+        fs::write(&file, sound.replace(&bug.right, &bug.wrong))?;
+        let prepared = prepare(&copy, &target, &bug);
+        fs::write(&file, &sound)?;
+        let (module, harness) = prepared.with_context(|| format!("{BUGS}: {}", bug.mistake))?;
+        seeded.push((bug, module, harness));
+    }
+    let folder = target.join("seeded-harnesses");
+    let outcomes = each_in_parallel(&seeded, limits.jobs, |(bug, module, harness)| {
+        // A folder for each: several bugs may be for one harness.
+        let folder = folder.join(bug.mistake.replace(|c: char| !c.is_alphanumeric(), "-"));
+        cbmc.check(
+            module,
+            &symbol(PACKAGE, harness),
+            harness,
+            &folder,
+            limits.each,
+        )
+    });
+
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN).set_header([
+        "seeded bug",
+        "theorem",
+        "caught by",
+        "with",
+    ]);
+    let mut survivors = Vec::new();
+    for ((bug, _, harness), outcome) in seeded.iter().zip(&outcomes) {
+        // A harness that only took too long, or that could not be checked, has caught nothing.
+        let caught = outcome.failures.first().filter(|_| outcome.properties > 0);
+        if caught.is_none() {
+            outcome.print_failures(&harness.name);
+            survivors.push(bug.mistake.as_str());
+        }
+        let how = caught.map_or("NOTHING", |failure| &failure.what);
+        table.add_row([&bug.mistake, &harness.theorem, &harness.name, how]);
+    }
+    println!("{table}");
+    if !survivors.is_empty() {
+        bail!("not caught: {}", survivors.join("; "));
+    }
+    Ok(outcomes.len())
+}
+
+/// The program with the bug in it, and the harness that must fail.
+fn prepare(copy: &Path, target: &Path, bug: &Bug) -> Result<(Module, Harness)> {
+    let module = model::compile(copy, target, PACKAGE).context("it does not compile")?;
+    let mut harnesses = harness::read(copy, &copy.join(HARNESSES))?.into_iter();
+    let harness = harnesses.find(|harness| harness.name == bug.caught_by);
+    let harness = harness.with_context(|| format!("there is no harness {}", bug.caught_by))?;
+    Ok((module, harness))
+}
+
+/// A workspace of the core and the proofs alone.
+fn copy_sources(root: &Path, to: &Path) -> Result<()> {
+    for part in ["core", "proofs"] {
+        copy_folder(&root.join(part), &to.join(part))?;
+    }
+    let manifest = fs::read_to_string(root.join("Cargo.toml"))?;
+    let lines = manifest.lines().map(|line| {
+        if line.starts_with("members = ") {
+            r#"members = ["core", "proofs"]"#
+        } else if line.starts_with("default-members = ") {
+            ""
+        } else {
+            line
+        }
+    });
+    fs::write(to.join("Cargo.toml"), lines.collect::<Vec<_>>().join("\n"))?;
+    fs::copy(root.join("Cargo.lock"), to.join("Cargo.lock"))?;
+    Ok(())
+}
+
+/// Files that are the same already are left alone, so that they are not compiled again.
+fn copy_folder(from: &Path, to: &Path) -> Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let (path, copy) = (entry.path(), to.join(entry.file_name()));
+        if path.is_dir() {
+            if entry.file_name() != "target" {
+                copy_folder(&path, &copy)?;
+            }
+            continue;
+        }
+        let content = fs::read(&path)?;
+        if !fs::read(&copy).is_ok_and(|old| old == content) {
+            fs::write(&copy, content)?;
+        }
+    }
+    Ok(())
+}
