@@ -79,7 +79,7 @@ pub(crate) const STAGES: &[Stage] = &[
     },
     Stage {
         name: "prover",
-        checks: "what checks the proofs finds what must fail, and the proofs find seeded bugs",
+        checks: "what checks the proofs finds what must fail",
         run: prove::checker_stage,
     },
 ];

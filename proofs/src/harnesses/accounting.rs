@@ -129,7 +129,6 @@ fn receiver_of_bin_accounts_for_every_byte() {
 ///
 /// Theorem: 9
 /// Length: any
-/// Run: long
 #[kani::proof]
 #[kani::unwind(34)]
 fn receiver_of_bin_crc8_accounts_for_every_byte() {

@@ -10,6 +10,7 @@ mod outcome;
 mod public_functions;
 mod seeded_bugs;
 mod self_check;
+mod theorem_table;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -34,7 +35,7 @@ const HARNESSES: &str = "proofs/src/harnesses";
 const EXAMPLES: &str = "\
 Examples:
   cargo xtask prove                          the theorems that each commit is checked for
-  cargo xtask prove --all                    also those that take long
+  cargo xtask prove --all                    also those that take long, and the seeded bugs
   cargo xtask prove --harness any_length     those whose name has that in it
   cargo xtask prove --self-check             the checker on harnesses that must fail
   cargo xtask prove --seeded-bugs            the proofs on sources that are wrong
@@ -56,7 +57,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME")]
     harness: Option<String>,
 
-    /// Also the harnesses that take long.
+    /// Also the harnesses that take long, and, if no harness is named, the seeded bugs.
     #[arg(long)]
     all: bool,
 
@@ -134,7 +135,8 @@ pub(crate) fn prove(arguments: &Arguments) -> Result<ExitCode> {
             );
         }
         println!();
-        public_functions::check(&workspace, &harnesses)?;
+        let all = harness::read(&workspace.root, &workspace.root.join(HARNESSES))?;
+        public_functions::check(&workspace, &all)?;
         return Ok(ExitCode::SUCCESS);
     }
     let (says, results) = check(&workspace, arguments.engine, &harnesses, &limits)?;
@@ -150,10 +152,14 @@ pub(crate) fn prove(arguments: &Arguments) -> Result<ExitCode> {
             println!("{proved} proved, {} failed", rows.len() - proved);
         }
     }
-    if rows.iter().all(|row| row.proved) {
-        return Ok(ExitCode::SUCCESS);
+    if rows.iter().any(|row| !row.proved) {
+        return Ok(ExitCode::FAILURE);
     }
-    Ok(ExitCode::FAILURE)
+    if arguments.all && arguments.harness.is_none() {
+        let cbmc = cbmc_setup::cbmc(&cbmc_folder(&workspace))?;
+        seeded_bugs::run(&workspace, &cbmc, &limits)?;
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 fn selected(workspace: &Workspace, arguments: &Arguments) -> Result<Vec<Harness>> {
@@ -293,6 +299,7 @@ fn usual_limits() -> Limits {
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut harnesses = harness::read(&workspace.root, &workspace.root.join(HARNESSES))?;
     public_functions::check(workspace, &harnesses)?;
+    theorem_table::check(workspace, &harnesses)?;
     harnesses.retain(|harness| !harness.long);
     let (says, results) = check(workspace, None, &harnesses, &usual_limits())?;
     let rows = rows(&results, &says);
@@ -313,13 +320,11 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// The stage of `verify` that checks the checker, and with it what the proofs are worth.
+/// The stage of `verify` that checks the checker.
 pub(crate) fn checker_stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let cbmc = cbmc_setup::cbmc(&cbmc_folder(workspace))?;
     report.engine.clone_from(&cbmc.says);
-    let must_fail = self_check::run(workspace, &cbmc, &usual_limits())?;
-    let bugs = seeded_bugs::run(workspace, &cbmc, &usual_limits())?;
-    report.tests.passed = must_fail + bugs;
-    report.extent = format!("{must_fail} harnesses that must fail, {bugs} seeded bugs");
+    report.tests.passed = self_check::run(workspace, &cbmc, &usual_limits())?;
+    report.extent = format!("{} harnesses with known outcomes", report.tests.passed);
     Ok(())
 }

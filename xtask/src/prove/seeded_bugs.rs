@@ -33,8 +33,9 @@ struct Bug {
     caught_by: String,
 }
 
-/// Returns how many there are; an error if any is not caught.
-pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result<usize> {
+/// Prints which theorem catches which, on standard error beside JSON's results; an error if any is
+/// not caught.
+pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result<()> {
     let text = fs::read_to_string(workspace.root.join(BUGS)).context(BUGS)?;
     let Bugs { bug: bugs } = toml::from_str(&text).context(BUGS)?;
     let target = model::target(workspace);
@@ -89,11 +90,11 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         let how = caught.map_or("NOTHING", |failure| &failure.what);
         table.add_row([&bug.mistake, &harness.theorem, &harness.name, how]);
     }
-    println!("{table}");
+    eprintln!("{table}");
     if !survivors.is_empty() {
         bail!("not caught: {}", survivors.join("; "));
     }
-    Ok(outcomes.len())
+    Ok(())
 }
 
 /// The program with the bug in it, and the harness that must fail.
@@ -111,16 +112,15 @@ fn copy_sources(root: &Path, to: &Path) -> Result<()> {
         copy_folder(&root.join(part), &to.join(part))?;
     }
     let manifest = fs::read_to_string(root.join("Cargo.toml"))?;
-    let lines = manifest.lines().map(|line| {
-        if line.starts_with("members = ") {
-            r#"members = ["core", "proofs"]"#
-        } else if line.starts_with("default-members = ") {
-            ""
-        } else {
-            line
-        }
-    });
-    fs::write(to.join("Cargo.toml"), lines.collect::<Vec<_>>().join("\n"))?;
+    let mut manifest: toml::Table = toml::from_str(&manifest).context("Cargo.toml")?;
+    let workspace = manifest
+        .get_mut("workspace")
+        .and_then(toml::Value::as_table_mut);
+    let workspace = workspace.context("Cargo.toml has no [workspace]")?;
+    workspace.insert("members".to_owned(), vec!["core", "proofs"].into());
+    workspace.remove("default-members");
+    workspace.remove("exclude");
+    fs::write(to.join("Cargo.toml"), toml::to_string(&manifest)?)?;
     fs::copy(root.join("Cargo.lock"), to.join("Cargo.lock"))?;
     Ok(())
 }
