@@ -181,6 +181,27 @@ impl Failsafe {
         self.axes.map(|axis| axis.since_unit)
     }
 
+    /// One step of the division that tells how many units an axis moves, for the proofs: the units
+    /// so far, the ticks left, the ticks for a unit, and the quotient's bit.
+    #[cfg(kani)]
+    #[must_use]
+    pub fn division_step(units: u8, left: u64, ticks_per_unit: NonZeroU32, bit: u8) -> (u8, u64) {
+        division_step(units, left, ticks_per_unit, bit)
+    }
+
+    /// Where an axis is, and the ticks since its last unit, once it has moved so many units, which
+    /// leave so many ticks: for the proofs.
+    #[cfg(kani)]
+    #[must_use]
+    pub fn advanced(position: u8, target: u8, units: u8, left: u64) -> (u8, u32) {
+        let mut axis = Axis {
+            position,
+            since_unit: 0,
+        };
+        axis.advance(target, units, left);
+        (axis.position, axis.since_unit)
+    }
+
     /// Any state, for the proofs, which start from any: `silence` since the last frame, and of
     /// each axis the position and the ticks since its last unit, fewer than one unit takes.
     #[cfg(kani)]
@@ -291,15 +312,16 @@ impl Axis {
             return;
         }
         // Long division: a way has at most 255 units, so eight steps tell how many are made.
-        let mut left = u64::from(ticks) + u64::from(self.since_unit);
         let mut units = 0;
+        let mut left = u64::from(ticks) + u64::from(self.since_unit);
         for bit in (0..8).rev() {
-            let taken = u64::from(ticks_per_unit.get()) << bit;
-            if left >= taken {
-                left -= taken;
-                units |= 1 << bit;
-            }
+            (units, left) = division_step(units, left, ticks_per_unit, bit);
         }
+        self.advance(target, units, left);
+    }
+
+    /// Moves so many units, which leave so many ticks; stops at the target.
+    fn advance(&mut self, target: u8, units: u8, left: u64) {
         if units >= self.position.abs_diff(target) {
             *self = Self {
                 position: target,
@@ -314,5 +336,16 @@ impl Axis {
         };
         // Less than a unit's, or the target were reached.
         self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
+    }
+}
+
+/// One step of the long division: if the ticks left are enough for `1 << bit` units, these are
+/// counted and their ticks taken.
+fn division_step(units: u8, left: u64, ticks_per_unit: NonZeroU32, bit: u8) -> (u8, u64) {
+    let taken = u64::from(ticks_per_unit.get()) << bit;
+    if left >= taken {
+        (units | 1 << bit, left - taken)
+    } else {
+        (units, left)
     }
 }

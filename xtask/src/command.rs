@@ -51,17 +51,26 @@ pub(crate) fn run_quietly(command: &mut Command) -> Result<()> {
 /// As [`run`], but ends it after `limit`.
 pub(crate) fn run_within(limit: Duration, command: &mut Command) -> Result<()> {
     announce(command);
-    let mut child = command.spawn().with_context(|| cannot_start(command))?;
-    if let Some(status) = child.wait_timeout(limit)? {
-        return expect_success(command, status);
+    match status_within(limit, command)? {
+        Some(status) => expect_success(command, status),
+        None => bail!(
+            "`{}` was not done after {} s and was ended",
+            describe(command),
+            limit.as_secs()
+        ),
     }
-    child.kill()?;
-    child.wait()?;
-    bail!(
-        "`{}` was not done after {} s and was ended",
-        describe(command),
-        limit.as_secs()
-    )
+}
+
+/// Runs it without a word and returns how it ended; `None` if it was not done within `limit` and
+/// was ended.
+pub(crate) fn status_within(limit: Duration, command: &mut Command) -> Result<Option<ExitStatus>> {
+    let mut child = command.spawn().with_context(|| cannot_start(command))?;
+    let status = child.wait_timeout(limit)?;
+    if status.is_none() {
+        child.kill()?;
+        child.wait()?;
+    }
+    Ok(status)
 }
 
 /// As [`run`], and shows each line of standard output to `see` as well.

@@ -61,6 +61,35 @@ fn receiver_of<F: Format<Word = u64>, const N: usize>(ghost: &Ghost<N>) -> Recei
     Receiver::holding(ghost.word(), ghost.since)
 }
 
+/// A commit if and only if the last `N` bytes are a frame that overlaps no earlier commit; and the
+/// setpoint is that frame's.
+fn commits_exactly_the_frames<F, const N: usize>(is_frame: fn([u8; N]) -> bool)
+where
+    F: Format<Word = u64, Message = Setpoint>,
+{
+    let reset = Ghost {
+        last: kani::any(),
+        since: 0,
+    };
+    assert!(Receiver::<F>::new() == receiver_of::<F, N>(&reset));
+
+    let ghost = Ghost::<N>::any();
+    let byte = kani::any();
+    let mut receiver = receiver_of::<F, N>(&ghost);
+    let setpoint = receiver.push(byte);
+
+    let next = ghost.then(byte, false);
+    let frame = usize::from(next.since) == N && is_frame(next.last);
+    let [pitch, roll, yaw] = [next.last[3], next.last[4], next.last[5]];
+    assert!(setpoint == frame.then_some(Setpoint { pitch, roll, yaw }));
+    assert!(receiver == receiver_of(&ghost.then(byte, frame)));
+    kani::cover!(frame, "a frame is committed");
+    kani::cover!(
+        !frame && is_frame(next.last),
+        "a frame overlaps one committed before"
+    );
+}
+
 /// R1, R2, R4 for BIN: a commit at byte n if and only if bytes n-6..=n are a frame that overlaps
 /// no earlier commit; and the setpoint is that frame's.
 ///
@@ -69,29 +98,7 @@ fn receiver_of<F: Format<Word = u64>, const N: usize>(ghost: &Ghost<N>) -> Recei
 #[kani::proof]
 #[kani::unwind(9)]
 fn bin_commits_exactly_the_frames() {
-    assert!(
-        Receiver::<Bin>::new()
-            == receiver_of::<Bin, 7>(&Ghost {
-                last: kani::any(),
-                since: 0
-            })
-    );
-
-    let ghost = Ghost::<7>::any();
-    let byte = kani::any();
-    let mut receiver = receiver_of::<Bin, 7>(&ghost);
-    let setpoint = receiver.push(byte);
-
-    let next = ghost.then(byte, false);
-    let frame = next.since == 7 && is_bin(next.last);
-    let [_, _, _, pitch, roll, yaw, _] = next.last;
-    assert!(setpoint == frame.then_some(Setpoint { pitch, roll, yaw }));
-    assert!(receiver == receiver_of(&ghost.then(byte, frame)));
-    kani::cover!(frame, "a frame is committed");
-    kani::cover!(
-        !frame && is_bin(next.last),
-        "a frame overlaps one committed before"
-    );
+    commits_exactly_the_frames::<Bin, 7>(is_bin);
 }
 
 /// R1, R2, R4 for BIN-CRC8, likewise.
@@ -101,29 +108,7 @@ fn bin_commits_exactly_the_frames() {
 #[kani::proof]
 #[kani::unwind(34)]
 fn bin_crc8_commits_exactly_the_frames() {
-    assert!(
-        Receiver::<BinCrc8>::new()
-            == receiver_of::<BinCrc8, 8>(&Ghost {
-                last: kani::any(),
-                since: 0
-            })
-    );
-
-    let ghost = Ghost::<8>::any();
-    let byte = kani::any();
-    let mut receiver = receiver_of::<BinCrc8, 8>(&ghost);
-    let setpoint = receiver.push(byte);
-
-    let next = ghost.then(byte, false);
-    let frame = next.since == 8 && is_bin_crc8(next.last);
-    let [_, _, _, pitch, roll, yaw, _, _] = next.last;
-    assert!(setpoint == frame.then_some(Setpoint { pitch, roll, yaw }));
-    assert!(receiver == receiver_of(&ghost.then(byte, frame)));
-    kani::cover!(frame, "a frame is committed");
-    kani::cover!(
-        !frame && is_bin_crc8(next.last),
-        "a frame overlaps one committed before"
-    );
+    commits_exactly_the_frames::<BinCrc8, 8>(is_bin_crc8);
 }
 
 /// The invariant of the lecture's machine: as many bytes as its state counts came since the last

@@ -18,7 +18,7 @@ mod reference;
 mod resynchronisation;
 mod slices;
 
-use framelock::{Bin, Discard, Format, Lecture, Policy, Receiver, Setpoint, State};
+use framelock::{Bin, Discard, Format, Lecture, Parser, Policy, Receiver, Setpoint, State};
 
 /// Any setpoint.
 fn any_setpoint() -> Setpoint {
@@ -50,6 +50,20 @@ fn is_bin_crc8(frame: [u8; 8]) -> bool {
         && frame[1] == b'B'
         && frame[6] == crate::reference::crc8(&frame[2..6])
         && frame[7] == b'\r'
+}
+
+/// Commits while a frame is received: how many before its last byte, and with it.
+fn receive<P: Parser<Message = Setpoint>, const N: usize>(
+    parser: &mut P,
+    frame: [u8; N],
+) -> (usize, Option<Setpoint>) {
+    let mut before = 0;
+    let mut i = 0;
+    while i < N - 1 {
+        before += usize::from(parser.push(frame[i]).is_some());
+        i += 1;
+    }
+    (before, parser.push(frame[N - 1]))
 }
 
 type RescanBin = Receiver<Bin>;

@@ -6,21 +6,7 @@
 
 use framelock::{Bin, BinCrc8, Format, Lecture, Parser, Rescan, Setpoint};
 
-use super::{any_lecture, any_receiver, any_setpoint, is_bin, is_bin_crc8};
-
-/// Commits while a frame is received: how many before its last byte, and with it.
-fn receive<P: Parser<Message = Setpoint>, const N: usize>(
-    parser: &mut P,
-    frame: [u8; N],
-) -> (usize, Option<Setpoint>) {
-    let mut before = 0;
-    let mut i = 0;
-    while i < N - 1 {
-        before += usize::from(parser.push(frame[i]).is_some());
-        i += 1;
-    }
-    (before, parser.push(frame[N - 1]))
-}
+use super::{any_lecture, any_receiver, any_setpoint, is_bin, is_bin_crc8, receive};
 
 /// R1: from any state, a frame sent in full is delivered with its last byte; or else one commit
 /// came within it, of a frame that ends in its payload, at a payload byte CR. So in any seven

@@ -20,12 +20,11 @@
 mod arbitrary;
 
 pub use arbitrary::Arbitrary;
-pub use kani_macros::{proof, solver, unwind};
+pub use kani_macros::{proof, unwind};
 
 mod undecided {
     unsafe extern "C" {
         pub(crate) safe fn any_u8() -> u8;
-        pub(crate) safe fn any_u16() -> u16;
         pub(crate) safe fn any_u32() -> u32;
         pub(crate) safe fn any_u64() -> u64;
         pub(crate) safe fn any_usize() -> usize;

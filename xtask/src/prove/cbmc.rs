@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context as _, Result};
 use serde_json::Value;
-use wait_timeout::ChildExt as _;
 
 use super::harness::Harness;
 use super::llvm::{END_OF_HARNESS, INPUT, Module, program};
 use super::outcome::{Failure, Outcome};
+use crate::command::status_within;
 
 /// Arrays of up to so many elements are followed element by element.
 const ELEMENTS: &str = "1024";
@@ -24,11 +24,19 @@ pub(crate) struct Cbmc {
     pub(crate) says: String,
 }
 
-/// A property of the C program, and whether it holds.
+/// A property of the C program, and whether it holds: in every execution, or not in one that is
+/// known. What is neither is undecided.
 struct Property {
     id: String,
     says: String,
-    holds: bool,
+    status: Status,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Status {
+    Holds,
+    Fails,
+    Undecided,
 }
 
 impl Cbmc {
@@ -40,32 +48,12 @@ impl Cbmc {
         harness: &Harness,
         folder: &Path,
         limit: Duration,
-    ) -> Outcome {
-        let start = Instant::now();
-        match self.try_check(module, symbol, harness, folder, limit) {
-            Ok(mut outcome) => {
-                outcome.seconds = start.elapsed().as_secs_f64();
-                outcome
-            }
-            Err(error) => Outcome::failed(format!("{error:#}"), start.elapsed()),
-        }
-    }
-
-    fn try_check(
-        &self,
-        module: &Module,
-        symbol: &str,
-        harness: &Harness,
-        folder: &Path,
-        limit: Duration,
     ) -> Result<Outcome> {
         fs::create_dir_all(folder)?;
         let source = folder.join(format!("{}.c", harness.name.replace("::", ".")));
         fs::write(&source, program(module, symbol)?)?;
         let Some(answer) = self.run(&source, harness, &[], limit)? else {
-            let seconds = limit.as_secs();
-            let what = format!("no answer within {seconds} s; --timeout gives it longer");
-            return Ok(Outcome::failed(what, limit));
+            return Ok(Outcome::no_answer(limit));
         };
         let properties = properties(&answer).with_context(|| {
             let messages = messages(&answer);
@@ -91,7 +79,8 @@ impl Cbmc {
         limit: Duration,
     ) -> Result<Option<Value>> {
         let answer = source.with_extension("json");
-        let mut child = Command::new(&self.program)
+        let mut command = Command::new(&self.program);
+        command
             .arg(source)
             .args(["--json-ui", "--object-bits", "16"])
             .args([
@@ -108,12 +97,8 @@ impl Cbmc {
             ])
             .args(more)
             .stdout(File::create(&answer)?)
-            .stderr(Stdio::null())
-            .spawn()
-            .with_context(|| format!("{} could not be started", self.program.display()))?;
-        if child.wait_timeout(limit)?.is_none() {
-            child.kill()?;
-            child.wait()?;
+            .stderr(Stdio::null());
+        if status_within(limit, &mut command)?.is_none() {
             return Ok(None);
         }
         let text = fs::read_to_string(&answer)?;
@@ -130,7 +115,7 @@ impl Property {
     }
 
     fn is_broken(&self) -> bool {
-        !self.is_goal() && !self.holds
+        !self.is_goal() && self.status != Status::Holds
     }
 }
 
@@ -144,7 +129,7 @@ fn judge(properties: &[Property], harness: &Harness) -> Outcome {
     }
     let satisfied: BTreeSet<&str> = properties
         .iter()
-        .filter(|property| !property.holds)
+        .filter(|property| property.status == Status::Fails)
         .filter_map(|property| property.says.strip_prefix("cover: "))
         .filter_map(|place| place.rsplit_once(':').map(|(line, _column)| line))
         .collect();
@@ -156,7 +141,7 @@ fn judge(properties: &[Property], harness: &Harness) -> Outcome {
         .extend(missing.map(|cover| Failure::new(format!("the cover at {cover} is never hit"))));
     let reaches_end = properties
         .iter()
-        .any(|property| property.says == END_OF_HARNESS && !property.holds);
+        .any(|property| property.says == END_OF_HARNESS && property.status == Status::Fails);
     if !reaches_end && failures.is_empty() {
         failures.push(Failure::new(
             "vacuous: no input reaches the end of the harness, so nothing is proved",
@@ -187,7 +172,11 @@ fn properties(answer: &Value) -> Option<Vec<Property>> {
         Some(Property {
             id: result.get("property")?.as_str()?.to_owned(),
             says: result.get("description")?.as_str()?.to_owned(),
-            holds: result.get("status")?.as_str()? == "SUCCESS",
+            status: match result.get("status")?.as_str()? {
+                "SUCCESS" => Status::Holds,
+                "FAILURE" => Status::Fails,
+                _ => Status::Undecided,
+            },
         })
     });
     all.collect()
@@ -238,32 +227,29 @@ mod tests {
 
     fn harness(covers: &[&str]) -> Harness {
         Harness {
-            name: "x::y".to_owned(),
-            theorem: "1".to_owned(),
-            length: "any".to_owned(),
-            long: false,
-            covers_functions: Vec::new(),
-            unwind: 9,
             covers: covers.iter().map(|&cover| cover.to_owned()).collect(),
-            expected: None,
+            ..Harness::example("x::y", "1")
         }
     }
 
-    fn property(says: &str, holds: bool) -> Property {
+    fn property(says: &str, status: Status) -> Property {
         Property {
             id: "f0.assertion.1".to_owned(),
             says: says.to_owned(),
-            holds,
+            status,
         }
     }
 
     #[test]
     fn proved_means_every_property_every_cover_and_the_end() {
         let all = [
-            property("panic: attempt to add with overflow at a.rs:1:2", true),
-            property("cover: x.rs:3:5", false),
-            property("cover: x.rs:3:5", true),
-            property(END_OF_HARNESS, false),
+            property(
+                "panic: attempt to add with overflow at a.rs:1:2",
+                Status::Holds,
+            ),
+            property("cover: x.rs:3:5", Status::Fails),
+            property("cover: x.rs:3:5", Status::Holds),
+            property(END_OF_HARNESS, Status::Fails),
         ];
         let outcome = judge(&all, &harness(&["x.rs:3"]));
         assert!(outcome.is_proved(), "{outcome:?}");
@@ -272,8 +258,8 @@ mod tests {
 
     #[test]
     fn a_cover_that_is_never_hit_or_is_gone_fails() {
-        let end = || property(END_OF_HARNESS, false);
-        let never = [property("cover: x.rs:3:5", true), end()];
+        let end = || property(END_OF_HARNESS, Status::Fails);
+        let never = [property("cover: x.rs:3:5", Status::Holds), end()];
         for properties in [never.as_slice(), &[end()]] {
             let outcome = judge(properties, &harness(&["x.rs:3"]));
             let what = outcome
@@ -286,9 +272,17 @@ mod tests {
 
     #[test]
     fn a_harness_whose_end_no_input_reaches_is_vacuous() {
-        let outcome = judge(&[property(END_OF_HARNESS, true)], &harness(&[]));
+        let outcome = judge(&[property(END_OF_HARNESS, Status::Holds)], &harness(&[]));
         let first = outcome.failures.first();
         assert!(first.is_some_and(|failure| failure.what.starts_with("vacuous")));
+    }
+
+    #[test]
+    fn what_is_undecided_is_neither_proved_nor_hit() {
+        let end = || property(END_OF_HARNESS, Status::Fails);
+        let undecided = |says| [property(says, Status::Undecided), end()];
+        assert!(!judge(&undecided("panic: index out of bounds"), &harness(&[])).is_proved());
+        assert!(!judge(&undecided("cover: x.rs:3:5"), &harness(&["x.rs:3"])).is_proved());
     }
 
     #[test]

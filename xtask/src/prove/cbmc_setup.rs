@@ -40,11 +40,11 @@ pub(crate) fn cbmc(folder: &Path) -> Result<Cbmc> {
                 says: format!("CBMC {version} (in PATH)"),
             });
         }
-        println!("The CBMC in PATH is {version}; the proofs need 6.x");
+        eprintln!("The CBMC in PATH is {version}; the proofs need 6.x");
     }
     let program = folder.join("bin/cbmc");
     if version_of(&program).is_none() {
-        println!(
+        eprintln!(
             "Unpacking Debian {RELEASE}'s CBMC into {}",
             folder.display()
         );

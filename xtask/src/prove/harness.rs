@@ -219,6 +219,23 @@ impl<'ast> Visit<'ast> for Visitor<'_> {
 }
 
 #[cfg(test)]
+impl Harness {
+    /// For tests: one that proves that theorem.
+    pub(crate) fn example(name: &str, theorem: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            theorem: theorem.to_owned(),
+            length: "any".to_owned(),
+            long: false,
+            covers_functions: Vec::new(),
+            unwind: 1,
+            covers: BTreeSet::new(),
+            expected: None,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

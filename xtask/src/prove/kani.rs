@@ -1,15 +1,13 @@
 //! Checks harnesses with Kani itself.
 
-use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::fs::{self, File};
+use std::time::Duration;
 
-use anyhow::{Context as _, Result};
-use wait_timeout::ChildExt as _;
+use anyhow::Result;
 
 use super::harness::Harness;
 use super::outcome::{Failure, Outcome};
-use crate::command::{cargo, output};
+use crate::command::{cargo, output, status_within};
 use crate::workspace::Workspace;
 
 /// Name and version, if it is installed and set up.
@@ -19,43 +17,21 @@ pub(crate) fn version(workspace: &Workspace) -> Option<String> {
     Some(format!("Kani {version}"))
 }
 
-pub(crate) fn check(workspace: &Workspace, harness: &Harness, limit: Duration) -> Outcome {
-    let start = Instant::now();
-    let outcome = answer(workspace, harness, limit).map(|answer| {
-        answer.map_or_else(
-            || Outcome::failed(format!("no answer within {} s", limit.as_secs()), limit),
-            |answer| judge(&answer),
-        )
-    });
-    let mut outcome =
-        outcome.unwrap_or_else(|error| Outcome::failed(format!("{error:#}"), start.elapsed()));
-    outcome.seconds = start.elapsed().as_secs_f64();
-    outcome
-}
-
-/// What `cargo kani` writes; `None` if it is not done within the limit.
-fn answer(workspace: &Workspace, harness: &Harness, limit: Duration) -> Result<Option<String>> {
+pub(crate) fn check(workspace: &Workspace, harness: &Harness, limit: Duration) -> Result<Outcome> {
     let folder = workspace.target_directory.join("kani-answers");
-    std::fs::create_dir_all(&folder)?;
+    fs::create_dir_all(&folder)?;
     let path = folder.join(harness.name.replace("::", "."));
-    let file = std::fs::File::create(&path)?;
-    let mut child = command(&workspace.root)
+    let file = File::create(&path)?;
+    let mut command = cargo(workspace);
+    command
         .args(["kani", "--package", super::PACKAGE, "--exact", "--harness"])
         .arg(format!("harnesses::{}", harness.name))
         .stdout(file.try_clone()?)
-        .stderr(Stdio::from(file))
-        .spawn()
-        .context("`cargo kani` could not be started")?;
-    if child.wait_timeout(limit)?.is_none() {
-        child.kill()?;
-        child.wait()?;
-        return Ok(None);
+        .stderr(file);
+    if status_within(limit, &mut command)?.is_none() {
+        return Ok(Outcome::no_answer(limit));
     }
-    Ok(Some(std::fs::read_to_string(path)?))
-}
-
-fn command(root: &Path) -> Command {
-    crate::command::cargo_in(root)
+    Ok(judge(&fs::read_to_string(path)?))
 }
 
 /// Reads the summary lines that Kani ends a harness with. Kani itself calls a harness successful

@@ -24,7 +24,7 @@ use clap::ValueEnum;
 use self::cbmc::Cbmc;
 use self::harness::Harness;
 use self::llvm::Module;
-use self::outcome::{Outcome, rows, table};
+use self::outcome::{Outcome, Row, rows, table};
 use crate::stage::Report;
 use crate::workspace::Workspace;
 
@@ -135,8 +135,7 @@ pub(crate) fn prove(arguments: &Arguments) -> Result<ExitCode> {
             );
         }
         println!();
-        let all = harness::read(&workspace.root, &workspace.root.join(HARNESSES))?;
-        public_functions::check(&workspace, &all)?;
+        public_functions::check(&workspace, &all_harnesses(&workspace)?)?;
         return Ok(ExitCode::SUCCESS);
     }
     let (says, results) = check(&workspace, arguments.engine, &harnesses, &limits)?;
@@ -144,10 +143,7 @@ pub(crate) fn prove(arguments: &Arguments) -> Result<ExitCode> {
     match arguments.format {
         Format::Json => println!("{}", serde_json::to_string_pretty(&rows)?),
         Format::Text => {
-            for (harness, outcome) in &results {
-                outcome.print_failures(&harness.name);
-            }
-            println!("{}", table(&rows));
+            print(&results, &rows);
             let proved = rows.iter().filter(|row| row.proved).count();
             println!("{proved} proved, {} failed", rows.len() - proved);
         }
@@ -162,8 +158,20 @@ pub(crate) fn prove(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+fn all_harnesses(workspace: &Workspace) -> Result<Vec<Harness>> {
+    harness::read(&workspace.root, &workspace.root.join(HARNESSES))
+}
+
+/// The failures in full, and the table.
+fn print(results: &[(&Harness, Outcome)], rows: &[Row]) {
+    for (harness, outcome) in results {
+        outcome.print_failures(&harness.name);
+    }
+    println!("{}", table(rows));
+}
+
 fn selected(workspace: &Workspace, arguments: &Arguments) -> Result<Vec<Harness>> {
-    let mut all = harness::read(&workspace.root, &workspace.root.join(HARNESSES))?;
+    let mut all = all_harnesses(workspace)?;
     match &arguments.harness {
         Some(wanted) => all.retain(|harness| harness.name.contains(wanted.as_str())),
         None => all.retain(|harness| arguments.all || !harness.long),
@@ -236,10 +244,10 @@ fn symbol(package: &str, harness: &Harness) -> String {
 fn in_parallel(
     harnesses: &[Harness],
     jobs: usize,
-    check: impl Fn(&Harness) -> Outcome + Sync,
+    check: impl Fn(&Harness) -> Result<Outcome> + Sync,
 ) -> Vec<(&Harness, Outcome)> {
     let outcomes = each_in_parallel(harnesses, jobs, |harness| {
-        let outcome = check(harness);
+        let outcome = Outcome::timed(|| check(harness));
         let word = if outcome.is_proved() {
             "proved"
         } else {
@@ -297,16 +305,13 @@ fn usual_limits() -> Limits {
 /// The stage of `verify`: every theorem that each commit is checked for, and every public function
 /// of the core in one of them.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let mut harnesses = harness::read(&workspace.root, &workspace.root.join(HARNESSES))?;
+    let mut harnesses = all_harnesses(workspace)?;
     public_functions::check(workspace, &harnesses)?;
     theorem_table::check(workspace, &harnesses)?;
     harnesses.retain(|harness| !harness.long);
     let (says, results) = check(workspace, None, &harnesses, &usual_limits())?;
     let rows = rows(&results, &says);
-    for (harness, outcome) in &results {
-        outcome.print_failures(&harness.name);
-    }
-    println!("{}", table(&rows));
+    print(&results, &rows);
     report.tests.passed = rows.iter().filter(|row| row.proved).count();
     report.tests.failed = rows.len() - report.tests.passed;
     report.extent = format!("{} harnesses", rows.len());

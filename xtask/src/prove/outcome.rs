@@ -1,7 +1,8 @@
 //! What became of a harness, and the table of all.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use anyhow::Result;
 use comfy_table::{Table, presets};
 use serde::Serialize;
 
@@ -38,12 +39,27 @@ impl Failure {
 }
 
 impl Outcome {
-    pub(crate) fn failed(what: impl Into<String>, time: Duration) -> Self {
+    pub(crate) fn failed(what: impl Into<String>) -> Self {
         Self {
-            seconds: time.as_secs_f64(),
             failures: vec![Failure::new(what)],
             ..Self::default()
         }
+    }
+
+    /// The engine did not answer within the limit.
+    pub(crate) fn no_answer(limit: Duration) -> Self {
+        Self::failed(format!(
+            "no answer within {} s; --timeout gives it longer",
+            limit.as_secs()
+        ))
+    }
+
+    /// What checking comes to, and how long it takes. That it could not be done is a failure too.
+    pub(crate) fn timed(check: impl FnOnce() -> Result<Self>) -> Self {
+        let start = Instant::now();
+        let mut outcome = check().unwrap_or_else(|error| Self::failed(format!("{error:#}")));
+        outcome.seconds = start.elapsed().as_secs_f64();
+        outcome
     }
 
     pub(crate) fn is_proved(&self) -> bool {

@@ -26,6 +26,7 @@ pub(crate) fn check(workspace: &Workspace, harnesses: &[Harness]) -> Result<()> 
     let mut public = BTreeSet::from(MADE_BY_MACROS.map(str::to_owned));
     let mut traits = BTreeMap::new();
     let mut implemented = BTreeSet::new();
+    let mut types = BTreeSet::new();
     let folder = workspace.root.join("core/src");
     for entry in fs::read_dir(&folder)? {
         let path = entry?.path();
@@ -41,8 +42,14 @@ pub(crate) fn check(workspace: &Workspace, harnesses: &[Harness]) -> Result<()> 
             public.extend(found.functions);
             traits.extend(found.traits);
             implemented.extend(found.implemented);
+            types.extend(found.types);
         }
     }
+    types.extend(traits.keys().cloned());
+    public.retain(|function| match function.split_once("::") {
+        Some((of, _)) => types.contains(of),
+        None => true,
+    });
     // A trait's methods are listed with the types that have them; where these are not seen, with it.
     traits.retain(|name, _| !implemented.contains(name));
     public.extend(traits.into_values().flatten());
@@ -87,7 +94,10 @@ pub(crate) fn check(workspace: &Workspace, harnesses: &[Harness]) -> Result<()> 
 /// What a file has.
 #[derive(Default)]
 struct Found {
+    /// Those of private types too.
     functions: BTreeSet<String>,
+    /// Public types.
+    types: BTreeSet<String>,
     /// Public traits, and their methods.
     traits: BTreeMap<String, Vec<String>>,
     /// The traits that something is seen to implement.
@@ -102,6 +112,12 @@ fn of_file(text: &str) -> Result<Found> {
         match item {
             syn::Item::Fn(function) if is_public(&function.vis) => {
                 found.functions.insert(function.sig.ident.to_string());
+            }
+            syn::Item::Struct(item) if is_public(&item.vis) => {
+                found.types.insert(item.ident.to_string());
+            }
+            syn::Item::Enum(item) if is_public(&item.vis) => {
+                found.types.insert(item.ident.to_string());
             }
             syn::Item::Impl(item) => {
                 let of_trait = item.trait_.is_some();
@@ -156,15 +172,12 @@ fn is_public(visibility: &syn::Visibility) -> bool {
     matches!(visibility, syn::Visibility::Public(_))
 }
 
-/// The type's own name. What is implemented for a type parameter, for a builtin type or for a
-/// private type is listed where it is used.
+/// The name of a type or of a type parameter.
 fn type_name(of: &syn::Type) -> Option<String> {
     let syn::Type::Path(path) = of else {
         return None;
     };
-    let name = path.path.segments.last()?.ident.to_string();
-    let private = ["Ledger", "Axis", "Starts", "Places", "F"];
-    (name.chars().next()?.is_uppercase() && !private.contains(&name.as_str())).then_some(name)
+    Some(path.path.segments.last()?.ident.to_string())
 }
 
 #[cfg(test)]

@@ -8,9 +8,8 @@ use comfy_table::{Table, presets};
 use serde::Deserialize;
 
 use super::cbmc::Cbmc;
-use super::harness::Harness;
-use super::llvm::Module;
-use super::{HARNESSES, Limits, PACKAGE, each_in_parallel, harness, model, symbol};
+use super::outcome::Outcome;
+use super::{Limits, PACKAGE, all_harnesses, each_in_parallel, model, symbol};
 use crate::workspace::Workspace;
 
 const BUGS: &str = "proofs/seeded-bugs.toml";
@@ -42,8 +41,14 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
     let copy = target.join("seeded");
     copy_sources(&workspace.root, &copy)?;
 
+    let harnesses = all_harnesses(workspace)?;
     let mut seeded = Vec::new();
     for bug in bugs {
+        let harness = harnesses
+            .iter()
+            .find(|harness| harness.name == bug.caught_by);
+        let harness =
+            harness.with_context(|| format!("{BUGS}: there is no harness {}", bug.caught_by))?;
         let file = copy.join(&bug.file);
         let sound = fs::read_to_string(workspace.root.join(&bug.file))?;
         let places = sound.matches(&bug.right).count();
@@ -54,22 +59,18 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
             bug.file.display()
         );
         fs::write(&file, sound.replace(&bug.right, &bug.wrong))?;
-        let prepared = prepare(&copy, &target, &bug);
+        let module = model::compile(&copy, &target, PACKAGE);
         fs::write(&file, &sound)?;
-        let (module, harness) = prepared.with_context(|| format!("{BUGS}: {}", bug.mistake))?;
+        let module = module
+            .with_context(|| format!("{BUGS}: with \"{}\" it does not compile", bug.mistake))?;
         seeded.push((bug, module, harness));
     }
     let folder = target.join("seeded-harnesses");
     let outcomes = each_in_parallel(&seeded, limits.jobs, |(bug, module, harness)| {
         // A folder for each: several bugs may be for one harness.
         let folder = folder.join(bug.mistake.replace(|c: char| !c.is_alphanumeric(), "-"));
-        cbmc.check(
-            module,
-            &symbol(PACKAGE, harness),
-            harness,
-            &folder,
-            limits.each,
-        )
+        let symbol = symbol(PACKAGE, harness);
+        Outcome::timed(|| cbmc.check(module, &symbol, harness, &folder, limits.each))
     });
 
     let mut table = Table::new();
@@ -95,15 +96,6 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         bail!("not caught: {}", survivors.join("; "));
     }
     Ok(())
-}
-
-/// The program with the bug in it, and the harness that must fail.
-fn prepare(copy: &Path, target: &Path, bug: &Bug) -> Result<(Module, Harness)> {
-    let module = model::compile(copy, target, PACKAGE).context("it does not compile")?;
-    let mut harnesses = harness::read(copy, &copy.join(HARNESSES))?.into_iter();
-    let harness = harnesses.find(|harness| harness.name == bug.caught_by);
-    let harness = harness.with_context(|| format!("there is no harness {}", bug.caught_by))?;
-    Ok((module, harness))
 }
 
 /// A workspace of the core and the proofs alone.

@@ -92,23 +92,13 @@ fn quoted(cell: &str) -> impl Iterator<Item = &str> {
 mod tests {
     use super::*;
 
-    fn harness(name: &str, theorem: &str) -> Harness {
-        Harness {
-            name: name.to_owned(),
-            theorem: theorem.to_owned(),
-            length: "any".to_owned(),
-            long: false,
-            covers_functions: Vec::new(),
-            unwind: 1,
-            covers: BTreeSet::new(),
-            expected: None,
-        }
-    }
-
     fn check(row: &str) -> Vec<String> {
-        dead_links(row, "**R1.** It.", &[harness("a::b", "3")], |file| {
-            (file == "x.rs").then(|| "fn y() {}".to_owned())
-        })
+        dead_links(
+            row,
+            "**R1.** It.",
+            &[Harness::example("a::b", "3")],
+            |file| (file == "x.rs").then(|| "fn y() {}".to_owned()),
+        )
     }
 
     #[test]

@@ -39,12 +39,6 @@ pub fn unwind(bound: TokenStream, harness: TokenStream) -> TokenStream {
     harness
 }
 
-/// Says which solver Kani is to use; here there is one.
-#[proc_macro_attribute]
-pub fn solver(_solver: TokenStream, harness: TokenStream) -> TokenStream {
-    harness
-}
-
 /// The identifier behind `fn`.
 fn function_name(item: TokenStream) -> Option<String> {
     let mut tokens = item.into_iter();

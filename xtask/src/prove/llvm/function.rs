@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use anyhow::{Context as _, Result, bail};
 
 use super::emit::{Writer, plain};
-use super::ir::{Block, End, Function, Instruction, Type, Value};
+use super::ir::{Block, Call, End, Function, Instruction, Type, Value};
 use super::order::{Item, Order, order};
 use super::panics::describe;
 
@@ -23,16 +23,13 @@ pub(super) struct FunctionWriter<'w, 'a> {
 impl<'w, 'a> FunctionWriter<'w, 'a> {
     pub(super) fn new(writer: &'w mut Writer<'a>, function: &'a Function) -> Self {
         let parameters = function.parameters.iter().enumerate();
-        let blocks = function.blocks.iter().enumerate();
         Self {
             writer,
             function,
             names: parameters
                 .map(|(place, (_, name))| (name.as_str(), format!("p{place}")))
                 .collect(),
-            blocks: blocks
-                .map(|(index, block)| (block.label.as_str(), index))
-                .collect(),
+            blocks: function.block_places(),
             declared: String::new(),
             text: String::new(),
         }
@@ -79,18 +76,18 @@ impl<'w, 'a> FunctionWriter<'w, 'a> {
             Instruction::Extract { to, of, field, .. } => {
                 (to, of.part(*field).context("no such field")?.clone())
             }
-            Instruction::Call {
+            Instruction::Call(Call {
                 to: Some(to),
                 result,
                 ..
-            } => (to, result.clone()),
+            }) => (to, result.clone()),
             Instruction::Allocate { to, bytes } => {
                 let name = format!("a{}", self.names.len());
                 writeln!(self.declared, "  u8 {name}[{}];", (*bytes).max(1))?;
                 self.names.insert(to, name);
                 return Ok(());
             }
-            Instruction::Call { to: None, .. } | Instruction::Store { .. } => return Ok(()),
+            Instruction::Call(Call { to: None, .. }) | Instruction::Store { .. } => return Ok(()),
         };
         let name = format!("v{}", self.names.len());
         let of = self.writer.type_name(&of)?;
@@ -205,17 +202,12 @@ impl<'w, 'a> FunctionWriter<'w, 'a> {
         let block = &self.function.blocks[*self.blocks.get(label)?];
         let mut instructions = block.instructions.iter();
         let call = instructions.find(|other| !matches!(other, Instruction::Phi { .. }))?;
-        let Instruction::Call {
-            function,
-            arguments,
-            ..
-        } = call
-        else {
+        let Instruction::Call(call) = call else {
             return None;
         };
-        let panics = self.writer.module.never_return.contains(function);
+        let panics = self.writer.module.never_return.contains(&call.function);
         let ends = matches!(block.end, End::Unreachable) && instructions.next().is_none();
-        let says = || describe(self.writer.module, self.function, function, arguments);
+        let says = || describe(self.writer.module, self.function, call);
         (panics && ends).then(|| plain(&says()))
     }
 

@@ -144,12 +144,7 @@ impl<'a> FunctionWriter<'_, 'a> {
                 let text = format!("  {to} = {value}; {to}.f{field} = {part};");
                 self.line(&text)
             }
-            Instruction::Call {
-                to,
-                result,
-                function,
-                arguments,
-            } => self.call(to.as_deref(), result, function, arguments),
+            Instruction::Call(call) => self.call(call),
         }
     }
 

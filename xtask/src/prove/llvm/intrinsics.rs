@@ -8,29 +8,21 @@ use anyhow::{Context as _, Result, bail};
 use super::emit::plain;
 use super::function::FunctionWriter;
 use super::instruction::width;
-use super::ir::{Type, Value};
+use super::ir::{Call, Type, Value};
 use super::panics;
 
 /// What the bytes of an input are for stands in an output of this name before them.
 pub(crate) const INPUT: &str = "input";
 
 impl FunctionWriter<'_, '_> {
-    pub(super) fn call(
-        &mut self,
-        to: Option<&str>,
-        result: &Type,
-        function: &str,
-        arguments: &[(Type, Value)],
-    ) -> Result<()> {
+    pub(super) fn call(&mut self, call: &Call) -> Result<()> {
         let module = self.writer.module;
-        let function = module
-            .aliases
-            .get(function)
-            .map_or(function, String::as_str);
+        let alias = module.aliases.get(&call.function);
+        let function = alias.unwrap_or(&call.function);
         if module.functions.contains_key(function) || module.unreadable.contains_key(function) {
-            let written = self.values(arguments)?.join(", ");
+            let written = self.values(&call.arguments)?.join(", ");
             let name = self.writer.function_name(function);
-            return match to {
+            return match &call.to {
                 Some(to) => {
                     let text = format!("  {} = {name}({written});", self.name(to)?);
                     self.line(&text)
@@ -39,23 +31,18 @@ impl FunctionWriter<'_, '_> {
             };
         }
         if let Some(built_in) = function.strip_prefix("llvm.") {
-            return self.built_in(to, result, built_in, arguments);
+            return self.built_in(built_in, call);
         }
         if module.never_return.contains(function) {
-            let said = plain(&panics::describe(
-                module,
-                self.function,
-                function,
-                arguments,
-            ));
+            let said = plain(&panics::describe(module, self.function, call));
             return self.line(&format!(
                 "  __CPROVER_assert(0, \"{said}\"); __CPROVER_assume(0);"
             ));
         }
         if function == "memcmp" || function == "bcmp" {
-            return self.compare_bytes(to, arguments);
+            return self.compare_bytes(call);
         }
-        self.stand_in(to, result, function, arguments)
+        self.stand_in(call)
     }
 
     fn values(&mut self, arguments: &[(Type, Value)]) -> Result<Vec<String>> {
@@ -64,14 +51,9 @@ impl FunctionWriter<'_, '_> {
     }
 
     /// The imports that `proofs/stand-in` lists.
-    fn stand_in(
-        &mut self,
-        to: Option<&str>,
-        result: &Type,
-        function: &str,
-        arguments: &[(Type, Value)],
-    ) -> Result<()> {
-        let values = self.values(arguments)?;
+    fn stand_in(&mut self, call: &Call) -> Result<()> {
+        let values = self.values(&call.arguments)?;
+        let function = call.function.as_str();
         if let Some(place) = function.strip_prefix("cover:") {
             let [condition] = values.as_slice() else {
                 bail!("a cover has one condition");
@@ -84,15 +66,15 @@ impl FunctionWriter<'_, '_> {
         match (function, values.as_slice()) {
             ("assume", [condition]) => self.line(&format!("  __CPROVER_assume({condition});")),
             ("input", _) => {
-                let what = self.input_place(arguments).unwrap_or_default();
+                let what = self.input_place(&call.arguments).unwrap_or_default();
                 self.line(&format!(
                     "  __CPROVER_output(\"{INPUT}: {}\", 0);",
                     plain(&what)
                 ))
             }
             (any, []) if any.starts_with("any_") => {
-                let of = self.writer.type_name(result)?;
-                let to = self.name(to.context("the value is not used")?)?;
+                let of = self.writer.type_name(&call.result)?;
+                let to = self.name(call.used()?)?;
                 let text = format!("  {to} = nondet_{of}(); __CPROVER_input(\"{any}\", {to});");
                 self.line(&text)
             }
@@ -118,13 +100,11 @@ impl FunctionWriter<'_, '_> {
         Some(format!("{} at {}:{line}", text(0)?, text(2)?))
     }
 
-    fn built_in(
-        &mut self,
-        to: Option<&str>,
-        result: &Type,
-        name: &str,
-        arguments: &[(Type, Value)],
-    ) -> Result<()> {
+    /// `name` is the function's, without `llvm.`.
+    fn built_in(&mut self, name: &str, call: &Call) -> Result<()> {
+        let Call {
+            result, arguments, ..
+        } = call;
         let values = self.values(arguments)?;
         let base = name.split_once(".i").map_or(name, |(base, _)| base);
         let to = match (base, values.as_slice()) {
@@ -140,10 +120,10 @@ impl FunctionWriter<'_, '_> {
             ("trap", _) => {
                 return self.line("  __CPROVER_assert(0, \"trap\"); __CPROVER_assume(0);");
             }
-            _ => to.context("the value is not used")?,
+            _ => call.used()?,
         };
         if base.ends_with(".with.overflow") {
-            let [(of, _), _] = arguments else {
+            let [(of, _), _] = arguments.as_slice() else {
                 bail!("two operands");
             };
             return self.with_overflow(to, result, base, width(of)?, &values);
@@ -235,9 +215,13 @@ impl FunctionWriter<'_, '_> {
     }
 
     /// Whether bytes differ, and in which order the first that do are.
-    fn compare_bytes(&mut self, to: Option<&str>, arguments: &[(Type, Value)]) -> Result<()> {
-        let [left, right, _] = self.values(arguments)?.try_into().ok().context("three")?;
-        let length = constant_length(&arguments[2].1)?;
+    fn compare_bytes(&mut self, call: &Call) -> Result<()> {
+        let [left, right, _] = self
+            .values(&call.arguments)?
+            .try_into()
+            .ok()
+            .context("three")?;
+        let length = constant_length(&call.arguments[2].1)?;
         let mut text = "0".to_owned();
         for byte in (0..length).rev() {
             text = format!(
@@ -245,7 +229,14 @@ impl FunctionWriter<'_, '_> {
                  (({left})[{byte}] < ({right})[{byte}] ? -1 : 1) : ({text})"
             );
         }
-        self.assign(to.context("unused")?, &Type::Integer(32), &text)
+        self.assign(call.used()?, &Type::Integer(32), &text)
+    }
+}
+
+impl Call {
+    /// The name of its result.
+    fn used(&self) -> Result<&str> {
+        self.to.as_deref().context("the value is not used")
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is read of a module of LLVM's intermediate representation.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// The functions and constants of one or more modules, by their names.
 #[derive(Debug, Default)]
@@ -21,6 +21,16 @@ pub(crate) struct Function {
     pub(crate) result: Type,
     pub(crate) parameters: Vec<(Type, String)>,
     pub(crate) blocks: Vec<Block>,
+}
+
+impl Function {
+    /// Where each block stands, by its label.
+    pub(crate) fn block_places(&self) -> HashMap<&str, usize> {
+        let blocks = self.blocks.iter().enumerate();
+        blocks
+            .map(|(place, block)| (block.label.as_str(), place))
+            .collect()
+    }
 }
 
 #[derive(Debug)]
@@ -138,12 +148,16 @@ pub(crate) enum Instruction {
         part: (Type, Value),
         field: usize,
     },
-    Call {
-        to: Option<String>,
-        result: Type,
-        function: String,
-        arguments: Vec<(Type, Value)>,
-    },
+    Call(Call),
+}
+
+/// A call, of a function by its name.
+#[derive(Debug)]
+pub(crate) struct Call {
+    pub(crate) to: Option<String>,
+    pub(crate) result: Type,
+    pub(crate) function: String,
+    pub(crate) arguments: Vec<(Type, Value)>,
 }
 
 /// How a block ends.

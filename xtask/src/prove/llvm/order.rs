@@ -24,12 +24,7 @@ pub(super) struct Order {
 }
 
 pub(super) fn order(function: &Function) -> Order {
-    let index: HashMap<&str, usize> = function
-        .blocks
-        .iter()
-        .enumerate()
-        .map(|(index, block)| (block.label.as_str(), index))
-        .collect();
+    let index = function.block_places();
     let successors: Vec<Vec<usize>> = function
         .blocks
         .iter()

@@ -2,18 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use super::ir::{Constant, Function, Instruction, Module, Type, Value};
+use super::ir::{Call, Constant, Function, Instruction, Module, Value};
 
 /// In words, what the call of a function that never returns means.
-pub(super) fn describe(
-    module: &Module,
-    within: &Function,
-    callee: &str,
-    arguments: &[(Type, Value)],
-) -> String {
+pub(super) fn describe(module: &Module, within: &Function, call: &Call) -> String {
     let mut message = None;
     let mut places = BTreeSet::new();
-    for (place, (_, value)) in arguments.iter().enumerate() {
+    for (place, (_, value)) in call.arguments.iter().enumerate() {
         let mut names = BTreeSet::new();
         globals(within, value, &mut names, 0);
         for name in names {
@@ -22,13 +17,13 @@ pub(super) fn describe(
             };
             if let Some(found) = location(module, constant) {
                 places.insert(found);
-            } else if let Some((_, Value::Integer(length))) = arguments.get(place + 1) {
+            } else if let Some((_, Value::Integer(length))) = call.arguments.get(place + 1) {
                 let length = usize::try_from(*length).unwrap_or(0);
                 message = constant.bytes.get(..length).map(String::from_utf8_lossy);
             }
         }
     }
-    let message = message.map_or_else(|| of_function(callee), std::borrow::Cow::into_owned);
+    let message = message.map_or_else(|| of_function(&call.function), std::borrow::Cow::into_owned);
     let places: Vec<String> = places.into_iter().collect();
     if places.is_empty() {
         return format!("panic: {message}");

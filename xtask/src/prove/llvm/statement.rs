@@ -3,7 +3,7 @@
 use anyhow::{Context as _, Result, bail};
 
 use super::cursor::Cursor;
-use super::ir::{End, Instruction, Type, Value};
+use super::ir::{Call, End, Instruction, Type, Value};
 use super::lexer::Token;
 use super::parse::Statement;
 
@@ -269,11 +269,11 @@ impl Cursor<'_> {
             return Ok(Statement::Nothing);
         }
         let arguments = self.typed_values()?;
-        Ok(Statement::Instruction(Instruction::Call {
+        Ok(Statement::Instruction(Instruction::Call(Call {
             to,
             result,
             function,
             arguments,
-        }))
+        })))
     }
 }
