@@ -39,10 +39,11 @@ pub(crate) fn compile(root: &Path, target: &Path, package: &str) -> Result<Modul
         "--emit=llvm-ir,metadata,link",
         &format!("-Cpasses={PASSES}"),
     ];
-    // A folder for each compiler and choice of flags: with others the files have other names, and
-    // stale ones would be read with them.
+    // A folder for each workspace, compiler and choice of flags. With other flags the files have
+    // other names, and stale ones would be read with them. In a copy of the workspace they have the
+    // same names, and Cargo takes the copy's for its own wherever they are newer than the sources.
     let mut hasher = DefaultHasher::new();
-    (&compiler, flags, package).hash(&mut hasher);
+    (root, &compiler, flags, package).hash(&mut hasher);
     let target = target.join(format!("{:016x}", hasher.finish()));
     run_quietly(
         cargo_in(root)
