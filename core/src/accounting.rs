@@ -104,6 +104,29 @@ pub struct Counters {
     pub events: LineEvents,
 }
 
+impl Counters {
+    /// Nothing has happened yet: [`Default`], but for constants and statics.
+    pub const ZERO: Self = Self {
+        bytes: 0,
+        frames: 0,
+        discarded: Discarded {
+            no_sync: 0,
+            broken_sync: 0,
+            check: 0,
+            terminator: 0,
+            line_event: 0,
+        },
+        resynchronisations: 0,
+        events: LineEvents {
+            framing: 0,
+            parity: 0,
+            overrun: 0,
+            line_break: 0,
+            idle: 0,
+        },
+    };
+}
+
 /// A parser, and where each byte that it took has gone.
 ///
 /// At any time, modulo 2^64:
@@ -138,7 +161,7 @@ impl<P: Parser> Accounting<P> {
             parser,
             Counters {
                 bytes,
-                ..Counters::default()
+                ..Counters::ZERO
             },
         )
     }
@@ -167,10 +190,14 @@ impl<P: Parser> Accounting<P> {
         self.counters.bytes = self.counters.bytes.wrapping_add(bytes.len() as u64);
         let mut ledger = Ledger {
             counters: &mut self.counters,
-            lost: &mut self.lost,
+            frames: 0,
+            lost: self.lost,
             frame,
         };
         self.parser.feed(bytes, &mut ledger);
+        self.lost = ledger.lost;
+        let frames = ledger.frames as u64;
+        self.counters.frames = self.counters.frames.wrapping_add(frames);
     }
 
     /// Drops the frame under way: no frame that holds a byte from before the event is committed.
@@ -210,21 +237,32 @@ impl<P: Parser> Accounting<P> {
 /// Writes down what the parser reports.
 struct Ledger<'a, F> {
     counters: &'a mut Counters,
-    lost: &'a mut bool,
+    /// Frames of this slice: a word is counted in faster than 64 bits are on a microcontroller.
+    frames: usize,
+    lost: bool,
     frame: F,
 }
 
+impl<F> Ledger<'_, F> {
+    #[cold]
+    fn resynchronised(&mut self) {
+        self.lost = false;
+        self.counters.resynchronisations = self.counters.resynchronisations.wrapping_add(1);
+    }
+}
+
 impl<Message, F: FnMut(usize, Message)> Sink<Message> for Ledger<'_, F> {
+    #[inline]
     fn frame(&mut self, index: usize, message: Message) {
-        self.counters.frames = self.counters.frames.wrapping_add(1);
-        if core::mem::take(self.lost) {
-            self.counters.resynchronisations = self.counters.resynchronisations.wrapping_add(1);
+        self.frames += 1;
+        if self.lost {
+            self.resynchronised();
         }
         (self.frame)(index, message);
     }
 
     fn dropped(&mut self, count: usize, why: Mismatch) {
-        *self.lost = true;
+        self.lost = true;
         let discarded = self.counters.discarded.count(why);
         *discarded = discarded.wrapping_add(count as u64);
     }

@@ -311,9 +311,13 @@ impl Axis {
         if ticks == 0 {
             return;
         }
-        // Long division: a way has at most 255 units, so eight steps tell how many are made.
-        let mut units = 0;
         let mut left = u64::from(ticks) + u64::from(self.since_unit);
+        // Long division: a way has at most 255 units, so eight steps tell how many are made. Mostly
+        // it is none.
+        let mut units = 0;
+        if left < u64::from(ticks_per_unit.get()) {
+            return self.advance(target, units, left);
+        }
         for bit in (0..8).rev() {
             (units, left) = division_step(units, left, ticks_per_unit, bit);
         }

@@ -149,20 +149,19 @@ impl Parser for Lecture {
     #[rustfmt::skip]
     #[expect(clippy::match_same_arms, reason = "one arm for each row of the table, in its order")]
     fn push(&mut self, byte: u8) -> Option<Setpoint> {
-        let mut implement = None;
         self.state = match (self.state, byte) {
-            (State::SyncA,      b'A')  =>                                     State::SyncB,
-            (State::SyncA,      _)     =>                                     State::SyncA,
-            (State::SyncB,      b'B')  =>                                     State::Reserved,
-            (State::SyncB,      _)     =>                                     State::SyncA,
-            (State::Reserved,   _)     =>                                     State::Pitch,
-            (State::Pitch,      pitch) => { self.temp.pitch = pitch;          State::Roll }
-            (State::Roll,       roll)  => { self.temp.roll = roll;            State::Yaw }
-            (State::Yaw,        yaw)   => { self.temp.yaw = yaw;              State::Terminator }
-            (State::Terminator, b'\r') => { implement = Some(self.temp);      State::SyncA }
-            (State::Terminator, _)     =>                                     State::SyncA,
+            (State::SyncA,      b'A')  =>                             State::SyncB,
+            (State::SyncA,      _)     =>                             State::SyncA,
+            (State::SyncB,      b'B')  =>                             State::Reserved,
+            (State::SyncB,      _)     =>                             State::SyncA,
+            (State::Reserved,   _)     =>                             State::Pitch,
+            (State::Pitch,      pitch) => { self.temp.pitch = pitch;  State::Roll }
+            (State::Roll,       roll)  => { self.temp.roll = roll;    State::Yaw }
+            (State::Yaw,        yaw)   => { self.temp.yaw = yaw;      State::Terminator }
+            (State::Terminator, b'\r') => { self.state = State::SyncA; return Some(self.temp) }
+            (State::Terminator, _)     =>                             State::SyncA,
         };
-        implement
+        None
     }
 
     fn pending(&self) -> usize {

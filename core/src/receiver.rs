@@ -127,12 +127,111 @@ impl<F: Format, P: Policy> Receiver<F, P> {
 
     /// The bytes that may yet become a frame: how many at the end of those held.
     fn viable(self) -> u8 {
-        let count = self.window.count();
         (1..F::SHAPE.length())
             .rev()
-            .filter(|&known| known <= count)
-            .find(|&known| first_mismatch::<F>(self.window.history(), known).is_none())
+            .filter(|&known| self.window.holds(known))
+            .find(|&known| first_mismatch::<F>(self.window.word(), known).is_none())
             .unwrap_or(0)
+    }
+
+    /// Pushes the bytes from `from` to before `to`.
+    #[inline(never)]
+    fn feed_bytes<S: Sink<F::Message>>(
+        &mut self,
+        bytes: &[u8],
+        from: usize,
+        to: usize,
+        sink: &mut S,
+    ) {
+        let part = bytes.get(from..to).unwrap_or_default();
+        for (index, &byte) in (from..).zip(part) {
+            self.push_into(index, byte, sink);
+        }
+    }
+
+    /// Takes a slice too short to be searched by blocks: frames whole, and the rest in parts.
+    #[inline]
+    fn feed_short<S: Sink<F::Message>>(&mut self, bytes: &[u8], sink: &mut S) {
+        let mut at = 0;
+        loop {
+            if self.window == Window::EMPTY {
+                at = Self::take_frames(bytes, at, sink);
+            }
+            let Some(rest @ [_, ..]) = bytes.get(at..) else {
+                return;
+            };
+            at += self.take_some(rest, at, sink);
+        }
+    }
+
+    /// Takes frames from `at` on, as long as they follow each other; returns the place behind the
+    /// last. Nothing may be held.
+    #[inline(never)]
+    fn take_frames<S: Sink<F::Message>>(bytes: &[u8], mut at: usize, sink: &mut S) -> usize {
+        while let Some(message) = bytes.get(at..).and_then(Self::whole_frame) {
+            at += F::Frame::LENGTH;
+            sink.frame(at - 1, message);
+        }
+        at
+    }
+
+    /// The message of the frame that begins the slice, if one does and a word fits there.
+    #[inline]
+    fn whole_frame(rest: &[u8]) -> Option<F::Message> {
+        // A word may be longer than a frame.
+        let unused = 8 * (F::Word::BYTES - u32::from(F::SHAPE.length()));
+        let word = F::Word::load(rest)?;
+        let differing = (word ^ F::SHAPE.pattern() << unused) & F::SHAPE.mask() << unused;
+        if differing != F::Word::ZERO {
+            return None;
+        }
+        let frame = F::Frame::from_word(word >> unused);
+        F::check(frame).then(|| F::decode(frame))
+    }
+
+    /// Takes a part of a frame, or one byte, of `rest`: what is left of the slice from `at` on, and
+    /// not empty. Returns how many bytes it has taken; byte by byte these would do the same.
+    #[inline]
+    fn take_some<S: Sink<F::Message>>(&mut self, rest: &[u8], at: usize, sink: &mut S) -> usize {
+        // The ends of a slice are likely to be parts of frames; between them a word fits.
+        let is_end = rest.len() < F::Word::BYTES as usize && self.window == Window::EMPTY;
+        if at == 0 || is_end {
+            let taken = self.take_part(rest, at, sink);
+            if taken > 0 {
+                return taken;
+            }
+        }
+        for &byte in rest.iter().take(1) {
+            self.push_into(at, byte, sink);
+        }
+        1
+    }
+
+    /// Takes what makes up a frame together with the bytes held, or as much of it as there is;
+    /// returns how many bytes these are, or 0 if they do not agree with a frame.
+    #[inline(never)]
+    fn take_part<S: Sink<F::Message>>(&mut self, rest: &[u8], at: usize, sink: &mut S) -> usize {
+        let missing = usize::from(F::SHAPE.length() - self.window.count());
+        let part = rest.get(..missing).unwrap_or(rest);
+        let mut window = self.window;
+        for &byte in part {
+            window = window.extended(byte);
+        }
+        if part.len() < missing {
+            if first_mismatch::<F>(window.word(), window.count()).is_some() {
+                return 0;
+            }
+            self.window = window;
+            return part.len();
+        }
+        let frame = F::Frame::from_word(window.word());
+        let differing = (window.word() ^ F::SHAPE.pattern()) & F::SHAPE.mask();
+        if differing != F::Word::ZERO || !F::check(frame) {
+            return 0;
+        }
+        self.reset();
+        sink.frame(at + missing - 1, F::decode(frame));
+        missing
     }
 
     /// Pushes, and tells `sink` of the frame, or of what the byte made the receiver drop.
@@ -143,7 +242,7 @@ impl<F: Format, P: Policy> Receiver<F, P> {
         } else if S::WANTS_DROPPED {
             // Every start between the oldest that was viable and the oldest that still is. Under
             // Discard all that is held goes with the oldest.
-            let seen = before.window.with(byte);
+            let seen = before.window.extended(byte).word();
             let (oldest, kept) = (before.viable() + 1, self.viable());
             let dropped = if P::RESCANS { 1 } else { oldest };
             for known in (1..=F::SHAPE.length()).rev() {
@@ -224,7 +323,7 @@ impl<F: Format, P: Policy> Parser for Receiver<F, P> {
         });
         self.window = after;
         if complete {
-            return Some(F::decode(F::Frame::from_word(before.with(byte))));
+            return Some(F::decode(F::Frame::from_word(before.extended(byte).word())));
         }
         if !P::RESCANS && first_mismatch::<F>(before.with(byte), before.count() + 1).is_some() {
             self.reset();
@@ -242,27 +341,23 @@ impl<F: Format, P: Policy> Parser for Receiver<F, P> {
     }
 
     fn feed(&mut self, bytes: &[u8], sink: &mut impl Sink<F::Message>) {
-        // Byte by byte until every frame that began before the slice is committed or dropped, and
-        // through a short slice to its end.
-        let head = if bytes.len() < slice::SHORTEST {
-            bytes.len()
-        } else {
-            Self::FRAME_LENGTH - 1
-        };
-        for (index, &byte) in bytes.iter().enumerate().take(head) {
-            self.push_into(index, byte, sink);
-        }
-        if head == bytes.len() {
+        if let &[byte] = bytes {
+            self.push_into(0, byte, sink);
             return;
         }
+        if bytes.len() < slice::SHORTEST {
+            self.feed_short(bytes, sink);
+            return;
+        }
+        // Byte by byte until every frame that began before the slice is committed or dropped.
+        let head = Self::FRAME_LENGTH - 1;
+        self.feed_bytes(bytes, 0, head, sink);
         // From there on every frame lies in the slice, and need not go through the window.
         let behind = slice::scan::<F, P, _>(bytes, head - self.pending(), sink);
         // What follows fills the window, unless it begins with an empty one: so it ends in the state
         // that byte by byte leads to.
         self.reset();
-        for (index, &byte) in bytes.iter().enumerate().skip(behind) {
-            self.push_into(index, byte, sink);
-        }
+        self.feed_bytes(bytes, behind, bytes.len(), sink);
     }
 }
 
@@ -281,5 +376,60 @@ impl Receiver<Bin> {
             let behind = pending.checked_sub(place + 1)?;
             Some((self.window.history() >> (8 * u32::from(behind))).lowest())
         })
+    }
+}
+
+/// The parts of [`Parser::feed`], each of which is proved by itself.
+#[cfg(kani)]
+impl<F: Format, P: Policy> Receiver<F, P> {
+    /// The message of the frame that begins a slice.
+    #[must_use]
+    pub fn whole_frame_of_slice(rest: &[u8]) -> Option<F::Message> {
+        Self::whole_frame(rest)
+    }
+
+    /// Takes some of a short slice, and returns how many bytes.
+    pub fn some_of_slice<S: Sink<F::Message>>(
+        &mut self,
+        rest: &[u8],
+        at: usize,
+        sink: &mut S,
+    ) -> usize {
+        self.take_some(rest, at, sink)
+    }
+
+    /// Takes frames from the head of a slice in whole rows; returns the place behind the last.
+    pub fn rows_of_slice<S: Sink<F::Message>>(bytes: &[u8], sink: &mut S) -> usize {
+        slice::rows::<F, S>(bytes, 0, sink)
+    }
+
+    /// Judges the next candidate of a block's starts from `judged` on, if there is one, and the
+    /// starts in front of it; returns the start behind the last that is judged then.
+    pub fn next_in_block<S: Sink<F::Message>>(
+        bytes: &[u8; slice::REACH],
+        judged: u32,
+        sink: &mut S,
+    ) -> Option<u32> {
+        let of_block = slice::Starts::new::<F>(bytes)?;
+        let start = of_block.candidate::<P>(judged)?;
+        let (judged, _) = of_block.judge::<F, P, S>(judged, start, 0, bytes, sink)?;
+        Some(judged)
+    }
+
+    /// Tells why no frame begins at these starts of a block, a bit for each.
+    pub fn drop_in_block<S: Sink<F::Message>>(
+        bytes: &[u8; slice::REACH],
+        starts: u64,
+        sink: &mut S,
+    ) {
+        if let Some(of_block) = slice::Starts::new::<F>(bytes) {
+            of_block.report_dropped::<F, S>(starts, bytes, sink);
+        }
+    }
+
+    /// Where the frame that would begin with the lowest `known` bytes of `bytes` fails, and why.
+    #[must_use]
+    pub fn mismatch(bytes: F::Word, known: u8) -> Option<(u8, Mismatch)> {
+        first_mismatch::<F>(bytes, known)
     }
 }

@@ -15,7 +15,7 @@ use crate::{Format, Frame, Mismatch, Sink};
 const LONGEST: usize = 16;
 
 /// Bytes that the frames which begin in a block may reach into.
-const REACH: usize = BLOCK + LONGEST;
+pub(crate) const REACH: usize = BLOCK + LONGEST;
 
 /// A slice shorter than this is as well pushed byte by byte: behind the bytes that the receiver
 /// must push first there may be no room for a block.
@@ -98,42 +98,17 @@ fn block<F: Format, P: Policy, S: Sink<F::Message>>(
 ) -> Option<usize> {
     let bytes = bytes.get(at..)?.first_chunk()?;
     let starts = Starts::new::<F>(bytes)?;
-    // Where to look closer. A receiver that discards must do so wherever a frame may begin: even
-    // one that fails takes other starts with it.
-    let mut candidates = if P::RESCANS {
-        starts.fixed
-    } else {
-        starts.first
-    };
-    // Every start before this one is judged.
-    let mut judged = 0;
-    while candidates != 0 {
-        let start = candidates.trailing_zeros();
-        let window = window_at::<F>(bytes, start)?;
-        let mismatch = first_mismatch::<F>(window, F::SHAPE.length());
-        if P::RESCANS && mismatch.is_some() {
-            // The check failed: this start is dropped with those around it.
-            candidates &= candidates - 1;
-            continue;
-        }
-        starts.report_dropped::<F, S>(from_on(judged) & !from_on(start), bytes, sink);
-        let length = if let Some((place, why)) = mismatch {
-            sink.dropped(usize::from(place) + 1, why);
-            u32::from(place) + 1
-        } else {
-            let end = at + start as usize + F::Frame::LENGTH;
-            sink.frame(end - 1, F::decode(F::Frame::from_word(window)));
-            u32::from(F::SHAPE.length())
-        };
-        judged = start + length;
-        candidates &= from_on(judged);
+    // Every start before the first is judged. Candidates are sought from the second on.
+    let (mut judged, mut from) = (0, 0);
+    while let Some(start) = starts.candidate::<P>(from) {
+        (judged, from) = starts.judge::<F, P, S>(judged, start, at, bytes, sink)?;
     }
     starts.report_dropped::<F, S>(from_on(judged), bytes, sink);
     Some(judged as usize)
 }
 
 /// Sets of starts in a block, a bit for each start, the first start's lowest.
-struct Starts {
+pub(crate) struct Starts {
     /// Where the first byte is a frame's first, or any may be.
     first: u64,
     /// Where, besides, all sync bytes agree.
@@ -144,7 +119,7 @@ struct Starts {
 
 impl Starts {
     #[inline]
-    fn new<F: Format>(bytes: &[u8; REACH]) -> Option<Self> {
+    pub(crate) fn new<F: Format>(bytes: &[u8; REACH]) -> Option<Self> {
         let mut starts = Self {
             first: u64::MAX,
             sync: u64::MAX,
@@ -167,8 +142,46 @@ impl Starts {
         Some(starts)
     }
 
+    /// The first start, from `from` on, where to look closer. A receiver that discards must do so
+    /// wherever a frame may begin: even one that fails takes other starts with it.
+    #[inline]
+    pub(crate) fn candidate<P: Policy>(&self, from: u32) -> Option<u32> {
+        let all = if P::RESCANS { self.fixed } else { self.first };
+        let candidates = all & from_on(from);
+        (candidates != 0).then_some(candidates.trailing_zeros())
+    }
+
+    /// Judges the candidate `start`, and with it those from `judged` to it. Returns the start behind
+    /// the last that is judged then, and the one from which to seek the next candidate.
+    #[inline]
+    pub(crate) fn judge<F: Format, P: Policy, S: Sink<F::Message>>(
+        &self,
+        judged: u32,
+        start: u32,
+        at: usize,
+        bytes: &[u8; REACH],
+        sink: &mut S,
+    ) -> Option<(u32, u32)> {
+        let window = window_at::<F>(bytes, start)?;
+        let mismatch = first_mismatch::<F>(window, F::SHAPE.length());
+        if P::RESCANS && mismatch.is_some() {
+            // The check failed: this start is dropped with those around it.
+            return Some((judged, start + 1));
+        }
+        self.report_dropped::<F, S>(from_on(judged) & !from_on(start), bytes, sink);
+        let length = if let Some((place, why)) = mismatch {
+            sink.dropped(usize::from(place) + 1, why);
+            u32::from(place) + 1
+        } else {
+            let end = at + start as usize + F::Frame::LENGTH;
+            sink.frame(end - 1, F::decode(F::Frame::from_word(window)));
+            u32::from(F::SHAPE.length())
+        };
+        Some((start + length, start + length))
+    }
+
     /// Tells `sink` why no frame begins at any of the starts `dropped`.
-    fn report_dropped<F: Format, S: Sink<F::Message>>(
+    pub(crate) fn report_dropped<F: Format, S: Sink<F::Message>>(
         &self,
         dropped: u64,
         bytes: &[u8; REACH],

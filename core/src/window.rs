@@ -1,20 +1,23 @@
 //! The receiver's engine: one word of state, one function of state, format values and byte.
 //!
 //! The state is the bytes taken since the last commit, as many as can matter: one fewer than a
-//! frame has. They lie in a shift register, newest lowest, and the top byte counts them:
+//! frame has. They lie in a shift register, newest lowest, and a marker in front of the oldest
+//! shows how many they are:
 //!
 //! ```text
 //!           7        6        5        4        3        2        1        0   byte of the word
 //!      ┌────────┬────────┬────────┬────────┬────────┬────────┬────────┬────────┐
-//!      │ count  │   0    │ oldest │        │        │        │        │ newest │  a 7-byte format
-//!      └────────┴────────┴────────┴────────┴────────┴────────┴────────┴────────┘
-//!                         six bytes of history, zero where none is held yet
+//!      │   0    │   1    │ oldest │        │        │        │        │ newest │  a 7-byte format,
+//!      └────────┴────────┴────────┴────────┴────────┴────────┴────────┴────────┘  full
+//!      ┌────────┬────────┬────────┬────────┬────────┬────────┬────────┬────────┐
+//!      │   0    │   0    │   0    │   0    │   0    │   1    │ oldest │ newest │  two bytes since
+//!      └────────┴────────┴────────┴────────┴────────┴────────┴────────┴────────┘  the last commit
 //! ```
 //!
-//! Shifting the next byte in pushes the count out at the top and leaves the last `length` bytes
-//! of the stream. They are a frame if the count said that none of them belongs to an earlier one,
-//! the fixed bytes agree (one masked comparison), and the format's own check holds. The frame's
-//! last byte is never stored, so seven bytes of history and the count fill eight bytes.
+//! The next byte completes a frame if none of the bytes belongs to an earlier one, so if the marker
+//! has come to the top, the fixed bytes agree (both are one masked comparison), and the format's own
+//! check holds. Otherwise it is shifted in, and the marker with it, but never past the top. A frame's
+//! last byte is never stored, so seven bytes of history and the marker fill eight bytes.
 //!
 //! That is the whole receiver. It never asks where in a frame it is, so it cannot be led astray:
 //! *every* window of the stream that overlaps no committed frame is tested.
@@ -39,6 +42,8 @@ pub trait Word:
     const BYTES: u32;
     /// The word 0.
     const ZERO: Self;
+    /// The word 1.
+    const ONE: Self;
     /// 1s in every byte but the highest.
     const ALL_BUT_HIGHEST: Self;
 
@@ -111,6 +116,7 @@ macro_rules! word {
         impl Word for $word {
             const BYTES: u32 = Self::BITS / 8;
             const ZERO: Self = 0;
+            const ONE: Self = 1;
             const ALL_BUT_HIGHEST: Self = Self::MAX >> 8;
 
             fn to_be_bytes(self) -> impl AsRef<[u8]> {
@@ -173,9 +179,7 @@ pub struct Window<W>(W);
 
 impl<W: Word> Window<W> {
     /// Nothing held: the state at reset and after every commit.
-    pub const EMPTY: Self = Self(W::ZERO);
-
-    const COUNT_AT: u32 = (W::BYTES - 1) * 8;
+    pub const EMPTY: Self = Self(W::ONE);
 
     /// The state that holds the lowest `count` bytes of `history`, newest lowest; no more than the
     /// format can need, one fewer than its frame has. Every state is made by some such call, and
@@ -183,25 +187,25 @@ impl<W: Word> Window<W> {
     #[must_use]
     pub fn holding(shape: &Shape<W>, history: W, count: u8) -> Self {
         let count = count.min(shape.length - 1);
-        Self(history & lowest_bytes(count) | W::from(count) << Self::COUNT_AT)
+        Self(history & lowest_bytes(count) | marker(count))
     }
 
     /// How many bytes are held.
     #[must_use]
     pub fn count(self) -> u8 {
-        (self.0 >> Self::COUNT_AT).lowest()
+        W::BYTES.to_le_bytes()[0] - 1 - self.0.leading_zero_bytes()
     }
 
     /// The bytes held, newest lowest, 0 above.
     #[must_use]
     pub fn history(self) -> W {
-        self.0 & W::ALL_BUT_HIGHEST
+        self.0 ^ marker(self.count())
     }
 
     /// The bytes held and, behind them, `byte`: newest lowest, 0 above.
     #[must_use]
     pub fn with(self, byte: u8) -> W {
-        self.0 << 8 | W::from(byte)
+        self.history() << 8 | W::from(byte)
     }
 
     /// One step: the next state, and whether [`with(byte)`](Self::with) is a frame that `byte`
@@ -209,22 +213,52 @@ impl<W: Word> Window<W> {
     ///
     /// `check` is asked about a window only if the fixed bytes of it agree; it may be anything.
     /// Without a check, a step costs the same few operations whatever the state and the byte: a
-    /// shift, a masked comparison, a count.
+    /// masked comparison, a shift, a look at the marker.
     #[inline]
     #[must_use]
     pub fn push(self, shape: &Shape<W>, byte: u8, check: impl FnOnce(W) -> bool) -> (Self, bool) {
-        let window = self.with(byte);
         let most = shape.length - 1;
-        let full = self.count() == most;
-        if full && (window ^ shape.pattern) & shape.mask == W::ZERO && check(window) {
+        let shifted = self.extended(byte).0;
+        if self.0 >> (8 * u32::from(most)) == W::ZERO {
+            return (Self(shifted), false);
+        }
+        let differing = (self.0 ^ (marker::<W>(most) | shape.pattern >> 8))
+            & (above::<W>(most) | shape.mask >> 8);
+        let last_agrees = (byte ^ shape.pattern.lowest()) & shape.mask.lowest() == 0;
+        if last_agrees && differing == W::ZERO && check(self.with(byte)) {
             return (Self::EMPTY, true);
         }
-        let count = if full { most } else { self.count() + 1 };
-        (
-            Self(window & lowest_bytes(most) | W::from(count) << Self::COUNT_AT),
-            false,
-        )
+        (Self(shifted & lowest_bytes(most) | marker(most)), false)
     }
+
+    /// With one byte more. Of a state that holds as many bytes as the format can need, it is no
+    /// state, but its [`word`](Self::word) ends in the frame that the byte may complete.
+    #[inline]
+    pub(crate) fn extended(self, byte: u8) -> Self {
+        Self(self.0 << 8 | W::from(byte))
+    }
+
+    /// Whether at least so many bytes are held.
+    #[inline]
+    pub(crate) fn holds(self, count: u8) -> bool {
+        self.0 >> (8 * u32::from(count)) != W::ZERO
+    }
+
+    /// The bytes held, newest lowest; what is above them may be anything.
+    #[inline]
+    pub(crate) fn word(self) -> W {
+        self.0
+    }
+}
+
+/// A word with 1s in every byte but the lowest `count`, fewer than the word has.
+fn above<W: Word>(count: u8) -> W {
+    (W::ALL_BUT_HIGHEST << 8 | W::from(u8::MAX)) << (8 * u32::from(count))
+}
+
+/// The marker in front of `count` bytes.
+fn marker<W: Word>(count: u8) -> W {
+    W::ONE << (8 * u32::from(count))
 }
 
 /// A word with 1s in its lowest `count` bytes; `count` is at most one fewer than the word has.

@@ -125,7 +125,8 @@ fn first_two_words(answer: &str) -> String {
 }
 
 fn announce(command: &Command) {
-    println!("$ {}", describe(command));
+    // Standard output is for what was asked for: `emulate --format json`.
+    eprintln!("$ {}", describe(command));
 }
 
 fn expect_success(command: &Command, status: ExitStatus) -> Result<()> {

@@ -3,7 +3,7 @@
 //! Debian keeps a recent compiler for its browsers, with the source of Rust's own libraries.
 //! With that, cargo can build `core` for targets that rustup cannot fetch here.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -36,6 +36,17 @@ pub(crate) fn use_in(command: &mut Command) {
         .env("CARGO_UNSTABLE_BUILD_STD", "core")
         // `cargo xtask` puts the rustup toolchain's libraries here; they are not for this one.
         .env_remove("LD_LIBRARY_PATH");
+    // Debian's compiler comes without a linker for these targets; rustup's toolchain has one.
+    if let Some(linker) = rustup_linker() {
+        command.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker);
+    }
+}
+
+/// `rust-lld` of the toolchain in PATH.
+fn rustup_linker() -> Option<PathBuf> {
+    let libraries = output(Command::new("rustc").args(["--print", "target-libdir"])).ok()?;
+    let linker = Path::new(&libraries).parent()?.join("bin/rust-lld");
+    linker.exists().then_some(linker)
 }
 
 /// Finds the compiler, and installs it if it is not there.

@@ -1,12 +1,17 @@
 //! The project's checks: `cargo xtask verify` for all, `cargo xtask prove` for the theorems.
 
+mod bare_metal;
 mod benches;
 mod command;
 mod debian;
+mod emulate;
 mod feature_subsets;
+mod firmware;
+mod firmware_tests;
 mod lints;
 mod no_std;
 mod prove;
+mod seeded_bugs;
 mod stage;
 mod table;
 mod test_count;
@@ -24,12 +29,16 @@ use clap::Parser;
 enum Task {
     Verify(verify::Arguments),
     Prove(prove::Arguments),
+    Firmware(firmware::Arguments),
+    Emulate(emulate::Arguments),
 }
 
 fn main() -> ExitCode {
     let outcome = match Task::parse() {
         Task::Verify(arguments) => verify::verify(&arguments),
         Task::Prove(arguments) => prove::prove(&arguments),
+        Task::Firmware(arguments) => firmware::build_and_tell(&arguments),
+        Task::Emulate(arguments) => emulate::emulate(&arguments),
     };
     outcome.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");

@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::test_count::TestCount;
 use crate::workspace::Workspace;
-use crate::{benches, feature_subsets, lints, no_std, prove, test_runs};
+use crate::{benches, feature_subsets, firmware, firmware_tests, lints, no_std, prove, test_runs};
 
 /// One check.
 pub(crate) struct Stage {
@@ -66,6 +66,16 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "no-std",
         checks: "the core builds for microcontrollers, where there is no std",
         run: no_std::build_core,
+    },
+    Stage {
+        name: "firmware",
+        checks: "the firmware builds for the nRF52840 and fits, with each set of features",
+        run: firmware::every_build,
+    },
+    Stage {
+        name: "emulated",
+        checks: "the firmware's release images, run in the emulator",
+        run: firmware_tests::in_the_emulator,
     },
     Stage {
         name: "benches",

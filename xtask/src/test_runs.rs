@@ -3,6 +3,7 @@
 use anyhow::{Result, bail};
 
 use crate::command::{cargo, run_and_read, version};
+use crate::firmware_tests;
 use crate::stage::Report;
 use crate::test_count::TestCount;
 use crate::workspace::Workspace;
@@ -22,6 +23,8 @@ fn run_tests(workspace: &Workspace, report: &mut Report, which: &[&str]) -> Resu
     let outcome = run_and_read(
         cargo(workspace)
             .args(["test", "--workspace", "--all-features", "--no-fail-fast"])
+            // These need the firmware's images, and have a stage of their own.
+            .args(["--exclude", firmware_tests::PACKAGE])
             .args(which),
         |line| report.tests += TestCount::from_line(line),
     );

@@ -13,6 +13,7 @@ mod any_length;
 mod checksum;
 mod encoding;
 mod failsafe;
+mod long_slices;
 mod no_panic;
 mod reference;
 mod resynchronisation;

@@ -119,7 +119,7 @@ fn of_file(text: &str) -> Result<Found> {
             syn::Item::Enum(item) if is_public(&item.vis) => {
                 found.types.insert(item.ident.to_string());
             }
-            syn::Item::Impl(item) => {
+            syn::Item::Impl(item) if !is_for_proofs(&item.attrs) => {
                 let of_trait = item.trait_.is_some();
                 // What is implemented for any closure counts as well.
                 let segments = item
@@ -138,12 +138,11 @@ fn of_file(text: &str) -> Result<Found> {
                         continue;
                     };
                     let method_name = method.sig.ident.to_string();
-                    let for_proofs = method
-                        .attrs
-                        .iter()
-                        .any(|attribute| attribute.path().is_ident("cfg"));
                     let public = of_trait || is_public(&method.vis);
-                    if public && !for_proofs && !NOT_OURS.contains(&method_name.as_str()) {
+                    if public
+                        && !is_for_proofs(&method.attrs)
+                        && !NOT_OURS.contains(&method_name.as_str())
+                    {
                         found.functions.insert(format!("{name}::{method_name}"));
                     }
                 }
@@ -168,6 +167,14 @@ fn of_file(text: &str) -> Result<Found> {
     Ok(found)
 }
 
+/// Whether it stands under `#[cfg(kani)]`.
+fn is_for_proofs(attributes: &[syn::Attribute]) -> bool {
+    attributes.iter().any(|attribute| {
+        let condition = attribute.parse_args::<syn::Path>();
+        attribute.path().is_ident("cfg") && condition.is_ok_and(|path| path.is_ident("kani"))
+    })
+}
+
 fn is_public(visibility: &syn::Visibility) -> bool {
     matches!(visibility, syn::Visibility::Public(_))
 }
@@ -190,7 +197,8 @@ mod tests {
             pub fn free() {}
             pub(crate) fn internal() {}
             impl Machine { pub fn new() {} fn own() {} #[cfg(kani)] pub fn for_proofs() {} }
-            impl Parser for Machine { fn push() {} }
+            #[cfg(kani)] impl Machine { pub fn also_for_proofs() {} }
+            impl Parser for Machine { #[cfg(feature = \"x\")] fn push() {} }
             impl Debug for Machine { fn fmt() {} }
             pub trait Format { fn check() {} fn decode(); }
         ";

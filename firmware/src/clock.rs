@@ -1,0 +1,42 @@
+//! The time, in microseconds, and the tick that wakes the main loop: TIMER0.
+
+use nrf52840_hal::pac::{TIMER0, interrupt};
+
+/// The time now, in microseconds, which wraps after 71 minutes.
+pub(crate) struct Clock {
+    timer: TIMER0,
+}
+
+impl Clock {
+    /// Starts at 0.
+    pub(crate) fn start(timer: TIMER0) -> Self {
+        timer.mode.write(|w| w.mode().timer());
+        timer.bitmode.write(|w| w.bitmode()._32bit());
+        // SAFETY: 16 MHz / 2^4 = 1 MHz; the register takes 0 to 9.
+        timer.prescaler.write(|w| unsafe { w.prescaler().bits(4) });
+        timer.intenset.write(|w| w.compare1().set());
+        timer.tasks_clear.write(|w| w.tasks_clear().set_bit());
+        timer.tasks_start.write(|w| w.tasks_start().set_bit());
+        Self { timer }
+    }
+
+    /// The time now.
+    pub(crate) fn now(&self) -> u32 {
+        self.timer.tasks_capture[0].write(|w| w.tasks_capture().set_bit());
+        self.timer.cc[0].read().bits()
+    }
+
+    /// Wakes the main loop at that time, which must not be over yet.
+    pub(crate) fn wake_at(&self, time: u32) {
+        // SAFETY: any value is a time.
+        self.timer.cc[1].write(|w| unsafe { w.bits(time) });
+    }
+}
+
+/// That it came is all it is for: the core is awake.
+#[interrupt]
+fn TIMER0() {
+    // SAFETY: the only register written here is the event's own, which nothing else touches, and
+    // writing 0 to it only withdraws the interrupt request.
+    unsafe { (*TIMER0::ptr()).events_compare[1].reset() };
+}

@@ -1,0 +1,160 @@
+//! What is timed and counted on the line without the processor: TIMER1, TIMER2, TIMER3, PPI.
+//!
+//! ```text
+//!  a byte received ──► TIMER1 counts it, TIMER2 starts again from 0
+//!  TIMER2: three byte times of silence ──► TIMER1's count is kept, interrupt
+//!  TIMER2: a gap (L1) ──► TIMER2 stops, interrupt
+//!  a half is full ──► TIMER1's count is kept
+//!  a line error ──► TIMER1's count and TIMER2's time are kept, TIMER3 counts it
+//! ```
+//!
+//! So the handler, however late it comes, knows what had been received when each thing happened.
+
+use core::ptr::addr_of;
+
+use nrf52840_hal::pac::{PPI, TIMER1, TIMER2, TIMER3, UARTE0};
+
+use crate::settings::{BYTE_TIME, FLUSH_AFTER, GAP_AFTER};
+
+/// TIMER1's registers for its count: now, and when something happened.
+const NOW: usize = 0;
+const AT_IDLE: usize = 1;
+const AT_ERROR: usize = 2;
+const AT_END: usize = 3;
+
+/// TIMER2's two times.
+const IDLE: usize = 0;
+const GAP: usize = 1;
+/// TIMER2's register for the time since the last byte, when an error came.
+const SINCE_BYTE: usize = 2;
+
+/// The timers. Counts are of bytes since the start, and wrap.
+pub(crate) struct LineTimers {
+    bytes: TIMER1,
+    silence: TIMER2,
+    errors: TIMER3,
+}
+
+impl LineTimers {
+    /// Connects them to the UARTE. From here on they work on their own.
+    pub(crate) fn start(
+        (bytes, silence, errors): (TIMER1, TIMER2, TIMER3),
+        ppi: &PPI,
+        uarte: &UARTE0,
+    ) -> Self {
+        bytes.mode.write(|w| w.mode().low_power_counter());
+        bytes.bitmode.write(|w| w.bitmode()._32bit());
+        bytes.tasks_clear.write(|w| w.tasks_clear().set_bit());
+        bytes.tasks_start.write(|w| w.tasks_start().set_bit());
+
+        errors.mode.write(|w| w.mode().low_power_counter());
+        errors.bitmode.write(|w| w.bitmode()._32bit());
+        errors.tasks_clear.write(|w| w.tasks_clear().set_bit());
+        errors.tasks_start.write(|w| w.tasks_start().set_bit());
+
+        silence.mode.write(|w| w.mode().timer());
+        silence.bitmode.write(|w| w.bitmode()._32bit());
+        // SAFETY: 16 MHz / 2^4: a count is a microsecond. Any value is a time.
+        unsafe {
+            silence.prescaler.write(|w| w.prescaler().bits(4));
+            silence.cc[IDLE].write(|w| w.bits(FLUSH_AFTER));
+            silence.cc[GAP].write(|w| w.bits(GAP_AFTER));
+        }
+        silence.shorts.write(|w| w.compare1_stop().enabled());
+        silence
+            .intenset
+            .write(|w| w.compare0().set().compare1().set());
+
+        let received = addr_of!(uarte.events_rxdrdy) as u32;
+        let error = addr_of!(uarte.events_error) as u32;
+        let end = addr_of!(uarte.events_endrx) as u32;
+        let idle = addr_of!(silence.events_compare[IDLE]) as u32;
+        let count = addr_of!(bytes.tasks_count) as u32;
+        let clear = addr_of!(silence.tasks_clear) as u32;
+        let run = addr_of!(silence.tasks_start) as u32;
+        let keep_time = addr_of!(silence.tasks_capture[SINCE_BYTE]) as u32;
+        let count_error = addr_of!(errors.tasks_count) as u32;
+        let channels = [
+            (received, count, clear),
+            (received, run, 0),
+            (idle, addr_of!(bytes.tasks_capture[AT_IDLE]) as u32, 0),
+            (
+                error,
+                addr_of!(bytes.tasks_capture[AT_ERROR]) as u32,
+                count_error,
+            ),
+            (error, keep_time, 0),
+            (end, addr_of!(bytes.tasks_capture[AT_END]) as u32, 0),
+        ];
+        let registers = ppi.ch.iter().zip(&ppi.fork);
+        for ((channel, fork), (event, task, second_task)) in registers.zip(channels) {
+            // SAFETY: addresses of an event register and of task registers, or 0 for no second task.
+            unsafe {
+                channel.eep.write(|w| w.bits(event));
+                channel.tep.write(|w| w.bits(task));
+                fork.tep.write(|w| w.bits(second_task));
+            }
+        }
+        // SAFETY: the channels just set up: one bit each.
+        ppi.chenset
+            .write(|w| unsafe { w.bits((1 << channels.len()) - 1) });
+        Self {
+            bytes,
+            silence,
+            errors,
+        }
+    }
+
+    /// Bytes received until now.
+    #[inline]
+    pub(crate) fn count(&self) -> u32 {
+        self.bytes.tasks_capture[NOW].write(|w| w.tasks_capture().set_bit());
+        self.bytes.cc[NOW].read().bits()
+    }
+
+    /// Bytes received when the last half was full.
+    #[inline]
+    pub(crate) fn count_at_end(&self) -> u32 {
+        self.bytes.cc[AT_END].read().bits()
+    }
+
+    /// Bytes received when the last error came, without the one that it spoilt: whether that one is
+    /// counted, the product specification does not say. If it was, it was counted just then.
+    pub(crate) fn count_at_error(&self) -> u32 {
+        let count = self.bytes.cc[AT_ERROR].read().bits();
+        let since_byte = self.silence.cc[SINCE_BYTE].read().bits();
+        if since_byte < BYTE_TIME / 2 {
+            count.saturating_sub(1)
+        } else {
+            count
+        }
+    }
+
+    /// Errors until now.
+    pub(crate) fn errors(&self) -> u32 {
+        self.errors.tasks_capture[NOW].write(|w| w.tasks_capture().set_bit());
+        self.errors.cc[NOW].read().bits()
+    }
+
+    /// If the line was idle since last asked: how many bytes had been received by then.
+    #[inline]
+    pub(crate) fn idle(&self) -> Option<u32> {
+        let event = &self.silence.events_compare[IDLE];
+        if event.read().bits() == 0 {
+            return None;
+        }
+        event.reset();
+        Some(self.bytes.cc[AT_IDLE].read().bits())
+    }
+
+    /// Whether there was a gap since last asked.
+    #[inline]
+    pub(crate) fn gap(&self) -> bool {
+        let event = &self.silence.events_compare[GAP];
+        let set = event.read().bits() != 0;
+        if set {
+            event.reset();
+        }
+        set
+    }
+}

@@ -1,0 +1,146 @@
+//! framelock on the nRF52840: setpoints in by UARTE0, three servos out by PWM0.
+//!
+//! ```text
+//!  UARTE0 ──► receive handler ──► setpoint ──► main loop: failsafe ──► servos, LEDs, log, watchdog
+//! ```
+//!
+//! Who owns what: the receive handler owns the receiver, and hands the main loop one word, the
+//! setpoint; the main loop owns all the rest.
+#![no_std]
+#![no_main]
+
+mod clock;
+mod leds;
+mod line_timers;
+mod panic;
+mod receive;
+mod receive_buffer;
+mod servo;
+mod setpoint;
+mod settings;
+mod telemetry;
+mod watchdog;
+
+use cortex_m::interrupt;
+use cortex_m::peripheral::{NVIC, SCB};
+use cortex_m_rt::entry;
+use framelock::{Failsafe, Phase};
+use nrf52840_hal::clocks::Clocks;
+use nrf52840_hal::gpio::{p0, p1};
+use nrf52840_hal::pac::{self, Interrupt};
+
+use crate::clock::Clock;
+use crate::leds::Leds;
+use crate::line_timers::LineTimers;
+use crate::servo::Servos;
+use crate::setpoint::Published;
+use crate::settings::{FAILSAFE, TICK};
+use crate::telemetry::COUNTERS;
+use crate::watchdog::Watchdog;
+
+/// From one log of the counters to the next, in microseconds.
+const LOG_EVERY: u32 = 1_000_000;
+
+#[entry]
+fn main() -> ! {
+    static mut WIDTHS: [[u16; 4]; 2] = [[0; 4]; 2];
+    static mut LINE: receive::Line = receive::NOTHING_YET;
+
+    // Both are there at the start and cannot be refused; were they, a reset is all there is to do.
+    let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), pac::CorePeripherals::take())
+    else {
+        SCB::sys_reset()
+    };
+    // The crystal: the UARTE's baud rate is only as accurate as this clock.
+    let _clocks = Clocks::new(chip.CLOCK).enable_ext_hfosc();
+    telemetry::booted(watchdog::reset_cause(&chip.POWER));
+
+    let pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
+    let clock = Clock::start(chip.TIMER0);
+    let Ok(mut failsafe) = Failsafe::new(FAILSAFE, clock.now()) else {
+        SCB::sys_reset() // The settings assert the same at compile time.
+    };
+    let mut servos = Servos::new(chip.PWM0, pins.servos, WIDTHS);
+    let mut leds = Leds::new(pins.leds);
+    let timers = (chip.TIMER1, chip.TIMER2, chip.TIMER3);
+    let timers = LineTimers::start(timers, &chip.PPI, &chip.UARTE0);
+    receive::start(chip.UARTE0, pins.receive, timers, LINE);
+    unmask_interrupts(&mut core.NVIC);
+    let mut watchdog = Watchdog::start(chip.WDT);
+
+    let mut seen = Published::now();
+    let mut lock = Lock::default();
+    let mut ticked_at = clock.now();
+    clock.wake_at(ticked_at.wrapping_add(TICK));
+    let mut logged_at = ticked_at;
+    loop {
+        let published = Published::now();
+        let now = clock.now();
+        if published != seen {
+            seen = published;
+            failsafe.frame(now, published.setpoint());
+        }
+        let output = failsafe.poll(now);
+        servos.show(output.setpoint);
+
+        if now.wrapping_sub(ticked_at) >= TICK {
+            ticked_at = now;
+            clock.wake_at(now.wrapping_add(TICK));
+            let rounds = receive::show_counters();
+            lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
+            leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
+            watchdog.feed(rounds, now);
+            if now.wrapping_sub(logged_at) >= LOG_EVERY {
+                logged_at = now;
+                telemetry::log();
+            }
+        }
+        // With interrupts off between look and sleep, none can slip in and be slept through: one
+        // that is pending wakes the processor all the same.
+        interrupt::free(|_| {
+            let tick_is_due = clock.now().wrapping_sub(ticked_at) >= TICK;
+            if Published::now() == seen && !tick_is_due {
+                cortex_m::asm::wfi();
+            }
+        });
+    }
+}
+
+/// In lock: frames come, and nothing was dropped since the last one.
+#[derive(Default)]
+struct Lock {
+    held: bool,
+    frames: u32,
+    discarded: u32,
+}
+
+impl Lock {
+    fn update(&mut self, frames: u32, discarded: u32, phase: Phase) {
+        let silent = !matches!(phase, Phase::Live | Phase::Approach);
+        let held = if silent || discarded != self.discarded {
+            false
+        } else {
+            self.held || frames != self.frames
+        };
+        (self.frames, self.discarded) = (frames, discarded);
+        if held != self.held {
+            self.held = held;
+            telemetry::lock(held);
+        }
+    }
+}
+
+/// The receiver's handlers before the tick's, and not before each other.
+fn unmask_interrupts(nvic: &mut NVIC) {
+    for (interrupt, priority) in [
+        (Interrupt::UARTE0_UART0, 1 << 5),
+        (Interrupt::TIMER2, 1 << 5),
+        (Interrupt::TIMER0, 2 << 5),
+    ] {
+        // SAFETY: no critical section relies on priorities, and all that the handlers need is set up.
+        unsafe {
+            nvic.set_priority(interrupt, priority);
+            NVIC::unmask(interrupt);
+        }
+    }
+}

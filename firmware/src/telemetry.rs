@@ -1,0 +1,184 @@
+//! What the firmware tells of itself: to a debugger always, over RTT with the feature `defmt`.
+
+use core::panic::Location;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use framelock::Counters;
+
+macro_rules! shown {
+    ($($(#[$attribute:meta])* $name:ident)*) => {
+        /// The counters' lowest 32 bits, in this order: `print COUNTERS` in a debugger.
+        #[repr(C)]
+        pub(crate) struct Shown {
+            $($(#[$attribute])* pub(crate) $name: Count,)*
+        }
+
+        /// Written by the main loop only, once a tick.
+        #[unsafe(no_mangle)]
+        pub(crate) static COUNTERS: Shown = Shown { $($name: Count(AtomicU32::new(0)),)* };
+    };
+}
+
+shown! {
+    bytes
+    frames
+    no_sync
+    broken_sync
+    check
+    terminator
+    line_event
+    resynchronisations
+    framing
+    parity
+    overrun
+    line_break
+    idle
+    /// Bytes held because a frame may yet include them.
+    pending
+    /// How often a handler came too late.
+    late
+    /// Bytes that came but could not be looked at.
+    skipped
+}
+
+/// One counter, read and written by one instruction.
+#[repr(transparent)]
+pub(crate) struct Count(AtomicU32);
+
+impl Count {
+    pub(crate) fn get(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "the lowest 32 bits")]
+    fn set(&self, count: u64) {
+        self.0.store(count as u32, Ordering::Relaxed);
+    }
+}
+
+impl Shown {
+    pub(crate) fn show(&self, counters: &Counters, pending: usize, late: u32, skipped: u32) {
+        let Counters {
+            discarded, events, ..
+        } = counters;
+        self.bytes.set(counters.bytes);
+        self.frames.set(counters.frames);
+        self.no_sync.set(discarded.no_sync);
+        self.broken_sync.set(discarded.broken_sync);
+        self.check.set(discarded.check);
+        self.terminator.set(discarded.terminator);
+        self.line_event.set(discarded.line_event);
+        self.resynchronisations.set(counters.resynchronisations);
+        self.framing.set(events.framing);
+        self.parity.set(events.parity);
+        self.overrun.set(events.overrun);
+        self.line_break.set(events.line_break);
+        self.idle.set(events.idle);
+        self.pending.set(pending as u64);
+        self.late.set(late.into());
+        self.skipped.set(skipped.into());
+    }
+
+    /// All line errors, modulo 2^32. A gap is none.
+    pub(crate) fn line_errors(&self) -> u32 {
+        [&self.framing, &self.parity, &self.overrun, &self.line_break]
+            .iter()
+            .fold(0, |sum, count| sum.wrapping_add(count.get()))
+    }
+
+    /// All bytes that are part of no frame, modulo 2^32.
+    pub(crate) fn discarded(&self) -> u32 {
+        [
+            &self.no_sync,
+            &self.broken_sync,
+            &self.check,
+            &self.terminator,
+            &self.line_event,
+        ]
+        .iter()
+        .fold(0, |sum, count| sum.wrapping_add(count.get()))
+    }
+}
+
+#[cfg(feature = "defmt")]
+use defmt_rtt as _;
+
+/// Boot, and why.
+pub(crate) fn booted(reset_cause: u32) {
+    #[cfg(feature = "defmt")]
+    defmt::info!(
+        "boot at {=u32} baud; reset by{=str}{=str}{=str}{=str}{=str} (RESETREAS {=u32:#x})",
+        crate::settings::BAUD,
+        if reset_cause == 0 { " power" } else { "" },
+        if reset_cause & 1 != 0 { " pin" } else { "" },
+        if reset_cause & 2 != 0 {
+            " watchdog"
+        } else {
+            ""
+        },
+        if reset_cause & 4 != 0 {
+            " software"
+        } else {
+            ""
+        },
+        if reset_cause & 8 != 0 { " lockup" } else { "" },
+        reset_cause,
+    );
+    #[cfg(not(feature = "defmt"))]
+    let _ = reset_cause;
+}
+
+/// Lock was gained or lost.
+pub(crate) fn lock(gained: bool) {
+    #[cfg(feature = "defmt")]
+    if gained {
+        defmt::info!("lock gained");
+    } else {
+        defmt::warn!("lock lost");
+    }
+    #[cfg(not(feature = "defmt"))]
+    let _ = gained;
+}
+
+/// The counters, once a second.
+pub(crate) fn log() {
+    #[cfg(feature = "defmt")]
+    {
+        let c = &COUNTERS;
+        defmt::info!(
+            "bytes {=u32} frames {=u32} pending {=u32}",
+            c.bytes.get(),
+            c.frames.get(),
+            c.pending.get()
+        );
+        defmt::info!(
+            "discarded: no sync {=u32} broken sync {=u32} check {=u32} terminator {=u32} line event {=u32}; resynchronised {=u32}",
+            c.no_sync.get(),
+            c.broken_sync.get(),
+            c.check.get(),
+            c.terminator.get(),
+            c.line_event.get(),
+            c.resynchronisations.get()
+        );
+        defmt::info!(
+            "line: framing {=u32} parity {=u32} overrun {=u32} break {=u32} idle {=u32} late {=u32} skipped {=u32}",
+            c.framing.get(),
+            c.parity.get(),
+            c.overrun.get(),
+            c.line_break.get(),
+            c.idle.get(),
+            c.late.get(),
+            c.skipped.get()
+        );
+    }
+}
+
+/// The place of a panic.
+pub(crate) fn panicked(location: Option<&Location>) {
+    #[cfg(feature = "defmt")]
+    if let Some(location) = location {
+        defmt::error!("panic at {=str}:{=u32}", location.file(), location.line());
+    }
+    #[cfg(not(feature = "defmt"))]
+    let _ = location;
+}
