@@ -5,7 +5,6 @@
 
 mod bar;
 mod bytes;
-mod line;
 mod live;
 mod plain;
 mod recent;
@@ -16,11 +15,13 @@ mod view;
 
 use std::io::{self, IsTerminal, Write};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::value_parser;
 
+use crate::line_rate;
+use crate::numbers::{number, probability};
 use crate::stream::Failure;
-use simulation::{Plan, Simulation, bits_per_second};
+use simulation::{FRAME_LENGTH, Plan, Simulation};
 
 /// The main job without hardware: a simulated motion PC sends frames over a faulty line to the
 /// lecture's machine and to the receiver, each with the failsafe behind it.
@@ -127,14 +128,7 @@ impl Arguments {
             idle_gap,
             ..
         } = self;
-        let needed = bits_per_second(rate);
-        if needed > u64::from(baud) {
-            bail!(
-                "{rate} frames of 7 bytes in a second need {needed} baud: raise --baud from \
-                 {baud}, or lower --rate to {} at most",
-                u64::from(baud) / bits_per_second(1)
-            );
-        }
+        line_rate::check(rate, FRAME_LENGTH, baud)?;
         Ok(Plan {
             seed,
             seconds,
@@ -147,17 +141,6 @@ impl Arguments {
     }
 }
 
-fn probability(text: &str) -> Result<f64, String> {
-    number(text, 0.0, 1.0)
-}
-
 fn speed(text: &str) -> Result<f64, String> {
     number(text, 0.01, 100.0)
-}
-
-fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
-    match text.parse() {
-        Ok(number) if (least..=most).contains(&number) => Ok(number),
-        _ => Err(format!("a number from {least} to {most} is wanted")),
-    }
 }

@@ -1,26 +1,18 @@
 //! Frames from setpoints.
 
-mod csv_row;
-mod json_row;
-mod rows;
-
 use std::fs::{self, File};
 use std::io::{BufRead, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
-use clap::ValueEnum;
 use framelock::{Bin, BinCrc8, Format, Setpoint};
 
 use crate::input::Input;
 use crate::names::FrameName;
+pub use crate::setpoints::InputFormat;
+use crate::setpoints::{Row, Rows};
 use crate::standard;
 use crate::stream::{CHUNK_LENGTH, Failure, for_each_chunk};
-
-/// The fields of a setpoint, in the order of the frame.
-const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
-
-const NOT_A_DEMAND: &str = "is not a whole number from 0 to 255";
 
 /// Frames from setpoints.
 #[derive(clap::Args)]
@@ -47,17 +39,6 @@ pub struct Arguments {
     /// Where frames go, - being standard output even if that is a terminal; a file is replaced
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
-}
-
-/// How setpoints are written.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub enum InputFormat {
-    /// JSON lines if the first thing in it is a brace, else comma-separated values
-    Auto,
-    /// Comma-separated values, with or without a header
-    Csv,
-    /// A JSON object per line
-    Jsonl,
 }
 
 /// Runs the subcommand.
@@ -123,16 +104,19 @@ where
     R: BufRead,
     W: Write,
 {
-    let mut rows = rows::Rows::new(format);
+    let mut rows = Rows::new(format);
     for_each_chunk(input, |chunk| {
-        let outcome = rows.feed(chunk, |setpoint| write_frame::<F>(output, setpoint));
+        let outcome = rows.feed(chunk, |row| write_frame::<F>(output, row));
         output.flush()?;
         outcome
     })?;
-    rows.finish(|setpoint| write_frame::<F>(output, setpoint))?;
+    rows.finish(|row| write_frame::<F>(output, row))?;
     Ok(output.flush()?)
 }
 
-fn write_frame<F: Format>(output: &mut impl Write, setpoint: F::Message) -> Result<(), Failure> {
-    Ok(output.write_all(F::encode(setpoint).as_ref())?)
+fn write_frame<F: Format<Message = Setpoint>>(
+    output: &mut impl Write,
+    row: Row,
+) -> Result<(), Failure> {
+    Ok(output.write_all(F::encode(row.setpoint).as_ref())?)
 }

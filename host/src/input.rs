@@ -1,7 +1,6 @@
 //! What a stream is read from: a file, standard input or a serial port.
 
 mod read_ahead;
-mod serial;
 
 use std::fs::{File, Metadata};
 use std::io::{self, BufRead, IsTerminal, Read, Seek};
@@ -10,6 +9,9 @@ use std::path::Path;
 use anyhow::{Context, anyhow, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::interrupt;
+use crate::line_errors::Marking;
+use crate::serial::{self, Device};
 use crate::standard;
 use read_ahead::ReadAhead;
 
@@ -20,6 +22,8 @@ pub struct Input {
     reader: Box<dyn Read + Send>,
     /// Bytes still to be read, if it is a regular file.
     size: Option<u64>,
+    /// If it is a serial port.
+    port: Option<Device>,
 }
 
 impl Input {
@@ -39,6 +43,7 @@ impl Input {
         if !is_standard && let Some(port) = serial::open_if_port(argument, &name, baud)? {
             return Ok(Self {
                 name,
+                port: Some(port.device()),
                 reader: Box::new(port),
                 size: None,
             });
@@ -61,7 +66,14 @@ impl Input {
             name,
             reader: Box::new(file),
             size,
+            port: None,
         })
+    }
+
+    /// From now on line errors are marked in the bytes read, as long as what this gives lives; none
+    /// if the input is no serial port, or if the operating system cannot.
+    pub(crate) fn mark_line_errors(&self) -> Option<Marking> {
+        Marking::begin(self.port.clone()?)
     }
 
     /// Shows how far the input has been read, if it has a size and standard error is a terminal.
@@ -94,7 +106,11 @@ impl Input {
     /// The operating system does not let Ctrl-C be watched for.
     pub fn into_reader_until_ctrl_c(self) -> anyhow::Result<impl BufRead> {
         let (reader, end) = ReadAhead::new(self.reader);
-        read_ahead::send_at_ctrl_c(end).context("cannot watch for Ctrl-C")?;
+        interrupt::watch(move || {
+            // Nobody listens any more if the stream has just ended by itself.
+            let _ = end.send(read_ahead::Event::End);
+        })
+        .context("cannot watch for Ctrl-C")?;
         Ok(reader)
     }
 }

@@ -4,8 +4,16 @@
 pub mod decode;
 pub mod demo;
 pub mod encode;
+mod faulty_line;
 pub mod input;
+mod interrupt;
+mod line_errors;
+mod line_rate;
 pub mod names;
+mod numbers;
+pub mod send;
+mod serial;
+pub mod setpoints;
 pub mod standard;
 pub mod stream;
 pub mod trace;

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use framelock_host::{decode, demo, encode, trace};
+use framelock_host::{decode, demo, encode, send, trace};
 
 /// A serial-frame receiver that never goes deaf: decode, trace, encode and demonstrate
 /// 'A' 'B' reserved pitch roll yaw CR.
@@ -20,6 +20,7 @@ enum Command {
     Trace(trace::Arguments),
     Encode(encode::Arguments),
     Demo(demo::Arguments),
+    Send(send::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         Command::Trace(arguments) => trace::run(&arguments),
         Command::Encode(arguments) => encode::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Send(arguments) => send::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,32 +2,16 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
+mod pseudo_terminal;
+
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 use assert_cmd::cargo::cargo_bin;
-use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use pseudo_terminal::line;
 
 const FRAME: &[u8; 7] = b"AB\0\x7F\xC8\x4A\r";
-
-/// Both ends of a line, and the name of the near one.
-fn line() -> (File, File, String) {
-    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
-    let far_end = openpt(flags).unwrap();
-    unlockpt(&far_end).unwrap();
-    let name = ptsname(&far_end, Vec::new())
-        .unwrap()
-        .into_string()
-        .unwrap();
-    let near_end = File::open(&name).unwrap();
-    // What is sent before the port is opened must not be altered either.
-    let mut settings = tcgetattr(&near_end).unwrap();
-    settings.make_raw();
-    tcsetattr(&near_end, OptionalActions::Now, &settings).unwrap();
-    (far_end.into(), near_end, name)
-}
 
 struct Session {
     /// The far end of the line, until it is unplugged.

@@ -4,6 +4,8 @@ use framelock::Setpoint;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::setpoints::LEVEL;
+
 /// Where the simulator stands while it is parked. The frame that repeats it is
 /// `41 42 00 41 42 00 0D`: its payload holds the sync bytes.
 pub(super) const PARKED: Setpoint = Setpoint {
@@ -160,13 +162,6 @@ impl MotionPc {
             .into()
     }
 }
-
-/// The middle of every axis.
-pub(super) const LEVEL: Setpoint = Setpoint {
-    pitch: 0x80,
-    roll: 0x80,
-    yaw: 0x80,
-};
 
 impl Leg {
     /// Whole numbers only, so that it is the same on every computer.

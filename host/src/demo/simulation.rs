@@ -7,10 +7,11 @@ use framelock::{Bin, FailsafeError, Format, Lecture, Receiver, Setpoint};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::line::Line;
 use super::recent::{ByteOnLine, Recent};
 use super::script::{MotionPc, Passage, Script};
 use super::station::{Outcome, Report, Station, failsafe_parameters};
+use crate::faulty_line::FaultyLine;
+use crate::line_rate::BITS_PER_BYTE;
 
 /// What is asked for.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -22,23 +23,15 @@ pub(super) struct Plan {
     /// The probability that one bit of a byte is inverted.
     pub(super) flip: f64,
     pub(super) baud: u32,
-    /// Frames in a second. They fit: see [`bits_per_second`].
+    /// Frames in a second. They fit: see [`crate::line_rate`].
     pub(super) rate: u32,
     /// After so many byte times without a byte, the frame under way is dropped.
     pub(super) idle_gap: Option<u32>,
 }
 
-/// Start bit, eight data bits, stop bit.
-const BITS_PER_BYTE: u64 = 10;
-
-const FRAME_LENGTH: usize = 7;
+pub(super) const FRAME_LENGTH: usize = 7;
 
 const NANOSECONDS: u64 = 1_000_000_000;
-
-/// How fast the line must be for so many frames in a second.
-pub(super) fn bits_per_second(rate: u32) -> u64 {
-    u64::from(rate) * FRAME_LENGTH as u64 * BITS_PER_BYTE
-}
 
 /// A point of the recent past: when, and the pitch that was demanded and put out.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -59,7 +52,7 @@ pub(super) struct Simulation {
     plan: Plan,
     script: Script,
     motion_pc: MotionPc,
-    line: Line,
+    line: FaultyLine,
     discard: Station<Lecture>,
     rescan: Station<Receiver<Bin>>,
 
@@ -105,7 +98,7 @@ impl Simulation {
             plan,
             script,
             motion_pc: MotionPc::new(script, random(0), plan.rate),
-            line: Line::new(random(1), plan.drop, plan.flip),
+            line: FaultyLine::new(random(1), plan.drop, plan.flip),
             discard: Station::new(Lecture::new(), parameters)?,
             rescan: Station::new(Receiver::new(), parameters)?,
             now: Duration::ZERO,

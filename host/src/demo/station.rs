@@ -8,7 +8,7 @@ use framelock::{
     Phase, Setpoint, State,
 };
 
-use super::script::LEVEL;
+use crate::setpoints::LEVEL;
 
 /// 160 units in a second: faster than the motion, so that it catches up with it.
 const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(6_250).unwrap();

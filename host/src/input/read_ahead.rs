@@ -7,9 +7,6 @@ use std::thread;
 
 use crate::stream::Chunk;
 
-/// What the shell reports for a program that Ctrl-C ended.
-const EXIT_CODE_INTERRUPTED: i32 = 130;
-
 /// A reader that can be told to end while it waits for input, on every operating system.
 ///
 /// At most two chunks are read ahead.
@@ -62,18 +59,6 @@ impl ReadAhead {
         // The thread is gone if it has read the end.
         let _ = self.used.send(chunk);
     }
-}
-
-/// Makes Ctrl-C the end. A second one ends the process, for when the output is what makes it wait.
-pub(super) fn send_at_ctrl_c(end: Sender<Event>) -> Result<(), ctrlc::Error> {
-    let mut is_second = false;
-    ctrlc::set_handler(move || {
-        if std::mem::replace(&mut is_second, true) {
-            std::process::exit(EXIT_CODE_INTERRUPTED);
-        }
-        // Nobody listens any more if the stream has just ended by itself.
-        let _ = end.send(Event::End);
-    })
 }
 
 impl Read for ReadAhead {

@@ -1,9 +1,11 @@
 //! Setpoints from comma-separated values.
 
+use std::time::Duration;
+
 use csv_core::ReadRecordResult;
 use framelock::Setpoint;
 
-use super::{AXES, NOT_A_DEMAND, rows::LONGEST_LINE};
+use super::{AXES, LONGEST_LINE, NOT_A_DEMAND, NOT_A_TIME, Row, TIME, seconds};
 
 /// More than any table of setpoints has.
 const MOST_COLUMNS: usize = 1024;
@@ -12,6 +14,7 @@ const MOST_COLUMNS: usize = 1024;
 pub(super) struct CsvRows {
     reader: csv_core::Reader,
     columns: Option<Columns>,
+    reads_times: bool,
     /// The fields of the record under way, one behind the other, and where each ends.
     text: Box<[u8]>,
     ends: Box<[usize]>,
@@ -19,11 +22,12 @@ pub(super) struct CsvRows {
     field_count: usize,
 }
 
-/// Where pitch, roll and yaw stand.
+/// Where pitch, roll and yaw stand, and the time if there is one to read.
 #[derive(Clone, Copy)]
 struct Columns {
     count: usize,
     axes: [usize; 3],
+    time: Option<usize>,
 }
 
 impl Columns {
@@ -31,14 +35,23 @@ impl Columns {
     const UNNAMED: Self = Self {
         count: 3,
         axes: [0, 1, 2],
+        time: None,
+    };
+
+    /// Where there is no header, and a time in front.
+    const UNNAMED_WITH_TIME: Self = Self {
+        count: 4,
+        axes: [1, 2, 3],
+        time: Some(0),
     };
 }
 
 impl CsvRows {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(reads_times: bool) -> Self {
         Self {
             reader: csv_core::Reader::new(),
             columns: None,
+            reads_times,
             text: vec![0; LONGEST_LINE].into(),
             ends: vec![0; MOST_COLUMNS].into(),
             text_length: 0,
@@ -46,28 +59,28 @@ impl CsvRows {
         }
     }
 
-    /// Takes one line with its end; gives the setpoint if the line completes one.
-    pub(super) fn line(&mut self, mut line: &[u8]) -> Result<Option<Setpoint>, String> {
-        let mut setpoint = None;
+    /// Takes one line with its end; gives the row if the line completes one.
+    pub(super) fn line(&mut self, mut line: &[u8]) -> Result<Option<Row>, String> {
+        let mut row = None;
         while !line.is_empty() {
             let (taken, found) = self.step(line)?;
             line = line.get(taken..).unwrap_or_default();
-            if found.is_some() && setpoint.is_some() {
+            if found.is_some() && row.is_some() {
                 return Err(
                     "a second row, behind a carriage return; end rows with a line feed".into(),
                 );
             }
-            setpoint = setpoint.or(found);
+            row = row.or(found);
         }
-        Ok(setpoint)
+        Ok(row)
     }
 
     /// The text has ended.
-    pub(super) fn finish(&mut self) -> Result<Option<Setpoint>, String> {
-        self.step(&[]).map(|(_, setpoint)| setpoint)
+    pub(super) fn finish(&mut self) -> Result<Option<Row>, String> {
+        self.step(&[]).map(|(_, row)| row)
     }
 
-    fn step(&mut self, input: &[u8]) -> Result<(usize, Option<Setpoint>), String> {
+    fn step(&mut self, input: &[u8]) -> Result<(usize, Option<Row>), String> {
         let text = self.text.get_mut(self.text_length..).unwrap_or_default();
         let ends = self.ends.get_mut(self.field_count..).unwrap_or_default();
         let (result, taken, text_length, field_count) = self.reader.read_record(input, text, ends);
@@ -80,10 +93,10 @@ impl CsvRows {
             )),
             ReadRecordResult::OutputEndsFull => Err(format!("more than {MOST_COLUMNS} columns")),
             ReadRecordResult::Record => {
-                let setpoint = self.record();
+                let row = self.record();
                 self.text_length = 0;
                 self.field_count = 0;
-                Ok((taken, setpoint?))
+                Ok((taken, row?))
             }
         }
     }
@@ -95,10 +108,15 @@ impl CsvRows {
         field.trim_ascii()
     }
 
-    fn record(&mut self) -> Result<Option<Setpoint>, String> {
+    fn record(&mut self) -> Result<Option<Row>, String> {
         let Some(columns) = self.columns else {
             let header = self.header()?;
-            self.columns = Some(header.unwrap_or(Columns::UNNAMED));
+            let has_time = self.reads_times && self.field_count == Columns::UNNAMED_WITH_TIME.count;
+            self.columns = Some(header.unwrap_or(if has_time {
+                Columns::UNNAMED_WITH_TIME
+            } else {
+                Columns::UNNAMED
+            }));
             return if header.is_some() {
                 Ok(None)
             } else {
@@ -118,7 +136,17 @@ impl CsvRows {
                 .parse()
                 .map_err(|_| format!("column {} ({axis}): {field:?} {NOT_A_DEMAND}", column + 1))?;
         }
-        Ok(Some(Setpoint::from(demands)))
+        let time = columns.time.map(|column| self.time(column)).transpose()?;
+        Ok(Some(Row {
+            time,
+            setpoint: Setpoint::from(demands),
+        }))
+    }
+
+    fn time(&self, column: usize) -> Result<Duration, String> {
+        let field = String::from_utf8_lossy(self.field(column));
+        let time = field.parse().ok().and_then(seconds);
+        time.ok_or_else(|| format!("column {} ({TIME}): {field:?} {NOT_A_TIME}", column + 1))
     }
 
     /// The columns by the first row's names, if it names any.
@@ -132,8 +160,10 @@ impl CsvRows {
         if pitch.or(roll).or(yaw).is_none() {
             return Ok(None);
         }
-        if let Some(axis) = AXES.into_iter().find(|axis| place(axis).1.is_some()) {
-            return Err(format!("the header names {axis} twice"));
+        let time = self.reads_times.then_some(TIME);
+        let mut names = AXES.into_iter().chain(time);
+        if let Some(name) = names.find(|name| place(name).1.is_some()) {
+            return Err(format!("the header names {name} twice"));
         }
         let (Some(pitch), Some(roll), Some(yaw)) = (pitch, roll, yaw) else {
             return Err("the header does not name all of pitch, roll and yaw".into());
@@ -141,6 +171,7 @@ impl CsvRows {
         Ok(Some(Columns {
             count: self.field_count,
             axes: [pitch, roll, yaw],
+            time: time.and_then(|time| place(time).0),
         }))
     }
 }

@@ -5,26 +5,26 @@ use rand_chacha::ChaCha8Rng;
 
 /// The line. What it does depends on its seed and its rates only.
 #[derive(Debug)]
-pub(super) struct Line {
+pub(crate) struct FaultyLine {
     random: ChaCha8Rng,
     drop: f64,
     flip: f64,
 }
 
-impl Line {
+impl FaultyLine {
     /// `drop` and `flip` are the probabilities, from 0 to 1, that a byte is lost and that one bit
     /// of it is inverted.
-    pub(super) fn new(random: ChaCha8Rng, drop: f64, flip: f64) -> Self {
+    pub(crate) fn new(random: ChaCha8Rng, drop: f64, flip: f64) -> Self {
         Self { random, drop, flip }
     }
 
     /// Whether it loses any bytes.
-    pub(super) fn drops(&self) -> bool {
+    pub(crate) fn drops(&self) -> bool {
         self.drop > 0.0
     }
 
     /// The byte as it arrives, if it does.
-    pub(super) fn carry(&mut self, byte: u8) -> Option<u8> {
+    pub(crate) fn carry(&mut self, byte: u8) -> Option<u8> {
         if self.random.random_bool(self.drop) {
             return None;
         }
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     fn carried(drop: f64, flip: f64) -> Vec<Option<u8>> {
-        let mut line = Line::new(ChaCha8Rng::seed_from_u64(1), drop, flip);
+        let mut line = FaultyLine::new(ChaCha8Rng::seed_from_u64(1), drop, flip);
         (0..10_000).map(|_| line.carry(0x41)).collect()
     }
 
