@@ -3,7 +3,6 @@
 //! The simulation runs in virtual time and does not know who looks at it: the live view paces it,
 //! the plain lines run through it, and the same seed gives the same numbers under both.
 
-mod bar;
 mod bytes;
 mod live;
 mod plain;
@@ -13,13 +12,14 @@ mod simulation;
 mod station;
 mod view;
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
 use anyhow::Result;
 use clap::value_parser;
 
 use crate::line_rate;
 use crate::numbers::{number, probability};
+use crate::screen;
 use crate::stream::Failure;
 use simulation::{FRAME_LENGTH, Plan, Simulation};
 
@@ -93,17 +93,12 @@ The table:
 /// reader of the output has gone is no error.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let mut simulation = Simulation::new(arguments.plan()?)?;
-    let is_live = !arguments.plain && io::stdout().is_terminal() && !is_dumb_terminal();
+    let is_live = !arguments.plain && screen::is_there();
     if is_live {
         live::run(&mut simulation, arguments.speed)?;
     }
     print(&mut simulation, is_live)
         .or_else(|error| Failure::Write(error).told("", "standard output"))
-}
-
-/// Whether the terminal says that it can only show lines, as those inside editors do.
-fn is_dumb_terminal() -> bool {
-    std::env::var_os("TERM").is_some_and(|name| name == "dumb")
 }
 
 /// The lines of text: all of them, or only what comes behind the live view.

@@ -70,6 +70,10 @@ impl Input {
         })
     }
 
+    pub(crate) fn is_port(&self) -> bool {
+        self.port.is_some()
+    }
+
     /// From now on line errors are marked in the bytes read, as long as what this gives lives; none
     /// if the input is no serial port, or if the operating system cannot.
     pub(crate) fn mark_line_errors(&self) -> Option<Marking> {

@@ -15,7 +15,7 @@ pub(crate) struct Marking {
 }
 
 impl Marking {
-    /// Begins to mark, where the operating system can.
+    /// Begins to mark, where the operating system can. What has come until now is thrown away.
     #[cfg(unix)]
     pub(crate) fn begin(device: Device) -> Option<Self> {
         use rustix::termios::{InputModes, OptionalActions, tcgetattr, tcsetattr};
@@ -24,7 +24,8 @@ impl Marking {
         let mut settings = before.clone();
         settings.input_modes |= InputModes::PARMRK | InputModes::INPCK;
         settings.input_modes -= InputModes::IGNBRK | InputModes::BRKINT | InputModes::IGNPAR;
-        tcsetattr(&device, OptionalActions::Now, &settings).ok()?;
+        // What has come so far is without marks, and would be misread.
+        tcsetattr(&device, OptionalActions::Flush, &settings).ok()?;
         Some(Self {
             before: (device, before),
         })

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use framelock_host::{decode, demo, encode, send, trace};
+use framelock_host::{decode, demo, encode, monitor, send, trace};
 
 /// A serial-frame receiver that never goes deaf: decode, trace, encode and demonstrate
 /// 'A' 'B' reserved pitch roll yaw CR.
@@ -21,6 +21,7 @@ enum Command {
     Encode(encode::Arguments),
     Demo(demo::Arguments),
     Send(send::Arguments),
+    Monitor(monitor::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
         Command::Encode(arguments) => encode::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Send(arguments) => send::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

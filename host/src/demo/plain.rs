@@ -7,7 +7,7 @@ use framelock::Setpoint;
 
 use super::simulation::Simulation;
 use super::station::Report;
-use super::view::phase_name;
+use crate::view_parts::phase_name;
 
 /// How many lines there are at most, so that a long run can still be read.
 const MOST_LINES: u32 = 30;

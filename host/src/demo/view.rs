@@ -3,7 +3,7 @@
 //! Laid out for 80 columns and 24 rows; a lower terminal goes without the bytes, a higher one has
 //! room for a chart.
 
-use framelock::{Output, Phase};
+use framelock::Output;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize};
@@ -11,12 +11,12 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph};
 
-use super::bar::bar;
 use super::bytes;
 use super::recent::ByteOnLine;
 use super::script::Passage;
 use super::simulation::{Sample, Simulation};
 use super::station::Report;
+use crate::view_parts::{bar, emphasised, phase_name, phase_style};
 
 const TITLE_HEIGHT: u16 = 2;
 const STATIONS_HEIGHT: u16 = 9;
@@ -152,37 +152,6 @@ fn station(report: &Report, simulation: &Simulation, width: u16) -> Vec<Line<'st
     let discarded = report.counters.discarded.total();
     lines.push(Line::from(format!("bytes discarded {discarded}")));
     lines
-}
-
-/// A count to which something happened, if it is not zero.
-fn emphasised(count: u64, color: Color) -> Span<'static> {
-    let span = Span::from(format!("{count:<5}"));
-    if count > 0 {
-        span.fg(color).bold()
-    } else {
-        span
-    }
-}
-
-/// What a phase is called.
-pub(super) const fn phase_name(phase: Phase) -> &'static str {
-    match phase {
-        Phase::Live => "live",
-        Phase::Approach => "approach",
-        Phase::Hold => "hold",
-        Phase::Ramp => "ramp",
-        Phase::Parked => "parked",
-    }
-}
-
-fn phase_style(phase: Phase) -> Style {
-    let color = match phase {
-        Phase::Live => Color::Green,
-        Phase::Approach => Color::Cyan,
-        Phase::Hold | Phase::Ramp => Color::Yellow,
-        Phase::Parked => Color::Red,
-    };
-    Style::new().fg(color).bold()
 }
 
 fn draw_bytes<'a>(

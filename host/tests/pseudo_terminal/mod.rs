@@ -3,7 +3,7 @@
 use std::fs::File;
 
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use rustix::termios::{OptionalActions, Winsize, tcgetattr, tcsetattr, tcsetwinsize};
 
 /// Both ends of a line, and the name of the near one.
 ///
@@ -22,4 +22,19 @@ pub(crate) fn line() -> (File, File, String) {
     settings.make_raw();
     tcsetattr(&near_end, OptionalActions::Now, &settings).unwrap();
     (far_end.into(), near_end, name)
+}
+
+/// A terminal of so many columns and rows: its user's end, and the end for programs.
+#[allow(dead_code, reason = "not every test needs one")]
+pub(crate) fn terminal(columns: u16, rows: u16) -> (File, File) {
+    let (user, _raw, name) = line();
+    let near_end = File::options().read(true).write(true).open(name).unwrap();
+    let size = Winsize {
+        ws_row: rows,
+        ws_col: columns,
+        ws_xpixel: 0,
+        ws_ypixel: 0,
+    };
+    tcsetwinsize(&near_end, size).unwrap();
+    (user, near_end)
 }

@@ -1,13 +1,14 @@
-//! One axis: how far its output is out, and where it was sent.
+//! What live views are made of: bars, counts and phases.
 
-use ratatui::style::{Color, Stylize};
+use framelock::Phase;
+use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
 /// Eighths of a cell, from none to all.
 const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 
 /// A bar of `width` cells for the output; a mark stands where the axis was sent.
-pub(super) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
+pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
     let cells = usize::from(width);
     let eighths = usize::from(output) * cells * 8 / usize::from(u8::MAX);
     let mark = sent.map(|sent| usize::from(sent) * cells.saturating_sub(1) / usize::from(u8::MAX));
@@ -23,6 +24,38 @@ pub(super) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
                 .bg(Color::Indexed(236))
         })
         .collect()
+}
+
+/// A count to which something happened, if it is not zero.
+pub(crate) fn emphasised(count: u64, color: Color) -> Span<'static> {
+    let span = Span::from(format!("{count:<5}"));
+    if count > 0 {
+        span.fg(color).bold()
+    } else {
+        span
+    }
+}
+
+/// What a phase is called.
+pub(crate) const fn phase_name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Live => "live",
+        Phase::Approach => "approach",
+        Phase::Hold => "hold",
+        Phase::Ramp => "ramp",
+        Phase::Parked => "parked",
+    }
+}
+
+/// How a phase is shown.
+pub(crate) fn phase_style(phase: Phase) -> Style {
+    let color = match phase {
+        Phase::Live => Color::Green,
+        Phase::Approach => Color::Cyan,
+        Phase::Hold | Phase::Ramp => Color::Yellow,
+        Phase::Parked => Color::Red,
+    };
+    Style::new().fg(color).bold()
 }
 
 #[cfg(test)]
