@@ -115,12 +115,12 @@ where
     let title = arguments.title(&input);
     let mut session = Session::new(title, watch, marking.is_some(), recording, PathBuf::new());
     let outcome = live::run(&mut session, input);
+    // However it ended, this was seen.
     let mut told = session.finish().join("\n");
     told.push('\n');
+    let is_told = io::stdout().write_all(told.as_bytes());
     outcome?.or_else(|failure| failure.told(&name, "the terminal"))?;
-    io::stdout()
-        .write_all(told.as_bytes())
-        .or_else(|error| Failure::Write(error).told("", "standard output"))
+    is_told.or_else(|error| Failure::Write(error).told("", "standard output"))
 }
 
 impl Arguments {

@@ -1,6 +1,5 @@
 //! Serial ports: 8 data bits, no parity, 1 stop bit.
 
-use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -22,7 +21,7 @@ pub(crate) struct Port {
 
 /// The device that a port is, for its settings.
 #[cfg(unix)]
-pub(crate) type Device = std::sync::Arc<File>;
+pub(crate) type Device = std::sync::Arc<std::fs::File>;
 /// The device that a port is: elsewhere it has no settings of use.
 #[cfg(windows)]
 pub(crate) type Device = ();
@@ -98,7 +97,7 @@ pub(crate) fn open_if_port(
 /// terminal.
 #[cfg(unix)]
 fn device(path: &Path, name: &str) -> anyhow::Result<Option<Device>> {
-    use std::fs::Metadata;
+    use std::fs::{File, Metadata};
     use std::io::IsTerminal;
     use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 

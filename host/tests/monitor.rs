@@ -181,6 +181,8 @@ fn a_port_that_is_unplugged_ends_it_with_the_reason() {
     assert_eq!(code, Some(2));
     let told = format!("cannot read {port} behind byte 7: the serial port is gone");
     assert!(behind.contains(&told), "{behind}");
+    // What was seen until then is not lost.
+    assert!(behind.contains("bytes 7, frames 1,"), "{behind}");
 }
 
 #[test]
