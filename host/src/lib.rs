@@ -16,6 +16,8 @@ pub mod screen;
 pub mod send;
 mod serial;
 pub mod setpoints;
+pub mod simulate;
+mod smooth_motion;
 pub mod standard;
 pub mod stream;
 pub mod trace;

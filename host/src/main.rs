@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use framelock_host::{decode, demo, encode, monitor, send, trace};
+use framelock_host::{decode, demo, encode, monitor, send, simulate, trace};
 
 /// A serial-frame receiver that never goes deaf: decode, trace, encode and demonstrate
 /// 'A' 'B' reserved pitch roll yaw CR.
@@ -22,6 +22,7 @@ enum Command {
     Demo(demo::Arguments),
     Send(send::Arguments),
     Monitor(monitor::Arguments),
+    Simulate(simulate::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Send(arguments) => send::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,10 +1,9 @@
 //! What the simulated motion PC does, and when.
 
 use framelock::Setpoint;
-use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::setpoints::LEVEL;
+use crate::smooth_motion::SmoothMotion;
 
 /// Where the simulator stands while it is parked. The frame that repeats it is
 /// `41 42 00 41 42 00 0D`: its payload holds the sync bytes.
@@ -97,23 +96,11 @@ impl Script {
     }
 }
 
-/// The motion PC: smooth pitch, roll and yaw from one random point to the next.
+/// The motion PC: smooth pitch, roll and yaw, and what the script wants of it.
 #[derive(Debug)]
 pub(super) struct MotionPc {
     script: Script,
-    random: ChaCha8Rng,
-    leg: Leg,
-    /// How many slots a leg takes.
-    slots_per_leg: u64,
-}
-
-/// From one point to another, starting and ending at rest.
-#[derive(Clone, Copy, Debug)]
-struct Leg {
-    from: Setpoint,
-    to: Setpoint,
-    begin: u64,
-    length: u64,
+    motion: SmoothMotion,
 }
 
 impl MotionPc {
@@ -121,64 +108,20 @@ impl MotionPc {
     pub(super) fn new(script: Script, random: ChaCha8Rng, rate: u32) -> Self {
         Self {
             script,
-            random,
-            leg: Leg {
-                from: LEVEL,
-                to: LEVEL,
-                begin: 0,
-                length: 0,
-            },
-            slots_per_leg: 2 * u64::from(rate),
+            motion: SmoothMotion::new(random, 2 * u64::from(rate)),
         }
     }
 
     /// Where the simulator is to be in the slot; ask for each slot in turn.
     pub(super) fn setpoint(&mut self, slot: u64) -> Setpoint {
         let (passage, begin, length) = self.script.passage(slot);
-        let here = self.leg.at(slot);
-        let next = match passage {
-            Passage::Parking if slot == begin => Some((PARKED, length)),
-            Passage::Parked if slot == begin => Some((PARKED, 0)),
-            Passage::Motion | Passage::Silence if slot >= self.leg.begin + self.leg.length => {
-                Some((self.random_point(), self.slots_per_leg))
-            }
-            _ => None,
-        };
-        let Some((to, length)) = next else {
-            return here;
-        };
-        self.leg = Leg {
-            from: here,
-            to,
-            begin: slot,
-            length,
-        };
-        self.leg.at(slot)
-    }
-
-    fn random_point(&mut self) -> Setpoint {
-        [(); 3]
-            .map(|()| self.random.random_range(0x28..=0xD8))
-            .into()
-    }
-}
-
-impl Leg {
-    /// Whole numbers only, so that it is the same on every computer.
-    fn at(self, slot: u64) -> Setpoint {
-        const BITS: u32 = 10;
-        const ONE: u64 = 1 << BITS;
-        const CUBE: u64 = 1 << (3 * BITS);
-        let elapsed = (slot - self.begin).min(self.length);
-        let part = (elapsed * ONE).checked_div(self.length).unwrap_or(ONE);
-        // 3x^2 - 2x^3: flat at both ends.
-        let weight = part * part * (3 * ONE - 2 * part);
-        let mut axes = <[u8; 3]>::from(self.from);
-        for (axis, to) in axes.iter_mut().zip(<[u8; 3]>::from(self.to)) {
-            let sum = u64::from(*axis) * (CUBE - weight) + u64::from(to) * weight;
-            *axis = ((sum + CUBE / 2) >> (3 * BITS)).to_le_bytes()[0];
+        match passage {
+            Passage::Motion | Passage::Silence => return self.motion.setpoint(slot),
+            Passage::Parking if slot == begin => self.motion.go(slot, PARKED, length),
+            Passage::Parked if slot == begin => self.motion.go(slot, PARKED, 0),
+            _ => {}
         }
-        axes.into()
+        self.motion.here(slot)
     }
 }
 
