@@ -16,6 +16,8 @@ mod occurrences;
 mod output;
 mod parameters;
 mod payload;
+mod plot;
+mod report;
 mod results;
 mod station;
 mod statistics;
@@ -44,8 +46,11 @@ use sweep::Sweep;
 /// (policy discard) and the receiver (policy rescan), each with and without an idle-gap rule and
 /// with a failsafe behind it.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 pub struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+
     #[command(flatten)]
     parameters: Parameters,
 
@@ -74,6 +79,11 @@ pub struct Arguments {
     output: PathBuf,
 }
 
+#[derive(clap::Subcommand)]
+enum Command {
+    Report(report::Arguments),
+}
+
 const EXAMPLES: &str = "\
 Examples:
   framelock simulate --lose 0.001                          a line that loses a byte in a thousand
@@ -82,6 +92,7 @@ Examples:
                                                            never hears again
   framelock simulate --sweep bit-flip=1e-6:1e-3:x10 --sweep rate=50,500 --format csv
   framelock simulate --burst-rate 0.2 --burst-length 300 --format json --output bursts.json
+  framelock simulate report docs/figures                   every figure of docs/line-faults.md
 
 What is counted:
   intact           every byte of the frame was delivered as it was sent, and nothing between them
@@ -108,8 +119,11 @@ pub enum OutputFormat {
 /// Runs `framelock simulate`.
 ///
 /// # Errors
-/// A parameter is out of its range or contradicts another, or the output cannot be written.
+/// A parameter is out of its range or contradicts another, or what came of it cannot be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if let Some(Command::Report(arguments)) = &arguments.command {
+        return report::run(arguments);
+    }
     let points = sweep::points(&arguments.parameters, &arguments.sweep)?;
     // Before the work, so that it is not in vain.
     let (file, name) = if arguments.output.as_os_str() == "-" {

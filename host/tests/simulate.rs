@@ -133,9 +133,9 @@ fn json_holds_the_parameters_and_the_intervals() {
     );
     for receiver in receivers {
         let delivered = &receiver["delivered"];
-        let [low, share, high] =
-            ["low", "share", "high"].map(|name| delivered[name].as_f64().unwrap());
-        assert!(low < share && share < high && share < 1.0, "{delivered}");
+        let [low, value, high] =
+            ["low", "value", "high"].map(|name| delivered[name].as_f64().unwrap());
+        assert!(low < value && value < high && value < 1.0, "{delivered}");
     }
     // One point alone gives what it gave in the sweep.
     let alone = json(&["--lose", "0.02", "--trials", "4", "--rate", "40"]);
@@ -277,4 +277,47 @@ fn help_has_examples() {
     let help = shown(&["--help"]);
     assert!(help.contains("Examples:\n  framelock simulate "));
     assert!(help.contains("--sweep"));
+}
+
+/// With a hundredth of the trials: the files, not the figures in them.
+#[test]
+fn one_command_writes_every_figure_of_the_report() {
+    let directory = tempfile::tempdir().unwrap();
+    let figures = directory.path().join("new/figures");
+    let arguments = [
+        "report",
+        figures.to_str().unwrap(),
+        "--effort",
+        "1",
+        "--seed",
+        "4",
+    ];
+    let names = [
+        "lost-frames",
+        "baud-error",
+        "wrong-setpoints",
+        "resynchronisation",
+        "burst",
+        "failsafe-engagements",
+    ];
+    let told: Vec<_> = names
+        .iter()
+        .map(|name| format!("{}\n", figures.join(name).with_extension("svg").display()))
+        .collect();
+    assert_eq!(shown(&arguments), told.concat());
+    let linked = std::fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../docs/line-faults.md"
+    ))
+    .unwrap();
+    for name in names {
+        let svg = std::fs::read_to_string(figures.join(name).with_extension("svg")).unwrap();
+        assert!(svg.starts_with("<svg "), "{name}");
+        assert!(svg.contains("seed 4"), "{name}");
+        let png = std::fs::read(figures.join(name).with_extension("png")).unwrap();
+        assert!(png.starts_with(b"\x89PNG"), "{name}");
+        let mut table = csv::Reader::from_path(figures.join(name).with_extension("csv")).unwrap();
+        assert!(table.records().all(|row| &row.unwrap()[0] == "4"), "{name}");
+        assert!(linked.contains(&format!("(figures/{name}.svg)")), "{name}");
+    }
 }

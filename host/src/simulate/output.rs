@@ -99,7 +99,7 @@ fn receiver_columns(receiver: &ReceiverResult) -> Columns {
         name,
         Share {
             count,
-            share,
+            value,
             low,
             high,
             ..
@@ -111,7 +111,7 @@ fn receiver_columns(receiver: &ReceiverResult) -> Columns {
         ("false_frames", receiver.false_frames),
     ] {
         columns.push((name.to_owned(), count.to_string()));
-        columns.push((format!("{name}_share"), share.to_string()));
+        columns.push((format!("{name}_share"), value.to_string()));
         columns.push((format!("{name}_low"), low.to_string()));
         columns.push((format!("{name}_high"), high.to_string()));
     }
@@ -122,7 +122,7 @@ fn receiver_columns(receiver: &ReceiverResult) -> Columns {
         [
             (
                 "lost_intact_per_lost_byte",
-                optional(lost.map(|lost| lost.mean)),
+                optional(lost.map(|lost| lost.value)),
             ),
             (
                 "lost_intact_per_lost_byte_low",
@@ -233,7 +233,7 @@ fn write_one(out: &mut impl Write, point: &Point) -> io::Result<()> {
     })?;
     row("  for each lost byte", &|receiver| {
         let lost = receiver.lost_intact_per_lost_byte;
-        lost.map_or_else(none, |lost| format!("{:.6}", lost.mean))
+        lost.map_or_else(none, |lost| format!("{:.6}", lost.value))
     })?;
     row("    95 % interval from", &|receiver| {
         let lost = receiver.lost_intact_per_lost_byte;
@@ -330,7 +330,7 @@ fn percent(share: Share) -> String {
     if share.of == 0 {
         return none();
     }
-    format!("{:.4} %", 100.0 * share.share)
+    format!("{:.4} %", 100.0 * share.value)
 }
 
 fn milliseconds(value: Option<f64>) -> String {

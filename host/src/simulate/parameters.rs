@@ -163,8 +163,6 @@ pub(super) fn frame_name(frame: FrameName) -> &'static str {
 pub(super) struct Number {
     /// The option, without its two dashes.
     pub(super) name: &'static str,
-    /// What the number counts, to be written behind it.
-    pub(super) unit: &'static str,
     least: f64,
     most: f64,
     is_whole: bool,
@@ -173,10 +171,9 @@ pub(super) struct Number {
 }
 
 macro_rules! number {
-    (f64 $name:literal, $unit:literal, $field:ident, $least:expr, $most:expr) => {
+    (f64 $name:literal, $field:ident, $least:expr, $most:expr) => {
         Number {
             name: $name,
-            unit: $unit,
             least: $least,
             most: $most,
             is_whole: false,
@@ -184,45 +181,45 @@ macro_rules! number {
             set: |parameters, value| parameters.$field = value,
         }
     };
-    (u32 $name:literal, $unit:literal, $field:ident, $least:expr, $most:expr) => {
+    (u32 $name:literal, $field:ident, $least:expr, $most:expr) => {
         Number {
             is_whole: true,
             get: |parameters| Some(f64::from(parameters.$field)),
             set: |parameters, value| parameters.$field = to_whole(value),
-            ..number!(f64 $name, $unit, rate, $least, $most)
+            ..number!(f64 $name, rate, $least, $most)
         }
     };
 }
 
 /// Every number but the seed.
 pub(super) const NUMBERS: [Number; 19] = [
-    number!(u32 "trials", "", trials, 1.0, 1e9),
-    number!(u32 "frames", "", frames, 1.0, 1e9),
-    number!(u32 "baud", "Bd", baud, 300.0, 1e7),
-    number!(f64 "rate", "frames/s", rate, 0.01, 1e5),
-    number!(u32 "byte-gap", "bits", byte_gap, 0.0, 1e6),
-    number!(f64 "baud-error", "%", baud_error, -50.0, 50.0),
-    number!(f64 "bit-flip", "", bit_flip, 0.0, 1.0),
-    number!(f64 "burst-rate", "/s", burst_rate, 0.0, 1e6),
-    number!(f64 "burst-length", "ms", burst_length, 0.1, 1e6),
+    number!(u32 "trials", trials, 1.0, 1e9),
+    number!(u32 "frames", frames, 1.0, 1e9),
+    number!(u32 "baud", baud, 300.0, 1e7),
+    number!(f64 "rate", rate, 0.01, 1e5),
+    number!(u32 "byte-gap", byte_gap, 0.0, 1e6),
+    number!(f64 "baud-error", baud_error, -50.0, 50.0),
+    number!(f64 "bit-flip", bit_flip, 0.0, 1.0),
+    number!(f64 "burst-rate", burst_rate, 0.0, 1e6),
+    number!(f64 "burst-length", burst_length, 0.1, 1e6),
     Number {
         get: |parameters| parameters.burst_at,
         set: |parameters, value| parameters.burst_at = Some(value),
-        ..number!(f64 "burst-at", "s", rate, 0.0, 1e6)
+        ..number!(f64 "burst-at", rate, 0.0, 1e6)
     },
-    number!(f64 "break-rate", "/s", break_rate, 0.0, 1e6),
-    number!(u32 "break-length", "bits", break_length, 1.0, 1e6),
-    number!(f64 "lose", "", lose, 0.0, 1.0),
-    number!(f64 "duplicate", "", duplicate, 0.0, 1.0),
+    number!(f64 "break-rate", break_rate, 0.0, 1e6),
+    number!(u32 "break-length", break_length, 1.0, 1e6),
+    number!(f64 "lose", lose, 0.0, 1.0),
+    number!(f64 "duplicate", duplicate, 0.0, 1.0),
     Number {
         get: |parameters| parameters.lose_one_in.map(f64::from),
         set: |parameters, value| parameters.lose_one_in = Some(to_whole(value)),
-        ..number!(u32 "lose-one-in", "", frames, 0.0, 1e9)
+        ..number!(u32 "lose-one-in", frames, 0.0, 1e9)
     },
-    number!(u32 "idle-gap", "bytes", idle_gap, 1.0, 1e6),
-    number!(f64 "hold-after", "ms", hold_after, 0.001, 1e6),
-    number!(f64 "ramp-after", "ms", ramp_after, 0.001, 1e6),
-    number!(f64 "full-travel", "ms", full_travel, 1.0, 1e6),
+    number!(u32 "idle-gap", idle_gap, 1.0, 1e6),
+    number!(f64 "hold-after", hold_after, 0.001, 1e6),
+    number!(f64 "ramp-after", ramp_after, 0.001, 1e6),
+    number!(f64 "full-travel", full_travel, 1.0, 1e6),
 ];
 
 #[expect(
@@ -274,9 +271,11 @@ impl Parameters {
     }
 
     /// Bits from the first of a frame to its last.
-    pub(super) fn frame_bits(&self) -> f64 {
+    fn frame_bits(&self) -> f64 {
         let length = f64::from(self.frame_length());
-        length * f64::from(BITS_PER_BYTE as u32) + (length - 1.0) * f64::from(self.byte_gap)
+        #[expect(clippy::cast_precision_loss, reason = "10")]
+        let byte = BITS_PER_BYTE as f64;
+        length * byte + (length - 1.0) * f64::from(self.byte_gap)
     }
 
     /// # Errors

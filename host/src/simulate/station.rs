@@ -59,7 +59,7 @@ fn failsafe_parameters(parameters: &Parameters) -> FailsafeParameters {
 }
 
 /// Frames whose fate may still be open: the last ones. A power of two.
-const OPEN_FRAMES: u64 = 4;
+const OPEN_FRAMES: usize = 4;
 
 /// A receiver and its failsafe.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ pub(super) struct Station<P> {
     last_byte: Option<u64>,
     committed: u64,
     /// When a frame was delivered, with its number, in the place of its number.
-    delivered: [Option<(u64, u64)>; OPEN_FRAMES as usize],
+    delivered: [Option<(u64, u64)>; OPEN_FRAMES],
     outage: Option<Outage>,
     is_following: bool,
     tally: ReceiverTally,
@@ -99,7 +99,7 @@ impl<P: Parser<Message = Setpoint> + Default> Station<P> {
             hears_errors: !parameters.unreported,
             last_byte: None,
             committed: 0,
-            delivered: [None; OPEN_FRAMES as usize],
+            delivered: [None; OPEN_FRAMES],
             outage: None,
             is_following: false,
             tally: ReceiverTally::default(),
@@ -134,7 +134,8 @@ impl<P: Parser<Message = Setpoint> + Default> Station<P> {
     }
 
     fn place(&mut self, number: u64) -> Option<&mut Option<(u64, u64)>> {
-        self.delivered.get_mut((number % OPEN_FRAMES) as usize)
+        let [lowest, ..] = number.to_le_bytes();
+        self.delivered.get_mut(usize::from(lowest) % OPEN_FRAMES)
     }
 
     /// The UART reports an error.

@@ -11,7 +11,7 @@ pub(super) struct Share {
     pub(super) count: u64,
     pub(super) of: u64,
     /// `count / of`, 0 if both are.
-    pub(super) share: f64,
+    pub(super) value: f64,
     pub(super) low: f64,
     pub(super) high: f64,
 }
@@ -19,7 +19,7 @@ pub(super) struct Share {
 /// A mean, and the interval.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(super) struct Mean {
-    pub(super) mean: f64,
+    pub(super) value: f64,
     pub(super) low: f64,
     pub(super) high: f64,
 }
@@ -35,21 +35,21 @@ impl Share {
             return Self {
                 count,
                 of,
-                share: 0.0,
+                value: 0.0,
                 low: 0.0,
                 high: 1.0,
             };
         }
-        let (share, trials) = (count as f64 / of as f64, of as f64);
+        let (value, trials) = (count as f64 / of as f64, of as f64);
         let square = DEVIATIONS * DEVIATIONS;
-        let middle = share + square / (2.0 * trials);
+        let middle = value + square / (2.0 * trials);
         let width =
-            DEVIATIONS * (share * (1.0 - share) / trials + square / (4.0 * trials * trials)).sqrt();
+            DEVIATIONS * (value * (1.0 - value) / trials + square / (4.0 * trials * trials)).sqrt();
         let scale = 1.0 + square / trials;
         Self {
             count,
             of,
-            share,
+            value,
             // Exact where rounding would leave a little.
             low: if count == 0 {
                 0.0
@@ -88,15 +88,15 @@ impl Ratio {
             return None;
         }
         let (trials, below) = (self.trials as f64, self.below as f64);
-        let mean = self.above as f64 / below;
-        let residuals = self.above_squares as f64 - 2.0 * mean * self.products as f64
-            + mean * mean * self.below_squares as f64;
+        let value = self.above as f64 / below;
+        let residuals = self.above_squares as f64 - 2.0 * value * self.products as f64
+            + value * value * self.below_squares as f64;
         let variance = residuals.max(0.0) * trials / (trials - 1.0) / (below * below);
         let width = DEVIATIONS * variance.sqrt();
         Some(Mean {
-            mean,
-            low: (mean - width).max(0.0),
-            high: mean + width,
+            value,
+            low: (value - width).max(0.0),
+            high: value + width,
         })
     }
 }
@@ -125,7 +125,7 @@ mod tests {
             assert!((share.high - high).abs() < 5e-5, "{share:?}");
         }
         let all = Share::new(20, 20);
-        assert_eq!((all.share, all.high), (1.0, 1.0));
+        assert_eq!((all.value, all.high), (1.0, 1.0));
         assert!((all.low - (1.0 - 0.1611)).abs() < 5e-5);
         assert_eq!((Share::new(0, 0).low, Share::new(0, 0).high), (0.0, 1.0));
     }
@@ -141,13 +141,13 @@ mod tests {
             products: 10,
             below_squares: 4,
         };
-        let Mean { mean, low, high } = ratio.mean().unwrap();
-        assert_eq!(mean, 2.5);
+        let Mean { value, low, high } = ratio.mean().unwrap();
+        assert_eq!(value, 2.5);
         assert!(
-            (high - mean - 1.959_964 * 1.290_994 / 2.0).abs() < 1e-5,
+            (high - value - 1.959_964 * 1.290_994 / 2.0).abs() < 1e-5,
             "{high}"
         );
-        assert!((mean - low - (high - mean)).abs() < 1e-12);
+        assert!((value - low - (high - value)).abs() < 1e-12);
         assert_eq!(Ratio { trials: 1, ..ratio }.mean(), None);
         assert_eq!(Ratio { below: 0, ..ratio }.mean(), None);
         // Two losses in each trial, one frame for each: no doubt at all.
@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(
             sure.mean(),
             Some(Mean {
-                mean: 1.0,
+                value: 1.0,
                 low: 1.0,
                 high: 1.0
             })

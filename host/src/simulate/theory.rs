@@ -3,6 +3,7 @@
 use crate::names::FrameName;
 
 /// In noise, a false frame of BIN at each byte: three fixed bytes.
+#[cfg(test)]
 pub(super) const FALSE_FRAME: f64 = 1.0 / (1 << 24) as f64;
 
 /// Start and stop bit.
@@ -37,7 +38,9 @@ pub(super) fn wrong_setpoint(format: FrameName, flip: f64) -> f64 {
                 .iter()
                 .zip(0..)
                 .map(|(&count, weight)| {
-                    count as f64 * flip.powi(weight) * kept(PROTECTED_BITS - weight)
+                    #[expect(clippy::cast_precision_loss, reason = "less than theory leaves out")]
+                    let count = count as f64;
+                    count * flip.powi(weight) * kept(PROTECTED_BITS - weight)
                 })
                 .sum();
             kept(others) * unnoticed

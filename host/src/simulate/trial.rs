@@ -94,6 +94,7 @@ where
     let bits_per_frame = f64::from(parameters.baud) / parameters.rate;
     let is_noise = parameters.payload == Payload::Noise;
     for number in 0..u64::from(parameters.frames) {
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
         let begin = whole(number as f64 * bits_per_frame);
         trial.idle_until(begin);
         trial.send(number, sender.next(), is_noise);

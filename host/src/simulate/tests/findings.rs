@@ -18,7 +18,7 @@ fn one_lost_byte(payload: &str) -> Parameters {
 
 /// Of each policy, without an idle-gap rule: the lecture's, and the receiver's.
 fn policies(point: &Point) -> [&ReceiverResult; 2] {
-    [PolicyName::Discard, PolicyName::Rescan].map(|policy| point.receiver(policy, false))
+    [PolicyName::Discard, PolicyName::Rescan].map(|policy| point.receiver(policy, false).unwrap())
 }
 
 /// Finding 1: the lecture's machine goes deaf, and the receiver does not.
@@ -56,9 +56,9 @@ fn an_ambiguous_payload_is_read_wrongly_until_the_line_pauses() {
         ..parameters
     });
     for policy in [PolicyName::Discard, PolicyName::Rescan] {
-        let without_rule = with_pauses.receiver(policy, false);
+        let without_rule = with_pauses.receiver(policy, false).unwrap();
         assert!(without_rule.resynchronisation.never > 200);
-        let with_rule = with_pauses.receiver(policy, true);
+        let with_rule = with_pauses.receiver(policy, true).unwrap();
         assert_eq!(with_rule.resynchronisation.never, 0);
         assert_eq!(with_rule.lost_intact.count, 0);
         assert_eq!(with_rule.delivered.count, 512 * 59);
@@ -78,7 +78,7 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
         policies(&point).map(|policy| policy.lost_intact_per_lost_byte.unwrap());
     assert!((discard.low..=discard.high).contains(&0.715), "{discard:?}");
     assert!(discard.high - discard.low < 0.006);
-    assert!(rescan.mean < 0.0001, "{rescan:?}");
+    assert!(rescan.value < 0.0001, "{rescan:?}");
 }
 
 /// Finding 3, with payloads of bytes from 40 to 43 that are repeated. What the naive reference
@@ -153,6 +153,26 @@ fn wrong_setpoints_are_as_frequent_as_theory_has_it() {
             let is_as_expected = wrong.low <= expected * 1.05 && expected <= wrong.high;
             assert!(is_as_expected, "{frame:?} {bit_flip}: {wrong:?} {expected}");
         }
+    }
+}
+
+/// Finding 4, counted: of the corrupted frames that nobody notices one in four is corrupted in the
+/// reserved byte only, and its setpoint is right.
+#[test]
+fn one_in_four_unnoticed_errors_does_no_harm() {
+    let point = simulated(&Parameters {
+        payload: Payload::Random(0x00, 0xFF),
+        rate: 800.0,
+        bit_flip: 0.001,
+        trials: 100,
+        ..DEFAULT
+    });
+    for receiver in policies(&point) {
+        let intact = point.line.frames_intact.count - receiver.lost_intact.count;
+        let harmless = receiver.delivered.count - intact;
+        let unnoticed = harmless + receiver.wrong_setpoints.count;
+        assert!(unnoticed > 2_000);
+        assert!(holds(Share::new(harmless, unnoticed), 0.25));
     }
 }
 

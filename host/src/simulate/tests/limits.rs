@@ -267,7 +267,13 @@ fn a_reported_error_drops_the_frame_under_way() {
     });
     assert_eq!(reported.line, unreported.line);
     assert!(reported.line.breaks > 500);
-    let lost = |point: &Point| point.receiver(PolicyName::Discard, false).lost_intact.count;
+    let lost = |point: &Point| {
+        point
+            .receiver(PolicyName::Discard, false)
+            .unwrap()
+            .lost_intact
+            .count
+    };
     assert!(lost(&unreported) > 100);
     assert!(lost(&reported) < lost(&unreported) / 10);
 }
