@@ -4,12 +4,12 @@ use framelock::{Phase, Setpoint};
 use plotters::prelude::SeriesLabelPosition;
 
 use super::{Measurement, write_table};
+use crate::setpoints::LEVEL;
 use crate::simulate::experiment;
 use crate::simulate::parameters::{DEFAULT, Parameters};
 use crate::simulate::plot::{Axis, BLUE, Band, Chart, GREY, Mark, RED, Series, Value, YELLOW};
 use crate::simulate::results::Point;
 use crate::simulate::trial::Sample;
-use crate::smooth_motion::LEVEL;
 
 const BURST_AT: f64 = 1.5;
 const BURST_MILLISECONDS: f64 = 1_600.0;
