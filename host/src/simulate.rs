@@ -55,7 +55,7 @@ pub struct Arguments {
     parameters: Parameters,
 
     /// Go through a range: NAME=FROM:TO:STEP, NAME=FROM:TO:xFACTOR or NAME=VALUE,VALUE,... with the
-    /// name of any option above that is a number; once or twice
+    /// name of any option that is a number, but the seed; once or twice
     #[arg(
         long,
         value_name = "NAME=RANGE",

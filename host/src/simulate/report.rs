@@ -8,7 +8,7 @@ mod resynchronisation;
 mod wrong_setpoints;
 
 use std::fs::{self, File};
-use std::io::BufWriter;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -18,6 +18,7 @@ use super::parameters::{DEFAULT, Parameters};
 use super::plot::Chart;
 use super::results::Point;
 use super::{output, simulated};
+use crate::stream::Failure;
 
 /// Every figure of docs/line-faults.md: NAME.svg, NAME.png, and what was measured as NAME.csv
 #[derive(clap::Args)]
@@ -57,7 +58,12 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             table: directory.join(name).with_extension("csv"),
         };
         chart(&measurement)?.write(directory, name)?;
-        println!("{}", directory.join(name).with_extension("svg").display());
+        let told = writeln!(
+            io::stdout(),
+            "{}",
+            directory.join(name).with_extension("svg").display()
+        );
+        told.or_else(|error| Failure::Write(error).told("", "standard output"))?;
     }
     Ok(())
 }
