@@ -1,0 +1,67 @@
+//! Target `parser`: any bytes, one at a time and as one slice, both formats, both policies.
+
+use framelock::{Accounting, Bin, Lecture, Parser, Receiver, Setpoint};
+use framelock_proofs::reference::{self, Policy};
+
+use crate::expected::Expected;
+
+/// The input is the stream, of BIN. For the receiver (Rescan) and the lecture's machine (Discard):
+/// the frames, their setpoints and the indices of their last bytes are the reference's, and so is why
+/// each byte was dropped; less than a frame is ever held; every byte is accounted for.
+///
+/// Little more than that is done with an input, so that many can be tried: the other parsers, and
+/// streams in pieces, are the target [`chunks`](crate::chunks)'s.
+///
+/// # Panics
+/// If one of these does not hold.
+pub fn parser(bytes: &[u8]) {
+    let rescan = Expected::of::<reference::Bin>(bytes, Policy::Rescan);
+    // What it holds are bytes of a shift register; looking how many of them count takes longer.
+    check(Receiver::<Bin>::new(), bytes, &rescan, |receiver| {
+        receiver.window().count().into()
+    });
+    let discard = Expected::of::<reference::Bin>(bytes, Policy::Discard);
+    check(Lecture::new(), bytes, &discard, Parser::pending);
+}
+
+fn check<P>(at_reset: P, bytes: &[u8], expected: &Expected, held: impl Fn(&P) -> usize)
+where
+    P: Parser<Message = Setpoint> + Copy + PartialEq + std::fmt::Debug,
+{
+    let mut parser = at_reset;
+    let mut frames = expected.frames.iter();
+    for (index, &byte) in bytes.iter().enumerate() {
+        if let Some(setpoint) = parser.push(byte) {
+            let committed = Some(&(index, setpoint));
+            assert_eq!(frames.next(), committed, "pushed: {bytes:02X?}");
+        }
+        assert!(
+            held(&parser) < P::FRAME_LENGTH,
+            "pushed {index} of {bytes:02X?}"
+        );
+    }
+    assert_eq!(frames.next(), None, "pushed: {bytes:02X?}");
+    assert_eq!(parser.pending(), expected.pending, "pushed {bytes:02X?}");
+
+    let mut line = Accounting::new(at_reset);
+    let mut frames = expected.frames.iter();
+    line.feed(bytes, |index, setpoint| {
+        assert_eq!(frames.next(), Some(&(index, setpoint)), "fed {bytes:02X?}");
+    });
+    assert_eq!(frames.next(), None, "fed {bytes:02X?}");
+    assert_eq!(line.parser(), &parser, "fed {bytes:02X?}");
+    let counters = line.counters();
+    assert_eq!(counters.discarded, expected.dropped, "fed {bytes:02X?}");
+    assert_eq!(
+        counters.resynchronisations, expected.resynchronisations,
+        "fed {bytes:02X?}"
+    );
+    assert_eq!(counters.bytes, bytes.len() as u64);
+    assert_eq!(
+        counters.bytes,
+        P::FRAME_LENGTH as u64 * counters.frames
+            + counters.discarded.total()
+            + line.pending() as u64,
+        "every byte is in one place: {bytes:02X?}"
+    );
+}
