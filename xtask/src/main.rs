@@ -2,12 +2,14 @@
 
 mod bare_metal;
 mod benches;
+mod cargo_tool;
 mod command;
 mod debian;
 mod emulate;
 mod feature_subsets;
 mod firmware;
 mod firmware_tests;
+mod fuzz;
 mod lints;
 mod no_std;
 mod prove;
@@ -31,6 +33,7 @@ enum Task {
     Prove(prove::Arguments),
     Firmware(firmware::Arguments),
     Emulate(emulate::Arguments),
+    Fuzz(fuzz::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
         Task::Prove(arguments) => prove::prove(&arguments),
         Task::Firmware(arguments) => firmware::build_and_tell(&arguments),
         Task::Emulate(arguments) => emulate::emulate(&arguments),
+        Task::Fuzz(arguments) => fuzz::fuzz(&arguments),
     };
     outcome.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");

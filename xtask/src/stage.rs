@@ -6,7 +6,9 @@ use anyhow::Result;
 
 use crate::test_count::TestCount;
 use crate::workspace::Workspace;
-use crate::{benches, feature_subsets, firmware, firmware_tests, lints, no_std, prove, test_runs};
+use crate::{
+    benches, feature_subsets, firmware, firmware_tests, fuzz, lints, no_std, prove, test_runs,
+};
 
 /// One check.
 pub(crate) struct Stage {
@@ -81,6 +83,11 @@ pub(crate) const STAGES: &[Stage] = &[
         name: "benches",
         checks: "the benchmarks compile and confirm their answers, untimed",
         run: benches::confirm,
+    },
+    Stage {
+        name: "fuzz",
+        checks: "the fuzz targets' corpora, replayed; every target for a few seconds",
+        run: fuzz::stage,
     },
     Stage {
         name: "prove",

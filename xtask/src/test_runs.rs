@@ -4,6 +4,7 @@ use anyhow::{Result, bail};
 
 use crate::command::{cargo, run_and_read, version};
 use crate::firmware_tests;
+use crate::fuzz;
 use crate::stage::Report;
 use crate::test_count::TestCount;
 use crate::workspace::Workspace;
@@ -25,6 +26,7 @@ fn run_tests(workspace: &Workspace, report: &mut Report, which: &[&str]) -> Resu
             .args(["test", "--workspace", "--all-features", "--no-fail-fast"])
             // These need the firmware's images, and have a stage of their own.
             .args(["--exclude", firmware_tests::PACKAGE])
+            .args(["--exclude", fuzz::NEEDS_IMAGES])
             .args(which),
         |line| report.tests += TestCount::from_line(line),
     );

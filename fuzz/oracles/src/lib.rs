@@ -19,8 +19,11 @@ pub use failsafe::failsafe;
 pub use faults::faults;
 pub use parser::parser;
 
+/// What a target does with an input.
+pub type Target = fn(&[u8]);
+
 /// Every target here by name.
-pub const TARGETS: [(&str, fn(&[u8])); 5] = [
+pub const TARGETS: [(&str, Target); 5] = [
     ("parser", parser),
     ("chunks", chunks),
     ("faults", faults),
