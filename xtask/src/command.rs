@@ -124,7 +124,8 @@ fn first_two_words(answer: &str) -> String {
         .join(" ")
 }
 
-fn announce(command: &Command) {
+/// Shows the command as one would type it.
+pub(crate) fn announce(command: &Command) {
     // Standard output is for what was asked for: `emulate --format json`.
     eprintln!("$ {}", describe(command));
 }
@@ -136,7 +137,8 @@ fn expect_success(command: &Command, status: ExitStatus) -> Result<()> {
     Ok(())
 }
 
-fn cannot_start(command: &Command) -> String {
+/// Says that it did not even start.
+pub(crate) fn cannot_start(command: &Command) -> String {
     format!("`{}` could not be started", describe(command))
 }
 

@@ -11,6 +11,7 @@ mod firmware;
 mod firmware_tests;
 mod fuzz;
 mod lints;
+mod mutants;
 mod no_std;
 mod prove;
 mod seeded_bugs;
@@ -34,6 +35,7 @@ enum Task {
     Firmware(firmware::Arguments),
     Emulate(emulate::Arguments),
     Fuzz(fuzz::Arguments),
+    Mutants(mutants::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -43,6 +45,7 @@ fn main() -> ExitCode {
         Task::Firmware(arguments) => firmware::build_and_tell(&arguments),
         Task::Emulate(arguments) => emulate::emulate(&arguments),
         Task::Fuzz(arguments) => fuzz::fuzz(&arguments),
+        Task::Mutants(arguments) => mutants::mutants(&arguments),
     };
     outcome.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");
