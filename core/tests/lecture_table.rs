@@ -64,6 +64,19 @@ fn states_are_named_and_ordered_as_in_the_lecture() {
     assert_eq!(Lecture::default(), Lecture::new());
 }
 
+/// The frame under way is forgotten, and with it the temporary setpoints.
+#[test]
+fn a_reset_leads_to_the_state_at_reset_from_every_state() {
+    for state in State::ALL {
+        let mut machine = Lecture {
+            state,
+            temp: Setpoint::from([0x7F, 0xC8, 0x4A]),
+        };
+        machine.reset();
+        assert_eq!(machine, Lecture::new(), "{state}");
+    }
+}
+
 /// Rescan's rows differ in two places: (B, 'A') and (CR, other).
 #[test]
 fn the_receiver_as_the_lecture_would_draw_it() {

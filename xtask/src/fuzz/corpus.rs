@@ -6,9 +6,10 @@ use std::process::Command;
 
 use anyhow::{Context as _, Result, ensure};
 
-use super::Target;
-use super::setup::{Fuzzer, rustup_run};
-use crate::command::{output, run, run_quietly};
+use super::session::files;
+use super::setup::Fuzzer;
+use super::{Target, replay};
+use crate::command::{cargo, output, run, run_quietly};
 use crate::firmware::images;
 use crate::firmware_tests::IMAGES;
 use crate::workspace::Workspace;
@@ -55,55 +56,37 @@ fn is_hash(path: &Path) -> bool {
     name.is_some_and(|name| name.len() == 40 && name.bytes().all(|byte| byte.is_ascii_hexdigit()))
 }
 
-/// Runs the committed corpora with the compiler's own coverage, and shows which regions of the core
-/// they reach.
-pub(crate) fn coverage(workspace: &Workspace, fuzzer: &Fuzzer, targets: &[Target]) -> Result<()> {
+/// Replays the committed corpora on a build that counts, and shows which regions of the core they
+/// reach. Not the firmware's: it is not this machine's code, so there are no counters in it.
+pub(crate) fn coverage(workspace: &Workspace) -> Result<()> {
     let folder = workspace.target_directory.join("fuzz-coverage");
-    fs::create_dir_all(&folder)?;
-    let tools = llvm_tools()?;
-    let mut profiles = Vec::new();
-    let mut programs = Vec::new();
-    // The firmware is not this machine's code, so there are no counters in it.
-    for target in targets.iter().filter(|target| **target != Target::Firmware) {
-        run_quietly(
-            fuzzer
-                .command("coverage")?
-                .arg(target.name())
-                .arg(committed(workspace, *target)),
-        )?;
-        let name = target.name();
-        profiles.push(
-            workspace
-                .root
-                .join(format!("fuzz/coverage/{name}/coverage.profdata")),
-        );
-        programs.push(program(workspace, name)?);
+    let profiles = folder.join("profiles");
+    if profiles.exists() {
+        fs::remove_dir_all(&profiles)?;
     }
-    let (first, others) = programs
-        .split_first()
-        .context("the firmware has no coverage")?;
+    let tools = llvm_tools()?;
+    let mut replay = cargo(workspace);
+    replay
+        .args(["test", "--package", replay::PACKAGE, "--test", "replay"])
+        .arg("--target-dir")
+        .arg(&folder)
+        .env("RUSTFLAGS", "-Cinstrument-coverage")
+        .env("LLVM_PROFILE_FILE", profiles.join("%p-%m.profraw"));
+    run(&mut replay)?;
+    let answer = output(replay.args(["--no-run", "--message-format=json"]))?;
+    let program = executable(&answer).context("cargo does not say what it has built")?;
+
     let merged = folder.join("all.profdata");
-    run_quietly(
-        Command::new(tools.join("llvm-profdata"))
-            .args(["merge", "--sparse", "--output"])
-            .arg(&merged)
-            .args(&profiles),
-    )?;
+    let mut merge = Command::new(tools.join("llvm-profdata"));
+    merge.args(["merge", "--sparse", "--output"]).arg(&merged);
+    run_quietly(merge.args(files(&profiles)?))?;
     for (what, file) in [("report", "regions.txt"), ("show", "lines.txt")] {
         let mut command = Command::new(tools.join("llvm-cov"));
         command
             .arg(what)
-            .arg(first)
-            .args(
-                others
-                    .iter()
-                    .flat_map(|other| ["--object".as_ref(), other.as_os_str()]),
-            )
+            .arg(&program)
             .arg(format!("--instr-profile={}", merged.display()))
             .arg(workspace.root.join("core/src"));
-        if what == "show" {
-            command.arg("--show-regions");
-        }
         let text = output(&mut command)?;
         if what == "report" {
             println!("{text}");
@@ -114,42 +97,26 @@ pub(crate) fn coverage(workspace: &Workspace, fuzzer: &Fuzzer, targets: &[Target
     Ok(())
 }
 
-/// The program that `cargo fuzz coverage` has built.
-fn program(workspace: &Workspace, name: &str) -> Result<PathBuf> {
-    let answer = output(rustup_run().args(["rustc", "--version", "--verbose"]))?;
-    let host = answer.lines().find_map(|line| line.strip_prefix("host: "));
-    let host = host.context("rustc does not say for which machine it compiles")?;
-    let folder = workspace.target_directory.join("fuzz").join(host);
-    let program = folder
-        .join("coverage")
-        .join(host)
-        .join("release")
-        .join(name);
-    let candidates = [program, folder.join("release").join(name)];
-    let found = candidates.iter().find(|path| path.exists());
-    Ok(found
-        .context("cargo fuzz coverage built no program")?
-        .clone())
+/// The program of the tests, out of what cargo says about its build.
+fn executable(answer: &str) -> Option<PathBuf> {
+    let messages = answer
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+    let mut programs =
+        messages.filter_map(|message| message.get("executable")?.as_str().map(PathBuf::from));
+    programs.next_back()
 }
 
-/// LLVM's tools of the nightly compiler: no others read what it writes.
+/// LLVM's tools of the compiler that runs this: no others read what it writes.
 fn llvm_tools() -> Result<PathBuf> {
-    let libraries = output(rustup_run().args(["rustc", "--print", "target-libdir"]))?;
+    let libraries = output(Command::new("rustc").args(["--print", "target-libdir"]))?;
     let folder = Path::new(&libraries)
         .parent()
         .context("the compiler has libraries")?
         .join("bin");
     if !folder.join("llvm-cov").exists() {
-        run(Command::new("rustup").args([
-            "component",
-            "add",
-            "llvm-tools",
-            "--toolchain",
-            "nightly",
-        ]))
-        .context(
-            "coverage needs LLVM's tools: rustup component add llvm-tools --toolchain nightly",
-        )?;
+        run(Command::new("rustup").args(["component", "add", "llvm-tools"]))
+            .context("coverage needs LLVM's tools: rustup component add llvm-tools")?;
     }
     Ok(folder)
 }
@@ -157,6 +124,14 @@ fn llvm_tools() -> Result<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_program_is_found_in_what_cargo_says() {
+        let answer = r#"{"reason": "compiler-artifact", "executable": null}
+{"reason": "compiler-artifact", "executable": "/t/replay-1"}
+{"reason": "build-finished"}"#;
+        assert_eq!(executable(answer), Some("/t/replay-1".into()));
+    }
 
     #[test]
     fn inputs_that_have_a_name_are_told_from_those_the_fuzzer_named() {

@@ -56,7 +56,7 @@ pub(crate) struct Arguments {
     replay: bool,
 
     /// Report which regions of the core the committed corpora reach.
-    #[arg(long, conflicts_with = "minimise")]
+    #[arg(long, conflicts_with_all = ["target", "minimise"])]
     coverage: bool,
 
     /// Minimise the committed corpus, with what has been found here merged into it.
@@ -119,15 +119,15 @@ pub(crate) fn fuzz(arguments: &Arguments) -> Result<ExitCode> {
         replay::all(&workspace, &mut Report::default())?;
         return Ok(ExitCode::SUCCESS);
     }
+    if arguments.coverage {
+        corpus::coverage(&workspace)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let targets: Vec<Target> = arguments
         .target
         .map_or_else(|| Target::ALL.to_vec(), |target| vec![target]);
     let fuzzer = Fuzzer::set_up(&workspace)?;
     println!("Fuzzing with {}", fuzzer.says);
-    if arguments.coverage {
-        corpus::coverage(&workspace, &fuzzer, &targets)?;
-        return Ok(ExitCode::SUCCESS);
-    }
     if arguments.minimise {
         for target in targets {
             corpus::minimise(&workspace, &fuzzer, target)?;

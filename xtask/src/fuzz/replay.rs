@@ -10,7 +10,8 @@ use crate::stage::Report;
 use crate::test_count::TestCount;
 use crate::workspace::Workspace;
 
-const PACKAGE: &str = "framelock-fuzz-oracles";
+/// The package of the targets that need nothing but this machine.
+pub(crate) const PACKAGE: &str = "framelock-fuzz-oracles";
 
 /// The package whose tests need the firmware's images, and so are left to this stage.
 pub(crate) const NEEDS_IMAGES: &str = "framelock-fuzz-firmware";

@@ -157,7 +157,8 @@ fn rate(executions: u64, time: Duration) -> u64 {
     (executions as f64 / time.as_secs_f64()) as u64
 }
 
-fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+/// What is in a folder, in order.
+pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
         files.push(entry?.path());

@@ -16,7 +16,7 @@ const CARGO_FUZZ: CargoTool = CargoTool {
 };
 
 /// The compiler's coverage counters and its choice of code generation are unstable options.
-pub(crate) const TOOLCHAIN: &str = "nightly";
+const TOOLCHAIN: &str = "nightly";
 
 /// Both.
 pub(crate) struct Fuzzer {
@@ -60,7 +60,7 @@ impl Fuzzer {
 }
 
 /// A command of the nightly toolchain. What `cargo xtask` says about its own is not for that one.
-pub(crate) fn rustup_run() -> Command {
+fn rustup_run() -> Command {
     let mut command = Command::new("rustup");
     command
         .args(["run", TOOLCHAIN])

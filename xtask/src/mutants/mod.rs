@@ -30,7 +30,10 @@ const TESTS_OF: &str = "framelock";
 const SOURCES: [Source; 11] = [
     Source::core("core/src/accounting.rs", &["against_reference"]),
     Source::core("core/src/failsafe.rs", &["failsafe"]),
-    Source::core("core/src/format.rs", &["checksum", "any_format"]),
+    Source::core(
+        "core/src/format.rs",
+        &["checksum", "protocol_findings", "any_format"],
+    ),
     Source::core(
         "core/src/lecture.rs",
         &["lecture_table", "against_reference"],
