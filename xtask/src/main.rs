@@ -15,6 +15,7 @@ mod mutants;
 mod no_std;
 mod prove;
 mod seeded_bugs;
+mod source_copy;
 mod stage;
 mod table;
 mod test_count;

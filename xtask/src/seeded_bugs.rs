@@ -3,11 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 
 use crate::bare_metal::Source;
 use crate::firmware::{BUILDS, TARGET, build_image, images};
 use crate::firmware_tests::run_tests;
+use crate::source_copy::copy_workspace;
 use crate::test_count::TestCount;
 use crate::workspace::Workspace;
 
@@ -121,13 +122,8 @@ fn build_with(
     source: &Source,
     bug: &SeededBug,
 ) -> Result<PathBuf> {
-    for folder in ["core", "firmware"] {
-        copy_sources(&workspace.root.join(folder), &copy.join(folder))?;
-    }
-    // What the core inherits from the workspace.
-    let manifest = std::fs::read_to_string(workspace.root.join("Cargo.toml"))?;
-    let manifest = with_only_the_core(&manifest)?;
-    std::fs::write(copy.join("Cargo.toml"), manifest)?;
+    // The firmware is a workspace of its own.
+    copy_workspace(&workspace.root, copy, &["core", "firmware"], &["core"])?;
 
     let file = copy.join("firmware/src").join(bug.file);
     let text = std::fs::read_to_string(&file)?;
@@ -142,34 +138,4 @@ fn build_with(
         build_image(workspace, copy, source, build)?;
     }
     Ok(images(workspace, copy))
-}
-
-/// The workspace's manifest with no member but the core.
-fn with_only_the_core(manifest: &str) -> Result<String> {
-    let line = manifest
-        .lines()
-        .find(|line| line.starts_with("members = "))
-        .context("the workspace's manifest lists its members in one line")?;
-    let default = "default-members = [\"host\"]";
-    Ok(manifest
-        .replace(line, "members = [\"core\"]")
-        .replace(default, ""))
-}
-
-/// Copies manifests and sources, not what was built from them.
-fn copy_sources(from: &Path, to: &Path) -> Result<()> {
-    std::fs::create_dir_all(to)?;
-    for entry in from.read_dir()? {
-        let entry = entry?;
-        let (name, path) = (entry.file_name(), entry.path());
-        if name == "target" || name == "emulator" || name == "emulated-tests" {
-            continue;
-        }
-        if path.is_dir() {
-            copy_sources(&path, &to.join(&name))?;
-        } else {
-            std::fs::copy(&path, to.join(&name))?;
-        }
-    }
-    Ok(())
 }

@@ -1,7 +1,7 @@
 //! Puts one bug at a time into a copy of the sources, and demands that its theorem fails.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use comfy_table::{Table, presets};
@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::cbmc::Cbmc;
 use super::outcome::Outcome;
 use super::{Limits, PACKAGE, all_harnesses, each_in_parallel, model, symbol};
+use crate::source_copy::copy_workspace;
 use crate::workspace::Workspace;
 
 const BUGS: &str = "proofs/seeded-bugs.toml";
@@ -39,7 +40,12 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
     let Bugs { bug: bugs } = toml::from_str(&text).context(BUGS)?;
     let target = model::target(workspace);
     let copy = target.join("seeded");
-    copy_sources(&workspace.root, &copy)?;
+    copy_workspace(
+        &workspace.root,
+        &copy,
+        &["core", "proofs"],
+        &["core", "proofs"],
+    )?;
 
     let harnesses = all_harnesses(workspace)?;
     let mut seeded = Vec::new();
@@ -94,45 +100,6 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
     eprintln!("{table}");
     if !survivors.is_empty() {
         bail!("not caught: {}", survivors.join("; "));
-    }
-    Ok(())
-}
-
-/// A workspace of the core and the proofs alone.
-fn copy_sources(root: &Path, to: &Path) -> Result<()> {
-    for part in ["core", "proofs"] {
-        copy_folder(&root.join(part), &to.join(part))?;
-    }
-    let manifest = fs::read_to_string(root.join("Cargo.toml"))?;
-    let mut manifest: toml::Table = toml::from_str(&manifest).context("Cargo.toml")?;
-    let workspace = manifest
-        .get_mut("workspace")
-        .and_then(toml::Value::as_table_mut);
-    let workspace = workspace.context("Cargo.toml has no [workspace]")?;
-    workspace.insert("members".to_owned(), vec!["core", "proofs"].into());
-    workspace.remove("default-members");
-    workspace.remove("exclude");
-    fs::write(to.join("Cargo.toml"), toml::to_string(&manifest)?)?;
-    fs::copy(root.join("Cargo.lock"), to.join("Cargo.lock"))?;
-    Ok(())
-}
-
-/// Files that are the same already are left alone, so that they are not compiled again.
-fn copy_folder(from: &Path, to: &Path) -> Result<()> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let (path, copy) = (entry.path(), to.join(entry.file_name()));
-        if path.is_dir() {
-            if entry.file_name() != "target" {
-                copy_folder(&path, &copy)?;
-            }
-            continue;
-        }
-        let content = fs::read(&path)?;
-        if !fs::read(&copy).is_ok_and(|old| old == content) {
-            fs::write(&copy, content)?;
-        }
     }
     Ok(())
 }

@@ -11,15 +11,20 @@ use crate::workspace::Workspace;
 const TABLE: &str = "proofs/README.md";
 const CLAUSES: &str = "docs/protocol.md";
 const TESTS: &str = "core/tests";
+const FUZZ_TARGETS: &str = "fuzz/fuzz_targets";
 
-/// Fails if the table names a clause, harness or test that does not exist, if a theorem has none, or
-/// if a harness proves a theorem that the table does not have.
+/// Fails if the table names a clause, harness, test or fuzz target that does not exist, if a theorem has
+/// no harness or no test, or if a harness proves a theorem that the table does not have.
 pub(crate) fn check(workspace: &Workspace, harnesses: &[Harness]) -> Result<()> {
     let read =
         |path: &str| fs::read_to_string(workspace.root.join(path)).with_context(|| path.to_owned());
-    let dead = dead_links(&read(TABLE)?, &read(CLAUSES)?, harnesses, |file| {
-        read(&format!("{TESTS}/{file}")).ok()
-    });
+    let dead = dead_links(
+        &read(TABLE)?,
+        &read(CLAUSES)?,
+        harnesses,
+        |file| read(&format!("{TESTS}/{file}")).ok(),
+        |target| read(&format!("{FUZZ_TARGETS}/{target}.rs")).is_ok(),
+    );
     ensure!(dead.is_empty(), "{TABLE}: {}", dead.join("; "));
     Ok(())
 }
@@ -29,12 +34,23 @@ fn dead_links(
     clauses: &str,
     harnesses: &[Harness],
     test_file: impl Fn(&str) -> Option<String>,
+    is_fuzz_target: impl Fn(&str) -> bool,
 ) -> Vec<String> {
     let mut dead = Vec::new();
     let mut listed = BTreeSet::new();
     for row in table.lines().filter(|line| line.starts_with("| ")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-        let [_, theorem, _, of_clauses, of_harnesses, of_tests, ..] = cells.as_slice() else {
+        let [
+            _,
+            theorem,
+            _,
+            of_clauses,
+            of_harnesses,
+            of_tests,
+            of_targets,
+            ..,
+        ] = cells.as_slice()
+        else {
             continue;
         };
         if !theorem.starts_with(|first: char| first.is_ascii_digit()) {
@@ -65,6 +81,9 @@ fn dead_links(
             if !exists {
                 dead.push(format!("theorem {theorem}: {TESTS} has no {name}"));
             }
+        }
+        for name in quoted(of_targets).filter(|name| !is_fuzz_target(name)) {
+            dead.push(format!("theorem {theorem}: {FUZZ_TARGETS} has no {name}"));
         }
         if quoted(of_harnesses).next().is_none() || quoted(of_tests).next().is_none() {
             dead.push(format!("theorem {theorem} has no harness or no test"));
@@ -98,18 +117,20 @@ mod tests {
             "**R1.** It.",
             &[Harness::example("a::b", "3")],
             |file| (file == "x.rs").then(|| "fn y() {}".to_owned()),
+            |target| target == "parser",
         )
     }
 
     #[test]
     fn a_link_that_leads_nowhere_is_found() {
         assert!(check("| 3 | It. | R1 | `a` | `x.rs::y` | none | any |").is_empty());
-        assert!(check("| 3 | It. | R1 | `a::b` | `x.rs` | none | any |").is_empty());
+        assert!(check("| 3 | It. | R1 | `a::b` | `x.rs` | `parser` | any |").is_empty());
         for wrong in [
             "| 3 | It. | R2 | `a` | `x.rs::y` | none | any |",
             "| 3 | It. | R1 | `c` | `x.rs::y` | none | any |",
             "| 3 | It. | R1 | `a` | `x.rs::z` | none | any |",
             "| 3 | It. | R1 | `a` | `z.rs` | none | any |",
+            "| 3 | It. | R1 | `a` | `x.rs` | `parsers` | any |",
             "| 3 | It. | R1 | | `x.rs::y` | none | any |",
             "| 4 | It. | R1 | `a` | `x.rs::y` | none | any |",
         ] {
