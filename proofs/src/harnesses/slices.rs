@@ -212,6 +212,39 @@ fn parts_of_bin_crc8() {
     kani::cover!(taken == 2 && !begins, "a part of one");
 }
 
+/// R5 for the receiver of BIN: short slices as a whole, from any state. No more than that they do not
+/// panic, and commit what `push` does; for longer ones see the parts above.
+///
+/// Theorem: 1, 6
+/// Length: slices of up to 3 bytes
+/// Run: long
+/// Covers: Receiver::feed
+#[kani::proof]
+#[kani::unwind(10)]
+fn receiver_of_bin() {
+    let mut fed = any_receiver::<Bin, Rescan>();
+    let mut pushed = fed;
+    let bytes: [u8; 3] = kani::any();
+    let length: usize = kani::any_where(|&length| length <= 3);
+    let mut setpoints = [None; 3];
+    fed.feed(&bytes[..length], &mut |index, setpoint| {
+        setpoints[index] = Some(setpoint);
+    });
+    let mut i = 0;
+    while i < 3 {
+        let setpoint = if i < length {
+            pushed.push(bytes[i])
+        } else {
+            None
+        };
+        assert!(setpoints[i] == setpoint);
+        i += 1;
+    }
+    assert!(fed == pushed);
+    kani::cover!(setpoints[2].is_some(), "the last byte completes a frame");
+    kani::cover!(setpoints[0].is_some() && length == 3, "the first does");
+}
+
 /// R5 for the lecture's machine.
 ///
 /// Theorem: 6
