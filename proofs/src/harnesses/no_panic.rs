@@ -188,7 +188,10 @@ fn formats() {
     assert!(Bin::check(kani::any()));
     let word: u64 = kani::any();
     assert!(<[u8; 8]>::from_word(word) == u64::to_be_bytes(word));
-    assert!(crc8([0; 4]) == crate::reference::crc8(&[0; 4]));
+    let payload: [u8; 4] = kani::any();
+    assert!(crc8(payload) == crate::reference::crc8(&payload));
+    kani::cover!(crc8(payload) == 0, "a checksum of 0");
+    kani::cover!(setpoint.pitch != setpoint.roll, "axes that differ");
 }
 
 /// S1 to S3: any parameters that are accepted, any state, any times.
@@ -235,4 +238,5 @@ fn failsafe() {
 fn states_are_numbered() {
     let index: usize = kani::any_where(|&index| index < 7);
     assert!(State::ALL[index].bytes_taken() == index);
+    kani::cover!(index == 6, "the last state");
 }

@@ -60,8 +60,10 @@ fn bin_crc8_delivers_or_has_just_committed() {
 #[kani::unwind(9)]
 fn the_frame_after_a_reset_is_delivered() {
     let mut receiver = any_receiver::<Bin, Rescan>();
+    kani::cover!(receiver.pending() == 6, "one byte before a frame's end");
     receiver.reset();
     let mut machine = any_lecture();
+    kani::cover!(machine.pending() == 6, "likewise");
     machine.reset();
     let setpoint = any_setpoint();
     assert!(receive(&mut receiver, Bin::encode(setpoint)) == (0, Some(setpoint)));
