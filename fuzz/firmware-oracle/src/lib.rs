@@ -57,7 +57,7 @@ impl<'a> Arbitrary<'a> for Step {
 
 /// The first byte of the input says which image, and what is assumed where the product specification
 /// leaves it open; the second, how far the sender's baud rate is off, up to two per cent; the others
-/// are [`Step`]s. The bytes delivered are those sent with a stop bit, and what the firmware does with
+/// are `Step`s. The bytes delivered are those sent with a stop bit, and what the firmware does with
 /// them is:
 ///
 /// * what is put in force are frames that were delivered, in order, none across an error or a gap;

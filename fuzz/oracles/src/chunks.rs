@@ -58,7 +58,7 @@ impl<'a> Arbitrary<'a> for Step {
     }
 }
 
-/// The first byte of the input says which parser, the others are [`Step`]s. The frames, their
+/// The first byte of the input says which parser, the others are `Step`s. The frames, their
 /// places, what was dropped and why, and the state are the same byte by byte and slice by slice,
 /// and the reference's, however the stream is cut; nothing reaches across a reset or a line event;
 /// and every byte is accounted for.

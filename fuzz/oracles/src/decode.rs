@@ -78,7 +78,7 @@ impl Write for Output {
 
 /// The first byte of the input says which parser and output format, the second how large the
 /// reader's buffer is, the third how much room the output has (255: endless); the others are
-/// [`Piece`]s. What is written is what the reference sees in the bytes up to the input's end or
+/// `Piece`s. What is written is what the reference sees in the bytes up to the input's end or
 /// failure, or as much of it as there is room for; a failure names its place; the summary puts every
 /// byte in one place.
 ///

@@ -74,7 +74,7 @@ impl<'a> Arbitrary<'a> for Schedule {
     }
 }
 
-/// A [`Schedule`]. Contradictory parameters are refused. At every time:
+/// A `Schedule`. Contradictory parameters are refused. At every time:
 ///
 /// * the phase is what the silence and the output say it is;
 /// * outside of [`Phase::Live`] no axis is ever faster than its rate, counted over all of that time;

@@ -185,7 +185,7 @@ impl Line {
     }
 }
 
-/// The first byte of the input says which format, the others are [`Step`]s.
+/// The first byte of the input says which format, the others are `Step`s.
 ///
 /// * The frames committed are the reference's, for the receiver and the lecture's machine: nothing
 ///   appears that was not on the line.

@@ -4,7 +4,7 @@
 //! fuzzer: `fuzz/fuzz_targets` hands it libFuzzer's inputs, and the tests here hand it the committed
 //! corpora, on stable Rust. So an input that has once shown a bug goes on being tried.
 //!
-//! Frames and drops are compared with the naive reference, [`framelock_proofs::mod@reference`].
+//! Frames and drops are compared with the naive reference, [`mod@framelock_proofs::reference`].
 
 mod chunks;
 mod decode;
