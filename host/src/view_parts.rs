@@ -26,6 +26,28 @@ pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
         .collect()
 }
 
+/// The rows of a terminal that are not given to anything yet.
+pub(crate) struct RowsLeft(u16);
+
+impl RowsLeft {
+    /// Those of `height` that are not `taken`.
+    pub(crate) fn new(height: u16, taken: u16) -> Self {
+        Self(height.saturating_sub(taken))
+    }
+
+    /// So many rows if there are as many, else none.
+    pub(crate) fn exactly(&mut self, height: u16) -> u16 {
+        let granted = if self.0 < height { 0 } else { height };
+        self.0 -= granted;
+        granted
+    }
+
+    /// All that are left if there are at least so many, else none.
+    pub(crate) fn all_of(self, least: u16) -> u16 {
+        if self.0 < least { 0 } else { self.0 }
+    }
+}
+
 /// A count to which something happened, if it is not zero.
 pub(crate) fn emphasised(count: u64, color: Color) -> Span<'static> {
     let span = Span::from(format!("{count:<5}"));

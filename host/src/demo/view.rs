@@ -16,7 +16,7 @@ use super::recent::ByteOnLine;
 use super::script::Passage;
 use super::simulation::{Sample, Simulation};
 use super::station::Report;
-use crate::view_parts::{bar, emphasised, phase_name, phase_style};
+use crate::view_parts::{RowsLeft, bar, emphasised, phase_name, phase_style};
 
 const TITLE_HEIGHT: u16 = 2;
 const STATIONS_HEIGHT: u16 = 9;
@@ -27,21 +27,10 @@ const CHART_HEIGHT: u16 = 8;
 /// Draws the simulation as it stands.
 pub(super) fn draw(frame: &mut Frame, simulation: &Simulation, is_paused: bool) {
     let area = frame.area();
-    let mut rows_left = area
-        .height
-        .saturating_sub(TITLE_HEIGHT + STATIONS_HEIGHT + KEYS_HEIGHT);
-    let mut as_there_is_room = |height| {
-        let granted = if rows_left < height { 0 } else { height };
-        rows_left -= granted;
-        granted
-    };
-    let line_height = as_there_is_room(BYTES_HEIGHT);
-    let close_up_height = as_there_is_room(BYTES_HEIGHT);
-    let chart_height = if rows_left < CHART_HEIGHT {
-        0
-    } else {
-        rows_left
-    };
+    let mut rows_left = RowsLeft::new(area.height, TITLE_HEIGHT + STATIONS_HEIGHT + KEYS_HEIGHT);
+    let line_height = rows_left.exactly(BYTES_HEIGHT);
+    let close_up_height = rows_left.exactly(BYTES_HEIGHT);
+    let chart_height = rows_left.all_of(CHART_HEIGHT);
     let [title, stations, line, close_up, chart, keys] = Layout::vertical([
         Constraint::Length(TITLE_HEIGHT),
         Constraint::Length(STATIONS_HEIGHT),

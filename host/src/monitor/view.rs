@@ -13,7 +13,7 @@ use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph}
 
 use super::session::{RecordingState, Shown};
 use super::watch::{DiscardedByte, Lock, Report, Sample};
-use crate::view_parts::{bar, emphasised, phase_name, phase_style};
+use crate::view_parts::{RowsLeft, bar, emphasised, phase_name, phase_style};
 
 const TITLE_HEIGHT: u16 = 2;
 const BOXES_HEIGHT: u16 = 9;
@@ -53,20 +53,9 @@ const HELP: &str = " q Esc Ctrl-C  quit
 /// Draws it.
 pub(super) fn draw(frame: &mut Frame, shown: &Shown) {
     let area = frame.area();
-    let mut rows_left = area
-        .height
-        .saturating_sub(TITLE_HEIGHT + BOXES_HEIGHT + KEYS_HEIGHT);
-    let mut as_there_is_room = |height| {
-        let granted = if rows_left < height { 0 } else { height };
-        rows_left -= granted;
-        granted
-    };
-    let discarded_height = as_there_is_room(DISCARDED_HEIGHT);
-    let chart_height = if rows_left < CHART_HEIGHT {
-        0
-    } else {
-        rows_left
-    };
+    let mut rows_left = RowsLeft::new(area.height, TITLE_HEIGHT + BOXES_HEIGHT + KEYS_HEIGHT);
+    let discarded_height = rows_left.exactly(DISCARDED_HEIGHT);
+    let chart_height = rows_left.all_of(CHART_HEIGHT);
     let [title, boxes, chart, discarded, keys] = Layout::vertical([
         Constraint::Length(TITLE_HEIGHT),
         Constraint::Length(BOXES_HEIGHT),
