@@ -218,17 +218,18 @@ impl<W: Word> Window<W> {
     #[must_use]
     pub fn push(self, shape: &Shape<W>, byte: u8, check: impl FnOnce(W) -> bool) -> (Self, bool) {
         let most = shape.length - 1;
-        let shifted = self.extended(byte).0;
-        if self.0 >> (8 * u32::from(most)) == W::ZERO {
-            return (Self(shifted), false);
-        }
         let differing = (self.0 ^ (marker::<W>(most) | shape.pattern >> 8))
             & (above::<W>(most) | shape.mask >> 8);
         let last_agrees = (byte ^ shape.pattern.lowest()) & shape.mask.lowest() == 0;
         if last_agrees && differing == W::ZERO && check(self.with(byte)) {
             return (Self::EMPTY, true);
         }
-        (Self(shifted & lowest_bytes(most) | marker(most)), false)
+        let shifted = self.extended(byte).0;
+        if self.holds(most) {
+            (Self(shifted & lowest_bytes(most) | marker(most)), false)
+        } else {
+            (Self(shifted), false)
+        }
     }
 
     /// With one byte more. Of a state that holds as many bytes as the format can need, it is no

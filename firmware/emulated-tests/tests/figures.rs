@@ -98,7 +98,7 @@ fn steps(figures: &mut Figures) {
             120,
             36,
         ),
-        ("receiver_step", "the receiver (Rescan)", 84, 100, 42),
+        ("receiver_step", "the receiver (Rescan)", 84, 100, 34),
     ] {
         let mut board = Board::new(Image::parse(&elf).unwrap()).unwrap();
         let symbol = board.image().symbol(step).unwrap().clone();
