@@ -2,8 +2,8 @@
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::{
-    Accounting, Bin, BinCrc8, Counters, Discard, Discarded, Lecture, LineEvent, Parser, Receiver,
-    Setpoint, Sink,
+    Accounting, Bin, BinCrc8, Counters, Discard, Discarded, Format, Lecture, LineEvent, Parser,
+    Receiver, Setpoint, Sink,
 };
 use framelock_proofs::reference::{self, Policy};
 
@@ -61,7 +61,7 @@ impl<'a> Arbitrary<'a> for Step {
 /// The first byte of the input says which parser, the others are `Step`s. The frames, their
 /// places, what was dropped and why, and the state are the same byte by byte and slice by slice,
 /// and the reference's, however the stream is cut; nothing reaches across a reset or a line event;
-/// and every byte is accounted for.
+/// every byte is accounted for; and a parser made anew of the state that another shows is its equal.
 ///
 /// # Panics
 /// If one of these does not hold.
@@ -75,12 +75,23 @@ pub fn chunks(data: &[u8]) {
         steps.push(step);
     }
     match which % 5 {
-        0 => check::<Receiver<Bin>, reference::Bin>(Policy::Rescan, &steps),
-        1 => check::<Lecture, reference::Bin>(Policy::Discard, &steps),
-        2 => check::<Receiver<Bin, Discard>, reference::Bin>(Policy::Discard, &steps),
-        3 => check::<Receiver<BinCrc8>, reference::BinCrc8>(Policy::Rescan, &steps),
-        _ => check::<Receiver<BinCrc8, Discard>, reference::BinCrc8>(Policy::Discard, &steps),
+        0 => check::<Receiver<Bin>, reference::Bin>(Policy::Rescan, &steps, remade),
+        1 => check::<Lecture, reference::Bin>(Policy::Discard, &steps, remade_lecture),
+        2 => check::<Receiver<Bin, Discard>, reference::Bin>(Policy::Discard, &steps, remade),
+        3 => check::<Receiver<BinCrc8>, reference::BinCrc8>(Policy::Rescan, &steps, remade),
+        _ => check::<_, reference::BinCrc8>(Policy::Discard, &steps, remade::<BinCrc8, Discard>),
     }
+}
+
+/// The receiver made anew of what it shows.
+fn remade<F: Format, P: framelock::Policy>(receiver: Receiver<F, P>) -> Receiver<F, P> {
+    let window = receiver.window();
+    Receiver::holding(window.history(), window.count())
+}
+
+/// The machine made anew of what it shows.
+fn remade_lecture(Lecture { state, temp }: Lecture) -> Lecture {
+    Lecture { state, temp }
 }
 
 /// What was reported of the slices since the last interruption.
@@ -123,13 +134,14 @@ struct Ways<P> {
     lost: bool,
 }
 
-fn check<P, F>(policy: Policy, steps: &[Step])
+fn check<P, F>(policy: Policy, steps: &[Step], remade: impl Fn(P) -> P)
 where
     P: Parser<Message = Setpoint> + Copy + Default + PartialEq + std::fmt::Debug,
     F: reference::Format,
 {
     let mut ways = Ways::<P>::new();
     for step in steps {
+        assert_eq!(remade(ways.pushed), ways.pushed, "{steps:02X?}");
         match step {
             Step::Slice(slice) => ways.take(slice),
             Step::Event(event) => {

@@ -10,12 +10,26 @@ use framelock_host::stream::Failure;
 use framelock_proofs::reference::{self, Policy};
 
 use crate::expected::Expected;
+use crate::reader;
 
 /// What a call to read gives.
 #[derive(Clone, PartialEq, Eq, Debug)]
-enum Piece {
+pub(crate) enum Piece {
     Bytes(Vec<u8>),
     Error(ErrorKind),
+}
+
+impl Piece {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Bytes(bytes) => bytes,
+            Self::Error(_) => &[],
+        }
+    }
+
+    pub(crate) fn is_error(&self) -> bool {
+        matches!(self, Self::Error(_))
+    }
 }
 
 impl<'a> Arbitrary<'a> for Piece {
@@ -39,7 +53,13 @@ impl<'a> Arbitrary<'a> for Piece {
 }
 
 /// An input that gives the pieces, one a call, then its end.
-struct Pieces<'a>(std::slice::Iter<'a, Piece>, &'a [u8]);
+pub(crate) struct Pieces<'a>(std::slice::Iter<'a, Piece>, &'a [u8]);
+
+impl<'a> Pieces<'a> {
+    pub(crate) fn new(pieces: &'a [Piece]) -> Self {
+        Self(pieces.iter(), &[])
+    }
+}
 
 impl Read for Pieces<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
@@ -80,7 +100,8 @@ impl Write for Output {
 /// reader's buffer is, the third how much room the output has (255: endless); the others are
 /// `Piece`s. What is written is what the reference sees in the bytes up to the input's end or
 /// failure, or as much of it as there is room for; a failure names its place; the summary puts every
-/// byte in one place.
+/// byte in one place. The core's own reader, blocking and async, gives what the reference sees in all
+/// of the bytes.
 ///
 /// # Panics
 /// If one of these does not hold.
@@ -127,10 +148,11 @@ struct Case {
 impl Case {
     fn check<P, F>(&self, policy: Policy)
     where
-        P: Parser<Message = Setpoint> + Default,
+        P: Parser<Message = Setpoint> + Default + std::fmt::Debug,
         F: reference::Format,
     {
-        let input = Pieces(self.pieces.iter(), &[]);
+        reader::check::<P, F>(&self.pieces, policy);
+        let input = Pieces::new(&self.pieces);
         let mut input = BufReader::with_capacity(self.buffer, input);
         let mut output = Output {
             written: Vec::new(),

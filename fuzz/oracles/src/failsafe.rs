@@ -74,7 +74,7 @@ impl<'a> Arbitrary<'a> for Schedule {
     }
 }
 
-/// A `Schedule`. Contradictory parameters are refused. At every time:
+/// A `Schedule`. Contradictory parameters are refused by name. At every time:
 ///
 /// * the phase is what the silence and the output say it is;
 /// * outside of [`Phase::Live`] no axis is ever faster than its rate, counted over all of that time;
@@ -92,14 +92,18 @@ pub fn failsafe(data: &[u8]) {
     };
     let parameters = schedule.parameters;
     let refusal = if parameters.hold_after == 0 {
-        Some(FailsafeError::HoldAtOnce)
+        Some((FailsafeError::HoldAtOnce, "hold_after"))
     } else if parameters.ramp_after < parameters.hold_after {
-        Some(FailsafeError::RampBeforeHold)
+        Some((FailsafeError::RampBeforeHold, "ramp_after"))
     } else {
         None
     };
     match Failsafe::new(parameters, schedule.start) {
-        Err(error) => assert_eq!(Some(error), refusal, "{parameters:?}"),
+        Err(error) => {
+            let (expected, named) = refusal.unwrap_or_else(|| panic!("{error}: {parameters:?}"));
+            assert_eq!(error, expected, "{parameters:?}");
+            assert!(error.to_string().contains(named), "{error}");
+        }
         Ok(failsafe) => {
             assert_eq!(refusal, None, "{parameters:?}");
             Watch::new(failsafe, &schedule).run();

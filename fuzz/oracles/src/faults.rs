@@ -193,6 +193,7 @@ impl Line {
 ///   an earlier byte of it, a CR of its payload (the theorem of resynchronisation).
 /// * The first frame behind a line event, or at the start, is delivered.
 /// * No committed frame holds bytes from both sides of a line event.
+/// * What was delivered, sent again, is delivered again.
 /// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not committed.
 ///
 /// # Panics
@@ -259,6 +260,12 @@ where
     let commits = receive(Receiver::<F, Rescan>::new(), line);
     let seen = expected::<R>(line, Policy::Rescan);
     assert_eq!(commits, seen, "{steps:02X?}");
+    for &(_, setpoint) in &commits {
+        let sent_again = F::encode(setpoint);
+        let mut receiver = Receiver::<F, Rescan>::new();
+        let commits = sent_again.as_ref().iter().map(|&byte| receiver.push(byte));
+        assert_eq!(commits.last(), Some(Some(setpoint)), "{steps:02X?}");
+    }
 
     for (start, window) in line.received.windows(R::LENGTH).enumerate() {
         let Some((number, 0)) = window.first().and_then(|first| first.sent) else {

@@ -12,6 +12,7 @@ mod expected;
 mod failsafe;
 mod faults;
 mod parser;
+mod reader;
 
 pub use chunks::chunks;
 pub use decode::decode;

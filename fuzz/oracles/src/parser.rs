@@ -7,7 +7,8 @@ use crate::expected::Expected;
 
 /// The input is the stream, of BIN. For the receiver (Rescan) and the lecture's machine (Discard):
 /// the frames, their setpoints and the indices of their last bytes are the reference's, and so is why
-/// each byte was dropped; less than a frame is ever held; every byte is accounted for.
+/// each byte was dropped; less than a frame is ever held; every byte is accounted for; and the state
+/// that the receiver shows is the lecture's.
 ///
 /// Little more than that is done with an input, so that many can be tried: the other parsers, and
 /// streams in pieces, are the target [`chunks`](crate::chunks)'s.
@@ -17,14 +18,35 @@ use crate::expected::Expected;
 pub fn parser(bytes: &[u8]) {
     let rescan = Expected::of::<reference::Bin>(bytes, Policy::Rescan);
     // What it holds are bytes of a shift register; looking how many of them count takes longer.
-    check(Receiver::<Bin>::new(), bytes, &rescan, |receiver| {
+    let receiver = check(Receiver::<Bin>::new(), bytes, &rescan, |receiver| {
         receiver.window().count().into()
     });
+    let pending = bytes.len() - rescan.pending;
+    check_what_is_shown(receiver, bytes.get(pending..).unwrap_or_default());
     let discard = Expected::of::<reference::Bin>(bytes, Policy::Discard);
     check(Lecture::new(), bytes, &discard, Parser::pending);
 }
 
-fn check<P>(at_reset: P, bytes: &[u8], expected: &Expected, held: impl Fn(&P) -> usize)
+/// The state that the receiver shows is that of the lecture's machine that has just taken the bytes
+/// held, `pending`.
+fn check_what_is_shown(receiver: Receiver<Bin>, pending: &[u8]) {
+    let mut lecture = Lecture::new();
+    for &byte in pending {
+        lecture.push(byte);
+    }
+    assert_eq!(receiver.state(), lecture.state, "{pending:02X?}");
+    let taken = [3, 4, 5].map(|place| pending.get(place).copied());
+    assert_eq!(receiver.temp(), taken, "{pending:02X?}");
+    let Setpoint { pitch, roll, yaw } = lecture.temp;
+    let stored = taken
+        .iter()
+        .zip([pitch, roll, yaw])
+        .all(|(taken, stored)| taken.unwrap_or(0) == stored);
+    assert!(stored, "{pending:02X?}");
+}
+
+/// Returns the parser that has taken the bytes.
+fn check<P>(at_reset: P, bytes: &[u8], expected: &Expected, held: impl Fn(&P) -> usize) -> P
 where
     P: Parser<Message = Setpoint> + Copy + PartialEq + std::fmt::Debug,
 {
@@ -64,4 +86,5 @@ where
             + line.pending() as u64,
         "every byte is in one place: {bytes:02X?}"
     );
+    parser
 }

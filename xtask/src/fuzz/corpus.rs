@@ -1,15 +1,13 @@
-//! The corpora: those committed, those found here; how small they can be, and what they reach.
+//! The corpora: those committed, those found here, and how small they can be.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Result, ensure};
 
-use super::session::files;
+use super::Target;
 use super::setup::Fuzzer;
-use super::{Target, replay};
-use crate::command::{cargo, output, run, run_quietly};
+use crate::command::run;
 use crate::firmware::images;
 use crate::firmware_tests::IMAGES;
 use crate::workspace::Workspace;
@@ -56,82 +54,9 @@ fn is_hash(path: &Path) -> bool {
     name.is_some_and(|name| name.len() == 40 && name.bytes().all(|byte| byte.is_ascii_hexdigit()))
 }
 
-/// Replays the committed corpora on a build that counts, and shows which regions of the core they
-/// reach. Not the firmware's: it is not this machine's code, so there are no counters in it.
-pub(crate) fn coverage(workspace: &Workspace) -> Result<()> {
-    let folder = workspace.target_directory.join("fuzz-coverage");
-    let profiles = folder.join("profiles");
-    if profiles.exists() {
-        fs::remove_dir_all(&profiles)?;
-    }
-    let tools = llvm_tools()?;
-    let mut replay = cargo(workspace);
-    replay
-        .args(["test", "--package", replay::PACKAGE, "--test", "replay"])
-        .arg("--target-dir")
-        .arg(&folder)
-        .env("RUSTFLAGS", "-Cinstrument-coverage")
-        .env("LLVM_PROFILE_FILE", profiles.join("%p-%m.profraw"));
-    run(&mut replay)?;
-    let answer = output(replay.args(["--no-run", "--message-format=json"]))?;
-    let program = executable(&answer).context("cargo does not say what it has built")?;
-
-    let merged = folder.join("all.profdata");
-    let mut merge = Command::new(tools.join("llvm-profdata"));
-    merge.args(["merge", "--sparse", "--output"]).arg(&merged);
-    run_quietly(merge.args(files(&profiles)?))?;
-    for (what, file) in [("report", "regions.txt"), ("show", "lines.txt")] {
-        let mut command = Command::new(tools.join("llvm-cov"));
-        command
-            .arg(what)
-            .arg(&program)
-            .arg(format!("--instr-profile={}", merged.display()))
-            .arg(workspace.root.join("core/src"));
-        let text = output(&mut command)?;
-        if what == "report" {
-            println!("{text}");
-        }
-        fs::write(folder.join(file), text)?;
-    }
-    println!("Line by line: {}", folder.join("lines.txt").display());
-    Ok(())
-}
-
-/// The program of the tests, out of what cargo says about its build.
-fn executable(answer: &str) -> Option<PathBuf> {
-    let messages = answer
-        .lines()
-        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
-    let mut programs =
-        messages.filter_map(|message| message.get("executable")?.as_str().map(PathBuf::from));
-    programs.next_back()
-}
-
-/// LLVM's tools of the compiler that runs this: no others read what it writes.
-fn llvm_tools() -> Result<PathBuf> {
-    let libraries = output(Command::new("rustc").args(["--print", "target-libdir"]))?;
-    let folder = Path::new(&libraries)
-        .parent()
-        .context("the compiler has libraries")?
-        .join("bin");
-    if !folder.join("llvm-cov").exists() {
-        run(Command::new("rustup").args(["component", "add", "llvm-tools"]))
-            .context("coverage needs LLVM's tools: rustup component add llvm-tools")?;
-    }
-    Ok(folder)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_program_is_found_in_what_cargo_says() {
-        let answer = r#"{"reason": "compiler-artifact", "executable": null}
-{"reason": "compiler-artifact", "executable": "/t/replay-1"}
-{"reason": "build-finished"}"#;
-        assert_eq!(executable(answer), Some("/t/replay-1".into()));
-    }
 
     #[test]
     fn inputs_that_have_a_name_are_told_from_those_the_fuzzer_named() {

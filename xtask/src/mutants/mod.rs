@@ -55,7 +55,8 @@ const SOURCES: [Source; 11] = [
     Source {
         package: "framelock-proofs",
         file: "proofs/src/reference.rs",
-        tests: &["against_reference", "checksum"],
+        // Tests are named for the build as well, and the reference's own package has none of these.
+        tests: &[],
     },
 ];
 
@@ -143,6 +144,10 @@ fn try_all(workspace: &Workspace, tool: &Found, source: &Source) -> Result<Outco
         std::fs::remove_dir_all(&folder)?;
     }
     std::fs::create_dir_all(&folder)?;
+    if source.tests.is_empty() {
+        run_once(workspace, tool, source, &folder, false)?;
+        return Outcomes::read(&workspace.root, &folder);
+    }
     run_once(workspace, tool, source, &folder, true)?;
     let soonest = Outcomes::read(&workspace.root, &folder)?;
     if soonest.survivors.is_empty() {
@@ -165,8 +170,8 @@ fn run_once(
         .args(["mutants", "--package", source.package])
         .args(["--test-package", TESTS_OF, "--all-features"])
         .args(["--file", source.file, "--no-shuffle"])
-        // A mutant may wait for what never comes; the tests take half a minute.
-        .args(["--timeout", "300", "--build-timeout", "600"])
+        // A mutant may wait for what never comes; the tests take half a minute at most.
+        .args(["--timeout", "120", "--build-timeout", "600"])
         .arg("--output")
         .arg(folder);
     if soonest {
