@@ -1,4 +1,5 @@
-//! Puts one bug at a time into a copy of the sources, and demands that its theorem fails.
+//! Puts one bug at a time into a copy of the sources, and demands that its theorem fails; or, for a
+//! bug in what stands in for Kani's library, that the checker's own check does.
 
 use std::fs;
 use std::path::PathBuf;
@@ -8,8 +9,9 @@ use comfy_table::{Table, presets};
 use serde::Deserialize;
 
 use super::cbmc::Cbmc;
+use super::harness::Harness;
 use super::outcome::Outcome;
-use super::{Limits, PACKAGE, all_harnesses, each_in_parallel, model, symbol};
+use super::{Limits, PACKAGE, all_harnesses, each_in_parallel, model, self_check, symbol};
 use crate::source_copy::copy_workspace;
 use crate::workspace::Workspace;
 
@@ -44,17 +46,21 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         &workspace.root,
         &copy,
         &["core", "proofs"],
-        &["core", "proofs"],
+        &["core", "proofs", "proofs/self-check"],
     )?;
 
-    let harnesses = all_harnesses(workspace)?;
+    let packages = [
+        (PACKAGE, all_harnesses(workspace)?),
+        (self_check::PACKAGE, self_check::harnesses(workspace)?),
+    ];
     let mut seeded = Vec::new();
     for bug in bugs {
-        let harness = harnesses
+        let mut harnesses = packages
             .iter()
-            .find(|harness| harness.name == bug.caught_by);
-        let harness =
-            harness.with_context(|| format!("{BUGS}: there is no harness {}", bug.caught_by))?;
+            .flat_map(|(package, all)| all.iter().map(move |harness| (*package, harness)));
+        let (package, harness) = harnesses
+            .find(|(_, harness)| harness.name == bug.caught_by)
+            .with_context(|| format!("{BUGS}: there is no harness {}", bug.caught_by))?;
         let file = copy.join(&bug.file);
         let sound = fs::read_to_string(workspace.root.join(&bug.file))?;
         let places = sound.matches(&bug.right).count();
@@ -65,17 +71,17 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
             bug.file.display()
         );
         fs::write(&file, sound.replace(&bug.right, &bug.wrong))?;
-        let module = model::compile(&copy, &target, PACKAGE);
+        let module = model::compile(&copy, &target, package);
         fs::write(&file, &sound)?;
         let module = module
             .with_context(|| format!("{BUGS}: with \"{}\" it does not compile", bug.mistake))?;
-        seeded.push((bug, module, harness));
+        seeded.push((bug, module, package, harness));
     }
     let folder = target.join("seeded-harnesses");
-    let outcomes = each_in_parallel(&seeded, limits.jobs, |(bug, module, harness)| {
+    let outcomes = each_in_parallel(&seeded, limits.jobs, |(bug, module, package, harness)| {
         // A folder for each: several bugs may be for one harness.
         let folder = folder.join(bug.mistake.replace(|c: char| !c.is_alphanumeric(), "-"));
-        let symbol = symbol(PACKAGE, harness);
+        let symbol = symbol(package, harness);
         Outcome::timed(|| cbmc.check(module, &symbol, harness, &folder, limits.each))
     });
 
@@ -87,14 +93,13 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         "with",
     ]);
     let mut survivors = Vec::new();
-    for ((bug, _, harness), outcome) in seeded.iter().zip(&outcomes) {
-        // A harness that only took too long, or that could not be checked, has caught nothing.
-        let caught = outcome.failures.first().filter(|_| outcome.properties > 0);
+    for ((bug, _, package, harness), outcome) in seeded.iter().zip(&outcomes) {
+        let caught = how_caught(package, harness, outcome)?;
         if caught.is_none() {
             outcome.print_failures(&harness.name);
             survivors.push(bug.mistake.as_str());
         }
-        let how = caught.map_or("NOTHING", |failure| &failure.what);
+        let how = caught.as_deref().unwrap_or("NOTHING");
         table.add_row([&bug.mistake, &harness.theorem, &harness.name, how]);
     }
     eprintln!("{table}");
@@ -102,4 +107,19 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         bail!("not caught: {}", survivors.join("; "));
     }
     Ok(())
+}
+
+/// By which failure; `None` if the bug makes no difference.
+fn how_caught(package: &str, harness: &Harness, outcome: &Outcome) -> Result<Option<String>> {
+    // A harness that only took too long, or that could not be checked, has caught nothing.
+    if outcome.properties + outcome.covers == 0 {
+        return Ok(None);
+    }
+    if package == self_check::PACKAGE {
+        let expected = self_check::expected(harness)?;
+        let caught = !self_check::is_as_expected(expected, outcome);
+        return Ok(caught.then(|| format!("not what must come of it: {expected}")));
+    }
+    let failure = outcome.failures.first();
+    Ok(failure.map(|failure| failure.what.clone()))
 }

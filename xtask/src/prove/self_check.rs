@@ -3,15 +3,36 @@
 use anyhow::{Context as _, Result, bail};
 
 use super::cbmc::Cbmc;
-use super::{Limits, harness, model, with_cbmc};
+use super::harness::{self, Harness};
+use super::outcome::Outcome;
+use super::{Limits, model, with_cbmc};
 use crate::workspace::Workspace;
 
-const PACKAGE: &str = "framelock-self-check";
+pub(crate) const PACKAGE: &str = "framelock-self-check";
 const HARNESSES: &str = "proofs/self-check/src/harnesses";
+
+pub(crate) fn harnesses(workspace: &Workspace) -> Result<Vec<Harness>> {
+    harness::read(&workspace.root, &workspace.root.join(HARNESSES))
+}
+
+/// What must come of it, by its documentation.
+pub(crate) fn expected(harness: &Harness) -> Result<&str> {
+    let expected = harness.expected.as_deref();
+    expected.with_context(|| format!("{} has no line `Expected: …`", harness.name))
+}
+
+/// Whether that came of it.
+pub(crate) fn is_as_expected(expected: &str, outcome: &Outcome) -> bool {
+    if expected == "proved" {
+        return outcome.is_proved();
+    }
+    let mut failures = outcome.failures.iter();
+    failures.any(|failure| failure.what.contains(expected))
+}
 
 /// Returns how many there are; an error if any does not come out as its documentation says.
 pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result<usize> {
-    let harnesses = harness::read(&workspace.root, &workspace.root.join(HARNESSES))?;
+    let harnesses = harnesses(workspace)?;
     let target = model::target(workspace);
     let module = model::compile(&workspace.root, &target, PACKAGE)?;
     let folder = target.join("self-check");
@@ -19,16 +40,8 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
     let mut wrong = Vec::new();
     println!("\nHarnesses and what must come of them:");
     for (harness, outcome) in &results {
-        let expected = harness
-            .expected
-            .as_deref()
-            .context("no line `Expected: …`")?;
-        let mut found = outcome.failures.iter().map(|failure| failure.what.as_str());
-        let as_expected = if expected == "proved" {
-            outcome.is_proved()
-        } else {
-            found.any(|failure| failure.contains(expected))
-        };
+        let expected = expected(harness)?;
+        let as_expected = is_as_expected(expected, outcome);
         let word = if as_expected { "yes" } else { "NO" };
         println!("  {word:<4} {:<44} {expected}", harness.name);
         if !as_expected {

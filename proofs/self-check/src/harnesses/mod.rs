@@ -1,4 +1,4 @@
-//! One fault each.
+//! One fault each, or none.
 #![allow(
     clippy::indexing_slicing,
     clippy::undocumented_unsafe_blocks,
@@ -8,3 +8,4 @@
 mod assumptions;
 mod faults;
 mod loops;
+mod values;
