@@ -131,6 +131,14 @@ mod tests {
     }
 
     #[test]
+    fn the_hosted_checks_run_every_stage() {
+        let workflow = include_str!("../../.github/workflows/checks.yml");
+        let names: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
+        let matrix = format!("stage: [{}]", names.join(", "));
+        assert!(workflow.contains(&matrix), "checks.yml wants {matrix}");
+    }
+
+    #[test]
     fn a_failing_stage_keeps_what_it_reported() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let stage = Stage {
