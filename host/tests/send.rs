@@ -1,4 +1,4 @@
-//! `framelock send` as its user meets it: over pipes, serial lines and the loopback network.
+//! `framelock send` as its user meets it: over pipes and serial lines.
 #![cfg(target_os = "linux")]
 #![allow(
     clippy::unwrap_used,
@@ -7,76 +7,15 @@
 )]
 
 mod pseudo_terminal;
+mod sender;
 
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Read, Write as _};
-use std::net::{SocketAddr, UdpSocket};
-use std::process::{Child, Command, Output, Stdio};
+use std::io::{Read, Write as _};
 
-use assert_cmd::cargo::{cargo_bin, cargo_bin_cmd};
-use framelock::{Accounting, Bin, BinCrc8, Parser, Receiver, Setpoint};
-use pseudo_terminal::line;
-
-const PARK: [u8; 3] = [128, 128, 128];
-
-/// Sends to standard output until it ends by itself.
-fn send(arguments: &[&str], input: &str) -> Output {
-    cargo_bin_cmd!("framelock")
-        .args(["send", "-"])
-        .args(arguments)
-        .write_stdin(input)
-        .output()
-        .unwrap()
-}
-
-/// What the receiver makes of the bytes; every one must be part of a frame.
-fn received<P>(bytes: &[u8]) -> Vec<[u8; 3]>
-where
-    P: Parser<Message = Setpoint> + Default,
-{
-    let mut setpoints = Vec::new();
-    let mut line = Accounting::new(P::default());
-    line.feed(bytes, |_, setpoint| {
-        setpoints.push(<[u8; 3]>::from(setpoint));
-    });
-    assert_eq!(line.counters().discarded.total(), 0);
-    assert_eq!(line.pending(), 0);
-    setpoints
-}
-
-/// What it sends; it must succeed. And what it tells.
-fn sent(arguments: &[&str], input: &str) -> (Vec<[u8; 3]>, String) {
-    let output = send(arguments, input);
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{told}");
-    (received::<Receiver<Bin>>(&output.stdout), told)
-}
-
-/// What it complains of; it must fail with 2 and send nothing.
-fn complaint(arguments: &[&str], input: &str) -> String {
-    let output = send(arguments, input);
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert_eq!(output.stdout, b"");
-    told
-}
-
-fn start(arguments: &[&str]) -> Child {
-    Command::new(cargo_bin!("framelock"))
-        .arg("send")
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
-
-fn signal(child: &Child, name: &str) {
-    let id = child.id().to_string();
-    let kill = Command::new("kill").args([name, &id]).status().unwrap();
-    assert!(kill.success());
-}
+use assert_cmd::cargo::cargo_bin_cmd;
+use framelock::{Bin, BinCrc8, Receiver};
+use pseudo_terminal::{line, read_exactly};
+use sender::{PARK, complaint, received, send, sent, signal, start};
 
 /// Every setpoint that there is on one axis or another, FF, CR and the sync bytes among them.
 fn profile() -> Vec<[u8; 3]> {
@@ -293,7 +232,7 @@ fn every_byte_arrives_at_the_other_end_of_a_serial_line() {
         "--baud=1000000",
     ]);
     let mut bytes = vec![0; 7 * 256];
-    far_end.read_exact(&mut bytes).unwrap();
+    read_exactly(&mut far_end, &mut bytes);
     assert_eq!(received::<Receiver<Bin>>(&bytes), profile());
     let ended = child.wait_with_output().unwrap();
     let told = String::from_utf8(ended.stderr).unwrap();
@@ -305,7 +244,7 @@ fn every_byte_arrives_at_the_other_end_of_a_serial_line() {
 fn a_line_that_is_cut_is_told() {
     let (mut far_end, _near_end, port) = line();
     let child = start(&[&port, "--motion=step", "--rate=1000"]);
-    far_end.read_exact(&mut [0; 7]).unwrap();
+    read_exactly(&mut far_end, &mut [0; 7]);
     drop(far_end);
     let ended = child.wait_with_output().unwrap();
     let told = String::from_utf8(ended.stderr).unwrap();
@@ -378,82 +317,6 @@ fn impossible_lines_and_options_are_named() {
         let complaint = String::from_utf8(ended.stderr).unwrap();
         assert!(complaint.contains(told), "{arguments:?}: {complaint}");
     }
-}
-
-/// A sender that listens, where it does, and what else it tells.
-fn listening(arguments: &[&str]) -> (Child, SocketAddr, BufReader<impl Read>) {
-    let udp = ["-", "--udp=127.0.0.1:0", "--rate=1000"];
-    let mut child = start(&[&udp[..], arguments].concat());
-    let mut told = BufReader::new(child.stderr.take().unwrap());
-    let mut line = String::new();
-    told.read_line(&mut line).unwrap();
-    let address = line.trim_end().rsplit(' ').next().unwrap();
-    (child, address.parse().unwrap(), told)
-}
-
-#[test]
-fn datagrams_of_every_form_arrive_as_frames() {
-    let (mut child, address, mut told) = listening(&["--stale-after=3600000", "--park-seconds=0"]);
-    let mut output = child.stdout.take().unwrap();
-    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    let mut bytes = Vec::new();
-    for (datagram, expected) in [
-        (&b"\x01\x02\x03"[..], [1, 2, 3]),
-        (b"127,200,74\n", [127, 200, 74]),
-        (b"not a setpoint", [127, 200, 74]),
-        (b"AB\0\x0D\x41\x42\r", [0x0D, 0x41, 0x42]),
-    ] {
-        socket.send_to(datagram, address).unwrap();
-        // The frame before may come a few times more.
-        loop {
-            let mut frame = [0; 7];
-            output.read_exact(&mut frame).unwrap();
-            bytes.extend_from_slice(&frame);
-            if frame[3..6] == expected {
-                break;
-            }
-        }
-    }
-    signal(&child, "-INT");
-    output.read_to_end(&mut bytes).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(0));
-    let mut setpoints = received::<Receiver<Bin>>(&bytes);
-    assert_eq!(setpoints[setpoints.len() - 5..], [PARK; 5]);
-    setpoints.dedup();
-    assert_eq!(
-        setpoints,
-        [[1, 2, 3], [127, 200, 74], [0x0D, 0x41, 0x42], PARK]
-    );
-    let mut report = String::new();
-    told.read_to_string(&mut report).unwrap();
-    assert!(report.contains("a bad datagram from 127.0.0.1"), "{report}");
-    assert!(
-        report.contains("\"not a setpoint\" is not three numbers"),
-        "{report}"
-    );
-    assert!(
-        report.contains("datagrams heard: 4, bad ones among them: 1"),
-        "{report}"
-    );
-}
-
-#[test]
-fn nothing_is_sent_before_the_first_datagram_or_of_a_stale_one() {
-    let (child, _, _told) = listening(&["--seconds=0.05", "--no-park"]);
-    let ended = child.wait_with_output().unwrap();
-    assert_eq!(ended.status.code(), Some(0));
-    assert_eq!(ended.stdout, b"");
-}
-
-#[test]
-fn an_address_in_use_is_told() {
-    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    let address = socket.local_addr().unwrap().to_string();
-    let told = complaint(&["--udp", &address], "");
-    assert!(
-        told.contains(&format!("cannot listen for datagrams at {address}")),
-        "{told}"
-    );
 }
 
 #[test]

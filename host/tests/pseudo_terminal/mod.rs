@@ -1,7 +1,9 @@
 //! Serial lines for tests: pseudo-terminals.
 
 use std::fs::File;
+use std::io::Read;
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, Winsize, tcgetattr, tcsetattr, tcsetwinsize};
 
@@ -22,6 +24,24 @@ pub(crate) fn line() -> (File, File, String) {
     settings.make_raw();
     tcsetattr(&near_end, OptionalActions::Now, &settings).unwrap();
     (far_end.into(), near_end, name)
+}
+
+/// Fills `bytes` with what comes over the line.
+///
+/// It waits a minute at most: the line, which is held open, does not end with whoever sends.
+#[allow(dead_code, reason = "not every test needs it")]
+pub(crate) fn read_exactly(far_end: &mut File, bytes: &mut [u8]) {
+    let limit = Timespec {
+        tv_sec: 60,
+        tv_nsec: 0,
+    };
+    let mut missing = bytes;
+    while !missing.is_empty() {
+        let ready = poll(&mut [PollFd::new(far_end, PollFlags::IN)], Some(&limit)).unwrap();
+        assert_eq!(ready, 1, "{} bytes are missing", missing.len());
+        let count = far_end.read(missing).unwrap();
+        missing = missing.split_at_mut(count).1;
+    }
 }
 
 /// A terminal of so many columns and rows: its user's end, and the end for programs.
