@@ -44,7 +44,8 @@ pub(crate) fn minimise(workspace: &Workspace, fuzzer: &Fuzzer, target: Target) -
         .command("run")?
         .arg(target.name())
         .args([&committed, &found])
-        .args(["--", "-merge=1"])
+        // Without counters: what an input runs, not how often.
+        .args(["--", "-merge=1", "-use_counters=0"])
         .arg(format!("-max_len={}", target.longest_input()))
         .env(IMAGES, images(workspace, &workspace.root)))
 }
