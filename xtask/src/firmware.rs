@@ -83,7 +83,7 @@ pub(crate) struct Arguments {
 pub(crate) fn build_and_tell(arguments: &Arguments) -> Result<ExitCode> {
     let workspace = Workspace::load()?;
     if arguments.seeded_bugs {
-        crate::seeded_bugs::run_all(&workspace)?;
+        crate::firmware_seeded_bugs::run_all(&workspace)?;
         return Ok(ExitCode::SUCCESS);
     }
     let source = Source::of(&[TARGET])?;
