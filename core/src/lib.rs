@@ -96,6 +96,7 @@ mod failsafe;
 mod format;
 pub mod lecture;
 mod parser;
+mod policy;
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
 mod reader;
 pub mod receiver;
@@ -109,8 +110,9 @@ pub use failsafe::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
 pub use format::{Bin, BinCrc8, Format, Frame, crc8};
 pub use lecture::{Lecture, State};
 pub use parser::{Mismatch, Parser, Sink};
+pub use policy::{Discard, Policy, Rescan};
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
 pub use reader::Reader;
-pub use receiver::{Discard, Policy, Receiver, Rescan};
+pub use receiver::Receiver;
 pub use setpoint::Setpoint;
 pub use window::{Shape, Window, Word};

@@ -6,10 +6,10 @@
 //! agree is found for all together, and costs the same whatever the bytes are. So no stream makes
 //! the slice path slow.
 
-use crate::receiver::{Policy, first_mismatch};
+use crate::receiver::first_mismatch;
 use crate::scan::{BLOCK, Places};
 use crate::window::Word;
-use crate::{Format, Frame, Mismatch, Sink};
+use crate::{Format, Frame, Mismatch, Policy, Sink};
 
 /// The longest frame that any [`Word`] holds.
 const LONGEST: usize = 16;
