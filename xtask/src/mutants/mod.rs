@@ -27,7 +27,7 @@ const TESTS_OF: &str = "framelock";
 
 /// The sources that are changed, and the tests that notice soonest: they are built and run first,
 /// and only what they miss is tried against all.
-const SOURCES: [Source; 11] = [
+const SOURCES: [Source; 12] = [
     Source::core("core/src/accounting.rs", &["against_reference"]),
     Source::core("core/src/failsafe.rs", &["failsafe"]),
     Source::core(
@@ -50,6 +50,7 @@ const SOURCES: [Source; 11] = [
         ],
     ),
     Source::core("core/src/scan.rs", &["against_reference"]),
+    Source::core("core/src/setpoint.rs", &["protocol_findings"]),
     Source::core("core/src/slice.rs", &["any_format", "against_reference"]),
     Source::core("core/src/window.rs", &["any_format", "receiver_rule"]),
     Source {
