@@ -44,8 +44,11 @@ pub(crate) fn minimise(workspace: &Workspace, fuzzer: &Fuzzer, target: Target) -
         .command("run")?
         .arg(target.name())
         .args([&committed, &found])
-        // Without counters: what an input runs, not how often.
-        .args(["--", "-merge=1", "-use_counters=0"])
+        .args(["--", "-merge=1"])
+        .arg(format!(
+            "-use_counters={}",
+            u8::from(target.is_of_numbers())
+        ))
         .arg(format!("-max_len={}", target.longest_input()))
         .env(IMAGES, images(workspace, &workspace.root)))
 }

@@ -104,6 +104,12 @@ impl Target {
         }
     }
 
+    /// Whether an input is also worth keeping if it runs the same as others more or less often. What
+    /// the failsafe does depends on numbers; what the others do shows in what they run.
+    fn is_of_numbers(self) -> bool {
+        matches!(self, Self::Failsafe)
+    }
+
     /// The longest input, in bytes.
     fn longest_input(self) -> u32 {
         match self {

@@ -171,8 +171,9 @@ fn run_once(
         .args(["mutants", "--package", source.package])
         .args(["--test-package", TESTS_OF, "--all-features"])
         .args(["--file", source.file, "--no-shuffle"])
-        // A mutant may wait for what never comes; the tests take half a minute at most.
-        .args(["--timeout", "120", "--build-timeout", "600"])
+        // A mutant may wait for what never comes. In seconds, and several times what the tests take.
+        .args(["--timeout", if soonest { "60" } else { "120" }])
+        .args(["--build-timeout", "600"])
         .arg("--output")
         .arg(folder);
     if soonest {
