@@ -58,6 +58,14 @@ where
             longest.expect("the empty suffix at least")
         };
         assert_eq!(receiver.pending(), kept, "{seen:02X?}");
+        let held = if frame {
+            0
+        } else {
+            (R::LENGTH - 1).min(seen.len())
+        };
+        let window = receiver.window();
+        assert_eq!(usize::from(window.count()), held, "{seen:02X?}");
+        assert_eq!(window.history(), word(&seen[seen.len() - held..]));
     }
 }
 
