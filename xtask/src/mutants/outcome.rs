@@ -120,10 +120,11 @@ impl Outcomes {
         Ok(outcomes)
     }
 
-    /// Those of a second run, which tried the survivors of this one.
+    /// Those of a second run, which tried the survivors of this one, and again those whose tests did
+    /// not end.
     pub(crate) fn then(self, second: Self) -> Self {
         Self {
-            caught: self.caught + second.caught,
+            caught: (self.caught + self.survivors.len()).saturating_sub(second.survivors.len()),
             unviable: self.unviable,
             survivors: second.survivors,
         }
