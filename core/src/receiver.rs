@@ -287,7 +287,8 @@ impl<F: Format, P: Policy> Parser for Receiver<F, P> {
     type Message = F::Message;
     const FRAME_LENGTH: usize = F::Frame::LENGTH;
 
-    /// One step of [`Window::push`], whatever the byte; under [`Discard`](crate::Discard) one comparison more.
+    /// One step of [`Window::push`], whatever the byte; under [`Discard`](crate::Discard) one
+    /// comparison more.
     #[inline]
     fn push(&mut self, byte: u8) -> Option<F::Message> {
         let before = self.window;

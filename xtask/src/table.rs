@@ -15,12 +15,16 @@ pub(crate) struct Row {
     pub(crate) failure: Option<String>,
 }
 
+/// A table without rows, as all are that are printed here.
+pub(crate) fn with_header<const COLUMNS: usize>(header: [&str; COLUMNS]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN).set_header(header);
+    table
+}
+
 /// Stage, engine, time and result, one row each.
 pub(crate) fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new();
-    table
-        .load_style(presets::ASCII_MARKDOWN)
-        .set_header(["stage", "engine", "time", "result"]);
+    let mut table = with_header(["stage", "engine", "time", "result"]);
     for row in rows {
         let word = if row.failure.is_some() {
             "FAILED"

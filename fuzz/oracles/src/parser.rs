@@ -37,12 +37,8 @@ fn check_what_is_shown(receiver: Receiver<Bin>, pending: &[u8]) {
     assert_eq!(receiver.state(), lecture.state, "{pending:02X?}");
     let taken = [3, 4, 5].map(|place| pending.get(place).copied());
     assert_eq!(receiver.temp(), taken, "{pending:02X?}");
-    let Setpoint { pitch, roll, yaw } = lecture.temp;
-    let stored = taken
-        .iter()
-        .zip([pitch, roll, yaw])
-        .all(|(taken, stored)| taken.unwrap_or(0) == stored);
-    assert!(stored, "{pending:02X?}");
+    let stored = taken.map(Option::unwrap_or_default);
+    assert_eq!(<[u8; 3]>::from(lecture.temp), stored, "{pending:02X?}");
 }
 
 /// Returns the parser that has taken the bytes.

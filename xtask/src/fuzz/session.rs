@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
-use comfy_table::{Table, presets};
+use comfy_table::Table;
 
 use super::setup::Fuzzer;
 use super::{Target, corpus};
 use crate::command::{run, run_and_read};
 use crate::firmware::images;
 use crate::firmware_tests::IMAGES;
+use crate::table::with_header;
 use crate::workspace::Workspace;
 
 pub(crate) struct Session<'a> {
@@ -174,8 +175,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
 
 /// A row for each target.
 pub(crate) fn table(targets: &[Target], outcomes: &[Outcome]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN).set_header([
+    let mut table = with_header([
         "target",
         "executions",
         "a second",

@@ -8,12 +8,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context as _, Result, bail};
-use comfy_table::{Table, presets};
 
 use self::known::Known;
 use self::outcome::{Outcomes, Survivor};
 use crate::cargo_tool::{CargoTool, Found};
 use crate::command::{announce, cannot_start, cargo};
+use crate::table::with_header;
 use crate::workspace::Workspace;
 
 const CARGO_MUTANTS: CargoTool = CargoTool {
@@ -101,8 +101,7 @@ pub(crate) fn mutants(arguments: &Arguments) -> Result<ExitCode> {
     println!("Mutants by {}", tool.says);
     let known = Known::read(&workspace.root)?;
 
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN).set_header([
+    let mut table = with_header([
         "source",
         "mutants",
         "caught",

@@ -166,4 +166,29 @@ mod tests {
         assert_eq!(survivor.line, "a < b");
         assert_eq!(survivor.replacement, "<=");
     }
+
+    #[test]
+    fn a_second_run_decides_what_survives_and_counts_nothing_twice() {
+        let survivor = Survivor {
+            file: "core/src/a.rs".to_owned(),
+            function: "f".to_owned(),
+            replacement: "<=".to_owned(),
+            line: "a < b".to_owned(),
+            description: String::new(),
+        };
+        let first = Outcomes {
+            caught: 4,
+            unviable: 1,
+            survivors: vec![survivor.clone(), survivor.clone()],
+        };
+        // One of the four did not end, so it was tried once more.
+        let second = Outcomes {
+            caught: 2,
+            unviable: 0,
+            survivors: vec![survivor],
+        };
+        let both = first.then(second);
+        assert_eq!((both.caught, both.unviable), (5, 1));
+        assert_eq!(both.total(), 7);
+    }
 }

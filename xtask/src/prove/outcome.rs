@@ -3,10 +3,11 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use comfy_table::{Table, presets};
+use comfy_table::Table;
 use serde::Serialize;
 
 use super::harness::Harness;
+use crate::table::with_header;
 
 /// What an engine found out about a harness.
 #[derive(Debug, Default, Clone, Serialize)]
@@ -104,8 +105,7 @@ pub(crate) fn rows<'a>(results: &'a [(&Harness, Outcome)], engine: &'a str) -> V
 }
 
 pub(crate) fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN).set_header([
+    let mut table = with_header([
         "theorem",
         "harness",
         "stream length",

@@ -5,7 +5,6 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail, ensure};
-use comfy_table::{Table, presets};
 use serde::Deserialize;
 
 use super::cbmc::Cbmc;
@@ -13,6 +12,7 @@ use super::harness::Harness;
 use super::outcome::Outcome;
 use super::{Limits, PACKAGE, all_harnesses, each_in_parallel, model, self_check, symbol};
 use crate::source_copy::copy_workspace;
+use crate::table::with_header;
 use crate::workspace::Workspace;
 
 const BUGS: &str = "proofs/seeded-bugs.toml";
@@ -85,13 +85,7 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         Outcome::timed(|| cbmc.check(module, &symbol, harness, &folder, limits.each))
     });
 
-    let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN).set_header([
-        "seeded bug",
-        "theorem",
-        "caught by",
-        "with",
-    ]);
+    let mut table = with_header(["seeded bug", "theorem", "caught by", "with"]);
     let mut survivors = Vec::new();
     for ((bug, _, package, harness), outcome) in seeded.iter().zip(&outcomes) {
         let caught = how_caught(package, harness, outcome)?;
