@@ -144,23 +144,26 @@ impl Parser for Lecture {
 
     /// One step of the lecture's state table, row by row.
     ///
-    /// One comparison of the state, one of the byte, at most one store beside the state's.
+    /// One comparison of the state, one of the byte, at most three stores.
     #[inline]
     #[rustfmt::skip]
     #[expect(clippy::match_same_arms, reason = "one arm for each row of the table, in its order")]
     fn push(&mut self, byte: u8) -> Option<Setpoint> {
-        self.state = match (self.state, byte) {
-            (State::SyncA,      b'A')  =>                             State::SyncB,
-            (State::SyncA,      _)     =>                             State::SyncA,
-            (State::SyncB,      b'B')  =>                             State::Reserved,
-            (State::SyncB,      _)     =>                             State::SyncA,
-            (State::Reserved,   _)     =>                             State::Pitch,
-            (State::Pitch,      pitch) => { self.temp.pitch = pitch;  State::Roll }
-            (State::Roll,       roll)  => { self.temp.roll = roll;    State::Yaw }
-            (State::Yaw,        yaw)   => { self.temp.yaw = yaw;      State::Terminator }
-            (State::Terminator, b'\r') => { self.state = State::SyncA; return Some(self.temp) }
-            (State::Terminator, _)     =>                             State::SyncA,
-        };
+        // Each row leads to A, unless it says where else.
+        let before = self.state;
+        self.state = State::SyncA;
+        match (before, byte) {
+            (State::SyncA,      b'A')  =>                             self.state = State::SyncB,
+            (State::SyncA,      _)     => {}
+            (State::SyncB,      b'B')  =>                             self.state = State::Reserved,
+            (State::SyncB,      _)     => {}
+            (State::Reserved,   _)     =>                             self.state = State::Pitch,
+            (State::Pitch,      pitch) => { self.temp.pitch = pitch;  self.state = State::Roll }
+            (State::Roll,       roll)  => { self.temp.roll = roll;    self.state = State::Yaw }
+            (State::Yaw,        yaw)   => { self.temp.yaw = yaw;      self.state = State::Terminator }
+            (State::Terminator, b'\r') => return Some(self.temp),
+            (State::Terminator, _)     => {}
+        }
         None
     }
 

@@ -2,7 +2,8 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use framelock::{
-    Accounting, Discard, Format, Parser, Policy, Receiver, Rescan, Shape, Window, Word,
+    Accounting, Bin, Discard, Format, Mismatch, Parser, Policy, Receiver, Rescan, Setpoint, Shape,
+    Sink, Window, Word,
 };
 use proptest::prelude::*;
 
@@ -78,19 +79,63 @@ proptest! {
         check!(u128, places, bytes, length in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
     }
 
-    /// Receivers of such formats: slices cut anywhere against byte by byte.
+    /// Receivers of such formats and of this crate's: slices cut anywhere against byte by byte.
     #[test]
-    fn slices_of_other_formats(
-        bytes in prop::collection::vec(byte(), 0..500),
+    fn slices_of_any_format(
+        bytes in noise(),
+        frames in (0..500_usize, 0..40_usize),
         cut in 0..500_usize,
     ) {
-        slices::<FreeStart, Rescan>(&bytes, cut);
-        slices::<FreeStart, Discard>(&bytes, cut);
-        slices::<ZeroStart, Rescan>(&bytes, cut);
-        slices::<ZeroStart, Discard>(&bytes, cut);
-        slices::<Sixteen, Rescan>(&bytes, cut);
-        slices::<Sixteen, Discard>(&bytes, cut);
+        slices::<Bin, Rescan>(&bytes, frames, cut);
+        slices::<Bin, Discard>(&bytes, frames, cut);
+        slices::<FreeStart, Rescan>(&bytes, frames, cut);
+        slices::<FreeStart, Discard>(&bytes, frames, cut);
+        slices::<Free, Rescan>(&bytes, frames, cut);
+        slices::<Free, Discard>(&bytes, frames, cut);
+        slices::<ZeroStart, Rescan>(&bytes, frames, cut);
+        slices::<ZeroStart, Discard>(&bytes, frames, cut);
+        slices::<Eight, Rescan>(&bytes, frames, cut);
+        slices::<Eight, Discard>(&bytes, frames, cut);
+        slices::<Sixteen, Rescan>(&bytes, frames, cut);
+        slices::<Sixteen, Discard>(&bytes, frames, cut);
     }
+}
+
+/// What lies between frames is searched a block at a time, not byte by byte: it is told of in sums.
+#[test]
+fn long_noise_is_told_of_in_few_sums() {
+    #[derive(Default)]
+    struct Told {
+        frames: usize,
+        times: usize,
+        dropped: usize,
+    }
+    impl Sink<Setpoint> for Told {
+        fn frame(&mut self, _index: usize, _message: Setpoint) {
+            self.frames += 1;
+        }
+
+        fn dropped(&mut self, count: usize, _why: Mismatch) {
+            self.times += 1;
+            self.dropped += count;
+        }
+    }
+
+    let mut bytes = [0x55; 1_000];
+    for frame in bytes.chunks_exact_mut(100) {
+        frame[..7].copy_from_slice(b"AB\0xyz\r");
+    }
+    let mut told = Told::default();
+    Receiver::<Bin>::new().feed(&bytes, &mut told);
+    assert_eq!((told.frames, told.dropped), (10, 1_000 - 10 * 7));
+    assert!(told.times <= 100, "{} times", told.times);
+}
+
+/// Up to 500 bytes: random ones, and stretches of one and the same.
+fn noise() -> impl Strategy<Value = Vec<u8>> {
+    let random = prop::collection::vec(byte(), 0..100);
+    let same = (byte(), 0..100_usize).prop_map(|(byte, count)| vec![byte; count]);
+    prop::collection::vec(prop_oneof![random, same], 0..6).prop_map(|pieces| pieces.concat())
 }
 
 /// A format that any byte may begin.
@@ -135,6 +180,47 @@ impl Format for ZeroStart {
     }
 }
 
+/// A format without fixed bytes: only its check tells a frame.
+struct Free;
+
+impl Format for Free {
+    type Word = u64;
+    type Frame = [u8; 3];
+    type Message = [u8; 3];
+    const SHAPE: Shape<u64> = Shape::<u64>::new([None, None, None]);
+
+    fn check(frame: [u8; 3]) -> bool {
+        frame[0] != 2
+    }
+
+    fn decode(frame: [u8; 3]) -> [u8; 3] {
+        frame
+    }
+
+    fn encode(message: [u8; 3]) -> [u8; 3] {
+        message
+    }
+}
+
+/// A frame that fills the word, and begins with what no other byte of the test is.
+struct Eight;
+
+impl Format for Eight {
+    type Word = u64;
+    type Frame = [u8; 8];
+    type Message = [u8; 8];
+    const SHAPE: Shape<u64> =
+        Shape::<u64>::new([Some(0xFF), None, None, None, None, None, None, None]);
+
+    fn decode(frame: [u8; 8]) -> [u8; 8] {
+        frame
+    }
+
+    fn encode(message: [u8; 8]) -> [u8; 8] {
+        message
+    }
+}
+
 /// The longest frame there can be.
 struct Sixteen;
 
@@ -158,10 +244,25 @@ impl Format for Sixteen {
     }
 }
 
-fn slices<F: Format, P: Policy>(bytes: &[u8], cut: usize)
+/// Makes some of the bytes frames that follow each other: so many, from there on.
+fn put_frames<F: Format>(bytes: &mut [u8], (from, count): (usize, usize)) {
+    let length = usize::from(F::SHAPE.length());
+    for (n, byte) in bytes.iter_mut().skip(from).take(count * length).enumerate() {
+        let behind =
+            8 * (u32::from(F::SHAPE.length()) - 1 - u32::try_from(n % length).unwrap_or(0));
+        if (F::SHAPE.mask() >> behind).lowest() != 0 {
+            *byte = (F::SHAPE.pattern() >> behind).lowest();
+        }
+    }
+}
+
+fn slices<F: Format, P: Policy>(noise: &[u8], frames: (usize, usize), cut: usize)
 where
     F::Message: PartialEq + std::fmt::Debug,
 {
+    let mut bytes = noise.to_vec();
+    put_frames::<F>(&mut bytes, frames);
+    let bytes = bytes.as_slice();
     let (mut pushed, mut fed) = (Receiver::<F, P>::new(), Receiver::<F, P>::new());
     let mut expected = Vec::new();
     for (index, &byte) in bytes.iter().enumerate() {
@@ -178,11 +279,16 @@ where
     assert_eq!(found, expected, "{bytes:?} cut at {cut}");
     assert_eq!(fed, pushed, "{bytes:?} cut at {cut}");
 
-    // Every byte in one place: also those that the slice path drops.
+    // Every byte in one place, and in the same: also those that the slice path drops.
     let mut line = Accounting::new(Receiver::<F, P>::new());
     line.feed(bytes, |_, _| ());
     let placed = u64::from(F::SHAPE.length()) * line.counters().frames
         + line.counters().discarded.total()
         + line.pending() as u64;
     assert_eq!(placed, bytes.len() as u64, "{bytes:?}");
+    let mut by_bytes = Accounting::new(Receiver::<F, P>::new());
+    for &byte in bytes {
+        by_bytes.push(byte);
+    }
+    assert_eq!(line, by_bytes, "{bytes:?}");
 }

@@ -28,11 +28,21 @@ extern "Rust" fn receiver_step(receiver: &mut Receiver<Bin>, byte: u8) -> Option
     receiver.push(byte)
 }
 
+/// What any such call costs: the frame that the compiler makes, and the way back.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "Rust" fn no_step(_machine: &mut Lecture, _byte: u8) -> Option<Setpoint> {
+    None
+}
+
 /// Bytes of every kind that the machines tell apart, and the sync bytes in front of a terminator.
 const BYTES: [u8; 4] = [b'A', b'B', b'\r', 0x55];
 
 #[entry]
 fn main() -> ! {
+    // Through a pointer, or there would be no call.
+    let no_step = black_box(no_step as fn(&mut Lecture, u8) -> Option<Setpoint>);
+    black_box(no_step(&mut Lecture::new(), 0));
     for state in State::ALL {
         for byte in BYTES {
             let temp = Setpoint::default();

@@ -87,49 +87,67 @@ fn sizes(figures: &mut Figures) {
     }
 }
 
-/// From the call, which is three cycles, to behind the return.
 fn steps(figures: &mut Figures) {
-    let elf = image_file("parser-steps");
-    for (step, name, calls, bytes_limit, cycles_limit) in [
+    // What any call costs: a frame, whether it is needed or not, and the way back.
+    let (_, call) = called(figures, "no_step", 1, "a call that does nothing", None);
+    for (step, calls, name, [bytes_limit, called_limit, alone_limit]) in [
         (
             "lecture_step",
-            "the lecture's machine (Discard)",
             28,
-            120,
-            36,
+            "the lecture's machine (Discard)",
+            [100, 36, 23],
         ),
-        ("receiver_step", "the receiver (Rescan)", 84, 100, 34),
+        ("receiver_step", 84, "the receiver (Rescan)", [100, 34, 26]),
     ] {
-        let mut board = Board::new(Image::parse(&elf).unwrap()).unwrap();
-        let symbol = board.image().symbol(step).unwrap().clone();
-        let mut cycles: Vec<u64> = Vec::new();
-        for _ in 0..calls {
-            assert!(
-                board.run_to(symbol.address, MILLISECOND).unwrap(),
-                "{step} is called"
-            );
-            let entered = board.now();
-            let inside = symbol.address..symbol.address + symbol.size;
-            let returned = board.run(entered + MILLISECOND, |board| !inside.contains(&board.pc()));
-            assert!(returned.unwrap());
-            cycles.push(board.now() - entered + 3);
-        }
+        let (bytes, worst) = called(figures, step, calls, name, Some(called_limit));
+        figures.add(
+            &format!("{name}: cycles without the call, worst"),
+            worst - call,
+            Some(alone_limit),
+        );
         figures.add(
             &format!("{name}: bytes of a step"),
-            symbol.size.into(),
+            bytes,
             Some(bytes_limit),
         );
-        figures.add(
-            &format!("{name}: cycles of a called push, best"),
-            *cycles.iter().min().unwrap(),
-            None,
-        );
-        figures.add(
-            &format!("{name}: cycles of a called push, worst"),
-            *cycles.iter().max().unwrap(),
-            Some(cycles_limit),
-        );
     }
+}
+
+/// Bytes of a function, and the worst of its first `calls` calls in cycles: from the call, which is
+/// three, to behind the return.
+fn called(
+    figures: &mut Figures,
+    function: &str,
+    calls: u32,
+    name: &str,
+    limit: Option<u64>,
+) -> (u64, u64) {
+    let mut board = Board::new(Image::parse(&image_file("parser-steps")).unwrap()).unwrap();
+    let symbol = board.image().symbol(function).unwrap().clone();
+    let mut cycles: Vec<u64> = Vec::new();
+    for _ in 0..calls {
+        assert!(
+            board.run_to(symbol.address, MILLISECOND).unwrap(),
+            "{function} is called"
+        );
+        let entered = board.now();
+        let inside = symbol.address..symbol.address + symbol.size;
+        let returned = board.run(entered + MILLISECOND, |board| !inside.contains(&board.pc()));
+        assert!(returned.unwrap());
+        cycles.push(board.now() - entered + 3);
+    }
+    let (best, worst) = (*cycles.iter().min().unwrap(), *cycles.iter().max().unwrap());
+    figures.add(
+        &format!("{name}: cycles of a called push, best"),
+        best,
+        None,
+    );
+    figures.add(
+        &format!("{name}: cycles of a called push, worst"),
+        worst,
+        limit,
+    );
+    (symbol.size.into(), worst)
 }
 
 /// A thousand frames back to back.
