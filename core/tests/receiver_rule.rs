@@ -116,3 +116,16 @@ fn holding_makes_the_state_that_the_stream_of_those_bytes_reaches() {
         }
     }
 }
+
+#[test]
+fn receivers_are_equal_where_they_hold_the_same_and_show_it() {
+    let reset = Receiver::<Bin>::new();
+    let held = Receiver::<Bin>::holding(0x41, 1);
+    assert_eq!(held, held.clone());
+    assert_ne!(held, reset);
+    // The marker in front of the byte.
+    assert_eq!(
+        format!("{held:?}"),
+        format!("Receiver(Window({}))", 0x01_41)
+    );
+}

@@ -31,9 +31,12 @@ struct Bug {
     /// Stands once in the file, and is replaced.
     right: String,
     wrong: String,
-    /// The harness that must fail.
-    caught_by: String,
+    /// The harnesses that must fail, all of one package.
+    caught_by: Vec<String>,
 }
+
+/// No mistake in the sources can break it: it shows something of the format itself.
+const OF_THE_FORMAT: &str = "checksum::four_wrong_bits_can_go_unnoticed";
 
 /// Prints which theorem catches which, on standard error beside JSON's results; an error if any is
 /// not caught.
@@ -53,14 +56,11 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         (PACKAGE, all_harnesses(workspace)?),
         (self_check::PACKAGE, self_check::harnesses(workspace)?),
     ];
+    let [(_, harnesses), _] = &packages;
+    every_harness_catches_one(harnesses, &bugs)?;
     let mut seeded = Vec::new();
-    for bug in bugs {
-        let mut harnesses = packages
-            .iter()
-            .flat_map(|(package, all)| all.iter().map(move |harness| (*package, harness)));
-        let (package, harness) = harnesses
-            .find(|(_, harness)| harness.name == bug.caught_by)
-            .with_context(|| format!("{BUGS}: there is no harness {}", bug.caught_by))?;
+    for bug in &bugs {
+        let (package, harnesses) = catching(&packages, bug)?;
         let file = copy.join(&bug.file);
         let sound = fs::read_to_string(workspace.root.join(&bug.file))?;
         let places = sound.matches(&bug.right).count();
@@ -75,10 +75,17 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         fs::write(&file, &sound)?;
         let module = module
             .with_context(|| format!("{BUGS}: with \"{}\" it does not compile", bug.mistake))?;
-        seeded.push((bug, module, package, harness));
+        seeded.push((bug, module, package, harnesses));
     }
+    let tries: Vec<_> = seeded
+        .iter()
+        .flat_map(|(bug, module, package, harnesses)| {
+            let with = move |harness| (bug, module, *package, harness);
+            harnesses.iter().map(with)
+        })
+        .collect();
     let folder = target.join("seeded-harnesses");
-    let outcomes = each_in_parallel(&seeded, limits.jobs, |(bug, module, package, harness)| {
+    let outcomes = each_in_parallel(&tries, limits.jobs, |(bug, module, package, harness)| {
         // A folder for each: several bugs may be for one harness.
         let folder = folder.join(bug.mistake.replace(|c: char| !c.is_alphanumeric(), "-"));
         let symbol = symbol(package, harness);
@@ -87,11 +94,11 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
 
     let mut table = with_header(["seeded bug", "theorem", "caught by", "with"]);
     let mut survivors = Vec::new();
-    for ((bug, _, package, harness), outcome) in seeded.iter().zip(&outcomes) {
+    for ((bug, _, package, harness), outcome) in tries.iter().zip(&outcomes) {
         let caught = how_caught(package, harness, outcome)?;
         if caught.is_none() {
             outcome.print_failures(&harness.name);
-            survivors.push(bug.mistake.as_str());
+            survivors.push(format!("{} by {}", bug.mistake, harness.name));
         }
         let how = caught.as_deref().unwrap_or("NOTHING");
         table.add_row([&bug.mistake, &harness.theorem, &harness.name, how]);
@@ -100,6 +107,43 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
     if !survivors.is_empty() {
         bail!("not caught: {}", survivors.join("; "));
     }
+    Ok(())
+}
+
+/// The harnesses that must fail with that bug, and their package.
+fn catching<'a>(
+    packages: &'a [(&'static str, Vec<Harness>)],
+    bug: &Bug,
+) -> Result<(&'static str, Vec<&'a Harness>)> {
+    for (package, all) in packages {
+        let found: Vec<&Harness> = all
+            .iter()
+            .filter(|harness| bug.caught_by.contains(&harness.name))
+            .collect();
+        if !found.is_empty() && found.len() == bug.caught_by.len() {
+            return Ok((package, found));
+        }
+    }
+    bail!(
+        "{BUGS}: \"{}\": no package has all of the harnesses {}",
+        bug.mistake,
+        bug.caught_by.join(", ")
+    )
+}
+
+/// A harness that no bug is known to break may be one that cannot fail.
+fn every_harness_catches_one(harnesses: &[Harness], bugs: &[Bug]) -> Result<()> {
+    let catches = |harness: &&Harness| bugs.iter().any(|bug| bug.caught_by.contains(&harness.name));
+    let idle: Vec<&str> = harnesses
+        .iter()
+        .filter(|harness| !catches(harness) && harness.name != OF_THE_FORMAT)
+        .map(|harness| harness.name.as_str())
+        .collect();
+    ensure!(
+        idle.is_empty(),
+        "{BUGS} has no mistake for {}",
+        idle.join(", ")
+    );
     Ok(())
 }
 
