@@ -2,7 +2,7 @@
 //! bug in what stands in for Kani's library, that the checker's own check does.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail, ensure};
 use serde::Deserialize;
@@ -38,11 +38,30 @@ struct Bug {
 /// No mistake in the sources can break it: it shows something of the format itself.
 const OF_THE_FORMAT: &str = "checksum::four_wrong_bits_can_go_unnoticed";
 
+impl Bug {
+    /// The file's text with the mistake.
+    fn put_into(&self, sound: &str) -> Result<String> {
+        let places = sound.matches(&self.right).count();
+        ensure!(
+            places == 1,
+            "{BUGS}: what \"{}\" replaces stands {places} times in {}, not once",
+            self.mistake,
+            self.file.display()
+        );
+        Ok(sound.replace(&self.right, &self.wrong))
+    }
+}
+
+fn read(root: &Path) -> Result<Vec<Bug>> {
+    let text = fs::read_to_string(root.join(BUGS)).context(BUGS)?;
+    let Bugs { bug } = toml::from_str(&text).context(BUGS)?;
+    Ok(bug)
+}
+
 /// Prints which theorem catches which, on standard error beside JSON's results; an error if any is
 /// not caught.
 pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result<()> {
-    let text = fs::read_to_string(workspace.root.join(BUGS)).context(BUGS)?;
-    let Bugs { bug: bugs } = toml::from_str(&text).context(BUGS)?;
+    let bugs = read(&workspace.root)?;
     let target = model::target(workspace);
     let copy = target.join("seeded");
     copy_workspace(
@@ -63,14 +82,7 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         let (package, harnesses) = catching(&packages, bug)?;
         let file = copy.join(&bug.file);
         let sound = fs::read_to_string(workspace.root.join(&bug.file))?;
-        let places = sound.matches(&bug.right).count();
-        ensure!(
-            places == 1,
-            "{BUGS}: what \"{}\" replaces stands {places} times in {}, not once",
-            bug.mistake,
-            bug.file.display()
-        );
-        fs::write(&file, sound.replace(&bug.right, &bug.wrong))?;
+        fs::write(&file, bug.put_into(&sound)?)?;
         let module = model::compile(&copy, &target, package);
         fs::write(&file, &sound)?;
         let module = module
@@ -160,4 +172,29 @@ fn how_caught(package: &str, harness: &Harness, outcome: &Outcome) -> Result<Opt
     }
     let failure = outcome.failures.first();
     Ok(failure.map(|failure| failure.what.clone()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mistake_fits_the_sources() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        for bug in read(&workspace.root).expect("the list") {
+            let sound = fs::read_to_string(workspace.root.join(&bug.file)).expect("its file");
+            let wrong = bug.put_into(&sound).expect("stands there once");
+            assert_ne!(wrong, sound, "{}", bug.mistake);
+            assert!(bug.put_into(&wrong.replace(&bug.right, "")).is_err());
+        }
+    }
+
+    #[test]
+    fn every_harness_is_broken_by_some_mistake() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let harnesses = all_harnesses(&workspace).expect("the harnesses");
+        let bugs = read(&workspace.root).expect("the list");
+        every_harness_catches_one(&harnesses, &bugs).expect("none that catches nothing");
+        assert!(every_harness_catches_one(&harnesses, &[]).is_err());
+    }
 }
