@@ -2,8 +2,8 @@
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 use framelock::{
-    Accounting, Bin, Discard, Format, Mismatch, Parser, Policy, Receiver, Rescan, Setpoint, Shape,
-    Sink, Window, Word,
+    Accounting, Bin, Discard, Format, Frame, Mismatch, Parser, Policy, Receiver, Rescan, Setpoint,
+    Shape, Sink, Window, Word,
 };
 use proptest::prelude::*;
 
@@ -86,18 +86,12 @@ proptest! {
         frames in (0..500_usize, 0..40_usize),
         cut in 0..500_usize,
     ) {
-        slices::<Bin, Rescan>(&bytes, frames, cut);
-        slices::<Bin, Discard>(&bytes, frames, cut);
-        slices::<FreeStart, Rescan>(&bytes, frames, cut);
-        slices::<FreeStart, Discard>(&bytes, frames, cut);
-        slices::<Free, Rescan>(&bytes, frames, cut);
-        slices::<Free, Discard>(&bytes, frames, cut);
-        slices::<ZeroStart, Rescan>(&bytes, frames, cut);
-        slices::<ZeroStart, Discard>(&bytes, frames, cut);
-        slices::<Eight, Rescan>(&bytes, frames, cut);
-        slices::<Eight, Discard>(&bytes, frames, cut);
-        slices::<Sixteen, Rescan>(&bytes, frames, cut);
-        slices::<Sixteen, Discard>(&bytes, frames, cut);
+        both_policies::<Bin>(&bytes, frames, cut);
+        both_policies::<FreeStart>(&bytes, frames, cut);
+        both_policies::<Free>(&bytes, frames, cut);
+        both_policies::<ZeroStart>(&bytes, frames, cut);
+        both_policies::<Eight>(&bytes, frames, cut);
+        both_policies::<Sixteen>(&bytes, frames, cut);
     }
 }
 
@@ -138,131 +132,91 @@ fn noise() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(prop_oneof![random, same], 0..6).prop_map(|pieces| pieces.concat())
 }
 
-/// A format that any byte may begin.
-struct FreeStart;
+/// A format whose messages are its frames.
+macro_rules! raw_format {
+    ($(#[$doc:meta])* $name:ident, $word:ty, $length:literal, $places:expr $(, $check:item)*) => {
+        $(#[$doc])*
+        struct $name;
 
-impl Format for FreeStart {
-    type Word = u64;
-    type Frame = [u8; 3];
-    type Message = [u8; 3];
-    const SHAPE: Shape<u64> = Shape::<u64>::new([None, Some(0), None]);
+        impl Format for $name {
+            type Word = $word;
+            type Frame = [u8; $length];
+            type Message = [u8; $length];
+            const SHAPE: Shape<$word> = Shape::<$word>::new($places);
+            $($check)*
 
-    fn decode(frame: [u8; 3]) -> [u8; 3] {
-        frame
-    }
+            fn decode(frame: [u8; $length]) -> [u8; $length] {
+                frame
+            }
 
-    fn encode(message: [u8; 3]) -> [u8; 3] {
-        message
-    }
+            fn encode(message: [u8; $length]) -> [u8; $length] {
+                message
+            }
+        }
+    };
 }
 
-/// A format that 0 begins, with a check that is known early: the second byte is not 2.
-struct ZeroStart;
+raw_format!(
+    /// A format that any byte may begin.
+    FreeStart, u64, 3, [None, Some(0), None]
+);
 
-impl Format for ZeroStart {
-    type Word = u64;
-    type Frame = [u8; 8];
-    type Message = [u8; 8];
-    const SHAPE: Shape<u64> =
-        Shape::<u64>::new([Some(0), None, None, Some(0), None, None, None, Some(1)]);
-    const CHECK_KNOWN_AT: u8 = 2;
-
+raw_format!(
+    /// A format that 0 begins, with a check that is known early: the second byte is not 2.
+    ZeroStart, u64, 8, [Some(0), None, None, Some(0), None, None, None, Some(1)],
+    const CHECK_KNOWN_AT: u8 = 2;,
     fn check(frame: [u8; 8]) -> bool {
         frame[1] != 2
     }
+);
 
-    fn decode(frame: [u8; 8]) -> [u8; 8] {
-        frame
-    }
-
-    fn encode(message: [u8; 8]) -> [u8; 8] {
-        message
-    }
-}
-
-/// A format without fixed bytes: only its check tells a frame.
-struct Free;
-
-impl Format for Free {
-    type Word = u64;
-    type Frame = [u8; 3];
-    type Message = [u8; 3];
-    const SHAPE: Shape<u64> = Shape::<u64>::new([None, None, None]);
-
+raw_format!(
+    /// A format without fixed bytes: only its check tells a frame.
+    Free, u64, 3, [None, None, None],
     fn check(frame: [u8; 3]) -> bool {
         frame[0] != 2
     }
+);
 
-    fn decode(frame: [u8; 3]) -> [u8; 3] {
-        frame
-    }
+raw_format!(
+    /// A frame that fills the word, and begins with what no other byte of the test is.
+    Eight, u64, 8, [Some(0xFF), None, None, None, None, None, None, None]
+);
 
-    fn encode(message: [u8; 3]) -> [u8; 3] {
-        message
-    }
-}
-
-/// A frame that fills the word, and begins with what no other byte of the test is.
-struct Eight;
-
-impl Format for Eight {
-    type Word = u64;
-    type Frame = [u8; 8];
-    type Message = [u8; 8];
-    const SHAPE: Shape<u64> =
-        Shape::<u64>::new([Some(0xFF), None, None, None, None, None, None, None]);
-
-    fn decode(frame: [u8; 8]) -> [u8; 8] {
-        frame
-    }
-
-    fn encode(message: [u8; 8]) -> [u8; 8] {
-        message
-    }
-}
-
-/// The longest frame there can be.
-struct Sixteen;
-
-impl Format for Sixteen {
-    type Word = u128;
-    type Frame = [u8; 16];
-    type Message = [u8; 16];
-    const SHAPE: Shape<u128> = {
+raw_format!(
+    /// The longest frame there can be.
+    Sixteen, u128, 16, {
         let mut places = [None; 16];
         places[0] = Some(1);
         places[15] = Some(2);
-        Shape::<u128>::new(places)
-    };
-
-    fn decode(frame: [u8; 16]) -> [u8; 16] {
-        frame
+        places
     }
-
-    fn encode(message: [u8; 16]) -> [u8; 16] {
-        message
-    }
-}
+);
 
 /// Makes some of the bytes frames that follow each other: so many, from there on.
 fn put_frames<F: Format>(bytes: &mut [u8], (from, count): (usize, usize)) {
-    let length = usize::from(F::SHAPE.length());
-    for (n, byte) in bytes.iter_mut().skip(from).take(count * length).enumerate() {
-        let behind =
-            8 * (u32::from(F::SHAPE.length()) - 1 - u32::try_from(n % length).unwrap_or(0));
-        if (F::SHAPE.mask() >> behind).lowest() != 0 {
-            *byte = (F::SHAPE.pattern() >> behind).lowest();
-        }
+    let [mask, pattern] = [F::SHAPE.mask(), F::SHAPE.pattern()].map(F::Frame::from_word);
+    let fixed = mask.as_ref().iter().zip(pattern.as_ref()).cycle();
+    let bytes = bytes.iter_mut().skip(from).take(count * F::Frame::LENGTH);
+    for (byte, (mask, fixed)) in bytes.zip(fixed) {
+        *byte = *byte & !mask | fixed;
     }
 }
 
-fn slices<F: Format, P: Policy>(noise: &[u8], frames: (usize, usize), cut: usize)
+fn both_policies<F: Format>(noise: &[u8], frames: (usize, usize), cut: usize)
 where
     F::Message: PartialEq + std::fmt::Debug,
 {
     let mut bytes = noise.to_vec();
     put_frames::<F>(&mut bytes, frames);
-    let bytes = bytes.as_slice();
+    slices::<F, Rescan>(&bytes, cut);
+    slices::<F, Discard>(&bytes, cut);
+}
+
+fn slices<F: Format, P: Policy>(bytes: &[u8], cut: usize)
+where
+    F::Message: PartialEq + std::fmt::Debug,
+{
     let (mut pushed, mut fed) = (Receiver::<F, P>::new(), Receiver::<F, P>::new());
     let mut expected = Vec::new();
     for (index, &byte) in bytes.iter().enumerate() {

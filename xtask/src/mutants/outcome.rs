@@ -135,7 +135,7 @@ impl Outcomes {
     /// Those of a second run, which tried the survivors of this one.
     pub(crate) fn then(self, second: Self) -> Self {
         Self {
-            caught: (self.caught + self.survivors.len()).saturating_sub(second.survivors.len()),
+            caught: self.caught + second.caught,
             unviable: self.unviable,
             survivors: second.survivors,
         }
@@ -200,5 +200,18 @@ mod tests {
         let both = first.then(second);
         assert_eq!((both.caught, both.unviable), (5, 1));
         assert_eq!(both.total(), 7);
+    }
+
+    #[test]
+    fn mutants_whose_tests_did_not_end_are_not_tried_again() {
+        let folder = std::env::temp_dir().join(format!("framelock-mutants-{}", std::process::id()));
+        let lists = folder.join("mutants.out");
+        fs::create_dir_all(&lists).expect("a folder");
+        fs::write(lists.join("caught.txt"), "one\n").expect("a list");
+        fs::write(lists.join("timeout.txt"), "two\n").expect("a list");
+        Outcomes::leave_out_what_did_not_end(&folder).expect("both lists are there");
+        let caught = fs::read_to_string(lists.join("caught.txt")).expect("the list");
+        fs::remove_dir_all(&folder).expect("it was made here");
+        assert_eq!(caught, "one\ntwo\n");
     }
 }

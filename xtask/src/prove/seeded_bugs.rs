@@ -71,10 +71,7 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         &["core", "proofs", "proofs/self-check"],
     )?;
 
-    let packages = [
-        (PACKAGE, all_harnesses(workspace)?),
-        (self_check::PACKAGE, self_check::harnesses(workspace)?),
-    ];
+    let packages = packages(workspace)?;
     let [(_, harnesses), _] = &packages;
     every_harness_catches_one(harnesses, &bugs)?;
     let mut seeded = Vec::new();
@@ -120,6 +117,14 @@ pub(crate) fn run(workspace: &Workspace, cbmc: &Cbmc, limits: &Limits) -> Result
         bail!("not caught: {}", survivors.join("; "));
     }
     Ok(())
+}
+
+/// The theorems' harnesses, and those that check the checker.
+fn packages(workspace: &Workspace) -> Result<[(&'static str, Vec<Harness>); 2]> {
+    Ok([
+        (PACKAGE, all_harnesses(workspace)?),
+        (self_check::PACKAGE, self_check::harnesses(workspace)?),
+    ])
 }
 
 /// The harnesses that must fail with that bug, and their package.
@@ -179,9 +184,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_mistake_fits_the_sources() {
+    fn every_mistake_fits_the_sources_and_names_harnesses() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
+        let packages = packages(&workspace).expect("the harnesses");
         for bug in read(&workspace.root).expect("the list") {
+            catching(&packages, &bug).expect("there are such harnesses");
             let sound = fs::read_to_string(workspace.root.join(&bug.file)).expect("its file");
             let wrong = bug.put_into(&sound).expect("stands there once");
             assert_ne!(wrong, sound, "{}", bug.mistake);
