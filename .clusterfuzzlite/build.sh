@@ -1,9 +1,7 @@
 #!/bin/bash -eu
 # Builds the fuzz targets as ClusterFuzzLite expects them: programs, seed corpora, dictionaries.
-# The target `firmware` is not among them: it needs the firmware's images.
-targets="parser chunks faults failsafe decode"
 cd "$SRC/framelock"
-for target in $targets; do
+for target in $(cargo fuzz list); do
     cargo fuzz build --release --debug-assertions "$target"
     cp "fuzz/target/x86_64-unknown-linux-gnu/release/$target" "$OUT/"
     zip --junk-paths --quiet --recurse-paths "$OUT/${target}_seed_corpus.zip" "fuzz/corpus/$target"

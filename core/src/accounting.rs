@@ -1,6 +1,6 @@
 //! Every byte in exactly one place, and every line event counted.
 
-use crate::{Mismatch, Parser, Sink};
+use crate::{Event, Mismatch, Parser};
 
 /// Something the UART or a timer noticed that makes the frame under way worthless.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -25,21 +25,21 @@ pub enum LineEvent {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Discarded {
     /// [`Mismatch::NoSync`].
-    pub no_sync: u64,
+    pub no_sync: usize,
     /// [`Mismatch::BrokenSync`].
-    pub broken_sync: u64,
+    pub broken_sync: usize,
     /// [`Mismatch::Check`].
-    pub check: u64,
+    pub check: usize,
     /// [`Mismatch::Terminator`].
-    pub terminator: u64,
+    pub terminator: usize,
     /// Held when a line event came.
-    pub line_event: u64,
+    pub line_event: usize,
 }
 
 impl Discarded {
     /// All of them, whatever the reason.
     #[must_use]
-    pub const fn total(&self) -> u64 {
+    pub const fn total(&self) -> usize {
         self.no_sync
             .wrapping_add(self.broken_sync)
             .wrapping_add(self.check)
@@ -47,13 +47,14 @@ impl Discarded {
             .wrapping_add(self.line_event)
     }
 
-    fn count(&mut self, why: Mismatch) -> &mut u64 {
-        match why {
+    fn count(&mut self, why: Mismatch, bytes: usize) {
+        let counter = match why {
             Mismatch::NoSync => &mut self.no_sync,
             Mismatch::BrokenSync => &mut self.broken_sync,
             Mismatch::Check => &mut self.check,
             Mismatch::Terminator => &mut self.terminator,
-        }
+        };
+        *counter = counter.wrapping_add(bytes);
     }
 }
 
@@ -63,43 +64,44 @@ impl Discarded {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LineEvents {
     /// [`LineEvent::Framing`].
-    pub framing: u64,
+    pub framing: usize,
     /// [`LineEvent::Parity`].
-    pub parity: u64,
+    pub parity: usize,
     /// [`LineEvent::Overrun`].
-    pub overrun: u64,
+    pub overrun: usize,
     /// [`LineEvent::Break`]; `break` is a word of Rust's.
-    pub line_break: u64,
+    pub line_break: usize,
     /// [`LineEvent::Idle`].
-    pub idle: u64,
+    pub idle: usize,
 }
 
 impl LineEvents {
-    fn count(&mut self, event: LineEvent) -> &mut u64 {
-        match event {
+    fn count(&mut self, event: LineEvent) {
+        let counter = match event {
             LineEvent::Framing => &mut self.framing,
             LineEvent::Parity => &mut self.parity,
             LineEvent::Overrun => &mut self.overrun,
             LineEvent::Break => &mut self.line_break,
             LineEvent::Idle => &mut self.idle,
-        }
+        };
+        *counter = counter.wrapping_add(1);
     }
 }
 
-/// What has happened on the line. Counters of 64 bits, which wrap: a line of 1 Mbaud would take
-/// five million years to make one do so.
+/// What has happened on the line. The counters are as wide as the processor's words, and wrap: with
+/// 32 bits a line of 1 Mbaud makes `bytes` do so after twelve hours.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counters {
     /// Bytes received.
-    pub bytes: u64,
+    pub bytes: usize,
     /// Frames committed.
-    pub frames: u64,
+    pub frames: usize,
     /// Bytes that are part of no frame.
     pub discarded: Discarded,
     /// Commits that ended a loss: the first one after bytes were discarded.
-    pub resynchronisations: u64,
+    pub resynchronisations: usize,
     /// Line events.
     pub events: LineEvents,
 }
@@ -129,7 +131,7 @@ impl Counters {
 
 /// A parser, and where each byte that it took has gone.
 ///
-/// At any time, modulo 2^64:
+/// At any time, modulo the width of the counters (theorem 9):
 ///
 /// ```text
 /// bytes = frame length * frames + discarded + pending
@@ -137,7 +139,7 @@ impl Counters {
 ///
 /// # Examples
 /// ```
-/// use framelock::{Accounting, Bin, LineEvent, Parser, Receiver};
+/// use framelock::{Accounting, Bin, LineEvent, Receiver};
 /// let mut line = Accounting::new(Receiver::<Bin>::new());
 /// line.feed(b"noise AB\0xyz\rAB\0x", |_, _setpoint| ());
 /// assert_eq!((line.counters().frames, line.pending()), (1, 4));
@@ -149,21 +151,16 @@ impl Counters {
 pub struct Accounting<P> {
     parser: P,
     counters: Counters,
+    /// Bytes were discarded since the last commit.
     lost: bool,
 }
 
 impl<P: Parser> Accounting<P> {
-    /// Nothing counted yet. Whatever `parser` holds already counts as received.
+    /// Nothing counted yet. Give it a parser in which nothing is pending: bytes that it took before
+    /// are not counted.
     #[must_use]
-    pub fn new(parser: P) -> Self {
-        let bytes = parser.pending() as u64;
-        Self::resumed(
-            parser,
-            Counters {
-                bytes,
-                ..Counters::ZERO
-            },
-        )
+    pub const fn new(parser: P) -> Self {
+        Self::resumed(parser, Counters::ZERO)
     }
 
     /// Goes on with counters kept from before.
@@ -179,6 +176,7 @@ impl<P: Parser> Accounting<P> {
     /// Takes the next byte; gives the message if it completes a frame.
     ///
     /// Costs what [`feed`](Self::feed) of one byte does; feed slices where there are any.
+    #[inline]
     pub fn push(&mut self, byte: u8) -> Option<P::Message> {
         let mut completed = None;
         self.feed(&[byte], |_, message| completed = Some(message));
@@ -186,32 +184,40 @@ impl<P: Parser> Accounting<P> {
     }
 
     /// Takes a slice: calls `frame` with each message, and the index in `bytes` of its last byte.
-    pub fn feed(&mut self, bytes: &[u8], frame: impl FnMut(usize, P::Message)) {
-        self.counters.bytes = self.counters.bytes.wrapping_add(bytes.len() as u64);
-        let mut ledger = Ledger {
-            counters: &mut self.counters,
-            frames: 0,
-            lost: self.lost,
-            frame,
-        };
-        self.parser.feed(bytes, &mut ledger);
-        self.lost = ledger.lost;
-        let frames = ledger.frames as u64;
-        self.counters.frames = self.counters.frames.wrapping_add(frames);
+    #[inline]
+    pub fn feed(&mut self, bytes: &[u8], mut frame: impl FnMut(usize, P::Message)) {
+        let Self {
+            parser,
+            counters,
+            lost,
+        } = self;
+        counters.bytes = counters.bytes.wrapping_add(bytes.len());
+        parser.feed_events(bytes, |event| match event {
+            Event::Frame { index, message } => {
+                counters.frames = counters.frames.wrapping_add(1);
+                if *lost {
+                    *lost = false;
+                    counters.resynchronisations = counters.resynchronisations.wrapping_add(1);
+                }
+                frame(index, message);
+            }
+            Event::Dropped { count, why } => {
+                *lost = true;
+                counters.discarded.count(why, count);
+            }
+        });
     }
 
-    /// Drops the frame under way: no frame that holds a byte from before the event is committed.
+    /// Drops what is pending: no frame that holds a byte from before the event is committed
+    /// (theorem 8).
     ///
-    /// A byte that is known to be bad is not to be pushed: report the event in its place.
+    /// Do not push a byte that is known to be bad: report the event in its place.
     pub fn line_event(&mut self, event: LineEvent) {
-        let count = self.counters.events.count(event);
-        *count = count.wrapping_add(1);
+        self.counters.events.count(event);
         let pending = self.parser.pending();
-        if pending > 0 {
-            self.lost = true;
-            let discarded = &mut self.counters.discarded.line_event;
-            *discarded = discarded.wrapping_add(pending as u64);
-        }
+        self.lost |= pending > 0;
+        let discarded = &mut self.counters.discarded.line_event;
+        *discarded = discarded.wrapping_add(pending);
         self.parser.reset();
     }
 
@@ -221,7 +227,7 @@ impl<P: Parser> Accounting<P> {
         &self.counters
     }
 
-    /// Bytes held because a frame may yet include them.
+    /// How many of the last bytes are pending: a frame may yet include them.
     #[must_use]
     pub fn pending(&self) -> usize {
         self.parser.pending()
@@ -231,39 +237,5 @@ impl<P: Parser> Accounting<P> {
     #[must_use]
     pub const fn parser(&self) -> &P {
         &self.parser
-    }
-}
-
-/// Writes down what the parser reports.
-struct Ledger<'a, F> {
-    counters: &'a mut Counters,
-    /// Frames of this slice: a word is counted in faster than 64 bits are on a microcontroller.
-    frames: usize,
-    lost: bool,
-    frame: F,
-}
-
-impl<F> Ledger<'_, F> {
-    #[cold]
-    fn resynchronised(&mut self) {
-        self.lost = false;
-        self.counters.resynchronisations = self.counters.resynchronisations.wrapping_add(1);
-    }
-}
-
-impl<Message, F: FnMut(usize, Message)> Sink<Message> for Ledger<'_, F> {
-    #[inline]
-    fn frame(&mut self, index: usize, message: Message) {
-        self.frames += 1;
-        if self.lost {
-            self.resynchronised();
-        }
-        (self.frame)(index, message);
-    }
-
-    fn dropped(&mut self, count: usize, why: Mismatch) {
-        self.lost = true;
-        let discarded = self.counters.discarded.count(why);
-        *discarded = discarded.wrapping_add(count as u64);
     }
 }

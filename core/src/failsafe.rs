@@ -18,6 +18,15 @@ use core::num::NonZeroU32;
 
 use crate::Setpoint;
 
+#[cfg(kani)]
+#[allow(
+    clippy::arithmetic_side_effects,
+    clippy::indexing_slicing,
+    clippy::unwrap_used,
+    reason = "what goes wrong is what a harness would find"
+)]
+mod verification;
+
 /// How a [`Failsafe`] behaves. Times are in ticks of whatever clock the program passes in.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -44,9 +53,10 @@ impl FailsafeParameters {
                 .iter()
                 .zip(self.ticks_per_unit)
                 .fold(0, |longest: u64, (&park, rate)| {
-                    longest.max(u64::from(park.max(u8::MAX - park)) * u64::from(rate.get()))
+                    let way = park.max(u8::MAX.abs_diff(park));
+                    longest.max(u64::from(way).saturating_mul(u64::from(rate.get())))
                 });
-        u64::from(self.ramp_after) + longest
+        longest.saturating_add(u64::from(self.ramp_after))
     }
 }
 
@@ -174,58 +184,6 @@ impl Failsafe {
         })
     }
 
-    /// Of each axis the ticks since its last unit, for the proofs.
-    #[cfg(kani)]
-    #[must_use]
-    pub fn since_unit(&self) -> [u32; 3] {
-        self.axes.map(|axis| axis.since_unit)
-    }
-
-    /// One step of the division that tells how many units an axis moves, for the proofs: the units
-    /// so far, the ticks left, the ticks for a unit, and the quotient's bit.
-    #[cfg(kani)]
-    #[must_use]
-    pub fn division_step(units: u8, left: u64, ticks_per_unit: NonZeroU32, bit: u8) -> (u8, u64) {
-        division_step(units, left, ticks_per_unit, bit)
-    }
-
-    /// Where an axis is, and the ticks since its last unit, once it has moved so many units, which
-    /// leave so many ticks: for the proofs.
-    #[cfg(kani)]
-    #[must_use]
-    pub fn advanced(position: u8, target: u8, units: u8, left: u64) -> (u8, u32) {
-        let mut axis = Axis {
-            position,
-            since_unit: 0,
-        };
-        axis.advance(target, units, left);
-        (axis.position, axis.since_unit)
-    }
-
-    /// Any state, for the proofs, which start from any: `silence` since the last frame, and of
-    /// each axis the position and the ticks since its last unit, fewer than one unit takes.
-    #[cfg(kani)]
-    #[must_use]
-    pub fn in_state(
-        parameters: FailsafeParameters,
-        (now, silence): (u32, u32),
-        demand: Setpoint,
-        positions: [u8; 3],
-        since_unit: [u32; 3],
-    ) -> Self {
-        let mut axes = setpoint_axes(positions.into());
-        for (axis, since_unit) in axes.iter_mut().zip(since_unit) {
-            axis.since_unit = since_unit;
-        }
-        Self {
-            parameters,
-            now,
-            silence,
-            demand,
-            axes,
-        }
-    }
-
     /// A frame was committed at the time `now`.
     pub fn frame(&mut self, now: u32, setpoint: Setpoint) {
         let live = self.poll(now).phase == Phase::Live;
@@ -251,7 +209,10 @@ impl Failsafe {
         self.silence = before.saturating_add(elapsed);
 
         if before < hold_after {
-            self.approach(self.demand, self.silence.min(hold_after) - before);
+            self.approach(
+                self.demand,
+                self.silence.min(hold_after).saturating_sub(before),
+            );
         }
         let setpoint = self.position();
         if self.silence < hold_after {
@@ -306,12 +267,12 @@ fn setpoint_axes(setpoint: Setpoint) -> [Axis; 3] {
 }
 
 impl Axis {
-    /// Moves for so many ticks, a unit in each `ticks_per_unit`; stops at the target.
+    /// Moves for that many ticks, a unit in each `ticks_per_unit`; stops at the target.
     fn approach(&mut self, target: u8, ticks: u32, ticks_per_unit: NonZeroU32) {
         if ticks == 0 {
             return;
         }
-        let mut left = u64::from(ticks) + u64::from(self.since_unit);
+        let mut left = u64::from(ticks).saturating_add(u64::from(self.since_unit));
         // Long division: a way has at most 255 units, so eight steps tell how many are made. Mostly
         // it is none.
         let mut units = 0;
@@ -324,7 +285,7 @@ impl Axis {
         self.advance(target, units, left);
     }
 
-    /// Moves so many units, which leave so many ticks; stops at the target.
+    /// Moves that many units, which leaves that many ticks; stops at the target.
     fn advance(&mut self, target: u8, units: u8, left: u64) {
         if units >= self.position.abs_diff(target) {
             *self = Self {
@@ -334,9 +295,9 @@ impl Axis {
             return;
         }
         self.position = if target > self.position {
-            self.position + units
+            self.position.saturating_add(units)
         } else {
-            self.position - units
+            self.position.saturating_sub(units)
         };
         // Less than a unit's, or the target were reached.
         self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
@@ -345,11 +306,10 @@ impl Axis {
 
 /// One step of the long division: if the ticks left are enough for `1 << bit` units, these are
 /// counted and their ticks taken.
-fn division_step(units: u8, left: u64, ticks_per_unit: NonZeroU32, bit: u8) -> (u8, u64) {
-    let taken = u64::from(ticks_per_unit.get()) << bit;
-    if left >= taken {
-        (units | 1 << bit, left - taken)
-    } else {
-        (units, left)
+fn division_step(units: u8, left: u64, ticks_per_unit: NonZeroU32, bit: u32) -> (u8, u64) {
+    let taken = u64::from(ticks_per_unit.get()).wrapping_shl(bit);
+    match left.checked_sub(taken) {
+        Some(left) => (units | 1_u8.wrapping_shl(bit), left),
+        None => (units, left),
     }
 }

@@ -1,29 +1,30 @@
 //! Frame formats of fixed length. A further one is an `impl` of [`Format`]: a few lines.
 
-use crate::Setpoint;
-use crate::window::{Shape, Word};
+use core::fmt::Debug;
+use core::marker::PhantomData;
+
+use crate::window::Word;
+use crate::{Mismatch, Setpoint};
 
 /// A frame format of fixed length, 1 to 16 bytes, known at compile time.
 ///
 /// # Examples
-/// Six axes of 16 bits, big endian, between `'A' 'B'` and CR: 15 bytes, so the word is `u128`.
-/// This is all that a new format takes; the receiver, its slice path, the accounting and the
-/// theorems about every format come with it.
+/// Six axes of 16 bits, big endian, between `'A' 'B'` and CR. This is all that a new format takes;
+/// the receiver, its slice path, the accounting and the theorems about every format come with it.
 /// ```
-/// use framelock::{Format, Parser, Receiver, Shape};
+/// use framelock::{Format, Receiver, Shape};
 ///
 /// struct SixAxes;
 ///
 /// impl Format for SixAxes {
-///     type Word = u128;
 ///     type Frame = [u8; 15];
 ///     type Message = [u16; 6];
-///     const SHAPE: Shape<u128> = {
+///     const SHAPE: Shape<[u8; 15]> = {
 ///         let mut places = [None; 15];
 ///         places[0] = Some(b'A');
 ///         places[1] = Some(b'B');
 ///         places[14] = Some(b'\r');
-///         Shape::<u128>::new(places)
+///         Shape::new(places)
 ///     };
 ///     fn decode([_, _, axes @ .., _]: [u8; 15]) -> [u16; 6] {
 ///         core::array::from_fn(|axis| u16::from_be_bytes([axes[2 * axis], axes[2 * axis + 1]]))
@@ -37,36 +38,67 @@ use crate::window::{Shape, Word};
 ///     }
 /// }
 ///
+/// // So that `cargo check` finds mistakes in a format: what could go wrong does not compile.
+/// const _: Receiver<SixAxes> = Receiver::new();
+///
 /// let axes = [0, 1, 0x4142, 40_000, 65_535, 13];
 /// let mut receiver = Receiver::<SixAxes>::new();
 /// let mut received = Vec::new();
-/// receiver.feed(b"AB, noise", &mut |_, axes| received.push(axes));
-/// receiver.feed(&SixAxes::encode(axes), &mut |_, axes| received.push(axes));
+/// receiver.feed(b"AB, noise", |_, axes| received.push(axes));
+/// receiver.feed(&SixAxes::encode(axes), |_, axes| received.push(axes));
 /// assert_eq!(received, [axes]);
 /// ```
+///
+/// # What does not compile
+/// A shape of another length than the frame:
+/// ```compile_fail,E0308
+/// # use framelock::{Format, Shape};
+/// # struct Short;
+/// # impl Format for Short {
+/// type Frame = [u8; 8];
+/// const SHAPE: Shape<[u8; 8]> = Shape::new([Some(b'A'), Some(b'B'), None, Some(b'\r')]);
+/// # type Message = [u8; 8];
+/// # fn decode(frame: [u8; 8]) -> [u8; 8] { frame }
+/// # fn encode(message: [u8; 8]) -> [u8; 8] { message }
+/// # }
+/// ```
+/// A frame longer than 16 bytes:
+/// ```compile_fail,E0277
+/// # use framelock::{Format, Shape};
+/// # struct Long;
+/// # impl Format for Long {
+/// type Frame = [u8; 25];
+/// # const SHAPE: Shape<[u8; 25]> = Shape::new([Some(b'A'); 25]);
+/// # type Message = [u8; 25];
+/// # fn decode(frame: [u8; 25]) -> [u8; 25] { frame }
+/// # fn encode(message: [u8; 25]) -> [u8; 25] { message }
+/// # }
+/// ```
+/// A format that every window of the stream would be a frame of:
+/// ```compile_fail,E0080
+/// # use framelock::{Format, Receiver, Shape};
+/// # struct Anything;
+/// # impl Format for Anything {
+/// #   type Frame = [u8; 4];
+/// const SHAPE: Shape<[u8; 4]> = Shape::new([None; 4]);
+/// #   type Message = [u8; 4];
+/// #   fn decode(frame: [u8; 4]) -> [u8; 4] { frame }
+/// #   fn encode(message: [u8; 4]) -> [u8; 4] { message }
+/// # }
+/// const _: Receiver<Anything> = Receiver::new();
+/// ```
 pub trait Format {
-    /// The word that holds a frame: `u64` up to 8 bytes, `u128` up to 16.
-    type Word: Word;
     /// `[u8; LENGTH]`.
     type Frame: Frame;
     /// What a frame means.
     type Message;
 
-    /// Which byte may stand where. A length other than `Frame`'s does not compile.
-    const SHAPE: Shape<Self::Word>;
+    /// Which byte must stand where.
+    const SHAPE: Shape<Self::Frame>;
 
-    /// How many of a frame's bytes must be known before [`check`](Self::check) can be answered:
-    /// a checksum in front of the terminator is known one byte before the frame ends. At most the
-    /// frame's length, which it is unless stated.
-    const CHECK_KNOWN_AT: u8 = Self::SHAPE.length();
-
-    /// What is checked beyond the fixed bytes. Bytes from [`CHECK_KNOWN_AT`](Self::CHECK_KNOWN_AT)
-    /// on are not to be looked at.
-    #[must_use]
-    fn check(frame: Self::Frame) -> bool {
-        let _ = frame;
-        true
-    }
+    /// What is checked beyond the fixed bytes, if anything: a checksum, a range. It is asked only
+    /// about frames whose fixed bytes agree.
+    const CHECK: Option<fn(Self::Frame) -> bool> = None;
 
     /// What a frame means.
     #[must_use]
@@ -77,26 +109,143 @@ pub trait Format {
     fn encode(message: Self::Message) -> Self::Frame;
 }
 
-/// The bytes of a frame: `[u8; LENGTH]`.
-pub trait Frame: AsRef<[u8]> + Copy {
+/// The bytes of a frame of fixed length: `[u8; 1]` to `[u8; 16]`.
+#[diagnostic::on_unimplemented(
+    message = "a frame of fixed length has 1 to 16 bytes; `{Self}` is none",
+    label = "not `[u8; 1]` to `[u8; 16]`"
+)]
+pub trait Frame: AsRef<[u8]> + Copy + Eq + Debug {
     /// Bytes in the frame.
     const LENGTH: usize;
 
+    /// What the receiver keeps a frame in.
+    #[doc(hidden)]
+    type Word: Word;
+
     /// The frame whose last byte is the lowest of `word`.
-    #[must_use]
-    fn from_word(word: impl Word) -> Self;
+    #[doc(hidden)]
+    fn from_word(word: Self::Word) -> Self;
 }
 
-impl<const LENGTH: usize> Frame for [u8; LENGTH] {
-    const LENGTH: usize = LENGTH;
+macro_rules! frames {
+    ($word:ty: $($length:literal)*) => {$(
+        impl Frame for [u8; $length] {
+            const LENGTH: usize = $length;
+            type Word = $word;
+
+            #[inline]
+            fn from_word(word: $word) -> Self {
+                *word.to_be_bytes().last_chunk().unwrap_or(&[0; $length])
+            }
+        }
+    )*};
+}
+frames!(u64: 1 2 3 4 5 6 7 8);
+frames!(u128: 9 10 11 12 13 14 15 16);
+
+/// Which byte must stand where in a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Shape<F> {
+    /// The fixed bytes, 0 in the other places. The frame's last byte is lowest, here and below.
+    pattern: u128,
+    /// 0xFF in the places of fixed bytes, 0 in the others.
+    mask: u128,
+    /// The mask of the sync: the fixed bytes that the frame begins with.
+    sync: u128,
+    start: Option<u8>,
+    frame: PhantomData<F>,
+}
+
+impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
+    /// A frame of `LENGTH` bytes: `Some(byte)` where it must be that byte, `None` where any may be.
+    #[must_use]
+    pub const fn new(places: [Option<u8>; LENGTH]) -> Self {
+        let mut shape = Self {
+            pattern: 0,
+            mask: 0,
+            sync: 0,
+            start: None,
+            frame: PhantomData,
+        };
+        let mut rest = places.as_slice();
+        let mut in_sync = true;
+        if let [start, ..] = rest {
+            shape.start = *start;
+        }
+        while let [place, behind @ ..] = rest {
+            let (byte, fixed) = match *place {
+                Some(byte) => (byte, u8::MAX),
+                None => (0, 0),
+            };
+            in_sync &= place.is_some();
+            shape.pattern = shape.pattern << u8::BITS | byte as u128;
+            shape.mask = shape.mask << u8::BITS | fixed as u128;
+            shape.sync = shape.sync << u8::BITS | if in_sync { fixed as u128 } else { 0 };
+            rest = behind;
+        }
+        shape
+    }
+}
+
+impl<F: Frame> Shape<F> {
+    /// Whether any byte is fixed.
+    pub(crate) const fn has_fixed_bytes(&self) -> bool {
+        self.mask != 0
+    }
 
     #[inline]
-    fn from_word(word: impl Word) -> Self {
-        word.to_be_bytes()
-            .as_ref()
-            .last_chunk()
-            .copied()
-            .unwrap_or([0; LENGTH])
+    pub(crate) fn pattern(&self) -> F::Word {
+        F::Word::truncated(self.pattern)
+    }
+
+    #[inline]
+    pub(crate) fn mask(&self) -> F::Word {
+        F::Word::truncated(self.mask)
+    }
+
+    /// Whether a frame may begin with the lowest `known` bytes of `word`, at least one and at most a
+    /// frame's length, as far as the fixed bytes tell.
+    #[inline]
+    pub(crate) fn agrees(&self, word: F::Word, known: usize) -> bool {
+        self.differs(word, known) == F::Word::ZERO
+    }
+
+    /// If none may: why not.
+    #[inline]
+    pub(crate) fn mismatch(&self, word: F::Word, known: usize) -> Option<Mismatch> {
+        let differs = self.differs(word, known);
+        if differs == F::Word::ZERO {
+            return None;
+        }
+        let unknown = F::LENGTH.wrapping_sub(known);
+        let in_sync = differs & F::Word::truncated(self.sync).down(unknown);
+        let first = F::Word::from(u8::MAX).up(known.wrapping_sub(1));
+        Some(if in_sync & first != F::Word::ZERO {
+            Mismatch::NoSync
+        } else if in_sync != F::Word::ZERO {
+            Mismatch::BrokenSync
+        } else {
+            Mismatch::Terminator
+        })
+    }
+
+    #[inline]
+    fn differs(&self, word: F::Word, known: usize) -> F::Word {
+        let unknown = F::LENGTH.wrapping_sub(known);
+        (word ^ self.pattern().down(unknown)) & self.mask().down(unknown)
+    }
+
+    /// How many bytes at the head of `bytes` cannot be the first of a frame, counted in whole words.
+    #[inline]
+    pub(crate) fn run_without_start(&self, bytes: &[u8]) -> usize {
+        let mut run = 0_usize;
+        while let Some(start) = self.start
+            && let Some(word) = bytes.get(run..).and_then(F::Word::load)
+            && !(word ^ F::Word::filled_with(start)).has_zero_byte()
+        {
+            run = run.wrapping_add(F::Word::BYTES);
+        }
+        run
     }
 }
 
@@ -108,11 +257,10 @@ impl<const LENGTH: usize> Frame for [u8; LENGTH] {
 pub enum Bin {}
 
 impl Format for Bin {
-    type Word = u64;
     type Frame = [u8; 7];
     type Message = Setpoint;
-    const SHAPE: Shape<u64> =
-        Shape::<u64>::new([Some(b'A'), Some(b'B'), None, None, None, None, Some(b'\r')]);
+    const SHAPE: Shape<[u8; 7]> =
+        Shape::new([Some(b'A'), Some(b'B'), None, None, None, None, Some(b'\r')]);
 
     #[inline]
     fn decode([_, _, _reserved, pitch, roll, yaw, _]: [u8; 7]) -> Setpoint {
@@ -125,8 +273,8 @@ impl Format for Bin {
     }
 }
 
-/// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes, for whoever
-/// controls both ends.
+/// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes, for those who
+/// control both ends.
 ///
 /// The checksum is [`crc8`] of the four bytes between sync and checksum: no error of one to three
 /// bits in those five bytes goes unnoticed.
@@ -134,25 +282,15 @@ impl Format for Bin {
 pub enum BinCrc8 {}
 
 impl Format for BinCrc8 {
-    type Word = u64;
     type Frame = [u8; 8];
     type Message = Setpoint;
-    const SHAPE: Shape<u64> = Shape::<u64>::new([
-        Some(b'A'),
-        Some(b'B'),
-        None,
-        None,
-        None,
-        None,
-        None,
-        Some(b'\r'),
-    ]);
-    const CHECK_KNOWN_AT: u8 = 7;
-
-    #[inline]
-    fn check([_, _, reserved, pitch, roll, yaw, crc, _]: [u8; 8]) -> bool {
-        crc8([reserved, pitch, roll, yaw]) == crc
-    }
+    #[rustfmt::skip]
+    const SHAPE: Shape<[u8; 8]> =
+        Shape::new([Some(b'A'), Some(b'B'), None, None, None, None, None, Some(b'\r')]);
+    const CHECK: Option<fn([u8; 8]) -> bool> =
+        Some(|[_, _, reserved, pitch, roll, yaw, crc, _]| {
+            crc8([reserved, pitch, roll, yaw]) == crc
+        });
 
     #[inline]
     fn decode([_, _, _reserved, pitch, roll, yaw, _, _]: [u8; 8]) -> Setpoint {
@@ -160,32 +298,24 @@ impl Format for BinCrc8 {
     }
 
     /// The reserved byte is sent as 0.
+    #[rustfmt::skip]
     fn encode(Setpoint { pitch, roll, yaw }: Setpoint) -> [u8; 8] {
-        [
-            b'A',
-            b'B',
-            0,
-            pitch,
-            roll,
-            yaw,
-            crc8([0, pitch, roll, yaw]),
-            b'\r',
-        ]
+        [b'A', b'B', 0, pitch, roll, yaw, crc8([0, pitch, roll, yaw]), b'\r']
     }
 }
 
 /// CRC-8/AUTOSAR: polynomial 0x2F, initial value 0xFF, not reflected, final exclusive or 0xFF.
 ///
 /// Its Hamming distance over four bytes and itself is 4. A shift and an exclusive or per bit: 32
-/// steps, and no table in flash, since it is asked only about windows whose sync is right.
+/// steps, and no table in flash, since it is asked only about windows whose fixed bytes agree.
 #[inline]
 #[must_use]
 pub fn crc8(payload: [u8; 4]) -> u8 {
     // Its linearity lets all four bytes be taken at once, the register being the top byte.
     let mut register = u32::from_be_bytes(payload) ^ 0xFF00_0000;
     for _ in 0..32 {
-        let carry = register >> 31;
-        register = (register << 1) ^ (carry * 0x2F00_0000);
+        let divisor = if register >> 31 == 1 { 0x2F00_0000 } else { 0 };
+        register = register << 1 ^ divisor;
     }
     register.to_be_bytes()[0] ^ 0xFF
 }

@@ -1,4 +1,5 @@
-//! The lecture's machine, literally: seven states, one step per byte, policy Discard.
+//! The lecture's machine, literally: seven states, one step per byte. A frame that
+//! goes wrong is thrown away whole.
 //!
 //! ```text
 //!        other          other (also 'A')
@@ -14,7 +15,7 @@
 //!              │           │  skip │     │ pitch │     │ roll  │     │  yaw  │
 //!              │           └───────┘     └───────┘     └───────┘     └───┬───┘
 //!              │                                                         │ any
-//!              │  CR: all three setpoints in force at once               ▼
+//!              │  CR: all three demands are committed at once             ▼
 //!              │  other: nothing is implemented                      ┌───────┐
 //!              └─────────────────────────────────────────────────────┤  CR   │
 //!                                                                    └───────┘
@@ -24,7 +25,7 @@
 //! **It can go deaf for ever**: after one lost byte, a stream that repeats a payload holding the
 //! bytes `AB` may keep it out of step without end. [`Receiver`](crate::Receiver) does not.
 
-use crate::{Bin, Mismatch, Parser, Setpoint, Sink, scan, slice};
+use crate::{Event, Mismatch, Parser, Setpoint};
 
 /// The byte that the machine waits for. The lecture's own names are A, B, 1, 2, 3, 4 and CR.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -92,7 +93,7 @@ impl core::fmt::Display for State {
 /// # Examples
 /// The lecture's first example:
 /// ```
-/// use framelock::{Lecture, Parser, Setpoint};
+/// use framelock::{Lecture, Setpoint};
 /// let mut machine = Lecture::new();
 /// for byte in [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A] {
 ///     assert_eq!(machine.push(byte), None);
@@ -125,30 +126,13 @@ impl Lecture {
         }
     }
 
-    /// Steps, and tells `sink` of the frame or of what the byte made the machine drop.
-    fn step_into(&mut self, index: usize, byte: u8, sink: &mut impl Sink<Setpoint>) {
-        let before = self.state;
-        match (self.push(byte), before, self.state) {
-            (Some(setpoint), ..) => sink.frame(index, setpoint),
-            (None, State::SyncA, State::SyncA) => sink.dropped(1, Mismatch::NoSync),
-            (None, State::SyncB, State::SyncA) => sink.dropped(2, Mismatch::BrokenSync),
-            (None, State::Terminator, _) => sink.dropped(7, Mismatch::Terminator),
-            (None, ..) => {}
-        }
-    }
-}
-
-impl Parser for Lecture {
-    type Message = Setpoint;
-    const FRAME_LENGTH: usize = 7;
-
     /// One step of the lecture's state table, row by row.
     ///
     /// One comparison of the state, one of the byte, at most three stores.
     #[inline]
     #[rustfmt::skip]
     #[expect(clippy::match_same_arms, reason = "one arm for each row of the table, in its order")]
-    fn push(&mut self, byte: u8) -> Option<Setpoint> {
+    pub const fn push(&mut self, byte: u8) -> Option<Setpoint> {
         // Each row leads to A, unless it says where else.
         let before = self.state;
         self.state = State::SyncA;
@@ -167,49 +151,55 @@ impl Parser for Lecture {
         None
     }
 
-    fn pending(&self) -> usize {
+    /// Takes a slice: see [`Parser::feed`].
+    pub fn feed(&mut self, bytes: &[u8], frame: impl FnMut(usize, Setpoint)) {
+        Parser::feed(self, bytes, frame);
+    }
+
+    /// How many bytes of a frame have come: 0 to 6.
+    #[must_use]
+    pub const fn pending(&self) -> usize {
         self.state.bytes_taken()
     }
 
-    fn reset(&mut self) {
+    /// State A again, temporary setpoints zero.
+    pub const fn reset(&mut self) {
         *self = Self::new();
     }
+}
 
-    fn feed(&mut self, bytes: &[u8], sink: &mut impl Sink<Setpoint>) {
-        let mut at = 0;
-        while let Some(rest @ [byte, ..]) = bytes.get(at..) {
-            // Between frames, with a whole frame's length at hand, the table's rows are taken
-            // several at once; everywhere else byte by byte.
-            at += match (self.state, rest.first_chunk()) {
-                (State::SyncA, Some(&[b'A', b'B', _, pitch, roll, yaw, b'\r'])) => {
-                    sink.frame(at + 6, Setpoint { pitch, roll, yaw });
-                    // As a rule more frames follow; the last of them leaves its setpoint.
-                    let behind = slice::rows::<Bin, _>(bytes, at + 7, sink);
-                    let taken = bytes.get(..behind).and_then(<[u8]>::last_chunk);
-                    if let Some(&[pitch, roll, yaw, _]) = taken {
-                        self.temp = Setpoint { pitch, roll, yaw };
-                    }
-                    behind - at
+impl Parser for Lecture {
+    type Message = Setpoint;
+    const FRAME_LENGTH: usize = 7;
+
+    #[inline]
+    fn push(&mut self, byte: u8) -> Option<Setpoint> {
+        self.push(byte)
+    }
+
+    /// Byte by byte. What the machine throws away, it throws away together.
+    fn feed_events(&mut self, bytes: &[u8], mut event: impl FnMut(Event<Setpoint>)) {
+        for (index, &byte) in bytes.iter().enumerate() {
+            let before = self.state;
+            let (count, why) = match (self.push(byte), before, self.state) {
+                (Some(message), ..) => {
+                    event(Event::Frame { index, message });
+                    continue;
                 }
-                (State::SyncA, Some(&[b'A', b'B', _, pitch, roll, yaw, _])) => {
-                    self.temp = Setpoint { pitch, roll, yaw };
-                    sink.dropped(7, Mismatch::Terminator);
-                    7
-                }
-                (State::SyncA, Some([b'A', ..])) => {
-                    sink.dropped(2, Mismatch::BrokenSync);
-                    2
-                }
-                (State::SyncA, Some(_)) => {
-                    let run = scan::run_without(b'A', rest);
-                    sink.dropped(run, Mismatch::NoSync);
-                    run
-                }
-                _ => {
-                    self.step_into(at, *byte, sink);
-                    1
-                }
+                (None, State::SyncA, State::SyncA) => (1, Mismatch::NoSync),
+                (None, State::SyncB, State::SyncA) => (2, Mismatch::BrokenSync),
+                (None, State::Terminator, _) => (7, Mismatch::Terminator),
+                (None, ..) => continue,
             };
+            event(Event::Dropped { count, why });
         }
+    }
+
+    fn pending(&self) -> usize {
+        self.pending()
+    }
+
+    fn reset(&mut self) {
+        self.reset();
     }
 }

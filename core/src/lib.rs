@@ -5,25 +5,25 @@
 //! other time:
 //!
 //! ```
-//! use framelock::{Bin, Parser, Receiver, Setpoint};
+//! use framelock::{Bin, Receiver, Setpoint};
 //!
 //! let mut receiver = Receiver::<Bin>::new();
-//! let mut in_force = None;
+//! let mut current = None;
 //! for byte in [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D] {
 //!     if let Some(setpoint) = receiver.push(byte) {
-//!         in_force = Some(setpoint);
+//!         current = Some(setpoint);
 //!     }
 //! }
-//! assert_eq!(in_force, Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
+//! assert_eq!(current, Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
 //! ```
 //!
 //! # What is here
 //!
 //! | type | what it is | bytes of state |
 //! |---|---|---|
-//! | [`Receiver`] | the receiver: any [`Format`] of fixed length, policy [`Rescan`] | 8 (16 above 8-byte frames) |
-//! | [`Lecture`] | the lecture's machine, literally: seven states, policy Discard | 4 |
-//! | [`Accounting`] | either of them, and where each byte went; takes line events | + 112 |
+//! | [`Receiver`] | the receiver: any [`Format`] of fixed length | 8 (16 for frames above 8 bytes) |
+//! | [`Lecture`] | the lecture's machine, literally: seven states | 4 |
+//! | [`Accounting`] | either of them, and where each byte went; takes line events | + 14 words |
 //! | [`Failsafe`] | between setpoints and actuators: hold, ramp to park, come back slowly | 60 |
 //! | `Reader` | setpoints from an `embedded-io` source | + the buffer |
 //!
@@ -70,9 +70,9 @@
 //! # The rule
 //!
 //! The receiver keeps *the longest suffix of what it has seen since the last commit that can
-//! still become a frame*. Whatever came before, every frame that the line delivers whole, and
-//! that overlaps none committed before it, is committed in the step that takes its last byte; and
-//! nothing else is. It cannot go deaf. The lecture's machine can: see [`lecture`].
+//! still become a frame*. `push` returns a message exactly when the last bytes are a frame that shares
+//! no byte with an earlier committed frame, and it returns that frame's. So it cannot go deaf. The
+//! lecture's machine can: see [`Lecture`].
 //!
 //! A substituted byte in the payload of a [`Bin`] frame goes unnoticed by every receiver: 4 of
 //! the 7 bytes may be anything. [`BinCrc8`] notices, where both ends can be changed. A frame
@@ -82,7 +82,7 @@
 //! # Panics
 //!
 //! Nothing here panics, whatever it is given. What could go wrong at run time does not compile:
-//! a format too long for its word, or a [`Shape`] that differs from its frame.
+//! see [`Format`].
 //!
 //! # Features
 //!
@@ -90,29 +90,36 @@
 //! `embedded-io` and `embedded-io-async` give a `Reader` from any `Read` of theirs.
 #![no_std]
 #![forbid(unsafe_code)]
+#![deny(clippy::arithmetic_side_effects, clippy::panic)]
+
+#[cfg(test)]
+extern crate std;
+
+/// The README's examples are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
+
+#[cfg(kani)]
+extern crate kani;
 
 mod accounting;
 mod failsafe;
 mod format;
-pub mod lecture;
+mod lecture;
 mod parser;
-mod policy;
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
 mod reader;
-pub mod receiver;
-mod scan;
+mod receiver;
 mod setpoint;
-mod slice;
-pub mod window;
+mod window;
 
 pub use accounting::{Accounting, Counters, Discarded, LineEvent, LineEvents};
 pub use failsafe::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
-pub use format::{Bin, BinCrc8, Format, Frame, crc8};
+pub use format::{Bin, BinCrc8, Format, Frame, Shape, crc8};
 pub use lecture::{Lecture, State};
-pub use parser::{Mismatch, Parser, Sink};
-pub use policy::{Discard, Policy, Rescan};
+pub use parser::{Event, Mismatch, Parser};
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
 pub use reader::Reader;
 pub use receiver::Receiver;
 pub use setpoint::Setpoint;
-pub use window::{Shape, Window, Word};

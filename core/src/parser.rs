@@ -13,63 +13,61 @@ pub trait Parser {
 
     /// Takes the next byte of the stream; gives the message if this byte completes a frame.
     ///
-    /// The message in force changes here or nowhere: every byte but a frame's last returns `None`.
+    /// The current message changes here or nowhere: every byte but a frame's last returns `None`.
     fn push(&mut self, byte: u8) -> Option<Self::Message>;
 
-    /// How many of the bytes taken last are held because a frame may yet include them:
-    /// 0 to `FRAME_LENGTH - 1`.
+    /// Takes a slice, and says what becomes of each byte but those pending at the end: the same, and
+    /// in the same order, as byte by byte. A stream may be cut into slices anywhere (theorem 6).
+    fn feed_events(&mut self, bytes: &[u8], event: impl FnMut(Event<Self::Message>));
+
+    /// How many of the last bytes are pending: a frame may yet include them. 0 to
+    /// `FRAME_LENGTH - 1`.
     fn pending(&self) -> usize;
 
-    /// Forgets the frame under way, as if nothing had ever been received.
+    /// Forgets what is pending, as if nothing had ever been received.
     fn reset(&mut self);
 
-    /// Takes a slice: the same frames at the same places, and the same state afterwards,
-    /// as [`push`](Self::push) of each byte in turn, wherever a stream is cut into slices.
+    /// Takes a slice: calls `frame` with each message, and the index in `bytes` of the byte that
+    /// completed it. A stream may be cut into slices anywhere: the frames are the same.
     ///
-    /// Each frame is reported to `sink` with the index, in `bytes`, of its last byte. A closure
-    /// `|index, message|` is a sink; one that also wants what was dropped implements [`Sink`].
-    ///
-    /// Frames that follow each other are compared several at a time, and what lies between frames
-    /// is searched a block at a time; at worst each byte costs a bounded number of steps.
-    fn feed(&mut self, bytes: &[u8], sink: &mut impl Sink<Self::Message>);
-}
-
-/// Takes what [`Parser::feed`] finds.
-///
-/// # Examples
-/// ```
-/// use framelock::{Lecture, Parser};
-/// let mut frames = Vec::new();
-/// Lecture::new().feed(b"..AB\0abc\rAB", &mut |index, setpoint| frames.push((index, setpoint)));
-/// assert_eq!(frames, [(8, framelock::Setpoint::from(*b"abc"))]);
-/// ```
-pub trait Sink<Message> {
-    /// Whether [`dropped`](Self::dropped) does anything. Where it does not, the parser need not
-    /// look for reasons.
-    const WANTS_DROPPED: bool = true;
-
-    /// A frame was completed by the byte at `index` of the slice.
-    fn frame(&mut self, index: usize, message: Message);
-
-    /// `count` further bytes can no longer be part of a frame; `why` is the place at which the
-    /// frame that would begin with them went wrong.
-    ///
-    /// Bytes in front of a frame are reported before it, but may be summed up by reason, in
-    /// another order than they came in.
-    fn dropped(&mut self, count: usize, why: Mismatch);
-}
-
-impl<Message, F: FnMut(usize, Message)> Sink<Message> for F {
-    const WANTS_DROPPED: bool = false;
-
-    fn frame(&mut self, index: usize, message: Message) {
-        self(index, message);
+    /// # Examples
+    /// ```
+    /// use framelock::{Lecture, Parser};
+    /// let mut frames = Vec::new();
+    /// Lecture::new().feed(b"..AB\0abc\rAB", |index, setpoint| frames.push((index, setpoint)));
+    /// assert_eq!(frames, [(8, framelock::Setpoint::from(*b"abc"))]);
+    /// ```
+    #[inline]
+    fn feed(&mut self, bytes: &[u8], mut frame: impl FnMut(usize, Self::Message)) {
+        self.feed_events(bytes, |event| {
+            if let Event::Frame { index, message } = event {
+                frame(index, message);
+            }
+        });
     }
-
-    fn dropped(&mut self, _count: usize, _why: Mismatch) {}
 }
 
-/// Why bytes were no frame: the first place at which the frame that would begin with them fails.
+/// What becomes of bytes that a parser takes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Event<Message> {
+    /// A frame was committed.
+    Frame {
+        /// The index in the slice of its last byte.
+        index: usize,
+        /// What it means.
+        message: Message,
+    },
+    /// Bytes can no longer be part of a frame.
+    Dropped {
+        /// How many.
+        count: usize,
+        /// Why.
+        why: Mismatch,
+    },
+}
+
+/// Why bytes are part of no frame: the first place at which the frame that would begin with them
+/// goes wrong.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -78,8 +76,8 @@ pub enum Mismatch {
     NoSync,
     /// The first sync byte was right, a later one was not.
     BrokenSync,
-    /// The sync was right, the format's check (a checksum, a range) failed.
-    Check,
     /// A fixed byte behind the payload, the terminator, was another.
     Terminator,
+    /// All fixed bytes were right, the format's check (a checksum, a range) failed.
+    Check,
 }

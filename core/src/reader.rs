@@ -67,7 +67,7 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
             .get(self.taken..self.filled)
             .and_then(<[u8]>::first)
         {
-            self.taken += 1;
+            self.taken = self.taken.wrapping_add(1);
             let message = self.line.push(byte);
             if message.is_some() {
                 return message;

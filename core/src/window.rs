@@ -1,8 +1,8 @@
-//! The receiver's engine: one word of state, one function of state, format values and byte.
+//! The receiver's engine: one word of state, and one step for each byte.
 //!
-//! The state is the bytes taken since the last commit, as many as can matter: one fewer than a
-//! frame has. They lie in a shift register, newest lowest, and a marker in front of the oldest
-//! shows how many they are:
+//! The state is the bytes since the last commit, but only as many as can still matter: one fewer
+//! than a frame has. They lie in a shift register, newest lowest. A 1 in front of the oldest byte,
+//! the marker, shows how many there are:
 //!
 //! ```text
 //!           7        6        5        4        3        2        1        0   byte of the word
@@ -14,18 +14,35 @@
 //!      └────────┴────────┴────────┴────────┴────────┴────────┴────────┴────────┘  the last commit
 //! ```
 //!
-//! The next byte completes a frame if none of the bytes belongs to an earlier one, so if the marker
-//! has come to the top, the fixed bytes agree (both are one masked comparison), and the format's own
-//! check holds. Otherwise it is shifted in, and the marker with it, but never past the top. A frame's
-//! last byte is never stored, so seven bytes of history and the marker fill eight bytes.
+//! The next byte completes a frame if the marker is at the top (so no byte belongs to an earlier
+//! frame), the fixed bytes agree (with the marker, one masked comparison), and the format's own
+//! check holds. Otherwise the byte is shifted in, and the marker moves up until it is at the top.
 //!
-//! That is the whole receiver. It never asks where in a frame it is, so it cannot be led astray:
-//! *every* window of the stream that overlaps no committed frame is tested.
+//! The engine keeps no position in the frame, so it cannot lose it: *every* window of the stream
+//! that overlaps no committed frame is compared.
 
 use core::fmt::Debug;
-use core::ops::{BitAnd, BitOr, BitXor, Shl, Shr};
+use core::ops::{BitAnd, BitOr, BitXor, Not};
 
-/// A word that holds a frame: `u64` for formats of up to 8 bytes, `u128` for up to 16.
+use crate::{Event, Frame, Mismatch, Shape};
+
+#[cfg(test)]
+#[allow(
+    clippy::indexing_slicing,
+    clippy::arithmetic_side_effects,
+    reason = "tests"
+)]
+mod tests;
+#[cfg(kani)]
+#[allow(
+    clippy::arithmetic_side_effects,
+    clippy::indexing_slicing,
+    clippy::unwrap_used,
+    reason = "what goes wrong is what a harness would find"
+)]
+mod verification;
+
+/// A word that holds a frame: `u64` for frames of up to 8 bytes, `u128` for up to 16.
 pub trait Word:
     Copy
     + Eq
@@ -34,138 +51,98 @@ pub trait Word:
     + BitAnd<Output = Self>
     + BitOr<Output = Self>
     + BitXor<Output = Self>
-    + Shl<u32, Output = Self>
-    + Shr<u32, Output = Self>
-    + sealed::Sealed
+    + Not<Output = Self>
 {
     /// Bytes in the word.
-    const BYTES: u32;
+    const BYTES: usize;
     /// The word 0.
     const ZERO: Self;
     /// The word 1.
     const ONE: Self;
-    /// 1s in every byte but the highest.
-    const ALL_BUT_HIGHEST: Self;
 
-    /// The word's bytes, highest first.
-    #[must_use]
-    fn to_be_bytes(self) -> impl AsRef<[u8]>;
-
-    /// The lowest byte.
-    #[must_use]
-    fn lowest(self) -> u8;
-
-    /// How many bytes above the highest that is not 0.
-    #[must_use]
-    fn leading_zero_bytes(self) -> u8;
+    /// The lowest bytes of a wider word.
+    fn truncated(wide: u128) -> Self;
 
     /// The word whose highest byte is the first of `bytes`; `None` if there are too few.
-    #[must_use]
     fn load(bytes: &[u8]) -> Option<Self>;
-}
 
-mod sealed {
-    pub trait Sealed {}
-}
+    /// The word's bytes, highest first.
+    fn to_be_bytes(self) -> impl AsRef<[u8]>;
 
-/// The values of a frame format, for the engine: which byte may stand where.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Shape<W> {
-    length: u8,
-    sync_length: u8,
-    mask: W,
-    pattern: W,
-}
+    /// The same byte in every place.
+    fn filled_with(byte: u8) -> Self;
 
-impl<W: Word> Shape<W> {
-    /// Bytes in a frame.
-    #[must_use]
-    pub const fn length(&self) -> u8 {
-        self.length
-    }
+    /// 1s in the lowest `count` bytes, fewer than the word has.
+    fn lowest_bytes(count: usize) -> Self;
 
-    /// How many fixed bytes the frame begins with.
-    #[must_use]
-    pub const fn sync_length(&self) -> u8 {
-        self.sync_length
-    }
+    /// Shifted by `count` bytes, fewer than the word has, towards the highest.
+    fn up(self, count: usize) -> Self;
 
-    /// The frame's fixed bytes: 0xFF in each, 0 in the others; the frame's last byte lowest.
-    #[must_use]
-    pub const fn mask(&self) -> W {
-        self.mask
-    }
+    /// Shifted by `count` bytes, fewer than the word has, towards the lowest.
+    fn down(self, count: usize) -> Self;
 
-    /// What the fixed bytes are, 0 in the others; the frame's last byte lowest.
-    #[must_use]
-    pub const fn pattern(&self) -> W {
-        self.pattern
-    }
+    /// Bytes that are 0 above the highest that is not.
+    fn leading_zero_bytes(self) -> usize;
 
-    /// The byte that must stand at `place`, counted from 0; `None` where any may.
-    pub(crate) fn fixed(&self, place: u8) -> Option<u8> {
-        let behind = 8 * u32::from(self.length - 1 - place);
-        ((self.mask >> behind).lowest() != 0).then(|| (self.pattern >> behind).lowest())
-    }
+    /// Whether any byte is 0.
+    fn has_zero_byte(self) -> bool;
 }
 
 macro_rules! word {
     ($word:ty) => {
-        impl sealed::Sealed for $word {}
-
         impl Word for $word {
-            const BYTES: u32 = Self::BITS / 8;
+            const BYTES: usize = size_of::<Self>();
             const ZERO: Self = 0;
             const ONE: Self = 1;
-            const ALL_BUT_HIGHEST: Self = Self::MAX >> 8;
 
+            #[inline]
+            #[allow(clippy::cast_possible_truncation, reason = "what it is for")]
+            fn truncated(wide: u128) -> Self {
+                wide as Self
+            }
+
+            #[inline]
+            fn load(bytes: &[u8]) -> Option<Self> {
+                bytes.first_chunk().map(|bytes| Self::from_be_bytes(*bytes))
+            }
+
+            #[inline]
             fn to_be_bytes(self) -> impl AsRef<[u8]> {
                 self.to_be_bytes()
             }
 
-            fn lowest(self) -> u8 {
-                self.to_le_bytes()[0]
+            #[inline]
+            fn filled_with(byte: u8) -> Self {
+                Self::from_ne_bytes([byte; Self::BYTES])
             }
 
-            #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
-            fn leading_zero_bytes(self) -> u8 {
-                (self.leading_zeros() / 8) as u8
+            #[inline]
+            fn lowest_bytes(count: usize) -> Self {
+                const ALL_BUT_HIGHEST: $word = <$word>::MAX >> u8::BITS;
+                ALL_BUT_HIGHEST.down((Self::BYTES - 1).wrapping_sub(count))
             }
 
-            fn load(bytes: &[u8]) -> Option<Self> {
-                bytes.first_chunk().map(|bytes| Self::from_be_bytes(*bytes))
+            #[inline]
+            fn up(self, count: usize) -> Self {
+                self.wrapping_shl(bits(count))
             }
-        }
 
-        impl Shape<$word> {
-            /// A frame of `LENGTH` bytes: `Some(byte)` stands where it must be that byte, `None`
-            /// where any may be.
-            ///
-            /// A length of zero, or one that the word cannot hold, does not compile.
-            #[must_use]
-            pub const fn new<const LENGTH: usize>(places: [Option<u8>; LENGTH]) -> Self {
-                const { assert!(LENGTH >= 1 && LENGTH <= size_of::<$word>()) };
-                let mut shape = Self {
-                    length: 0,
-                    sync_length: 0,
-                    mask: 0,
-                    pattern: 0,
-                };
-                let mut rest = places.as_slice();
-                while let [place, behind @ ..] = rest {
-                    shape.mask <<= 8;
-                    shape.pattern <<= 8;
-                    if let Some(byte) = place {
-                        shape.mask |= 0xFF;
-                        shape.pattern |= *byte as $word;
-                        if shape.sync_length == shape.length {
-                            shape.sync_length += 1;
-                        }
-                    }
-                    shape.length += 1;
-                    rest = behind;
-                }
-                shape
+            #[inline]
+            fn down(self, count: usize) -> Self {
+                self.wrapping_shr(bits(count))
+            }
+
+            #[inline]
+            fn leading_zero_bytes(self) -> usize {
+                (self.leading_zeros() / u8::BITS) as usize
+            }
+
+            #[inline]
+            fn has_zero_byte(self) -> bool {
+                const LOWEST_BITS: $word = <$word>::MAX / 0xFF;
+                // Taking 1 from a byte borrows from its highest bit if the byte is 0. What a borrow
+                // does to the bytes above does not matter: one 0 is enough.
+                self.wrapping_sub(LOWEST_BITS) & !self & (LOWEST_BITS << 7) != 0
             }
         }
     };
@@ -173,96 +150,224 @@ macro_rules! word {
 word!(u64);
 word!(u128);
 
-/// The state: the bytes taken since the last commit that the next frame may yet include.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub struct Window<W>(W);
+/// Bits in `bytes` bytes, at most 16.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+fn bits(bytes: usize) -> u32 {
+    (bytes as u32).wrapping_mul(u8::BITS)
+}
 
-impl<W: Word> Window<W> {
+/// The state: the bytes since the last commit that the next frame may yet include.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Window<F: Frame>(F::Word);
+
+impl<F: Frame> Window<F> {
     /// Nothing held: the state at reset and after every commit.
-    pub const EMPTY: Self = Self(W::ONE);
+    pub(crate) const EMPTY: Self = Self(F::Word::ONE);
 
-    /// The state that holds the lowest `count` bytes of `history`, newest lowest; no more than the
-    /// format can need, one fewer than its frame has. Every state is made by some such call, and
-    /// every one so made is reached by the stream that consists of those bytes.
-    #[must_use]
-    pub fn holding(shape: &Shape<W>, history: W, count: u8) -> Self {
-        let count = count.min(shape.length - 1);
-        Self(history & lowest_bytes(count) | marker(count))
-    }
+    /// Bytes held at most: with one more a frame may be complete.
+    const MOST: usize = F::LENGTH - 1;
 
-    /// How many bytes are held.
-    #[must_use]
-    pub fn count(self) -> u8 {
-        W::BYTES.to_le_bytes()[0] - 1 - self.0.leading_zero_bytes()
-    }
-
-    /// The bytes held, newest lowest, 0 above.
-    #[must_use]
-    pub fn history(self) -> W {
-        self.0 ^ marker(self.count())
-    }
-
-    /// The bytes held and, behind them, `byte`: newest lowest, 0 above.
-    #[must_use]
-    pub fn with(self, byte: u8) -> W {
-        self.history() << 8 | W::from(byte)
-    }
-
-    /// One step: the next state, and whether [`with(byte)`](Self::with) is a frame that `byte`
-    /// completes.
+    /// One step: the next state, and the frame that `byte` completes, which is the lowest bytes of the
+    /// word.
     ///
-    /// `check` is asked about a window only if the fixed bytes of it agree; it may be anything.
-    /// Without a check, a step costs the same few operations whatever the state and the byte: a
-    /// masked comparison, a shift, a look at the marker.
+    /// `check` is asked only about a frame whose fixed bytes agree. Apart from it, a step costs the
+    /// same few operations whatever the state and the byte: a masked comparison, a shift, a look
+    /// at the marker.
     #[inline]
-    #[must_use]
-    pub fn push(self, shape: &Shape<W>, byte: u8, check: impl FnOnce(W) -> bool) -> (Self, bool) {
-        let most = shape.length - 1;
-        let differing = (self.0 ^ (marker::<W>(most) | shape.pattern >> 8))
-            & (above::<W>(most) | shape.mask >> 8);
-        let last_agrees = (byte ^ shape.pattern.lowest()) & shape.mask.lowest() == 0;
-        if last_agrees && differing == W::ZERO && check(self.with(byte)) {
-            return (Self::EMPTY, true);
+    pub(crate) fn push(
+        &mut self,
+        shape: &Shape<F>,
+        byte: u8,
+        check: impl FnOnce(F::Word) -> bool,
+    ) -> Option<F::Word> {
+        let (held, marker) = (
+            F::Word::lowest_bytes(Self::MOST),
+            F::Word::ONE.up(Self::MOST),
+        );
+        let (pattern, mask) = (shape.pattern(), shape.mask());
+        let last_byte = F::Word::lowest_bytes(1);
+        let differs = (self.0 ^ (marker | pattern.down(1))) & (!held | mask.down(1));
+        let last_differs = (F::Word::from(byte) ^ pattern) & mask & last_byte;
+        let shifted = self.with(byte);
+        // One branch for both: which of them differs cannot be foreseen.
+        if differs | last_differs == F::Word::ZERO && check(shifted) {
+            *self = Self::EMPTY;
+            return Some(shifted);
         }
-        let shifted = self.extended(byte).0;
-        if self.holds(most) {
-            (Self(shifted & lowest_bytes(most) | marker(most)), false)
+        *self = if self.holds(Self::MOST) {
+            Self(shifted & held | marker)
         } else {
-            (Self(shifted), false)
+            Self(shifted)
+        };
+        None
+    }
+
+    /// Takes a slice, and says what becomes of each byte but those pending at the end: the same, and
+    /// in the same order, as byte by byte, wherever a stream is cut into slices.
+    ///
+    /// Where the slice has room for a frame, nothing needs to be held: every place at which a frame
+    /// may begin is compared where it lies. Only the ends of the slice go through the window.
+    #[inline]
+    pub(crate) fn feed(
+        &mut self,
+        shape: &Shape<F>,
+        bytes: &[u8],
+        check: impl Fn(F::Word) -> bool,
+        mut event: impl FnMut(Event<F::Word>),
+    ) {
+        // What is held came before the slice: until a commit, or until as many bytes have come as can
+        // be held.
+        let mut at = 0_usize;
+        while *self != Self::EMPTY && at < Self::MOST {
+            match self.take(shape, bytes, at, &check, &mut event) {
+                0 => return,
+                taken => at = at.wrapping_add(taken),
+            }
+        }
+        // Now all that is pending lies in the slice. It is looked at there, once more.
+        if *self != Self::EMPTY {
+            at = at.wrapping_sub(self.pending(shape));
+            *self = Self::EMPTY;
+        }
+        while let Some(word) = bytes.get(at..).and_then(F::Word::load) {
+            let head = word.down(F::Word::BYTES.wrapping_sub(F::LENGTH));
+            if shape.agrees(head, F::LENGTH) && check(head) {
+                let index = at.wrapping_add(Self::MOST);
+                at = at.wrapping_add(F::LENGTH);
+                event(Event::Frame {
+                    index,
+                    message: head,
+                });
+                continue;
+            }
+
+            let count = shape
+                .run_without_start(bytes.get(at..).unwrap_or_default())
+                .max(1);
+            at = at.wrapping_add(count);
+            let why = shape.mismatch(head, F::LENGTH).unwrap_or(Mismatch::Check);
+            event(Event::Dropped { count, why });
+        }
+        // Too few bytes are left to compare them as a whole.
+        loop {
+            match self.take(shape, bytes, at, &check, &mut event) {
+                0 => return,
+                taken => at = at.wrapping_add(taken),
+            }
         }
     }
 
-    /// With one byte more. Of a state that holds as many bytes as the format can need, it is no
-    /// state, but its [`word`](Self::word) ends in the frame that the byte may complete.
-    #[inline]
-    pub(crate) fn extended(self, byte: u8) -> Self {
-        Self(self.0 << 8 | W::from(byte))
+    /// Takes bytes from `at` on: all up to a frame's end if they continue the bytes held as a frame
+    /// would, else one. Returns how many; 0 at the end of the slice.
+    fn take(
+        &mut self,
+        shape: &Shape<F>,
+        bytes: &[u8],
+        at: usize,
+        check: impl Fn(F::Word) -> bool,
+        mut event: impl FnMut(Event<F::Word>),
+    ) -> usize {
+        let Some(&byte) = bytes.get(at) else {
+            return 0;
+        };
+        let missing = F::LENGTH.wrapping_sub(self.count());
+        let (mut extended, mut taken) = (*self, 0_usize);
+        while taken < missing
+            && let Some(&next) = bytes.get(at.wrapping_add(taken))
+        {
+            extended = Self(extended.with(next));
+            taken = taken.wrapping_add(1);
+        }
+        let known = self.count().wrapping_add(taken);
+        if shape.agrees(extended.0, known) {
+            if known < F::LENGTH {
+                *self = extended;
+                return taken;
+            }
+            if check(extended.0) {
+                *self = Self::EMPTY;
+                let index = at.wrapping_add(taken).wrapping_sub(1);
+                event(Event::Frame {
+                    index,
+                    message: extended.0,
+                });
+                return taken;
+            }
+        }
+        self.drop_starts(shape, byte, &check, |why| {
+            event(Event::Dropped { count: 1, why });
+        });
+        if let Some(message) = self.push(shape, byte, check) {
+            event(Event::Frame { index: at, message });
+        }
+        1
     }
 
-    /// Whether at least so many bytes are held.
-    #[inline]
-    pub(crate) fn holds(self, count: u8) -> bool {
-        self.0 >> (8 * u32::from(count)) != W::ZERO
+    /// Says why each of the bytes held, and `byte`, that were pending until now can no longer be part
+    /// of a frame: oldest first, up to one that can.
+    fn drop_starts(
+        self,
+        shape: &Shape<F>,
+        byte: u8,
+        check: impl FnOnce(F::Word) -> bool,
+        mut dropped: impl FnMut(Mismatch),
+    ) {
+        let with_byte = self.with(byte);
+        let oldest = self.pending(shape).wrapping_add(1);
+        if oldest == F::LENGTH && shape.agrees(with_byte, F::LENGTH) {
+            if check(with_byte) {
+                return;
+            }
+            dropped(Mismatch::Check);
+        }
+        let mut known = F::LENGTH;
+        while known > 0 {
+            if known <= oldest {
+                match shape.mismatch(with_byte, known) {
+                    Some(why) => dropped(why),
+                    None if known < F::LENGTH => return,
+                    None => {}
+                }
+            }
+            known = known.wrapping_sub(1);
+        }
     }
 
-    /// The bytes held, newest lowest; what is above them may be anything.
-    #[inline]
-    pub(crate) fn word(self) -> W {
-        self.0
+    /// How many bytes are held because a frame may yet include them: 0 to one fewer than it has.
+    // It shifts by amounts that vary, which takes a microcontroller much code: once is enough.
+    #[inline(never)]
+    pub(crate) fn pending(self, shape: &Shape<F>) -> usize {
+        let mut pending = Self::MOST;
+        while pending > 0 && !(self.holds(pending) && shape.agrees(self.0, pending)) {
+            pending = pending.wrapping_sub(1);
+        }
+        pending
     }
-}
 
-/// A word with 1s in every byte but the lowest `count`, fewer than the word has.
-fn above<W: Word>(count: u8) -> W {
-    (W::ALL_BUT_HIGHEST << 8 | W::from(u8::MAX)) << (8 * u32::from(count))
-}
+    /// Whether the same bytes are pending in both: then both do the same with every byte that follows.
+    pub(crate) fn agrees_with(self, other: Self, shape: &Shape<F>) -> bool {
+        let pending = self.pending(shape);
+        let differs = (self.0 ^ other.0) & F::Word::lowest_bytes(pending);
+        pending == other.pending(shape) && differs == F::Word::ZERO
+    }
 
-/// The marker in front of `count` bytes.
-fn marker<W: Word>(count: u8) -> W {
-    W::ONE << (8 * u32::from(count))
-}
+    /// The bytes held, and `byte` behind them: newest lowest. What is above them may be anything.
+    #[inline]
+    fn with(self, byte: u8) -> F::Word {
+        self.0.up(1) | F::Word::from(byte)
+    }
 
-/// A word with 1s in its lowest `count` bytes; `count` is at most one fewer than the word has.
-fn lowest_bytes<W: Word>(count: u8) -> W {
-    W::ALL_BUT_HIGHEST >> (8 * (W::BYTES - 1 - u32::from(count)))
+    #[inline]
+    fn count(self) -> usize {
+        F::Word::BYTES
+            .wrapping_sub(self.0.leading_zero_bytes())
+            .wrapping_sub(1)
+    }
+
+    /// Whether at least `count` bytes are held.
+    #[inline]
+    fn holds(self, count: usize) -> bool {
+        self.0.down(count) != F::Word::ZERO
+    }
 }

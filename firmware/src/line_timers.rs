@@ -10,9 +10,8 @@
 //!
 //! So the handler, however late it comes, knows what had been received when each thing happened.
 
-use core::ptr::addr_of;
-
 use nrf52840_hal::pac::{PPI, TIMER1, TIMER2, TIMER3, UARTE0};
+use nrf52840_hal::ppi::{ConfigurablePpi as _, Parts, Ppi as _};
 
 use crate::settings::{BYTE_TIME, FLUSH_AFTER, GAP_AFTER};
 
@@ -39,7 +38,7 @@ impl LineTimers {
     /// Connects them to the UARTE. From here on they work on their own.
     pub(crate) fn start(
         (bytes, silence, errors): (TIMER1, TIMER2, TIMER3),
-        ppi: &PPI,
+        ppi: PPI,
         uarte: &UARTE0,
     ) -> Self {
         bytes.mode.write(|w| w.mode().low_power_counter());
@@ -65,39 +64,39 @@ impl LineTimers {
             .intenset
             .write(|w| w.compare0().set().compare1().set());
 
-        let received = addr_of!(uarte.events_rxdrdy) as u32;
-        let error = addr_of!(uarte.events_error) as u32;
-        let end = addr_of!(uarte.events_endrx) as u32;
-        let idle = addr_of!(silence.events_compare[IDLE]) as u32;
-        let count = addr_of!(bytes.tasks_count) as u32;
-        let clear = addr_of!(silence.tasks_clear) as u32;
-        let run = addr_of!(silence.tasks_start) as u32;
-        let keep_time = addr_of!(silence.tasks_capture[SINCE_BYTE]) as u32;
-        let count_error = addr_of!(errors.tasks_count) as u32;
-        let channels = [
-            (received, count, clear),
-            (received, run, 0),
-            (idle, addr_of!(bytes.tasks_capture[AT_IDLE]) as u32, 0),
-            (
-                error,
-                addr_of!(bytes.tasks_capture[AT_ERROR]) as u32,
-                count_error,
-            ),
-            (error, keep_time, 0),
-            (end, addr_of!(bytes.tasks_capture[AT_END]) as u32, 0),
-        ];
-        let registers = ppi.ch.iter().zip(&ppi.fork);
-        for ((channel, fork), (event, task, second_task)) in registers.zip(channels) {
-            // SAFETY: addresses of an event register and of task registers, or 0 for no second task.
-            unsafe {
-                channel.eep.write(|w| w.bits(event));
-                channel.tep.write(|w| w.bits(task));
-                fork.tep.write(|w| w.bits(second_task));
-            }
-        }
-        // SAFETY: the channels just set up: one bit each.
-        ppi.chenset
-            .write(|w| unsafe { w.bits((1 << channels.len()) - 1) });
+        let Parts {
+            mut ppi0,
+            mut ppi1,
+            mut ppi2,
+            mut ppi3,
+            mut ppi4,
+            mut ppi5,
+            ..
+        } = Parts::new(ppi);
+        // A byte received.
+        ppi0.set_event_endpoint(&uarte.events_rxdrdy);
+        ppi0.set_task_endpoint(&bytes.tasks_count);
+        ppi0.set_fork_task_endpoint(&silence.tasks_clear);
+        ppi1.set_event_endpoint(&uarte.events_rxdrdy);
+        ppi1.set_task_endpoint(&silence.tasks_start);
+        // Silence.
+        ppi2.set_event_endpoint(&silence.events_compare[IDLE]);
+        ppi2.set_task_endpoint(&bytes.tasks_capture[AT_IDLE]);
+        // A line error.
+        ppi3.set_event_endpoint(&uarte.events_error);
+        ppi3.set_task_endpoint(&bytes.tasks_capture[AT_ERROR]);
+        ppi3.set_fork_task_endpoint(&errors.tasks_count);
+        ppi4.set_event_endpoint(&uarte.events_error);
+        ppi4.set_task_endpoint(&silence.tasks_capture[SINCE_BYTE]);
+        // A half is full.
+        ppi5.set_event_endpoint(&uarte.events_endrx);
+        ppi5.set_task_endpoint(&bytes.tasks_capture[AT_END]);
+        ppi0.enable();
+        ppi1.enable();
+        ppi2.enable();
+        ppi3.enable();
+        ppi4.enable();
+        ppi5.enable();
         Self {
             bytes,
             silence,

@@ -63,10 +63,12 @@ fn main() -> ! {
     let mut servos = Servos::new(chip.PWM0, pins.servos, WIDTHS);
     let mut leds = Leds::new(pins.leds);
     let timers = (chip.TIMER1, chip.TIMER2, chip.TIMER3);
-    let timers = LineTimers::start(timers, &chip.PPI, &chip.UARTE0);
+    let timers = LineTimers::start(timers, chip.PPI, &chip.UARTE0);
     receive::start(chip.UARTE0, pins.receive, timers, LINE);
     unmask_interrupts(&mut core.NVIC);
-    let mut watchdog = Watchdog::start(chip.WDT);
+    let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
+        SCB::sys_reset()
+    };
 
     let mut seen = Published::now();
     let mut lock = Lock::default();

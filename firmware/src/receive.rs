@@ -90,6 +90,15 @@ struct LineErrors {
     several: bool,
 }
 
+impl LineErrors {
+    /// Whether no count says which bytes are sound: at an overrun what was counted last still waits to
+    /// be stored; and of several errors only the last one's place is known, which may be in the next
+    /// half while others are in the full one.
+    fn are_placeless(&self, half_is_full: bool) -> bool {
+        self.causes.overrun().bit_is_set() || half_is_full && self.several && self.at >= HALF
+    }
+}
+
 /// Begins to receive. Bytes come from here on, and to the handlers once they are unmasked.
 #[expect(clippy::needless_pass_by_value, reason = "the pin is given up here")]
 pub(crate) fn start(
@@ -209,13 +218,12 @@ impl Reception {
         }
 
         let mut errors = self.line_errors();
-        if let Some(overrun) = errors.take_if(|errors| errors.causes.overrun().bit_is_set()) {
-            // What was counted last still waits to be stored: no count tells where.
-            self.count_causes(&overrun.causes);
+        if let Some(placeless) = errors.take_if(|errors| errors.are_placeless(ended)) {
+            self.count_causes(&placeless.causes);
             return self.stop(false);
         }
         if ended {
-            if let Some(in_full_half) = errors.take_if(|errors| errors.at <= HALF) {
+            if let Some(in_full_half) = errors.take_if(|errors| errors.at < HALF) {
                 self.report(&in_full_half);
             }
             self.take(HALF);
@@ -263,7 +271,7 @@ impl Reception {
         });
     }
 
-    /// Tells the line of errors that came when so many bytes of the open half had been received.
+    /// Reports errors to the parser, behind the bytes of the open half that came before them.
     #[cold]
     fn report(&mut self, errors: &LineErrors) {
         let at = errors.at.min(HALF);
@@ -335,8 +343,12 @@ impl Reception {
         let count = self.timers.count();
         let lost = count.wrapping_sub(self.begun_at.wrapping_add(self.taken));
         // What was counted and not stored makes no difference: too few is none.
-        if lost != 0 && lost < u32::MAX / 2 {
+        let is_lost = lost != 0 && lost < u32::MAX / 2;
+        if is_lost {
             self.skipped = self.skipped.wrapping_add(lost);
+        }
+        // While the UARTE stood still, bytes may have passed uncounted: no frame reaches across that.
+        if is_lost || self.line.pending() != 0 {
             self.line.line_event(LineEvent::Overrun);
         }
         self.state = State::Receiving;

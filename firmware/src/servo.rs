@@ -68,7 +68,7 @@ impl Servos {
         // SAFETY: ours, by the mutable reference; volatile, since the PWM reads it.
         unsafe { addr_of_mut!(*widths).write_volatile([pitch, roll, yaw, PULSE_FIRST]) };
         let address = addr_of!(*widths) as u32;
-        // SAFETY: the widths lie in RAM for ever. They are not written before the PWM was given the
+        // SAFETY: the widths are in RAM and are never moved. They are not written before the PWM was given the
         // other two: at the earliest while it fetches those.
         self.pwm.seq0.ptr.write(|w| unsafe { w.bits(address) });
         self.pwm.tasks_seqstart[0].write(|w| w.tasks_seqstart().set_bit());

@@ -1,4 +1,4 @@
-//! The setpoint in force, from the receive handler to the main loop.
+//! The current setpoint, from the receive handler to the main loop.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -20,7 +20,7 @@ static SETPOINT: AtomicU32 = AtomicU32::new(0);
 pub(crate) struct Published(u32);
 
 impl Published {
-    /// The one in force.
+    /// The current one.
     pub(crate) fn now() -> Self {
         Self(SETPOINT.load(Ordering::Relaxed))
     }
@@ -31,7 +31,7 @@ impl Published {
     }
 }
 
-/// Puts it in force.
+/// Makes it the current one.
 pub(crate) fn publish(sequence: u8, Setpoint { pitch, roll, yaw }: Setpoint) {
     let setpoint = u32::from_le_bytes([pitch, roll, yaw, 0]);
     SETPOINT.store(setpoint | u32::from(sequence) << 24, Ordering::Relaxed);

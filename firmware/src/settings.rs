@@ -51,7 +51,7 @@ pub(crate) const FAILSAFE: FailsafeParameters = FailsafeParameters {
 /// The main loop runs at least this often, in microseconds, also in silence.
 pub(crate) const TICK: u32 = 2_000;
 
-/// The watchdog resets the chip if it was not fed for so long, in milliseconds.
+/// The watchdog resets the chip if it was not fed for this long, in milliseconds.
 pub(crate) const WATCHDOG: u32 = 250;
 
 /// Width of a servo's pulse at demand 0 and at 255, in microseconds.

@@ -1,4 +1,4 @@
-//! What the firmware tells of itself: to a debugger always, over RTT with the feature `defmt`.
+//! What the firmware reports: to a debugger always, over RTT with the feature `defmt`.
 
 use core::panic::Location;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -7,7 +7,7 @@ use framelock::Counters;
 
 macro_rules! shown {
     ($($(#[$attribute:meta])* $name:ident)*) => {
-        /// The counters' lowest 32 bits, in this order: `print COUNTERS` in a debugger.
+        /// The counters, in this order: `print COUNTERS` in a debugger.
         #[repr(C)]
         pub(crate) struct Shown {
             $($(#[$attribute])* pub(crate) $name: Count,)*
@@ -50,8 +50,8 @@ impl Count {
         self.0.load(Ordering::Relaxed)
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "the lowest 32 bits")]
-    fn set(&self, count: u64) {
+    #[expect(clippy::cast_possible_truncation, reason = "words have 32 bits here")]
+    fn set(&self, count: usize) {
         self.0.store(count as u32, Ordering::Relaxed);
     }
 }
@@ -74,9 +74,9 @@ impl Shown {
         self.overrun.set(events.overrun);
         self.line_break.set(events.line_break);
         self.idle.set(events.idle);
-        self.pending.set(pending as u64);
-        self.late.set(late.into());
-        self.skipped.set(skipped.into());
+        self.pending.set(pending);
+        self.late.set(late as usize);
+        self.skipped.set(skipped as usize);
     }
 
     /// All line errors, modulo 2^32. A gap is none.

@@ -1,4 +1,6 @@
 //! See `framelock_fuzz_oracles::failsafe`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| framelock_fuzz_oracles::failsafe(data));
+use framelock_fuzz_oracles::{Schedule, failsafe};
+
+libfuzzer_sys::fuzz_target!(|input: Schedule| failsafe(&input));

@@ -1,4 +1,6 @@
 //! See `framelock_fuzz_oracles::faults`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| framelock_fuzz_oracles::faults(data));
+use framelock_fuzz_oracles::{FaultyLine, faults};
+
+libfuzzer_sys::fuzz_target!(|input: FaultyLine| faults(&input));

@@ -1,4 +1,6 @@
 //! See `framelock_fuzz_oracles::parser`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| framelock_fuzz_oracles::parser(data));
+use framelock_fuzz_oracles::{Stream, parser};
+
+libfuzzer_sys::fuzz_target!(|input: Stream| parser(&input));

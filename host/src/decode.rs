@@ -1,34 +1,24 @@
 //! Setpoints from a stream: a file, standard input or a serial port.
 
-use std::io::{self, BufRead, BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use anyhow::Context;
+use anyhow::Result;
 use clap::ValueEnum;
-use framelock::{
-    Accounting, Bin, BinCrc8, Discard, Discarded, Lecture, Parser, Receiver, Setpoint,
-};
+use framelock::{Discarded, Setpoint};
 use serde::Serialize;
 
-use crate::input::Input;
+use crate::input::{CHUNK_LENGTH, Input, for_each_chunk};
+use crate::interrupt;
+use crate::line::Line;
 use crate::names::{FrameName, PolicyName};
-use crate::standard;
-use crate::stream::{CHUNK_LENGTH, Failure, for_each_chunk};
+use crate::output::{Output, exit_code};
 
 /// Setpoints from a stream: a file, standard input or a serial port.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  framelock decode capture.bin                       one JSON object per setpoint
-  framelock decode capture.bin --format none --summary
-                                                     how good was the line?
-  framelock decode /dev/ttyUSB0 --format text        watch a serial port; Ctrl-C ends it
-  framelock decode < capture.bin | framelock encode | cmp - clean.bin
-
-A setpoint's offset is that of its frame's last byte, the CR, counted from 0.
-No stream is an error, however broken: --summary tells where each byte has gone, with
-bytes = frame_length * frames + discarded + pending.")]
-pub struct Arguments {
+#[command(after_help = include_str!("help/decode.txt"))]
+pub(crate) struct Arguments {
     /// A file, a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
     #[arg(value_name = "FILE|PORT", default_value = "-")]
     input: PathBuf,
@@ -51,7 +41,7 @@ pub struct Arguments {
 
 /// How setpoints are written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub enum OutputFormat {
+enum OutputFormat {
     /// A JSON object per line
     Jsonl,
     /// Comma-separated values under a header
@@ -62,148 +52,238 @@ pub enum OutputFormat {
     None,
 }
 
-/// Where every byte of a stream has gone.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-pub struct Summary {
-    /// Bytes read.
-    pub bytes: u64,
-    /// Bytes in a frame.
-    pub frame_length: u64,
-    /// Frames committed.
-    pub frames: u64,
-    /// Bytes that are part of no frame.
-    pub discarded: u64,
-    /// Bytes at the end that could have become a frame.
-    pub pending: u64,
-    /// The discarded ones by reason. A file or a port reports no line events.
-    pub discarded_by: Discarded,
-    /// Frames that ended a loss.
-    pub resynchronisations: u64,
-}
-
-impl Summary {
-    fn of<P: Parser>(line: &Accounting<P>) -> Self {
-        let counters = line.counters();
-        Self {
-            bytes: counters.bytes,
-            frame_length: P::FRAME_LENGTH as u64,
-            frames: counters.frames,
-            discarded: counters.discarded.total(),
-            pending: line.pending() as u64,
-            discarded_by: counters.discarded,
-            resynchronisations: counters.resynchronisations,
+impl OutputFormat {
+    fn write(self, output: &mut impl Write, offset: usize, setpoint: Setpoint) -> io::Result<()> {
+        let Setpoint { pitch, roll, yaw } = setpoint;
+        match self {
+            Self::Jsonl => writeln!(
+                output,
+                r#"{{"offset":{offset},"pitch":{pitch},"roll":{roll},"yaw":{yaw}}}"#
+            ),
+            Self::Csv => writeln!(output, "{offset},{pitch},{roll},{yaw}"),
+            Self::Text => writeln!(
+                output,
+                "byte {offset:>10}   pitch {pitch:>3}   roll {roll:>3}   yaw {yaw:>3}"
+            ),
+            Self::None => Ok(()),
         }
     }
 }
 
-/// Runs the subcommand.
-///
-/// # Errors
-/// The input cannot be opened or read, or the output not be written. A broken stream is no error.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let mut input = Input::open(&arguments.input, arguments.baud)?;
-    let name = input.name.clone();
-    let output = standard::output().context("cannot open standard output")?;
-    let is_silent = arguments.format == OutputFormat::None;
-    let progress = input.show_progress(Some(&output).filter(|_| !is_silent));
-    let mut reader: Box<dyn BufRead> = if arguments.summary {
-        Box::new(input.into_reader_until_ctrl_c()?)
-    } else {
-        Box::new(input.into_reader())
-    };
-    let mut output = BufWriter::with_capacity(CHUNK_LENGTH, output);
-    let decode = match (arguments.policy, arguments.frame) {
-        (PolicyName::Rescan, FrameName::Bin) => decode::<Receiver<Bin>, _, _>,
-        (PolicyName::Rescan, FrameName::BinCrc8) => decode::<Receiver<BinCrc8>, _, _>,
-        (PolicyName::Discard, FrameName::Bin) => decode::<Lecture, _, _>,
-        (PolicyName::Discard, FrameName::BinCrc8) => decode::<Receiver<BinCrc8, Discard>, _, _>,
-    };
-    let outcome = decode(&mut reader, &mut output, arguments.format);
-    progress.finish_and_clear();
-    outcome
-        .and_then(|summary| {
-            if arguments.summary {
-                serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
-                writeln!(output)?;
-                output.flush()?;
-            }
-            Ok(())
-        })
-        .or_else(|failure| failure.told(&name, "standard output"))
+/// Where every byte of a stream has gone: bytes = frame length * frames + discarded + pending.
+#[derive(PartialEq, Debug, Serialize)]
+struct Summary {
+    bytes: usize,
+    frame_length: usize,
+    frames: usize,
+    discarded: usize,
+    pending: usize,
+    discarded_by: Discarded,
+    resynchronisations: usize,
 }
 
-/// Decodes `input` to its end: writes each setpoint to `output` no later than the next byte is
-/// waited for.
-///
-/// # Errors
-/// The input cannot be read or the output not be written.
-pub fn decode<P, R, W>(
-    input: &mut R,
-    output: &mut W,
+/// Receives setpoints and writes them.
+struct Decoder<W> {
+    line: Line,
+    frame: FrameName,
     format: OutputFormat,
-) -> Result<Summary, Failure>
-where
-    P: Parser<Message = Setpoint> + Default,
-    R: BufRead,
-    W: Write,
-{
-    let mut line = Accounting::new(P::default());
-    if format == OutputFormat::Csv {
-        writeln!(output, "offset,pitch,roll,yaw")?;
-    }
-    for_each_chunk(input, |chunk| {
-        if format == OutputFormat::None {
-            // One comparison per frame less: they come by the hundred million a second.
-            line.feed(chunk, |_, _| ());
-            return Ok(());
-        }
-        let offset = line.counters().bytes;
+    output: W,
+    is_summarised: bool,
+}
+
+impl<W: Write> Decoder<W> {
+    fn take(&mut self, bytes: &[u8]) -> Result<()> {
+        let Self { format, output, .. } = self;
+        let offset = self.line.counters().bytes;
         let mut outcome = Ok(());
-        line.feed(chunk, |index, setpoint| {
+        self.line.feed(bytes, |index, setpoint| {
             if outcome.is_ok() {
-                outcome = write_setpoint(output, format, offset + index as u64, setpoint);
+                outcome = format.write(output, offset + index, setpoint);
             }
         });
         outcome?;
         Ok(output.flush()?)
-    })?;
-    output.flush()?;
-    Ok(Summary::of(&line))
+    }
+
+    fn summary(&self) -> Summary {
+        let counters = self.line.counters();
+        Summary {
+            bytes: counters.bytes,
+            frame_length: self.frame.length(),
+            frames: counters.frames,
+            discarded: counters.discarded.total(),
+            pending: self.line.pending(),
+            discarded_by: counters.discarded,
+            resynchronisations: counters.resynchronisations,
+        }
+    }
+
+    /// Writes the summary, unless it is there already.
+    fn summarise(&mut self) -> Result<()> {
+        if !std::mem::replace(&mut self.is_summarised, true) {
+            writeln!(self.output, "{}", serde_json::to_string(&self.summary())?)?;
+        }
+        Ok(self.output.flush()?)
+    }
 }
 
-fn write_setpoint(
-    output: &mut impl Write,
-    format: OutputFormat,
-    offset: u64,
-    Setpoint { pitch, roll, yaw }: Setpoint,
-) -> io::Result<()> {
-    let names = match format {
-        OutputFormat::Jsonl => [
-            r#"{"offset":"#,
-            r#","pitch":"#,
-            r#","roll":"#,
-            r#","yaw":"#,
-            "}\n",
-        ],
-        OutputFormat::Csv => ["", ",", ",", ",", "\n"],
-        OutputFormat::Text => {
-            return writeln!(
-                output,
-                "byte {offset:>10}   pitch {pitch:>3}   roll {roll:>3}   yaw {yaw:>3}"
-            );
-        }
-        OutputFormat::None => return Ok(()),
-    };
-    let [before_offset, before_pitch, before_roll, before_yaw, end] = names;
-    let mut digits = itoa::Buffer::new();
-    for (name, value) in [
-        (before_offset, offset),
-        (before_pitch, pitch.into()),
-        (before_roll, roll.into()),
-        (before_yaw, yaw.into()),
-    ] {
-        output.write_all(name.as_bytes())?;
-        output.write_all(digits.format(value).as_bytes())?;
+/// Runs the subcommand.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let input = Input::open(&arguments.input, arguments.baud)?;
+    let output = Output::standard()?;
+    if output.is_file || arguments.format == OutputFormat::None {
+        input.show_progress();
     }
-    output.write_all(end.as_bytes())
+    let progress = input.progress.clone();
+    let decoder = Arc::new(Mutex::new(Decoder {
+        line: Line::new(arguments.frame, arguments.policy)?,
+        frame: arguments.frame,
+        format: arguments.format,
+        output: BufWriter::with_capacity(CHUNK_LENGTH, output),
+        is_summarised: false,
+    }));
+    if arguments.summary {
+        let decoder = Arc::clone(&decoder);
+        interrupt::watch(move || {
+            progress.finish_and_clear();
+            std::process::exit(exit_code(lock(&decoder).summarise()).into());
+        })?;
+    }
+    decode(&decoder, input)?;
+    if arguments.summary {
+        lock(&decoder).summarise()?;
+    }
+    Ok(())
+}
+
+/// Decodes `input` to its end: writes each setpoint no later than the next byte is waited for.
+fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
+    let is_csv = lock(decoder).format == OutputFormat::Csv;
+    if is_csv {
+        writeln!(lock(decoder).output, "offset,pitch,roll,yaw")?;
+    }
+    for_each_chunk(input, |chunk| lock(decoder).take(chunk))
+}
+
+/// What is in there is whole, even after a panic.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(
+        clippy::unwrap_used,
+        clippy::indexing_slicing,
+        reason = "a panic fails the test"
+    )]
+
+    use std::io::Read;
+
+    use framelock_proofs::reference::{self, Event, Policy};
+    use rand::{Rng, SeedableRng, seq::IndexedRandom};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::line::Watched;
+
+    /// Gives a few bytes at a time, and fails in passing in between.
+    struct Dribble<'a>(&'a [u8], ChaCha8Rng);
+
+    impl Read for Dribble<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            if self.1.random_ratio(1, 4) {
+                return Err(io::ErrorKind::Interrupted.into());
+            }
+            let count = self.1.random_range(1..=9).min(buffer.len());
+            self.0.read(&mut buffer[..count])
+        }
+    }
+
+    /// Noise that is full of beginnings of frames, some frames, and an end anywhere.
+    fn noise(frame: FrameName, random: &mut ChaCha8Rng) -> Vec<u8> {
+        let mut stream = Vec::new();
+        for _ in 0..random.random_range(0..60) {
+            if random.random_ratio(1, 3) {
+                let bytes: [u8; 3] = std::array::from_fn(|_| *b"AB\r?".choose(random).unwrap());
+                stream.extend(frame.encode(Setpoint::from(bytes)));
+            } else {
+                stream.push(*b"AB\r?".choose(random).unwrap());
+            }
+        }
+        stream.truncate(random.random_range(0..=stream.len()));
+        stream
+    }
+
+    /// Against the reference: every row, every byte that is discarded, and where all have gone.
+    fn agrees<F: reference::Format>(frame: FrameName, policy: PolicyName, reference: Policy) {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut frames_in_all = 0;
+        for _ in 0..2_000 {
+            let stream = noise(frame, &mut random);
+            let mut undecided = stream.iter().copied();
+            let mut rows = b"offset,pitch,roll,yaw\n".to_vec();
+            let (mut setpoints, mut discarded) = (vec![], vec![]);
+            let pending = reference::whole_buffer::<F>(&stream, reference, |event| match event {
+                Event::Dropped { count, .. } => discarded.extend(undecided.by_ref().take(count)),
+                Event::Frame { index, setpoint } => {
+                    let [pitch, roll, yaw] = setpoint;
+                    writeln!(rows, "{index},{pitch},{roll},{yaw}").unwrap();
+                    setpoints.push(Setpoint::from(setpoint));
+                    undecided.by_ref().take(F::LENGTH).for_each(drop);
+                }
+            });
+            frames_in_all += setpoints.len();
+
+            let mut output = Vec::new();
+            let decoder = Mutex::new(Decoder {
+                line: Line::new(frame, policy).unwrap(),
+                frame,
+                format: OutputFormat::Csv,
+                output: &mut output,
+                is_summarised: false,
+            });
+            let input = Input::new("", Dribble(&stream, random.clone()));
+            decode(&decoder, input).unwrap();
+            let summary = lock(&decoder).summary();
+            let expected = Summary {
+                bytes: stream.len(),
+                frame_length: F::LENGTH,
+                frames: setpoints.len(),
+                discarded: discarded.len(),
+                pending,
+                ..summary
+            };
+            assert_eq!(summary, expected, "{stream:?}");
+            assert_eq!(summary.discarded_by.total(), summary.discarded);
+            assert_eq!(output, rows, "{stream:?}");
+
+            // Byte by byte, with counters that are set to zero somewhere.
+            let mut watched = Watched::new(Line::new(frame, policy).unwrap());
+            let reset_at = random.random_range(0..60);
+            let (mut seen, mut gone, mut counted) = (vec![], vec![], 0);
+            for (place, &byte) in stream.iter().enumerate() {
+                if place == reset_at {
+                    watched.reset_counters();
+                    counted = watched.pending().len();
+                }
+                let (setpoint, discarded) = watched.push(byte);
+                seen.extend(setpoint);
+                gone.extend(discarded);
+                counted += 1;
+            }
+            assert_eq!((seen, gone), (setpoints, discarded), "{stream:?}");
+            assert_eq!(watched.pending(), &stream[stream.len() - pending..]);
+            assert_eq!(watched.counters().bytes, counted);
+        }
+        assert!(frames_in_all > 2_000, "{frames_in_all}");
+    }
+
+    #[test]
+    fn every_machine_agrees_with_the_reference() {
+        use FrameName::{Bin, BinCrc8};
+        agrees::<reference::Bin>(Bin, PolicyName::Rescan, Policy::Rescan);
+        agrees::<reference::Bin>(Bin, PolicyName::Discard, Policy::Discard);
+        agrees::<reference::BinCrc8>(BinCrc8, PolicyName::Rescan, Policy::Rescan);
+    }
 }

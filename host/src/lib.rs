@@ -1,24 +1,60 @@
-//! The subcommands of the framelock command line, as a library so that tests and fuzz targets can
-//! drive them without a process.
+//! The framelock command line, as a library so that tests can drive it without a process.
 
-pub mod decode;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+mod decode;
 pub mod demo;
-pub mod encode;
-mod faulty_line;
-pub mod input;
+mod encode;
+mod hex;
+mod input;
 mod interrupt;
+mod line;
 mod line_errors;
-mod line_rate;
-pub mod monitor;
-pub mod names;
+mod monitor;
+mod names;
 mod numbers;
+mod output;
 pub mod screen;
-pub mod send;
+mod send;
 mod serial;
-pub mod setpoints;
+mod setpoints;
 pub mod simulate;
-mod smooth_motion;
-pub mod standard;
-pub mod stream;
-pub mod trace;
+mod standard;
+mod trace;
 mod view_parts;
+
+/// A serial-frame receiver that never goes deaf: decode, trace, encode and demonstrate
+/// 'A' 'B' reserved pitch roll yaw CR.
+#[derive(Parser)]
+#[command(name = "framelock", version)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Decode(decode::Arguments),
+    Trace(trace::Arguments),
+    Encode(encode::Arguments),
+    Demo(demo::Arguments),
+    Send(send::Arguments),
+    Monitor(monitor::Arguments),
+    Simulate(simulate::Arguments),
+}
+
+/// Does what this process's arguments say.
+#[must_use]
+pub fn run() -> ExitCode {
+    ExitCode::from(output::exit_code(match CommandLine::parse().command {
+        Command::Decode(arguments) => decode::run(&arguments),
+        Command::Trace(arguments) => trace::run(&arguments),
+        Command::Encode(arguments) => encode::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Send(arguments) => send::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+    }))
+}

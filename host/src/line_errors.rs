@@ -46,15 +46,6 @@ impl Drop for Marking {
     }
 }
 
-/// What a line brought.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Received {
-    /// A byte, as far as anybody noticed a good one.
-    Byte(u8),
-    /// Something in place of a byte.
-    Event(LineEvent),
-}
-
 /// Reads the marks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) enum Marks {
@@ -68,34 +59,22 @@ pub(crate) enum Marks {
 }
 
 impl Marks {
-    /// Takes what the operating system gave; gives `take` what the line brought.
-    pub(crate) fn feed(&mut self, bytes: &[u8], mut take: impl FnMut(Received)) {
+    /// Takes what the operating system gave; gives `take` what the line brought: bytes, and line
+    /// errors in place of bytes.
+    pub(crate) fn feed(&mut self, bytes: &[u8], mut take: impl FnMut(Result<u8, LineEvent>)) {
         for &byte in bytes {
-            *self = match (*self, byte) {
-                (Self::Between, 0xFF) => Self::Begun,
-                (Self::Begun, 0x00) => Self::Error,
-                (Self::Error, byte) => {
-                    take(Received::Event(if byte == 0 {
-                        LineEvent::Break
-                    } else {
-                        // There is no parity on this line.
-                        LineEvent::Framing
-                    }));
-                    Self::Between
-                }
-                (Self::Begun, byte) => {
-                    take(Received::Byte(0xFF));
-                    if byte != 0xFF {
-                        // No mark that there is: nothing is lost.
-                        take(Received::Byte(byte));
-                    }
-                    Self::Between
-                }
-                (Self::Between, byte) => {
-                    take(Received::Byte(byte));
-                    Self::Between
-                }
-            };
+            let before = std::mem::take(self);
+            match (before, byte) {
+                (Self::Between, 0xFF) => *self = Self::Begun,
+                (Self::Between, byte) => take(Ok(byte)),
+                (Self::Begun, 0x00) => *self = Self::Error,
+                (Self::Begun, 0xFF) => take(Ok(0xFF)),
+                // No mark that there is: nothing is lost.
+                (Self::Begun, byte) => [0xFF, byte].map(Ok).into_iter().for_each(&mut take),
+                (Self::Error, 0x00) => take(Err(LineEvent::Break)),
+                // There is no parity on this line.
+                (Self::Error, _) => take(Err(LineEvent::Framing)),
+            }
         }
     }
 }
@@ -111,17 +90,17 @@ mod tests {
             0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x12,
         ];
         let expected = [
-            Received::Byte(0x41),
-            Received::Byte(0xFF),
-            Received::Byte(0x00),
-            Received::Event(LineEvent::Framing),
-            Received::Event(LineEvent::Break),
-            Received::Event(LineEvent::Framing),
-            Received::Byte(0x0D),
-            Received::Byte(0xFF),
-            Received::Byte(0xFF),
-            Received::Byte(0xFF),
-            Received::Byte(0x12),
+            Ok(0x41),
+            Ok(0xFF),
+            Ok(0x00),
+            Err(LineEvent::Framing),
+            Err(LineEvent::Break),
+            Err(LineEvent::Framing),
+            Ok(0x0D),
+            Ok(0xFF),
+            Ok(0xFF),
+            Ok(0xFF),
+            Ok(0x12),
         ];
         for length in 1..=given.len() {
             let mut marks = Marks::default();

@@ -1,7 +1,6 @@
 //! A live view of a line: the machine's state, setpoints, rates, counters and what was discarded.
 
 mod live;
-mod recording;
 mod session;
 mod view;
 mod watch;
@@ -12,17 +11,17 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use clap::{ValueEnum, value_parser};
-use framelock::{Bin, BinCrc8, Discard, FailsafeParameters, Lecture, Parser, Receiver, Setpoint};
+use clap::value_parser;
+use framelock::FailsafeParameters;
+use framelock_simulation::LEVEL;
 
 use crate::input::Input;
-use crate::line_errors::Marking;
-use crate::names::{FrameName, PolicyName};
-use crate::setpoints::LEVEL;
-use crate::stream::Failure;
+use crate::line::Line;
+use crate::line_errors::{Marking, Marks};
+use crate::names::{FrameName, PolicyName, name};
+use crate::output::Output;
 use crate::{screen, serial};
-use recording::Recording;
-use session::Session;
+use session::{Recording, Session};
 use watch::Watch;
 
 /// A live view of a line: the machine's state, setpoints, rates, counters and what was discarded.
@@ -30,8 +29,8 @@ use watch::Watch;
 /// Behind the receiver is a failsafe as a board has it. Keys: ? help, space pauses, r records, z
 /// sets the counters to zero, q quits. It ends with one line of counters on standard output.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
-pub struct Arguments {
+#[command(after_help = include_str!("help/monitor.txt"))]
+pub(crate) struct Arguments {
     /// A serial port such as /dev/ttyUSB0 or COM3, a pseudo-terminal, or - for standard input;
     /// keys are then read from the terminal all the same
     #[arg(value_name = "PORT|PTY|-")]
@@ -48,8 +47,8 @@ pub struct Arguments {
     /// Record the line in this new file from the start
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// After so long without a byte, drop the frame under way; not done unless given, since USB
-    /// adapters deliver in batches
+    /// Drop the current frame after a pause of this length; not done unless given, since USB adapters
+    /// deliver in batches
     #[arg(long, value_name = "MILLISECONDS", value_parser = value_parser!(u64).range(1..=1_000_000))]
     idle_gap: Option<u64>,
     /// Silence after which the failsafe holds
@@ -60,79 +59,41 @@ pub struct Arguments {
     ramp_after: u32,
 }
 
-const EXAMPLES: &str = "\
-Examples:
-  framelock monitor /dev/ttyACM0                        watch a serial port
-  framelock monitor /dev/ttyACM0 --record capture.bin   and keep what comes for decode and trace
-  framelock monitor COM3 --policy discard               as the lecture's machine sees the line
-  framelock send - --motion step --drop 0.01 | framelock monitor -
-
-Times are those at which the bytes reached this program: behind a USB adapter some come together.
-Framing errors and breaks are shown where the operating system reports them: of a serial port, not
-on Windows. Overruns of the port it does not report. A recording holds the bytes that came without
-an error.
-
-Where there is no terminal, `framelock decode PORT --format text` writes lines.";
-
 /// The full travel in one second, as the firmware has it.
 const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
 
 /// Runs `framelock monitor`.
-///
-/// # Errors
-/// There is no terminal for the view or for keys; the line cannot be opened, or is cut; the
-/// recording cannot be begun.
-pub fn run(arguments: &Arguments) -> Result<()> {
-    let run = match (arguments.policy, arguments.frame) {
-        (PolicyName::Rescan, FrameName::Bin) => watch_with::<Receiver<Bin>>,
-        (PolicyName::Rescan, FrameName::BinCrc8) => watch_with::<Receiver<BinCrc8>>,
-        (PolicyName::Discard, FrameName::Bin) => watch_with::<Lecture>,
-        (PolicyName::Discard, FrameName::BinCrc8) => watch_with::<Receiver<BinCrc8, Discard>>,
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let line = Line::new(arguments.frame, arguments.policy)?;
+    let idle_gap = arguments.idle_gap.map(Duration::from_millis);
+    let failsafe = FailsafeParameters {
+        hold_after: arguments.hold_after * 1000,
+        ramp_after: arguments.ramp_after * 1000,
+        park: LEVEL,
+        ticks_per_unit: [MICROSECONDS_PER_UNIT; 3],
     };
-    run(arguments)
-}
-
-fn watch_with<P>(arguments: &Arguments) -> Result<()>
-where
-    P: Parser<Message = Setpoint> + Default + Copy,
-{
-    let watch = Watch::<P>::new(
-        arguments.failsafe(),
-        arguments.idle_gap.map(Duration::from_millis),
-    )
-    .context("--hold-after and --ramp-after")?;
+    let watch = Watch::new(line, failsafe, idle_gap).context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;
     let input = Input::open(&arguments.line, arguments.baud)?;
-    let name = input.name.clone();
-    let recording = match &arguments.record {
-        Some(path) => Some(Recording::begin(path).with_context(|| {
-            format!("cannot record in {}: a new file is wanted", path.display())
-        })?),
-        None => None,
-    };
+    let recording = arguments.record.clone().map(|path| {
+        let cannot = format!("cannot record in {}: a new file is wanted", path.display());
+        Recording::begin(path).context(cannot)
+    });
+    let recording = recording.transpose()?;
     // Until the end: then the port is as before.
-    let marking: Option<Marking> = input.mark_line_errors();
+    let marking: Option<Marking> = input.port.clone().and_then(Marking::begin);
+    let marks = marking.as_ref().map(|_| Marks::default());
     let title = arguments.title(&input);
-    let mut session = Session::new(title, watch, marking.is_some(), recording, PathBuf::new());
+    let mut session = Session::new(title, arguments.frame, watch, marks, recording);
     let outcome = live::run(&mut session, input);
     // However it ended, this was seen.
-    let mut told = session.finish().join("\n");
-    told.push('\n');
-    let is_told = io::stdout().write_all(told.as_bytes());
-    outcome?.or_else(|failure| failure.told(&name, "the terminal"))?;
-    is_told.or_else(|error| Failure::Write(error).told("", "standard output"))
+    let told = session.finish().join("\n") + "\n";
+    let is_told = Output::standard()?.write_all(told.as_bytes());
+    outcome?;
+    Ok(is_told?)
 }
 
 impl Arguments {
-    fn failsafe(&self) -> FailsafeParameters {
-        FailsafeParameters {
-            hold_after: self.hold_after * 1000,
-            ramp_after: self.ramp_after * 1000,
-            park: LEVEL,
-            ticks_per_unit: [MICROSECONDS_PER_UNIT; 3],
-        }
-    }
-
     /// That there is one for the view, and one for keys beside the stream.
     fn check_terminal(&self) -> Result<()> {
         let line = self.line.display();
@@ -159,19 +120,11 @@ impl Arguments {
     }
 
     fn title(&self, input: &Input) -> String {
-        let called = |name: &dyn Fn() -> Option<clap::builder::PossibleValue>| {
-            name().map_or_else(String::new, |name| name.get_name().to_owned())
+        let baud = match self.baud.unwrap_or(serial::DEFAULT_BAUD) {
+            baud if input.port.is_some() => format!(", {baud} baud"),
+            _ => String::new(),
         };
-        let baud = if input.is_port() {
-            format!(", {} baud", self.baud.unwrap_or(serial::DEFAULT_BAUD))
-        } else {
-            String::new()
-        };
-        format!(
-            "{}{baud}, {}, {}",
-            input.name,
-            called(&|| self.frame.to_possible_value()),
-            called(&|| self.policy.to_possible_value())
-        )
+        let (frame, policy) = (name(&self.frame), name(&self.policy));
+        format!("{}{baud}, {frame}, {policy}", input.name)
     }
 }

@@ -1,56 +1,50 @@
 //! Frames to a board: from a motion profile, a built-in motion or UDP datagrams, on time.
 
 mod datagrams;
-mod faults;
-mod motion;
 mod pacer;
 mod profile;
 mod session;
-mod source;
-mod told;
 
 use std::io::{IsTerminal, Write};
 use std::net::SocketAddr;
 use std::num::NonZeroU32;
-use std::path::{Path, PathBuf};
-use std::sync::mpsc::{self, Sender};
+use std::path::PathBuf;
+use std::sync::mpsc;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::value_parser;
-use framelock::{Bin, BinCrc8, Setpoint};
+use framelock::Setpoint;
+use framelock_simulation::{
+    Axis, ByteFaults, FaultRates, Motion, Seed, Shape, check_rate, time_on_line,
+};
 
 use crate::input::Input;
-use crate::line_rate;
 use crate::names::FrameName;
 use crate::numbers::{number, probability};
-use crate::setpoints;
-use crate::stream::Failure;
-use crate::{interrupt, serial, standard};
-use datagrams::Datagrams;
-use faults::{FaultRates, Faults};
-use motion::{Axis, Motion, MotionName};
-use pacer::RealClock;
+use crate::output::Output;
+use crate::{interrupt, serial, setpoints};
+use datagrams::{Datagrams, Heard};
+use pacer::{Clock, Rate, RealClock};
 use profile::Profile;
-use session::{Parking, Session};
-use source::{PacedMotion, Rate, Source};
+use session::{Parking, Session, Source};
 
 /// Frames to a board: from a motion profile, a built-in motion or UDP datagrams, on time.
 ///
 /// Each frame's deadline counts from the beginning, so that lateness never adds up. At the end,
 /// Ctrl-C included, the axes go to park and stay there for five frames; a second Ctrl-C ends at
-/// once. What was sent, and how late the latest frame was, is told on standard error.
+/// once. Standard error then says what was sent, and how late the latest frame was.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = include_str!("help/send.txt"))]
 #[command(group(clap::ArgGroup::new("source").required(true).args(["motion", "profile", "udp"])))]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// A serial port such as /dev/ttyUSB0 or COM3, a pseudo-terminal, or - for standard output
     #[arg(value_name = "PORT|PTY|-")]
     line: PathBuf,
 
     /// A built-in motion, around level
     #[arg(long, value_enum, value_name = "MOTION", help_heading = "What is sent")]
-    motion: Option<MotionName>,
+    motion: Option<Shape>,
     /// Setpoints from a file, or - for standard input; read to its end before any is sent
     #[arg(long, value_name = "FILE", help_heading = "What is sent")]
     profile: Option<PathBuf>,
@@ -61,8 +55,8 @@ pub struct Arguments {
     /// Frames in a second [default: 50, or the profile's own times]
     #[arg(long, value_name = "HZ", value_parser = value_parser!(u32).range(1..=100_000))]
     rate: Option<u32>,
-    /// End after so long; without it, where the profile ends, or never
-    #[arg(long, value_name = "SECONDS", value_parser = some_seconds)]
+    /// End after this time; without it, where the profile ends, or never
+    #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
     seconds: Option<f64>,
     /// The frame format
     #[arg(long, value_enum, default_value_t = FrameName::Bin)]
@@ -72,7 +66,7 @@ pub struct Arguments {
     baud: Option<u32>,
 
     #[command(flatten)]
-    shape: Shape,
+    shape: ShapeArguments,
 
     /// How old the last datagram may be; then nothing is sent, and the board's failsafe takes over
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 200, value_parser = value_parser!(u64).range(1..), help_heading = "Datagrams")]
@@ -88,18 +82,18 @@ pub struct Arguments {
 /// Of a built-in motion.
 #[derive(clap::Args)]
 #[command(next_help_heading = "The built-in motions")]
-struct Shape {
+struct ShapeArguments {
     /// The way from level to either end, in units of demand
     #[arg(long, value_name = "UNITS", default_value_t = 100, value_parser = value_parser!(u8).range(1..=127))]
     amplitude: u8,
     /// How long until it repeats [default: 20 for the sweep, 4 for the others]
-    #[arg(long, value_name = "SECONDS", value_parser = some_seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
     period: Option<f64>,
     /// The sweep's lowest frequency
-    #[arg(long, value_name = "HZ", default_value_t = 0.1, value_parser = frequency)]
+    #[arg(long, value_name = "HZ", default_value_t = 0.1, value_parser = |text: &str| number(text, 0.001, 1000.0))]
     from: f64,
     /// The sweep's highest frequency
-    #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = frequency)]
+    #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = |text: &str| number(text, 0.001, 1000.0))]
     to: f64,
     /// Which axes move; the others stay level
     #[arg(
@@ -120,7 +114,7 @@ struct End {
     #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoints::parse)]
     park: Setpoint,
     /// How long the way there takes
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = park_seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = |text: &str| number(text, 0.0, 3600.0))]
     park_seconds: f64,
     /// Just stop
     #[arg(long, conflicts_with_all = ["park", "park_seconds"])]
@@ -148,213 +142,184 @@ struct FaultArguments {
     seed: u64,
 }
 
-const EXAMPLES: &str = "\
-Examples:
-  framelock send /dev/ttyACM0 --motion figure-of-eight         until Ctrl-C, which parks
-  framelock send /dev/ttyACM0 --motion step --axes pitch --amplitude 20
-  framelock send /dev/ttyACM0 --profile moves.csv --rate 100   a row in each frame
-  framelock send /dev/ttyACM0 --udp 0.0.0.0:4123               what motion software sends
-  framelock send - --motion step --drop 0.01 | framelock monitor -
-                                                               both ends of a bad line
-
-A profile is what `framelock encode` reads, comma-separated values or JSON lines, and may have a
-column or field time, in seconds (without a header: the first of four columns). With times each row
-is sent at its time, counted from the first row's; with --rate as well, a frame is sent at that rate
-with the last row whose time has come. Without times a row is sent in each frame.
-
-A datagram is three bytes (pitch, roll, yaw), or text such as 127,200,74, or one frame of either
-format. Frames go out at --rate with the latest datagram's setpoint. Bad datagrams are counted.
-
-A frame is up to 250 ms late without consequence for those behind it. After a longer delay (the
-computer slept, nobody took the bytes) all that is left is sent that much later, and it is told.";
-
 /// What is sent unless a rate is asked for, in hertz.
 const USUAL_RATE: Rate = Rate(NonZeroU32::new(50).unwrap());
 
 /// Runs `framelock send`.
-///
-/// # Errors
-/// The line cannot be opened or takes no more, or cannot carry so many frames; the profile cannot
-/// be read or has a mistake; nobody can listen at the address. That the reader of standard output
-/// has gone is no error.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.is_port() {
+        // Whatever the times of a profile are, it parks at the rate.
+        let rate = arguments.rate().0.get().into();
+        check_rate(rate, arguments.frame.length(), 0, arguments.baud(), 1.0)?;
+    }
+    let (source, datagrams) = arguments.source()?;
+    let mut line = arguments.open_line()?;
+    let name = line.name.clone();
     let (stop, stopped) = mpsc::channel();
-    let mut what = arguments.source(&stop)?;
-    arguments.check_line_carries(&what)?;
-    let (mut line, name) = arguments.open_line()?;
     interrupt::watch(move || {
-        // Nobody listens any more if it has just ended by itself.
+        // It may just have ended by itself.
         let _ = stop.send(());
-    })
-    .context("cannot watch for Ctrl-C")?;
+    })?;
     let clock = RealClock::new(stopped);
-    let faults = Faults::new(arguments.faults.rates(), arguments.faults.seed);
-    let mut session = match arguments.frame {
-        FrameName::Bin => Session::new::<Bin>(clock, &mut line, faults),
-        FrameName::BinCrc8 => Session::new::<BinCrc8>(clock, &mut line, faults),
-    };
+    let faults = arguments.faults.byte_faults();
+    let mut session = Session::new(clock, &mut line, arguments.frame, faults);
     let length = arguments.seconds.map(Duration::from_secs_f64);
-    let outcome = session.run(what.source(), length, arguments.parking());
-    let report = session.report();
-    let datagrams = match &what {
-        What::Datagrams(datagrams) => Some(datagrams.tally()),
-        What::Motion(_) | What::Profile(_) => None,
-    };
-    // Nobody may be there to be told.
-    let _ = told::write(
-        &mut std::io::stderr().lock(),
-        &report,
-        &name,
-        arguments.faults.seed,
-        datagrams,
-    );
-    outcome.or_else(|error| Failure::Write(error).told("", &name))?;
-    if let What::Datagrams(datagrams) = &what
-        && let Some(failure) = datagrams.failure()
-    {
+    let outcome = session.run(source, length, arguments.end.parking(arguments.rate()));
+    let heard = datagrams.map(|datagrams| datagrams.heard());
+    for line in report(&session, &name, arguments.faults.seed, heard.as_ref()) {
+        // Standard error may be closed.
+        let _ = writeln!(std::io::stderr(), "framelock: {line}");
+    }
+    outcome?;
+    if let Some(failure) = heard.and_then(|heard| heard.failure) {
         bail!("cannot hear datagrams any more: {failure}");
     }
     Ok(())
 }
 
-/// What is sent.
-enum What {
-    Motion(PacedMotion),
-    Profile(Profile),
-    Datagrams(Datagrams),
-}
-
-impl What {
-    fn source(&mut self) -> &mut dyn Source {
-        match self {
-            Self::Motion(motion) => motion,
-            Self::Profile(profile) => profile,
-            Self::Datagrams(datagrams) => datagrams,
-        }
+/// What was sent, and how well.
+fn report(
+    session: &Session<RealClock, Output>,
+    line: &str,
+    seed: u64,
+    heard: Option<&Heard>,
+) -> Vec<String> {
+    let pacer = &session.pacer;
+    let seconds = |time: Duration| time.as_secs_f64();
+    let mut report = vec![
+        format!(
+            "frames sent to {line} in {:.2} s: {}, and {} to park",
+            seconds(pacer.clock.now()),
+            session.frames,
+            session.park_frames
+        ),
+        format!("the latest was {:.2} ms late", seconds(pacer.worst) * 1e3),
+    ];
+    if pacer.hold_ups > 0 {
+        report.push(format!(
+            "held up {} times, {:.2} s in all, by which what was left was sent later",
+            pacer.hold_ups,
+            seconds(pacer.held_up)
+        ));
     }
+    if let Some(faults) = session.faults.as_ref().map(ByteFaults::counts) {
+        report.push(format!(
+            "faults (seed {seed}): of {} bytes {} dropped, {} with a bit inverted, {} sent twice; \
+             {} inserted",
+            faults.bytes, faults.dropped, faults.flipped, faults.duplicated, faults.inserted
+        ));
+    }
+    if let Some(heard) = heard {
+        report.push(format!(
+            "datagrams heard: {}, bad ones among them: {}; frames not sent for want of a fresh \
+             one: {}",
+            heard.count, heard.bad, session.silent
+        ));
+    }
+    report
 }
 
 impl Arguments {
-    fn rate(&self) -> Option<Rate> {
-        self.rate.and_then(NonZeroU32::new).map(Rate)
+    /// The rate that was asked for, or else the usual one.
+    fn rate(&self) -> Rate {
+        self.rate.and_then(NonZeroU32::new).map_or(USUAL_RATE, Rate)
     }
 
-    fn source(&self, stop: &Sender<()>) -> Result<What> {
-        let rate = self.rate().unwrap_or(USUAL_RATE);
+    fn baud(&self) -> u32 {
+        self.baud.unwrap_or(serial::DEFAULT_BAUD)
+    }
+
+    /// What is behind standard output may be of any speed.
+    fn is_port(&self) -> bool {
+        self.line.as_os_str() != "-"
+    }
+
+    /// What is sent; and where it is heard, if it comes in datagrams.
+    fn source(&self) -> Result<(Source, Option<Datagrams>)> {
+        let rate = self.rate();
         if let Some(path) = &self.profile {
-            let input = Input::open(path, None)?;
-            return Ok(What::Profile(Profile::read(
-                input,
-                self.rate(),
-                USUAL_RATE,
-            )?));
+            let profile = Profile::read(Input::open(path, None)?)?;
+            if !profile.has_times() || self.rate.is_some() {
+                return Ok((profile.held(rate), None));
+            }
+            if self.is_port() {
+                profile.check_line_carries(time_on_line(self.frame.length(), self.baud()))?;
+            }
+            return Ok((profile.in_turn(rate), None));
         }
         if let Some(address) = self.udp {
+            let datagrams = Datagrams::listen(address)?;
             let stale_after = Duration::from_millis(self.stale_after);
-            let (datagrams, address) = Datagrams::listen(address, rate, stale_after, stop.clone())?;
-            eprintln!("framelock: listening for datagrams at {address}");
-            return Ok(What::Datagrams(datagrams));
+            return Ok((datagrams.source(rate, stale_after), Some(datagrams)));
         }
-        let Some(name) = self.motion else {
+        let Some(shape) = self.motion else {
             bail!("nothing to send: give --motion, --profile or --udp");
         };
-        Ok(What::Motion(PacedMotion {
-            motion: self.shape.motion(name),
-            rate,
-        }))
-    }
-
-    /// A serial port only: nobody knows how fast what is behind standard output is.
-    fn check_line_carries(&self, what: &What) -> Result<()> {
-        if self.line.as_os_str() == "-" {
-            return Ok(());
-        }
-        let frame_length = self.frame.length();
-        let baud = self.baud.unwrap_or(serial::DEFAULT_BAUD);
-        let rate = match what {
-            What::Profile(profile) => {
-                profile.check_line_carries(line_rate::frame_time(frame_length, baud))?;
-                // It parks at the usual rate.
-                profile.rate().unwrap_or(USUAL_RATE)
-            }
-            What::Motion(_) | What::Datagrams(_) => self.rate().unwrap_or(USUAL_RATE),
+        let motion = self.shape.motion(shape);
+        let source = Source {
+            dues: Box::new(rate.dues()),
+            setpoint: Box::new(move |due| Some(motion.at(due))),
         };
-        line_rate::check(rate.0.get(), frame_length, baud)
+        Ok((source, None))
     }
 
-    fn open_line(&self) -> Result<(Box<dyn Write>, String)> {
-        let path: &Path = &self.line;
-        if path.as_os_str() == "-" {
-            if self.baud.is_some() {
-                bail!("--baud is for serial ports, and standard output is none: leave it out");
-            }
-            if std::io::stdout().is_terminal() {
-                bail!(
-                    "standard output is a terminal, and frames are binary: redirect it, or name \
-                     a serial port"
-                );
-            }
-            let output = standard::output().context("cannot open standard output")?;
-            return Ok((Box::new(output), "standard output".to_owned()));
+    fn open_line(&self) -> Result<Output> {
+        let name = self.line.to_string_lossy();
+        if self.is_port() {
+            return match serial::open_if_port(&self.line, self.baud)? {
+                Some(port) => Ok(Output::new(&name, port)),
+                None if self.line.exists() => bail!(
+                    "{name} is no serial port: name one, or - for standard output; frames go to a \
+                     file by `framelock encode`"
+                ),
+                None => bail!("there is no {name}: name a serial port, or - for standard output"),
+            };
         }
-        let name = path.display().to_string();
-        if let Some(port) = serial::open_if_port(path, &name, self.baud)? {
-            return Ok((Box::new(port), name));
+        if self.baud.is_some() {
+            bail!("--baud is for serial ports, and standard output is none: leave it out");
         }
-        if path.exists() {
+        if std::io::stdout().is_terminal() {
             bail!(
-                "{name} is no serial port: name one, or - for standard output; frames go to a \
-                 file by `framelock encode`"
+                "standard output is a terminal, and frames are binary: redirect it, or name a \
+                 serial port"
             );
         }
-        bail!("there is no {name}: name a serial port, or - for standard output");
+        Output::standard()
     }
+}
 
-    fn parking(&self) -> Option<Parking> {
-        let End {
-            park,
-            park_seconds,
-            no_park,
-        } = self.end;
-        (!no_park).then_some(Parking {
-            at: park,
-            seconds: park_seconds,
-            rate: self.rate().unwrap_or(USUAL_RATE),
+impl End {
+    fn parking(&self, rate: Rate) -> Option<Parking> {
+        (!self.no_park).then_some(Parking {
+            at: self.park,
+            seconds: self.park_seconds,
+            rate,
         })
     }
 }
 
-impl Shape {
-    fn motion(&self, name: MotionName) -> Motion {
+impl ShapeArguments {
+    fn motion(&self, shape: Shape) -> Motion {
         Motion {
-            name,
+            shape,
             amplitude: self.amplitude,
-            period: self.period.unwrap_or(name.usual_period()),
+            period: self.period.unwrap_or(shape.usual_period()),
             frequencies: [self.from, self.to],
-            moves: [Axis::Pitch, Axis::Roll, Axis::Yaw].map(|axis| self.axes.contains(&axis)),
+            axes: self.axes.clone(),
         }
     }
 }
 
 impl FaultArguments {
-    fn rates(&self) -> FaultRates {
-        FaultRates {
+    /// Nothing if every probability is 0.
+    fn byte_faults(&self) -> Option<ByteFaults> {
+        let rates = FaultRates {
             drop: self.drop,
             flip: self.flip,
             duplicate: self.duplicate,
             insert: self.insert,
-        }
+        };
+        let (seed, trial) = (self.seed, 0);
+        (rates != FaultRates::default()).then(|| ByteFaults::new(rates, Seed { seed, trial }))
     }
-}
-
-fn some_seconds(text: &str) -> Result<f64, String> {
-    number(text, 0.001, 1e9)
-}
-
-fn park_seconds(text: &str) -> Result<f64, String> {
-    number(text, 0.0, 3600.0)
-}
-
-fn frequency(text: &str) -> Result<f64, String> {
-    number(text, 0.001, 1000.0)
 }

@@ -1,28 +1,28 @@
 //! What the state machine does with each byte: the lecture's table, a row per byte.
 
-mod examples;
 mod observed;
-mod source;
 mod table;
 
 use std::ffi::OsString;
-use std::io::{self, BufRead, BufWriter, Write};
+use std::io::{BufWriter, Cursor, Write};
+use std::path::Path;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Error, Result, anyhow, bail};
 
+use crate::hex;
 use crate::input::Input;
-use crate::stream::{Failure, for_each_chunk};
-use source::Source;
-use table::Table;
+use crate::names::PolicyName;
+use crate::output::Output;
+use table::Format;
 
 /// Show what the state machine does with each byte: the lecture's table, a row per byte.
 ///
 /// Each row has the byte's offset, the byte, the state before and after it (the lecture's names:
-/// A, B, 1, 2, 3, 4, CR), the temporary pitch, roll and yaw as stored last, the setpoint in force
+/// A, B, 1, 2, 3, 4, CR), the temporary pitch, roll and yaw as stored last, the current setpoint
 /// (SP), and what happened. Below the rows: where every byte has gone.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
-pub struct Arguments {
+#[command(after_help = include_str!("help/trace.txt"))]
+pub(crate) struct Arguments {
     /// Bytes in hex, separate or glued; or one file or serial port; or - for standard input.
     /// Nothing: the lecture's two worked examples
     ///
@@ -34,8 +34,8 @@ pub struct Arguments {
     ///
     /// With both there is one row where they do the same and one each where they differ: what
     /// firmware like the lecture's makes of the bytes, and what this receiver does.
-    #[arg(long, value_enum, default_value_t = Policy::Both)]
-    policy: Policy,
+    #[arg(long, value_enum, default_value_t = Machines::Both)]
+    policy: Machines,
 
     /// A table, or a JSON object per byte and machine
     #[arg(
@@ -51,18 +51,9 @@ pub struct Arguments {
     baud: Option<u32>,
 }
 
-const EXAMPLES: &str = "\
-Examples:
-  framelock trace                               the lecture's two worked examples
-  framelock trace 41 42 00 7F C8 4A 0D          some bytes
-  framelock trace 4142007FC84A0D                the same
-  framelock trace capture.bin | less            a capture; it may be of any size
-  framelock trace /dev/ttyACM0 --baud 115200    what a serial port delivers, as it comes
-  framelock trace capture.bin --policy rescan   the receiver alone";
-
 /// Whose steps are shown.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
-pub(crate) enum Policy {
+enum Machines {
     /// The lecture's machine, which discards a failed frame
     Discard,
     /// The receiver, which searches a failed frame for the start of the next
@@ -71,59 +62,68 @@ pub(crate) enum Policy {
     Both,
 }
 
-/// How the steps are written.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
-pub(crate) enum Format {
-    /// A table to read
-    Text,
-    /// One JSON object per line
-    Jsonl,
+impl Machines {
+    const fn policies(self) -> &'static [PolicyName] {
+        match self {
+            Self::Discard => &[PolicyName::Discard],
+            Self::Rescan => &[PolicyName::Rescan],
+            Self::Both => &[PolicyName::Discard, PolicyName::Rescan],
+        }
+    }
 }
+
+/// The lecture's two worked examples: what the line does, what is sent and what is received.
+const EXAMPLES: [[&str; 3]; 2] = [
+    [
+        "The lecture's first example: one frame, and the line loses nothing.",
+        "41 42 00 7F C8 4A 0D",
+        "41 42 00 7F C8 4A 0D",
+    ],
+    [
+        "The lecture's second example: two frames, and the line loses 7F and C8 of the first.",
+        "41 42 00 7F C8 4A 0D 41 42 00 82 C4 4A 0D",
+        "41 42 00 -- -- 4A 0D 41 42 00 82 C4 4A 0D",
+    ],
+];
 
 /// Runs `framelock trace`.
-///
-/// # Errors
-/// If the arguments are neither bytes nor a file, or if reading or writing fails. That the reader
-/// of the output has gone is no error.
-pub fn run(arguments: &Arguments) -> Result<()> {
-    let &Arguments { policy, format, .. } = arguments;
-    let mut out = BufWriter::new(io::stdout().lock());
-    let (name, outcome) = match source::choose(&arguments.source)? {
-        Source::Examples => (String::new(), examples::print(policy, &mut out)),
-        Source::Bytes(bytes) => {
-            let mut bytes = bytes.as_slice();
-            (String::new(), print(&mut bytes, policy, format, &mut out))
-        }
-        Source::File { path, why } => {
-            let input = Input::open(&path, arguments.baud)
-                .map_err(|error| anyhow!("not hex: {why}; and no file: {error:#}"))?;
-            let name = input.name.clone();
-            (
-                name,
-                print(&mut input.into_reader(), policy, format, &mut out),
-            )
-        }
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let mut out = BufWriter::new(Output::standard()?);
+    let mut print = |heading: &str, input| {
+        write!(out, "{heading}")?;
+        table::print(
+            arguments.policy.policies(),
+            arguments.format,
+            input,
+            &mut out,
+        )
     };
-    outcome
-        .and_then(|()| Ok(out.flush()?))
-        .or_else(|failure| failure.told(&name, "standard output"))
-}
-
-/// Prints the rows as the bytes come: whatever is there is shown before more is waited for.
-fn print(
-    input: &mut impl BufRead,
-    policy: Policy,
-    format: Format,
-    out: &mut impl Write,
-) -> Result<(), Failure> {
-    let mut table = Table::new(policy, format);
-    table.begin(out)?;
-    out.flush()?;
-    for_each_chunk(input, |chunk| {
-        for &byte in chunk {
-            table.push(byte, out)?;
+    match (hex::parse(&arguments.source), &*arguments.source) {
+        (_, []) => {
+            for (number, [title, sent, received]) in EXAMPLES.into_iter().enumerate() {
+                let space = "\n\n".repeat(number);
+                let heading =
+                    format!("{space}{title}\n\n  sent      {sent}\n  received  {received}\n\n");
+                let bytes = hex::parse(&[received.replace("--", "")]).map_err(Error::msg)?;
+                print(&heading, Input::new("", Cursor::new(bytes)))?;
+            }
+            Ok(())
         }
-        Ok(out.flush()?)
-    })?;
-    Ok(table.end(out)?)
+        (Ok(bytes), _) if bytes.is_empty() => bail!("no bytes in the arguments"),
+        (Ok(bytes), words) => {
+            if let [only] = words
+                && Path::new(only).exists()
+            {
+                let name = only.display();
+                eprintln!("framelock: {name} is taken as hex; for the file write ./{name}");
+            }
+            print("", Input::new("", Cursor::new(bytes)))
+        }
+        (Err(why), [only]) => {
+            let input = Input::open(Path::new(only), arguments.baud)
+                .map_err(|error| anyhow!("not hex: {why}; and no file: {error:#}"))?;
+            print("", input)
+        }
+        (Err(why), _) => bail!(why),
+    }
 }

@@ -35,14 +35,14 @@ impl RowsLeft {
         Self(height.saturating_sub(taken))
     }
 
-    /// So many rows if there are as many, else none.
+    /// That many rows if there are as many, else none.
     pub(crate) fn exactly(&mut self, height: u16) -> u16 {
         let granted = if self.0 < height { 0 } else { height };
         self.0 -= granted;
         granted
     }
 
-    /// All that are left if there are at least so many, else none.
+    /// All that are left if there are at least that many, else none.
     pub(crate) fn all_of(self, least: u16) -> u16 {
         if self.0 < least { 0 } else { self.0 }
     }

@@ -44,7 +44,8 @@ pub trait Format {
     /// Bytes in a frame.
     const LENGTH: usize;
 
-    /// The first place at which `bytes`, the beginning of a frame or a whole one, fail to be that.
+    /// The first place, counted from 0, at which `bytes`, the beginning of a frame or a whole one,
+    /// are not that. A checksum is looked at last: if it is wrong, the place is `LENGTH`.
     fn fails_at(bytes: &[u8]) -> Option<usize>;
 }
 
@@ -76,16 +77,21 @@ impl Format for BinCrc8 {
     const LENGTH: usize = 8;
 
     fn fails_at(bytes: &[u8]) -> Option<usize> {
-        bytes
+        let fixed = bytes
             .iter()
             .enumerate()
             .position(|(place, &byte)| match place {
                 0 => byte != b'A',
                 1 => byte != b'B',
-                6 => byte != crc8(bytes.get(2..6).unwrap_or_default()),
                 7 => byte != b'\r',
                 _ => false,
-            })
+            });
+        fixed.or(match bytes {
+            [_, _, payload @ .., crc, _] if bytes.len() == Self::LENGTH => {
+                (crc8(payload) != *crc).then_some(Self::LENGTH)
+            }
+            _ => None,
+        })
     }
 }
 

@@ -1,206 +1,118 @@
-//! Where the libraries come from that programs without an operating system are built with.
-//!
-//! From one of three places, whichever is there first: the installed toolchain, `rustup target
-//! add`, or Debian's compiler, which brings the source of Rust's own `core` so that cargo can build
-//! it for any target.
+//! Which compiler builds programs without an operating system: the toolchain in PATH, if it has the
+//! targets or rustup can add them; else Debian's, which comes with the source of Rust's own `core`.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::time::Duration;
+use std::path::Path;
 
-use anyhow::{Error, Result, ensure};
+use anyhow::{Context as _, Result, ensure};
+use xshell::{Cmd, Shell, cmd};
 
-use crate::command::{output, run_within, version};
-use crate::debian::{self, DebianCompiler};
+/// Debian keeps a recent compiler for its browsers, and the source of Rust's libraries with it.
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 
-/// How long `rustup target add` may take: enough for a slow line to fetch all targets, short
-/// enough to wait for where it cannot be reached.
-const RUSTUP_LIMIT: Duration = Duration::from_secs(120);
-
-/// Where the targets' own libraries come from.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Source {
-    Installed,
-    Rustup,
-    Debian(DebianCompiler),
+/// The compiler that was chosen.
+pub(crate) struct Compiler {
+    pub(crate) is_debian: bool,
+    /// What it is, with its version.
+    pub(crate) says: String,
 }
 
-impl Source {
-    /// The first that can be had for all those targets.
+impl Compiler {
+    /// The first that can be had for all those targets; says which.
     pub(crate) fn of(targets: &[&str]) -> Result<Self> {
-        let sysroot = output(Command::new("rustc").args(["--print", "sysroot"]))?;
-        let sysroot = PathBuf::from(sysroot);
-        let missing: Vec<&str> = targets
-            .iter()
-            .copied()
-            .filter(|target| !is_installed(&sysroot, target))
-            .collect();
-        choose(
-            &missing,
-            |targets| add_with_rustup(&sysroot, targets),
-            debian::compiler,
-        )
+        let sh = &Shell::new()?;
+        let is_debian = !targets.iter().all(|target| has_core(sh, target))
+            && cmd!(sh, "rustup target add {targets...}")
+                // There is another way, so it need not insist where the server cannot be reached.
+                .env("RUSTUP_MAX_RETRIES", "0")
+                .env("RUSTUP_DOWNLOAD_TIMEOUT", "60")
+                // With a backtrace, its own short explanation would drown.
+                .env("RUST_BACKTRACE", "0")
+                .run()
+                .is_err();
+        let says = if is_debian {
+            eprintln!("rustup cannot add the targets; Debian's compiler is used");
+            let version = debian(sh).with_context(|| {
+                let targets = targets.join(" ");
+                format!(
+                    "there is no compiler for {targets}. With a connection to \
+                     static.rust-lang.org: rustup target add {targets}. On Debian, as root: \
+                     apt-get install rustc-web rust-web-src, which was tried too"
+                )
+            })?;
+            format!("Debian's {version}, with core built from source")
+        } else {
+            version(cmd!(sh, "rustc --version"))?
+        };
+        eprintln!("The compiler: {says}");
+        Ok(Self { is_debian, says })
     }
 
-    /// What it is, with the compiler's version.
-    pub(crate) fn describe(&self) -> Result<String> {
-        let toolchain = || version(&mut Command::new("rustc"));
-        Ok(match self {
-            Self::Installed => format!("{}, targets installed", toolchain()?),
-            Self::Rustup => format!("{}, targets just added by rustup", toolchain()?),
-            Self::Debian(compiler) => format!("Debian {}, build-std", compiler.version),
-        })
-    }
-
-    /// Makes that cargo command use it.
-    pub(crate) fn use_in(&self, command: &mut Command) {
-        if let Self::Debian(_) = self {
-            debian::use_in(command);
+    /// That cargo command, with this compiler.
+    pub(crate) fn with<'a>(&self, sh: &'a Shell, cargo: Cmd<'a>) -> Cmd<'a> {
+        if !self.is_debian {
+            return cargo;
+        }
+        let cargo = cargo
+            .env("RUSTC", DEBIAN_RUSTC)
+            // Building `core` is an unstable part of cargo, which a stable one admits only so.
+            .env("RUSTC_BOOTSTRAP", "1")
+            .env("CARGO_UNSTABLE_BUILD_STD", "core")
+            // `cargo xtask` puts the libraries of rustup's toolchain here; they are not for this one.
+            .env_remove("LD_LIBRARY_PATH");
+        // Debian's compiler has no linker for these targets; rustup's toolchain has one.
+        let libraries = cmd!(sh, "rustc --print target-libdir").quiet().read();
+        let linker = libraries.map(|folder| Path::new(&folder).with_file_name("bin/rust-lld"));
+        match linker {
+            Ok(linker) if linker.exists() => {
+                cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker)
+            }
+            _ => cargo,
         }
     }
 }
 
-/// Takes the first source that can be had. `missing` are the targets that the toolchain lacks.
-fn choose(
-    missing: &[&str],
-    add_with_rustup: impl FnOnce(&[&str]) -> Result<()>,
-    debian_compiler: impl FnOnce() -> Result<DebianCompiler>,
-) -> Result<Source> {
-    if missing.is_empty() {
-        return Ok(Source::Installed);
-    }
-    println!("Not in the installed toolchain: {}", missing.join(", "));
-    let rustup_error = match add_with_rustup(missing) {
-        Ok(()) => return Ok(Source::Rustup),
-        Err(error) => error,
-    };
-    println!("{rustup_error:#}; trying Debian's compiler");
-    match debian_compiler() {
-        Ok(compiler) => Ok(Source::Debian(compiler)),
-        Err(debian_error) => Err(none_works(missing, &rustup_error, &debian_error)),
-    }
-}
-
-fn none_works(missing: &[&str], rustup_error: &Error, debian_error: &Error) -> Error {
-    let missing = missing.join(" ");
-    anyhow::anyhow!(
-        "nothing was built, for want of the targets {missing}.\n\
-         First way, rustup: {rustup_error:#}\n\
-         Second way, Debian's compiler: {debian_error:#}\n\
-         To settle it, with a connection to static.rust-lang.org: rustup target add {missing}\n\
-         or, on Debian: {}",
-        debian::BY_HAND
-    )
-}
-
-/// Whether the toolchain has the target's `core`. The folder alone could be left over from an
-/// installation that was cut off.
-fn is_installed(sysroot: &Path, target: &str) -> bool {
-    let libraries = sysroot.join("lib/rustlib").join(target).join("lib");
-    let Ok(entries) = libraries.read_dir() else {
-        return false;
-    };
-    entries.flatten().any(|entry| {
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        name.starts_with("libcore-") && name.ends_with(".rlib")
+/// Whether the toolchain in PATH has the target's `core`. The folder alone could be left over from
+/// an installation that was cut off.
+fn has_core(sh: &Shell, target: &str) -> bool {
+    let rustc = cmd!(sh, "rustc --print target-libdir --target {target}").quiet();
+    let files = rustc.read().and_then(|folder| sh.read_dir(folder));
+    files.is_ok_and(|files| {
+        let names = files.iter().filter_map(|file| file.file_name()?.to_str());
+        names.into_iter().any(|name| name.starts_with("libcore-"))
     })
 }
 
-fn add_with_rustup(sysroot: &Path, targets: &[&str]) -> Result<()> {
-    let mut command = Command::new("rustup");
-    command.args(["target", "add"]).args(targets);
-    // There is another way, so it need not insist where it cannot be reached.
-    command.env("RUSTUP_MAX_RETRIES", "0");
-    // With a backtrace, its own short explanation would drown.
-    command.env("RUST_BACKTRACE", "0");
-    run_within(RUSTUP_LIMIT, &mut command)?;
+/// Finds Debian's compiler, or installs it; returns its version.
+fn debian(sh: &Shell) -> Result<String> {
+    let packages = ["rustc-web", "rust-web-src"];
+    let state = "--showformat=${db:Status-Status},";
+    let query = cmd!(sh, "dpkg-query --show {state} {packages...}");
+    if query.ignore_status().ignore_stderr().read()? != "installed,installed," {
+        // The lists of packages are often out of date. `--no-remove`: rather fail than take away
+        // another Rust that someone installed.
+        cmd!(sh, "apt-get -o DPkg::Lock::Timeout=120 update").run()?;
+        cmd!(
+            sh,
+            "apt-get -o DPkg::Lock::Timeout=120 install --yes --no-install-recommends --no-remove
+             {packages...}"
+        )
+        .env("DEBIAN_FRONTEND", "noninteractive")
+        .run()?;
+    }
+    let rustc = || cmd!(sh, "{DEBIAN_RUSTC}").env_remove("LD_LIBRARY_PATH");
+    let sysroot = rustc().args(["--print", "sysroot"]).read()?;
+    let core = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core");
     ensure!(
-        targets.iter().all(|target| is_installed(sysroot, target)),
-        "rustup added the targets, but not to the toolchain of the `rustc` in PATH, {}",
-        sysroot.display()
+        core.is_dir(),
+        "the source of core is not at {}",
+        core.display()
     );
-    Ok(())
+    version(rustc().arg("--version"))
 }
 
-#[cfg(test)]
-mod tests {
-    use anyhow::bail;
-
-    use super::*;
-
-    fn debian() -> DebianCompiler {
-        DebianCompiler {
-            version: "rustc-web 1.96.0".to_owned(),
-        }
-    }
-
-    #[test]
-    fn installed_targets_are_used_as_they_are() {
-        let source = choose(
-            &[],
-            |_| panic!("nothing to add"),
-            || panic!("no second compiler needed"),
-        );
-        assert_eq!(source.expect("all is there"), Source::Installed);
-    }
-
-    #[test]
-    fn rustup_adds_just_the_missing_targets() {
-        let source = choose(
-            &["one", "two"],
-            |targets| {
-                assert_eq!(targets, ["one", "two"]);
-                Ok(())
-            },
-            || panic!("no second compiler needed"),
-        );
-        assert_eq!(source.expect("rustup added them"), Source::Rustup);
-    }
-
-    #[test]
-    fn debian_helps_where_rustup_cannot() {
-        let source = choose(&["one"], |_| bail!("unreachable"), || Ok(debian()));
-        assert_eq!(source.expect("Debian has it"), Source::Debian(debian()));
-    }
-
-    #[test]
-    fn if_nothing_works_the_error_tells_both_reasons_and_what_to_do() {
-        let source = choose(&["one"], |_| bail!("unreachable"), || bail!("not root"));
-        let error = source.expect_err("neither works").to_string();
-        for part in [
-            "unreachable",
-            "not root",
-            "rustup target add one",
-            debian::BY_HAND,
-        ] {
-            assert!(error.contains(part), "{part:?} is missing in: {error}");
-        }
-    }
-
-    #[test]
-    fn a_target_without_its_core_is_not_installed() {
-        let sysroot = std::env::temp_dir().join(format!("xtask-sysroot-{}", std::process::id()));
-        let libraries = sysroot.join("lib/rustlib/some-target/lib");
-        std::fs::create_dir_all(&libraries).expect("the temporary folder can be written");
-        let before = is_installed(&sysroot, "some-target");
-        std::fs::write(libraries.join("libcore-0123.rlib"), "").expect("it can be written");
-        let after = is_installed(&sysroot, "some-target");
-        std::fs::remove_dir_all(&sysroot).expect("it is ours");
-        assert!(!before);
-        assert!(after);
-        assert!(!is_installed(&sysroot, "some-target"));
-    }
-
-    #[test]
-    fn only_a_build_with_the_debian_compiler_gets_its_variables() {
-        let variables = |source: &Source| {
-            let mut command = Command::new("cargo");
-            source.use_in(&mut command);
-            command.get_envs().count()
-        };
-        assert_eq!(variables(&Source::Installed), 0);
-        assert_eq!(variables(&Source::Rustup), 0);
-        assert!(variables(&Source::Debian(debian())) > 0);
-    }
+/// Name and version: the first two words of the answer.
+fn version(command: Cmd) -> Result<String> {
+    let answer = command.quiet().read()?;
+    let words: Vec<&str> = answer.split_whitespace().take(2).collect();
+    Ok(words.join(" "))
 }

@@ -1,203 +1,179 @@
-//! Building the firmware: `cargo xtask firmware`, and for the stages that run it.
+//! The firmware: its images built, checked by clippy, and run in the emulator by its tests.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
-use anyhow::{Context, Result, anyhow, ensure};
-use framelock_firmware_inspect::Sizes;
+use anyhow::{Context as _, Result, ensure};
+use object::read::elf::{ElfFile32, ProgramHeader as _};
+use object::{Endianness, elf::PT_LOAD};
+use xshell::{Cmd, Shell, cmd};
 
-use crate::bare_metal::Source;
-use crate::command::{cargo_in, run};
-use crate::stage::Report;
+use crate::bare_metal::Compiler;
+use crate::report::{self, Report, TestCount};
 use crate::workspace::Workspace;
 
 /// The nRF52840's processor: a Cortex-M4F.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
-const PROGRAM: &str = "framelock-firmware";
-const STEPS: &str = "parser-steps";
+/// The package that tests the images.
+pub(crate) const TESTS: &str = "framelock-firmware-tests";
 
-/// What the image may take of the flash, in bytes: with its log, and without.
-const MOST_WITH_LOG: u64 = 16 * 1024;
-const MOST_WITHOUT_LOG: u64 = 6_656;
+/// What is built: the image's name, the program, and its features.
+pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
-/// What the firmware can be built as. The name is also the image's.
-#[derive(Clone, Copy)]
-pub(crate) struct Build {
-    pub(crate) name: &'static str,
-    /// What cargo is told about features.
-    pub(crate) arguments: &'static [&'static str],
-    most: u64,
-    /// Whether the tests that find seeded bugs run it.
-    pub(crate) tested_for_bugs: bool,
-}
-
-/// All that the tests run.
-pub(crate) const BUILDS: [Build; 4] = [
-    Build {
-        name: "default",
-        arguments: &[],
-        most: MOST_WITH_LOG,
-        tested_for_bugs: true,
-    },
-    Build {
-        name: "megabaud",
-        arguments: &["--features", "megabaud"],
-        most: MOST_WITH_LOG,
-        tested_for_bugs: true,
-    },
-    Build {
-        name: "discard",
-        arguments: &["--features", "discard"],
-        most: MOST_WITH_LOG,
-        tested_for_bugs: false,
-    },
-    Build {
-        name: "small",
-        arguments: &["--no-default-features"],
-        most: MOST_WITHOUT_LOG,
-        tested_for_bugs: false,
-    },
+/// All that the tests run. The others share the first one's dependencies, so each takes a second or
+/// two. The last has single steps of the parsers, for the figures.
+pub(crate) const BUILDS: [Build; 5] = [
+    ("default", "framelock-firmware", &[]),
+    ("megabaud", "framelock-firmware", &["--features=megabaud"]),
+    ("discard", "framelock-firmware", &["--features=discard"]),
+    ("small", "framelock-firmware", &["--no-default-features"]),
+    ("parser-steps", "parser-steps", &["--no-default-features"]),
 ];
 
 const EXAMPLES: &str = "\
 Examples:
   cargo xtask firmware                 the image that `cargo run --release` in firmware/ flashes
-  cargo xtask firmware --all           with every set of features that is tested
-  cargo xtask firmware --seeded-bugs   whether the tests find what was put in to be found";
+  cargo xtask firmware --all           every image that is tested";
 
-/// Build the firmware for the nRF52840, and tell how large it is.
+/// Build the firmware for the nRF52840, and say how large it is.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Build it with every set of features that is tested.
+    /// Build every image that is tested.
     #[arg(long)]
     all: bool,
-
-    /// Put each seeded bug into a copy, and run the tests that are to find it.
-    #[arg(long, conflicts_with = "all")]
-    seeded_bugs: bool,
 }
 
 /// `cargo xtask firmware`.
-pub(crate) fn build_and_tell(arguments: &Arguments) -> Result<ExitCode> {
+pub(crate) fn build(arguments: &Arguments) -> Result<ExitCode> {
     let workspace = Workspace::load()?;
-    if arguments.seeded_bugs {
-        crate::firmware_seeded_bugs::run_all(&workspace)?;
-        return Ok(ExitCode::SUCCESS);
-    }
-    let source = Source::of(&[TARGET])?;
-    println!("The target's libraries: {}", source.describe()?);
-    for build in BUILDS
-        .iter()
-        .take(if arguments.all { BUILDS.len() } else { 1 })
-    {
-        let image = build_image(&workspace, &workspace.root, &source, build)?;
-        println!("{}: {}", image.display(), sizes_of(&image)?);
+    let compiler = Compiler::of(&[TARGET])?;
+    let count = if arguments.all { BUILDS.len() } else { 1 };
+    for build in BUILDS.iter().take(count) {
+        let image = build_image(&workspace, &workspace.root, &compiler, build)?;
+        println!("{}: {} bytes of flash", image.display(), flash(&image)?);
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// The stage: the firmware builds, without warnings, and fits.
+/// The stage: the firmware builds without a warning from the compiler or clippy.
 pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let source = Source::of(&[TARGET])?;
-    report.engine = source.describe()?;
-    println!("The target's libraries: {}", report.engine);
-    let folder = workspace.root.join("firmware");
-    run(cargo_in(&folder).args(["fmt", "--check"]))?;
-    if !matches!(source, Source::Debian(_)) {
-        // Clippy belongs to the toolchain, and goes with no other compiler.
-        run(cargo_in(&folder)
-            .args(["clippy", "--locked", "--release", "--target-dir"])
-            .arg(workspace.target_directory.join("firmware"))
-            .args(["--", "-Dwarnings"]))?;
-    }
-    let mut sizes = Vec::new();
+    let compiler = Compiler::of(&[TARGET])?;
+    report.says = format!("{} images, by {}", BUILDS.len(), compiler.says);
+    let sh = &Shell::new()?;
+    sh.change_dir(workspace.root.join("firmware"));
     for build in &BUILDS {
-        let image = build_image(workspace, &workspace.root, &source, build)?;
-        let size = sizes_of(&image)?;
-        println!("{}: {size}", build.name);
-        ensure!(
-            size.flash() <= build.most,
-            "the image `{}` takes {} bytes of flash, more than {}",
-            build.name,
-            size.flash(),
-            build.most
-        );
-        sizes.push(format!("{} {}", build.name, size.flash()));
+        // What `cargo clippy` does, but over `cargo build`, which has the dependencies already. Clippy
+        // optimises less: the image is built again. It goes with its own toolchain's compiler only.
+        if !compiler.is_debian {
+            cargo_build(sh, workspace, &compiler, build)
+                .env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
+                .env("CLIPPY_ARGS", "-Dwarnings")
+                .run()?;
+        }
+        build_image(workspace, &workspace.root, &compiler, build)?;
     }
-    report.extent = format!("bytes of flash: {}", sizes.join(", "));
     Ok(())
 }
 
-/// The release image with those features (`discard`, `megabaud`, or none), built if need be.
-pub(crate) fn firmware_elf(workspace: &Workspace, features: &[&str]) -> Result<PathBuf> {
-    let source = Source::of(&[TARGET])?;
-    eprintln!("The target's libraries: {}", source.describe()?);
-    let features = features.join(",");
-    let arguments = ["--features", features.as_str()];
-    compile(workspace, &workspace.root, &source, PROGRAM, &arguments)
+/// The stage: the release images do what they should, in the emulator.
+pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    build_all(workspace, &workspace.root)?;
+    let mut tests = tests(workspace, &images(workspace, &workspace.root));
+    report::run_tests(&mut tests, &mut report.tests)
 }
 
-/// Builds one, and keeps the image under the build's own name: the next would overwrite it.
+/// The stage: they do it with many more random streams.
+pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    build_all(workspace, &workspace.root)?;
+    let mut tests = tests(workspace, &images(workspace, &workspace.root));
+    tests.args(["--", "random::"]);
+    if std::env::var_os("FRAMELOCK_RANDOM_RUNS").is_none() {
+        tests.env("FRAMELOCK_RANDOM_RUNS", "20000");
+    }
+    report::run_tests(&mut tests, &mut report.tests)
+}
+
+/// Whether that one test passes on the images of the sources at `root`.
+pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
+    build_all(workspace, root)?;
+    let mut tests = tests(workspace, &images(workspace, root));
+    let mut count = TestCount::default();
+    let outcome = report::run_tests(tests.args(["--", test]), &mut count);
+    ensure!(count.passed + count.failed == 1, "{test} is not one test");
+    Ok(outcome.is_ok())
+}
+
+/// The tests, of the images in that folder.
+fn tests(workspace: &Workspace, images: &Path) -> Command {
+    let mut tests = workspace.cargo();
+    tests.args(["test", "--package", TESTS]);
+    tests.env("FRAMELOCK_IMAGES", images);
+    tests
+}
+
+fn build_all(workspace: &Workspace, root: &Path) -> Result<()> {
+    let compiler = Compiler::of(&[TARGET])?;
+    for build in &BUILDS {
+        build_image(workspace, root, &compiler, build)?;
+    }
+    Ok(())
+}
+
+/// Builds an image of the sources at `root`, and keeps it under its own name: the next would
+/// overwrite it.
 pub(crate) fn build_image(
     workspace: &Workspace,
     root: &Path,
-    source: &Source,
+    compiler: &Compiler,
     build: &Build,
 ) -> Result<PathBuf> {
-    let program = compile(workspace, root, source, PROGRAM, build.arguments)?;
-    let folder = images(workspace, root);
-    std::fs::create_dir_all(&folder)?;
-    let image = folder.join(format!("{}.elf", build.name));
-    std::fs::copy(&program, &image)
-        .with_context(|| format!("{} could not be copied", program.display()))?;
+    let sh = &Shell::new()?;
+    sh.change_dir(root.join("firmware"));
+    cargo_build(sh, workspace, compiler, build).run()?;
+    let (name, program, _) = build;
+    let image = sh
+        .create_dir(images(workspace, root))?
+        .join(format!("{name}.elf"));
+    let release = target_folder(workspace).join(TARGET).join("release");
+    sh.copy_file(release.join(program), &image)?;
     Ok(image)
 }
 
-/// Builds the image with single steps of the parsers, for the figures.
-pub(crate) fn build_parser_steps(workspace: &Workspace, source: &Source) -> Result<()> {
-    let root = &workspace.root;
-    let program = compile(workspace, root, source, STEPS, &["--no-default-features"])?;
-    let image = images(workspace, root).join(format!("{STEPS}.elf"));
-    std::fs::copy(&program, &image)
-        .with_context(|| format!("{} could not be copied", program.display()))?;
-    Ok(())
-}
-
-fn sizes_of(image: &Path) -> Result<Sizes> {
-    let unreadable = || format!("{} could not be read", image.display());
-    let bytes = std::fs::read(image).with_context(unreadable)?;
-    Sizes::of(&bytes).map_err(|error| anyhow!("{}: {error}", image.display()))
-}
-
-/// Where the images of the workspace at `root`, which may be a copy, are kept.
-pub(crate) fn images(workspace: &Workspace, root: &Path) -> PathBuf {
+/// Where the images of the sources at `root` are kept: a copy of the workspace keeps its own.
+fn images(workspace: &Workspace, root: &Path) -> PathBuf {
     if root == workspace.root {
-        workspace.target_directory.join("firmware/images")
+        target_folder(workspace).join("images")
     } else {
         root.join("images")
     }
 }
 
-fn compile(
+fn target_folder(workspace: &Workspace) -> PathBuf {
+    workspace.target_directory.join("firmware")
+}
+
+fn cargo_build<'a>(
+    sh: &'a Shell,
     workspace: &Workspace,
-    root: &Path,
-    source: &Source,
-    program: &str,
-    arguments: &[&str],
-) -> Result<PathBuf> {
-    let target_directory = workspace.target_directory.join("firmware");
-    let mut command = cargo_in(&root.join("firmware"));
-    command
-        // Its own `rustflags` and linker arguments count, not those of whoever runs this.
-        .env_remove("RUSTFLAGS")
-        .args(["build", "--locked", "--release", "--target", TARGET])
-        .args(["--bin", program])
-        .args(arguments)
-        .arg("--target-dir")
-        .arg(&target_directory);
-    source.use_in(&mut command);
-    run(&mut command)?;
-    Ok(target_directory.join(TARGET).join("release").join(program))
+    compiler: &Compiler,
+    (_, program, features): &Build,
+) -> Cmd<'a> {
+    let folder = target_folder(workspace);
+    let build = ["build", "--locked", "--release", "--target", TARGET];
+    let cargo = cmd!(sh, "cargo {build...} --target-dir {folder} --bin {program}");
+    // Its own flags count, not those of whoever runs this.
+    let cargo = cargo.args(*features).env_remove("RUSTFLAGS");
+    compiler.with(sh, cargo)
+}
+
+/// Bytes that are flashed: code, constants, initial values of variables.
+fn flash(image: &Path) -> Result<u32> {
+    let file = std::fs::read(image)?;
+    let elf = ElfFile32::<Endianness>::parse(&*file);
+    let elf = elf.with_context(|| image.display().to_string())?;
+    let loaded = elf.elf_program_headers().iter();
+    let loaded = loaded.filter(|header| header.p_type(elf.endian()) == PT_LOAD);
+    Ok(loaded.map(|header| header.p_filesz(elf.endian())).sum())
 }

@@ -1,25 +1,16 @@
 //! The project's checks: `cargo xtask verify` for all, `cargo xtask prove` for the theorems.
 
+mod answer;
 mod bare_metal;
-mod benches;
-mod cargo_tool;
-mod command;
-mod debian;
+mod bugs;
+mod checks;
 mod emulate;
-mod feature_subsets;
 mod firmware;
-mod firmware_seeded_bugs;
-mod firmware_tests;
 mod fuzz;
-mod lints;
+mod kani;
 mod mutants;
-mod no_std;
 mod prove;
-mod source_copy;
-mod stage;
-mod table;
-mod test_count;
-mod test_runs;
+mod report;
 mod verify;
 mod workspace;
 
@@ -33,20 +24,20 @@ use clap::Parser;
 enum Task {
     Verify(verify::Arguments),
     Prove(prove::Arguments),
+    Bugs(bugs::Arguments),
     Firmware(firmware::Arguments),
     Emulate(emulate::Arguments),
     Fuzz(fuzz::Arguments),
-    Mutants(mutants::Arguments),
 }
 
 fn main() -> ExitCode {
     let outcome = match Task::parse() {
         Task::Verify(arguments) => verify::verify(&arguments),
         Task::Prove(arguments) => prove::prove(&arguments),
-        Task::Firmware(arguments) => firmware::build_and_tell(&arguments),
+        Task::Bugs(arguments) => bugs::bugs(&arguments),
+        Task::Firmware(arguments) => firmware::build(&arguments),
         Task::Emulate(arguments) => emulate::emulate(&arguments),
         Task::Fuzz(arguments) => fuzz::fuzz(&arguments),
-        Task::Mutants(arguments) => mutants::mutants(&arguments),
     };
     outcome.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");

@@ -1,4 +1,4 @@
-//! `cargo xtask verify`: runs the stages and sums them up.
+//! `cargo xtask verify`: the stages, what they check, and their sum.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -6,13 +6,64 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::builder::PossibleValuesParser;
 
-use crate::stage::{Report, STAGES, Stage};
-use crate::table::{Row, last_line, table};
+use crate::report::{Report, TestCount};
 use crate::workspace::Workspace;
+use crate::{bugs, checks, firmware, fuzz, mutants, prove};
+
+/// One check. To add one: write its function, and give it a line in [`STAGES`].
+struct Stage {
+    /// What `--only` calls it.
+    name: &'static str,
+    /// What it checks, in one line.
+    checks: &'static str,
+    when: When,
+    run: fn(&Workspace, &mut Report) -> Result<()>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum When {
+    /// For each commit.
+    Always,
+    /// With `--all`, nightly on the hosted machines.
+    Nightly,
+}
+use When::{Always, Nightly};
+
+/// In the order in which they run: what answers soonest comes first.
+#[rustfmt::skip]
+const STAGES: &[Stage] = &[
+    Stage { name: "format", when: Always, run: checks::format,
+        checks: "the sources are formatted by rustfmt" },
+    Stage { name: "core", when: Always, run: checks::core,
+        checks: "the core compiles for microcontrollers under every set of its features" },
+    Stage { name: "prove", when: Always, run: prove::stage,
+        checks: "the theorems, by Kani or by the offline prover" },
+    Stage { name: "clippy", when: Always, run: checks::clippy,
+        checks: "no warning from the compiler or clippy, in all targets" },
+    Stage { name: "tests", when: Always, run: checks::tests,
+        checks: "unit and integration tests; corpora replayed; benchmarks run once, untimed" },
+    Stage { name: "docs", when: Always, run: checks::docs,
+        checks: "the examples in the documentation; it builds without warnings" },
+    Stage { name: "firmware", when: Always, run: firmware::every_build,
+        checks: "the firmware builds for the nRF52840 without warnings, with each set of features" },
+    Stage { name: "emulated", when: Always, run: firmware::in_the_emulator,
+        checks: "the firmware's release images, run in the emulator" },
+    Stage { name: "random", when: Nightly, run: firmware::random_streams,
+        checks: "the firmware with many more random streams" },
+    Stage { name: "statistics", when: Nightly, run: checks::statistics,
+        checks: "the simulator's findings, with all trials" },
+    Stage { name: "bugs", when: Nightly, run: bugs::stage,
+        checks: "every harness and rule of the firmware is broken by a seeded bug; the prover finds what must fail" },
+    Stage { name: "fuzz", when: Nightly, run: fuzz::stage,
+        checks: "every fuzz target, for a minute" },
+    Stage { name: "mutants", when: Nightly, run: mutants::stage,
+        checks: "some test notices each small change of the core (an hour or two)" },
+];
 
 const EXAMPLES: &str = "\
 Examples:
-  cargo xtask verify                              every check there is
+  cargo xtask verify                              what each commit must pass
+  cargo xtask verify --all                        that, and what takes hours
   cargo xtask verify --list                       the stages and what they check
   cargo xtask verify --only format --only clippy  two stages, for a quick answer
 
@@ -20,94 +71,76 @@ What is missing for a check is installed, where it can be. All stages run, even 
 failed. The exit code is 1 if any stage failed, and the last line counts the tests: \
 \"N passed, M failed\", where a failed stage that is not a test counts as one.";
 
-/// Set up and pass every check there is.
+/// Set up and pass the checks.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Run this stage only; can be given more than once.
-    #[arg(
-        long,
-        value_name = "STAGE",
-        value_parser = PossibleValuesParser::new(STAGES.iter().map(|stage| stage.name)),
-    )]
+    #[arg(long, value_name = "STAGE", value_parser = PossibleValuesParser::new(STAGES.iter().map(|stage| stage.name)))]
     only: Vec<String>,
 
-    /// List the stages and what they check, and run none.
+    /// Run every stage there is.
     #[arg(long, conflicts_with = "only")]
+    all: bool,
+
+    /// List the stages and what they check, and run none.
+    #[arg(long, conflicts_with_all = ["only", "all"])]
     list: bool,
 }
 
-/// Runs the stages that were asked for.
+impl Arguments {
+    fn wants(&self, stage: &Stage) -> bool {
+        if self.only.is_empty() {
+            self.all || stage.when == Always
+        } else {
+            self.only.iter().any(|name| name == stage.name)
+        }
+    }
+}
+
 pub(crate) fn verify(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.list {
-        for stage in STAGES {
-            println!("{:<10} {}", stage.name, stage.checks);
+        for Stage {
+            name, checks, when, ..
+        } in STAGES
+        {
+            let when = if *when == Nightly { " (--all)" } else { "" };
+            println!("{name:<10} {checks}{when}");
         }
         return Ok(ExitCode::SUCCESS);
     }
-
-    let stages: Vec<&Stage> = STAGES
-        .iter()
-        .filter(|stage| is_wanted(stage.name, &arguments.only))
-        .collect();
     let workspace = Workspace::load()?;
-    println!("Verifying {}", workspace.root.display());
-    let rows: Vec<Row> = stages
-        .iter()
-        .enumerate()
-        .map(|(index, stage)| {
-            println!(
-                "\n=== {}/{} {}: {} ===",
-                index + 1,
-                stages.len(),
-                stage.name,
-                stage.checks
-            );
-            run_stage(&workspace, stage)
-        })
-        .collect();
-
-    println!();
-    for row in &rows {
-        if let Some(failure) = &row.failure {
-            println!("FAILED: {}: {failure}\n", row.stage);
+    let mut sum = TestCount::default();
+    let (mut lines, mut failures) = (Vec::new(), Vec::new());
+    for stage in STAGES.iter().filter(|stage| arguments.wants(stage)) {
+        println!("\n=== {}: {} ===", stage.name, stage.checks);
+        let (start, mut report) = (Instant::now(), Report::default());
+        let outcome = (stage.run)(&workspace, &mut report);
+        let seconds = start.elapsed().as_secs_f64();
+        let (name, tests) = (stage.name, report.tests);
+        let word = if outcome.is_ok() { "passed" } else { "FAILED" };
+        let ran = match tests.passed + tests.failed {
+            0 => String::new(),
+            count => format!("{count} tests"),
+        };
+        lines.push(format!(
+            "{name:<10} {word} {seconds:7.1} s  {ran:<11}{}",
+            report.says
+        ));
+        sum += tests;
+        if let Err(error) = outcome {
+            println!("FAILED: {name}: {error:#}");
+            failures.push(format!("FAILED: {name}: {error:#}"));
+            // The last line never says `0 failed` after a failure.
+            sum.failed += usize::from(tests.failed == 0);
         }
     }
-    if stages.len() < STAGES.len() {
-        println!(
-            "PARTIAL: only {} of {} stages were run, so this does not verify the project.\n",
-            stages.len(),
-            STAGES.len()
-        );
+    println!("\n{}\n", lines.join("\n"));
+    for failure in &failures {
+        println!("{failure}\n");
     }
-    println!("{}", table(&rows));
-    println!("{}", last_line(&rows));
-
-    if rows.iter().any(|row| row.failure.is_some()) {
-        return Ok(ExitCode::FAILURE);
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
-fn is_wanted(name: &str, only: &[String]) -> bool {
-    only.is_empty() || only.iter().any(|wanted| wanted == name)
-}
-
-fn run_stage(workspace: &Workspace, stage: &Stage) -> Row {
-    let mut report = Report::default();
-    let start = Instant::now();
-    let failure = (stage.run)(workspace, &mut report)
-        .err()
-        .map(|error| format!("{error:#}"));
-    if let Some(failure) = &failure {
-        println!("FAILED: {failure}");
-    }
-    Row {
-        stage: stage.name,
-        report,
-        time: start.elapsed(),
-        failure,
-    }
+    println!("{} passed, {} failed", sum.passed, sum.failed);
+    Ok(ExitCode::from(u8::from(!failures.is_empty())))
 }
 
 #[cfg(test)]
@@ -115,42 +148,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_only_every_stage_is_wanted() {
-        assert!(STAGES.iter().all(|stage| is_wanted(stage.name, &[])));
-    }
-
-    #[test]
-    fn with_only_just_the_named_stages_are_wanted() {
-        let only = ["docs".to_owned(), "format".to_owned()];
-        let wanted: Vec<&str> = STAGES
-            .iter()
-            .map(|stage| stage.name)
-            .filter(|name| is_wanted(name, &only))
-            .collect();
-        assert_eq!(wanted, ["format", "docs"]);
-    }
-
-    #[test]
     fn the_hosted_checks_run_every_stage() {
-        let workflow = include_str!("../../.github/workflows/checks.yml");
-        let names: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
-        let matrix = format!("stage: [{}]", names.join(", "));
-        assert!(workflow.contains(&matrix), "checks.yml wants {matrix}");
-    }
-
-    #[test]
-    fn a_failing_stage_keeps_what_it_reported() {
-        let workspace = Workspace::load().expect("cargo knows this workspace");
-        let stage = Stage {
-            name: "stage",
-            checks: "something",
-            run: |_, report| {
-                report.engine = "engine 1.0".to_owned();
-                anyhow::bail!("it does not hold")
-            },
-        };
-        let row = run_stage(&workspace, &stage);
-        assert_eq!(row.report.engine, "engine 1.0");
-        assert_eq!(row.failure.as_deref(), Some("it does not hold"));
+        for (workflow, when) in [
+            (include_str!("../../.github/workflows/checks.yml"), Always),
+            (include_str!("../../.github/workflows/nightly.yml"), Nightly),
+        ] {
+            let stages = STAGES.iter().filter(|stage| stage.when == when);
+            let names: Vec<&str> = stages.map(|stage| stage.name).collect();
+            let matrix = format!("stage: [{}]", names.join(", "));
+            assert!(workflow.contains(&matrix), "a workflow lacks {matrix}");
+        }
     }
 }

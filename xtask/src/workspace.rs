@@ -1,108 +1,127 @@
-//! The facts about this workspace that the stages need, as cargo tells them.
+//! The workspace as cargo describes it, and copies of it to put mistakes into.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::{env, fs};
 
-use anyhow::{Context, Result};
-use serde::Deserialize;
-
-use crate::command;
+use anyhow::{Context as _, Result, ensure};
+use cargo_metadata::MetadataCommand;
+use xshell::{Shell, cmd};
 
 /// The package that microcontrollers use, in the folder `core`.
 pub(crate) const CORE: &str = "framelock";
 
-/// The part of `cargo metadata` that the stages use.
-#[derive(Deserialize)]
 pub(crate) struct Workspace {
-    #[serde(rename = "workspace_root")]
     pub(crate) root: PathBuf,
     pub(crate) target_directory: PathBuf,
-    pub(crate) packages: Vec<Package>,
-}
-
-#[derive(Deserialize)]
-pub(crate) struct Package {
-    pub(crate) name: String,
-    /// Each feature, with what it switches on.
-    pub(crate) features: BTreeMap<String, Vec<String>>,
-    pub(crate) targets: Vec<Target>,
-}
-
-#[derive(Deserialize)]
-pub(crate) struct Target {
-    pub(crate) name: String,
-    pub(crate) kind: Vec<String>,
+    /// The core's optional features.
+    pub(crate) core_features: Vec<String>,
 }
 
 impl Workspace {
     /// Asks cargo.
     pub(crate) fn load() -> Result<Self> {
         // As `cargo xtask` says it now, not as it was when this program was compiled: a program
-        // that cargo kept from a copy of the workspace would check that copy instead.
-        let here = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| ".".into());
-        let answer = command::output(command::cargo_in(Path::new(&here)).args([
-            "metadata",
-            "--no-deps",
-            "--format-version=1",
-        ]))?;
-        serde_json::from_str(&answer).context("cargo metadata answered in an unexpected form")
+        // that cargo kept from a copy of the workspace would check that copy.
+        let here = env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| ".".into());
+        let metadata = MetadataCommand::new().current_dir(here).no_deps().exec()?;
+        let core = metadata.packages.iter().find(|one| one.name == CORE);
+        let core = core.context("the workspace has no core")?;
+        Ok(Self {
+            core_features: core.features.keys().cloned().collect(),
+            root: metadata.workspace_root.into(),
+            target_directory: metadata.target_directory.into(),
+        })
     }
 
-    /// The package of that name.
-    pub(crate) fn package(&self, name: &str) -> Result<&Package> {
-        self.packages
-            .iter()
-            .find(|package| package.name == name)
-            .with_context(|| format!("the workspace has no package `{name}`"))
+    /// Cargo in the root.
+    pub(crate) fn cargo(&self) -> Command {
+        cargo_in(&self.root)
+    }
+
+    /// A shell in the root.
+    pub(crate) fn shell(&self) -> Result<Shell> {
+        let sh = Shell::new()?;
+        sh.change_dir(&self.root);
+        Ok(sh)
+    }
+
+    /// A shell in the root, with a cargo command of this version, which is installed into `target` if
+    /// it is not there.
+    pub(crate) fn shell_with(&self, package: &str, version: &str) -> Result<Shell> {
+        let sh = self.shell()?;
+        let root = self.target_directory.join("tools").join(package);
+        let stamp = root.join(version);
+        if !stamp.exists() {
+            let build = root.join("build");
+            cmd!(
+                sh,
+                "cargo install --locked --force --version {version} --root {root} --target-dir {build} {package}"
+            )
+            .run()?;
+            sh.remove_path(build)?;
+            sh.write_file(stamp, "")?;
+        }
+        let path = env::var_os("PATH").unwrap_or_default();
+        let folders = std::iter::once(root.join("bin")).chain(env::split_paths(&path));
+        sh.set_var("PATH", env::join_paths(folders)?);
+        Ok(sh)
+    }
+
+    /// A workspace at `to` of these folders alone; `members` of them are packages of it.
+    pub(crate) fn copy(&self, to: &Path, folders: &[&str], members: &[&str]) -> Result<()> {
+        for folder in folders {
+            copy_folder(&self.root.join(folder), &to.join(folder))?;
+        }
+        let manifest = fs::read_to_string(self.root.join("Cargo.toml"))?;
+        let mut manifest: toml::Table = toml::from_str(&manifest).context("Cargo.toml")?;
+        let workspace = manifest.get_mut("workspace");
+        let workspace = workspace.and_then(toml::Value::as_table_mut);
+        let workspace = workspace.context("Cargo.toml has no [workspace]")?;
+        workspace.insert("members".to_owned(), members.to_vec().into());
+        workspace.remove("default-members");
+        workspace.remove("exclude");
+        fs::write(to.join("Cargo.toml"), toml::to_string(&manifest)?)?;
+        fs::copy(self.root.join("Cargo.lock"), to.join("Cargo.lock"))?;
+        Ok(())
     }
 }
 
-impl Package {
-    /// The optional features, without `default`, which is only a choice among them.
-    pub(crate) fn optional_features(&self) -> Vec<&str> {
-        self.features
-            .keys()
-            .map(String::as_str)
-            .filter(|feature| *feature != "default")
-            .collect()
-    }
-
-    /// The names of the benchmarks.
-    pub(crate) fn benchmarks(&self) -> impl Iterator<Item = &str> {
-        self.targets
-            .iter()
-            .filter(|target| target.kind.iter().any(|kind| kind == "bench"))
-            .map(|target| target.name.as_str())
-    }
+/// The cargo that runs this program, in the given folder.
+pub(crate) fn cargo_in(folder: &Path) -> Command {
+    // `cargo xtask` says in CARGO which cargo it is, so that all stages use the same.
+    let program = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(program);
+    command.current_dir(folder);
+    command
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reads_features_and_benchmarks_out_of_what_cargo_answers() {
-        let answer = r#"{
-            "workspace_root": "/w", "target_directory": "/w/target", "version": 1,
-            "packages": [{
-                "name": "framelock",
-                "features": {"default": ["serde"], "serde": ["dep:serde"], "defmt": []},
-                "targets": [
-                    {"name": "framelock", "kind": ["lib"]},
-                    {"name": "throughput", "kind": ["bench"]}
-                ]
-            }]
-        }"#;
-        let workspace: Workspace = serde_json::from_str(answer).expect("the form cargo uses");
-        let core = workspace.package(CORE).expect("it is listed");
-        assert_eq!(core.optional_features(), ["defmt", "serde"]);
-        assert_eq!(core.benchmarks().collect::<Vec<_>>(), ["throughput"]);
-        assert!(workspace.package("absent").is_err());
+/// Files that are the same already are left alone, so that they are not compiled again.
+fn copy_folder(from: &Path, to: &Path) -> Result<()> {
+    for path in files(from)? {
+        let copy = to.join(path.strip_prefix(from)?);
+        let content = fs::read(&path)?;
+        if !fs::read(&copy).is_ok_and(|old| old == content) {
+            fs::create_dir_all(copy.parent().context("a file is in a folder")?)?;
+            fs::write(&copy, content)?;
+        }
     }
+    Ok(())
+}
 
-    #[test]
-    fn this_workspace_has_the_core() {
-        let workspace = Workspace::load().expect("cargo knows this workspace");
-        assert!(workspace.package(CORE).is_ok());
+/// All files in the folder, and in the folders in it but `target`, in a fixed order.
+pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    ensure!(folder.exists(), "there is no {}", folder.display());
+    if folder.is_file() {
+        return Ok(vec![folder.to_owned()]);
     }
+    let mut all = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if !path.ends_with("target") {
+            all.extend(files(&path)?);
+        }
+    }
+    all.sort();
+    Ok(all)
 }

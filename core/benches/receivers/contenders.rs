@@ -30,7 +30,7 @@ pub(crate) fn push<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Ans
 /// A parser of the core, the whole slice at once.
 pub(crate) fn feed<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
-    P::default().feed(bytes, &mut |index, setpoint| answer.frame(index, setpoint));
+    P::default().feed(bytes, |index, setpoint| answer.frame(index, setpoint));
     answer
 }
 

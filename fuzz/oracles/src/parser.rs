@@ -1,86 +1,106 @@
-//! Target `parser`: any bytes, one at a time and as one slice, both formats, both policies.
+//! Target `parser`: a stream, cut into slices anywhere, with line events anywhere.
 
-use framelock::{Accounting, Bin, Lecture, Parser, Receiver, Setpoint};
-use framelock_proofs::reference::{self, Policy};
+use framelock::{Accounting, Bin, BinCrc8, Event, Lecture, Parser, Receiver, Setpoint};
+use framelock_proofs::reference::{self, Format, Policy};
 
-use crate::expected::Expected;
+use crate::outcome::{Counted, Outcome};
+use crate::stream::{Stream, StreamStep};
 
-/// The input is the stream, of BIN. For the receiver (Rescan) and the lecture's machine (Discard):
-/// the frames, their setpoints and the indices of their last bytes are the reference's, and so is why
-/// each byte was dropped; less than a frame is ever held; every byte is accounted for; and the state
-/// that the receiver shows is the lecture's.
-///
-/// Little more than that is done with an input, so that many can be tried: the other parsers, and
-/// streams in pieces, are the target [`chunks`](crate::chunks)'s.
+/// Every parser reports of the stream what the reference does: the frames, their places, which bytes
+/// were dropped and why. Byte by byte and slice by slice is the same, wherever the stream is cut;
+/// nothing reaches across a line event; every byte and event is counted, once.
 ///
 /// # Panics
-/// If one of these does not hold.
-pub fn parser(bytes: &[u8]) {
-    let rescan = Expected::of::<reference::Bin>(bytes, Policy::Rescan);
-    // What it holds are bytes of a shift register; looking how many of them count takes longer.
-    let receiver = check(Receiver::<Bin>::new(), bytes, &rescan, |receiver| {
-        receiver.window().count().into()
-    });
-    let pending = bytes.len() - rescan.pending;
-    check_what_is_shown(receiver, bytes.get(pending..).unwrap_or_default());
-    let discard = Expected::of::<reference::Bin>(bytes, Policy::Discard);
-    check(Lecture::new(), bytes, &discard, Parser::pending);
+/// If the stream shows a bug.
+pub fn parser(stream: &Stream) {
+    check::<Receiver<Bin>, reference::Bin>(stream, Policy::Rescan);
+    check::<Lecture, reference::Bin>(stream, Policy::Discard);
+    check::<Receiver<BinCrc8>, reference::BinCrc8>(stream, Policy::Rescan);
 }
 
-/// The state that the receiver shows is that of the lecture's machine that has just taken the bytes
-/// held, `pending`.
-fn check_what_is_shown(receiver: Receiver<Bin>, pending: &[u8]) {
-    let mut lecture = Lecture::new();
-    for &byte in pending {
-        lecture.push(byte);
-    }
-    assert_eq!(receiver.state(), lecture.state, "{pending:02X?}");
-    let taken = [3, 4, 5].map(|place| pending.get(place).copied());
-    assert_eq!(receiver.temp(), taken, "{pending:02X?}");
-    let stored = taken.map(Option::unwrap_or_default);
-    assert_eq!(<[u8; 3]>::from(lecture.temp), stored, "{pending:02X?}");
-}
-
-/// Returns the parser that has taken the bytes.
-fn check<P>(at_reset: P, bytes: &[u8], expected: &Expected, held: impl Fn(&P) -> usize) -> P
+fn check<P, F>(Stream(steps): &Stream, policy: Policy)
 where
-    P: Parser<Message = Setpoint> + Copy + PartialEq + std::fmt::Debug,
+    P: Parser<Message = Setpoint> + Copy + Default + PartialEq + std::fmt::Debug,
+    F: Format,
 {
-    let mut parser = at_reset;
-    let mut frames = expected.frames.iter();
-    for (index, &byte) in bytes.iter().enumerate() {
-        if let Some(setpoint) = parser.push(byte) {
-            let committed = Some(&(index, setpoint));
-            assert_eq!(frames.next(), committed, "pushed: {bytes:02X?}");
+    let mut line = Accounting::new(P::default());
+    let mut counted = Counted::default();
+    // A line event makes the rest of the stream a stream of its own.
+    for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
+        let bytes: Vec<u8> = stretch
+            .iter()
+            .flat_map(StreamStep::bytes)
+            .copied()
+            .collect();
+        let expected = Outcome::expected::<F>(&bytes, policy);
+        let pushed = push::<P>(&bytes, &expected);
+        let (fed, outcome) = feed::<P>(stretch);
+        assert_eq!(fed, pushed, "fed: {steps:02X?}");
+        assert_eq!(outcome, expected, "fed: {steps:02X?}");
+
+        let (mut frames, mut from) = (Vec::new(), 0);
+        for slice in stretch.iter().map(StreamStep::bytes) {
+            line.feed(slice, |index, setpoint| {
+                frames.push((from + index, setpoint));
+            });
+            from += slice.len();
         }
-        assert!(
-            held(&parser) < P::FRAME_LENGTH,
-            "pushed {index} of {bytes:02X?}"
+        assert_eq!(frames, expected.frames(), "accounted for: {steps:02X?}");
+        assert_eq!(line.parser(), &pushed, "accounted for: {steps:02X?}");
+
+        counted.add(bytes.len(), &expected);
+        if let Some(StreamStep::Event(event)) = stretch.last() {
+            line.line_event(*event);
+            counted.add_event(*event, &expected);
+            assert_eq!(line.parser(), &P::default(), "reset: {steps:02X?}");
+        }
+        let counters = line.counters();
+        assert_eq!(counters, &counted.counters, "{steps:02X?}");
+        assert_eq!(
+            counters.bytes,
+            P::FRAME_LENGTH * counters.frames + counters.discarded.total() + line.pending(),
+            "every byte has one place: {steps:02X?}"
         );
     }
-    assert_eq!(frames.next(), None, "pushed: {bytes:02X?}");
-    assert_eq!(parser.pending(), expected.pending, "pushed {bytes:02X?}");
+}
 
-    let mut line = Accounting::new(at_reset);
-    let mut frames = expected.frames.iter();
-    line.feed(bytes, |index, setpoint| {
-        assert_eq!(frames.next(), Some(&(index, setpoint)), "fed {bytes:02X?}");
-    });
-    assert_eq!(frames.next(), None, "fed {bytes:02X?}");
-    assert_eq!(line.parser(), &parser, "fed {bytes:02X?}");
-    let counters = line.counters();
-    assert_eq!(counters.discarded, expected.dropped, "fed {bytes:02X?}");
-    assert_eq!(
-        counters.resynchronisations, expected.resynchronisations,
-        "fed {bytes:02X?}"
-    );
-    assert_eq!(counters.bytes, bytes.len() as u64);
-    assert_eq!(
-        counters.bytes,
-        P::FRAME_LENGTH as u64 * counters.frames
-            + counters.discarded.total()
-            + line.pending() as u64,
-        "every byte is in one place: {bytes:02X?}"
-    );
+/// Byte by byte: a frame in the step that takes its last byte, less than a frame pending at any time.
+fn push<P>(bytes: &[u8], expected: &Outcome) -> P
+where
+    P: Parser<Message = Setpoint> + Default,
+{
+    let mut parser = P::default();
+    let mut frames = Vec::new();
+    for (index, &byte) in bytes.iter().enumerate() {
+        let setpoint = parser.push(byte);
+        frames.extend(setpoint.map(|setpoint| (index, setpoint)));
+        assert!(parser.pending() < P::FRAME_LENGTH, "{bytes:02X?}");
+    }
+    assert_eq!(frames, expected.frames(), "pushed: {bytes:02X?}");
+    assert_eq!(parser.pending(), expected.pending, "pushed: {bytes:02X?}");
     parser
+}
+
+/// Slice by slice.
+fn feed<P>(slices: &[StreamStep]) -> (P, Outcome)
+where
+    P: Parser<Message = Setpoint> + Default,
+{
+    let mut parser = P::default();
+    let mut outcome = Outcome::default();
+    let mut from = 0;
+    for slice in slices.iter().map(StreamStep::bytes) {
+        parser.feed_events(slice, |event| {
+            outcome.add(match event {
+                Event::Frame { index, message } => Event::Frame {
+                    index: from + index,
+                    message,
+                },
+                dropped @ Event::Dropped { .. } => dropped,
+            });
+        });
+        from += slice.len();
+    }
+    outcome.pending = parser.pending();
+    (parser, outcome)
 }

@@ -1,20 +1,31 @@
-//! The core's reader, blocking and async, on what comes in pieces, pauses and fails: part of the
-//! target `decode`.
+//! Target `reader`: the core's `Reader`, blocking and async, at a UART that gives slices and errors.
 
 use std::fmt::Debug;
-use std::io::Read as _;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
-use framelock::{LineEvent, Parser, Reader, Setpoint};
-use framelock_proofs::reference::{Format, Policy};
+use framelock::{Bin, BinCrc8, Counters, Lecture, LineEvent, Parser, Reader, Receiver, Setpoint};
+use framelock_proofs::reference::{self, Format, Policy};
 
-use crate::decode::{Piece, Pieces};
-use crate::expected::Expected;
+use crate::outcome::{Counted, Outcome};
+use crate::stream::{Stream, StreamStep};
 
-/// A UART driver that gives the pieces.
-struct Driver<'a>(Pieces<'a>);
+/// A UART's driver: it gives the slices, and an error for each line event.
+struct Driver<'a> {
+    steps: std::slice::Iter<'a, StreamStep>,
+    /// What is left of a slice.
+    bytes: &'a [u8],
+}
+
+/// An idle gap costs no bytes; all other events are overruns.
+fn error(event: LineEvent) -> ErrorKind {
+    if event == LineEvent::Idle {
+        ErrorKind::TimedOut
+    } else {
+        ErrorKind::Other
+    }
+}
 
 impl ErrorType for Driver<'_> {
     type Error = ErrorKind;
@@ -22,7 +33,15 @@ impl ErrorType for Driver<'_> {
 
 impl embedded_io::Read for Driver<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
-        self.0.read(buffer).map_err(|_| ErrorKind::Other)
+        while self.bytes.is_empty() {
+            match self.steps.next() {
+                Some(StreamStep::Slice(bytes)) => self.bytes = bytes,
+                Some(StreamStep::Event(event)) => return Err(error(*event)),
+                None => return Ok(0),
+            }
+        }
+        let Ok(count) = self.bytes.read(buffer);
+        Ok(count)
     }
 }
 
@@ -32,49 +51,77 @@ impl embedded_io_async::Read for Driver<'_> {
     }
 }
 
-/// The messages are the reference's, and every error is handed on, after which nothing is lost.
-pub(crate) fn check<P, F>(pieces: &[Piece], policy: Policy)
+/// The reader gives the reference's setpoints and the driver's errors, each as soon as it can: before
+/// a byte behind it is read. An error loses nothing, but for an overrun, which is reported as a line
+/// event. All of that whatever the buffer's size, blocking and async.
+///
+/// # Panics
+/// If the stream shows a bug.
+pub fn reader(stream: &Stream) {
+    check::<Receiver<Bin>, reference::Bin, 16>(stream, Policy::Rescan);
+    check::<Lecture, reference::Bin, 1>(stream, Policy::Discard);
+    check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream, Policy::Rescan);
+}
+
+/// What a call to the reader's `read` gives.
+type Answer = Result<Option<Setpoint>, ErrorKind>;
+
+fn check<P, F, const N: usize>(Stream(steps): &Stream, policy: Policy)
 where
     P: Parser<Message = Setpoint> + Default + Debug,
     F: Format,
 {
-    let bytes: Vec<u8> = pieces.iter().flat_map(Piece::bytes).copied().collect();
-    let expected = Expected::of::<F>(&bytes, policy);
-    let setpoints: Vec<_> = expected
-        .frames
-        .iter()
-        .map(|&(_, setpoint)| setpoint)
-        .collect();
-    let errors = pieces.iter().filter(|piece| piece.is_error()).count();
-
-    for is_async in [false, true] {
-        let driver = Driver(Pieces::new(pieces));
-        let mut reader = Reader::<_, _, 16>::new(driver, P::default());
-        let mut read = Vec::new();
-        let mut failed = 0;
-        loop {
-            let answer = if is_async {
-                now(reader.read_async())
-            } else {
-                reader.read()
-            };
-            match answer {
-                Ok(Some(setpoint)) => read.push(setpoint),
-                Ok(None) => break,
-                Err(ErrorKind::Other) => failed += 1,
-                Err(error) => panic!("{error} is not what the driver said: {pieces:02X?}"),
+    let (expected, counters) = expected::<F>(steps, policy);
+    for read in [Reader::read, |reader: &mut Reader<_, P, N>| {
+        now(reader.read_async())
+    }] {
+        let driver = Driver {
+            steps: steps.iter(),
+            bytes: &[],
+        };
+        let mut reader = Reader::<_, _, N>::new(driver, P::default());
+        for &answer in &expected {
+            assert_eq!(read(&mut reader), answer, "{steps:02X?}");
+            if answer == Err(ErrorKind::Other) {
+                reader.line_mut().line_event(LineEvent::Overrun);
             }
         }
-        assert_eq!(read, setpoints, "{pieces:02X?}");
-        assert_eq!(failed, errors, "{pieces:02X?}");
-        let line = reader.line();
-        assert_eq!(line.counters().discarded, expected.dropped, "{pieces:02X?}");
-        assert_eq!(line.pending(), expected.pending, "{pieces:02X?}");
-        reader.line_mut().line_event(LineEvent::Idle);
-        assert_eq!(reader.line().pending(), 0, "{pieces:02X?}");
-        let rest = embedded_io::Read::read(&mut reader.into_source(), &mut [0]);
-        assert_eq!(rest, Ok(0), "{pieces:02X?}");
+        assert_eq!(reader.line().counters(), &counters, "{steps:02X?}");
     }
+}
+
+/// What the reader must answer, up to the end of the source and once more, and what it has counted
+/// then.
+fn expected<F: Format>(steps: &[StreamStep], policy: Policy) -> (Vec<Answer>, Counters) {
+    let mut answers = Vec::new();
+    let mut counted = Counted::default();
+    let ends = |step: &StreamStep| matches!(step, StreamStep::Event(event) if error(*event) == ErrorKind::Other);
+    for stretch in steps.split_inclusive(ends) {
+        let bytes: Vec<u8> = stretch
+            .iter()
+            .flat_map(StreamStep::bytes)
+            .copied()
+            .collect();
+        let outcome = Outcome::expected::<F>(&bytes, policy);
+        counted.add(bytes.len(), &outcome);
+
+        let mut frames = outcome.frames().into_iter().peekable();
+        let mut read = 0;
+        for step in stretch {
+            read += step.bytes().len();
+            while let Some((_, setpoint)) = frames.next_if(|&(index, _)| index < read) {
+                answers.push(Ok(Some(setpoint)));
+            }
+            if let StreamStep::Event(event) = step {
+                answers.push(Err(error(*event)));
+                if ends(step) {
+                    counted.add_event(LineEvent::Overrun, &outcome);
+                }
+            }
+        }
+    }
+    answers.extend([Ok(None); 2]);
+    (answers, counted.counters)
 }
 
 /// What comes of it; the driver never lets anyone wait.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use ratatui::crossterm::event::{KeyCode, KeyEvent};
 
-use super::simulation::Simulation;
+use super::demonstration::Demonstration;
 use super::view;
 use crate::screen::{DRAW_EVERY, Screen, key_within, quits};
 
@@ -13,42 +13,33 @@ use crate::screen::{DRAW_EVERY, Screen, key_within, quits};
 /// want to find the rest over.
 const LONGEST_STEP: Duration = Duration::from_millis(250);
 
-/// Shows the simulation until it is over or somebody ends it, `speed` times as fast as it would
+/// Shows the demonstration until it is over or somebody ends it, `speed` times as fast as it would
 /// be. The terminal is as before afterwards, whatever happens.
-pub(super) fn run(simulation: &mut Simulation, speed: f64) -> Result<()> {
+pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
     let mut screen = Screen::take()?;
     let mut drawn_at = Instant::now();
     let mut is_paused = false;
-    while !simulation.is_over() && !screen.is_ended() {
-        screen.draw(|frame| view::draw(frame, simulation, is_paused))?;
-        match key_within(DRAW_EVERY, meaning)? {
-            Some(Key::Quit) => break,
-            Some(Key::Pause) => is_paused = !is_paused,
-            None => {}
+    while !demonstration.is_over() && !screen.is_ended() {
+        screen.draw(|frame| view::draw(frame, demonstration, is_paused))?;
+        if let Some(key) = key_within(DRAW_EVERY, Some)?
+            && !goes_on(key, &mut is_paused)
+        {
+            break;
         }
         let elapsed = drawn_at.elapsed();
         drawn_at += elapsed;
         if !is_paused {
             let step = elapsed.min(LONGEST_STEP).mul_f64(speed);
-            simulation.advance_to(simulation.now() + step);
+            demonstration.advance_to(demonstration.now + step);
         }
     }
     Ok(())
 }
 
-/// What the user wants.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Key {
-    Quit,
-    Pause,
-}
-
-fn meaning(key: KeyEvent) -> Option<Key> {
-    match key.code {
-        _ if quits(key) => Some(Key::Quit),
-        KeyCode::Char(' ') => Some(Key::Pause),
-        _ => None,
-    }
+/// Does what the key asks for: pauses or resumes, or ends it.
+fn goes_on(key: KeyEvent, is_paused: &mut bool) -> bool {
+    *is_paused ^= key.code == KeyCode::Char(' ');
+    !quits(key)
 }
 
 #[cfg(test)]
@@ -59,12 +50,20 @@ mod tests {
 
     #[test]
     fn keys_mean_what_the_view_says() {
-        let plain = |code| meaning(KeyEvent::new(code, KeyModifiers::NONE));
-        assert_eq!(plain(KeyCode::Char('q')), Some(Key::Quit));
-        assert_eq!(plain(KeyCode::Esc), Some(Key::Quit));
-        assert_eq!(plain(KeyCode::Char(' ')), Some(Key::Pause));
-        assert_eq!(plain(KeyCode::Char('c')), None);
-        let control = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-        assert_eq!(meaning(control), Some(Key::Quit));
+        let mut is_paused = false;
+        let mut press = |code, modifiers| {
+            let goes_on = goes_on(KeyEvent::new(code, modifiers), &mut is_paused);
+            (goes_on, is_paused)
+        };
+        let none = KeyModifiers::NONE;
+        assert_eq!(press(KeyCode::Char('c'), none), (true, false));
+        assert_eq!(press(KeyCode::Char(' '), none), (true, true));
+        assert_eq!(press(KeyCode::Char(' '), none), (true, false));
+        assert_eq!(press(KeyCode::Char('q'), none), (false, false));
+        assert_eq!(press(KeyCode::Esc, none), (false, false));
+        assert_eq!(
+            press(KeyCode::Char('c'), KeyModifiers::CONTROL),
+            (false, false)
+        );
     }
 }

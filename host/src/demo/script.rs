@@ -1,9 +1,7 @@
 //! What the simulated motion PC does, and when.
 
 use framelock::Setpoint;
-use rand_chacha::ChaCha8Rng;
-
-use crate::smooth_motion::SmoothMotion;
+use framelock_simulation::SmoothMotion;
 
 /// Where the simulator stands while it is parked. The frame that repeats it is
 /// `41 42 00 41 42 00 0D`: its payload holds the sync bytes.
@@ -36,11 +34,6 @@ impl Passage {
             Self::Parked => "parked",
         }
     }
-
-    /// Whether frames are sent.
-    pub(super) const fn is_sent(self) -> bool {
-        !matches!(self, Self::Silence)
-    }
 }
 
 /// The passages and how long each is, in parts of the whole.
@@ -53,17 +46,8 @@ const PASSAGES: [(Passage, u64); 6] = [
     (Passage::Motion, 6),
 ];
 
+/// All of them.
 const PARTS: u64 = 52;
-
-const _: () = {
-    let mut sum = 0;
-    let mut rest = PASSAGES.as_slice();
-    while let [(_, parts), behind @ ..] = rest {
-        sum += *parts;
-        rest = behind;
-    }
-    assert!(sum == PARTS);
-};
 
 /// When each passage is. Time is counted in frames: slot `n` begins when frame `n` is due.
 #[derive(Clone, Copy, Debug)]
@@ -88,6 +72,18 @@ impl Script {
         (Passage::Motion, begin, 1)
     }
 
+    /// Where the simulator is to be in the slot; ask for each slot in turn.
+    pub(super) fn setpoint(self, slot: u64, motion: &mut SmoothMotion) -> Setpoint {
+        let (passage, begin, length) = self.passage(slot);
+        match passage {
+            Passage::Motion | Passage::Silence => return motion.setpoint(slot),
+            Passage::Parking if slot == begin => motion.go(slot, PARKED, length),
+            Passage::Parked if slot == begin => motion.go(slot, PARKED, 0),
+            _ => {}
+        }
+        motion.here(slot)
+    }
+
     /// Whether the first byte of the slot's frame is lost although the line has no faults: once,
     /// soon after the simulator is parked.
     pub(super) fn loses_first_byte(self, slot: u64) -> bool {
@@ -96,44 +92,18 @@ impl Script {
     }
 }
 
-/// The motion PC: smooth pitch, roll and yaw, and what the script wants of it.
-#[derive(Debug)]
-pub(super) struct MotionPc {
-    script: Script,
-    motion: SmoothMotion,
-}
-
-impl MotionPc {
-    /// Two seconds for each leg; starts at level.
-    pub(super) fn new(script: Script, random: ChaCha8Rng, rate: u32) -> Self {
-        Self {
-            script,
-            motion: SmoothMotion::new(random, 2 * u64::from(rate)),
-        }
-    }
-
-    /// Where the simulator is to be in the slot; ask for each slot in turn.
-    pub(super) fn setpoint(&mut self, slot: u64) -> Setpoint {
-        let (passage, begin, length) = self.script.passage(slot);
-        match passage {
-            Passage::Motion | Passage::Silence => return self.motion.setpoint(slot),
-            Passage::Parking if slot == begin => self.motion.go(slot, PARKED, length),
-            Passage::Parked if slot == begin => self.motion.go(slot, PARKED, 0),
-            _ => {}
-        }
-        self.motion.here(slot)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use rand::SeedableRng;
+    use framelock_simulation::Seed;
 
     use super::*;
 
-    fn motion(slots: u64, rate: u32, seed: u64) -> Vec<Setpoint> {
-        let mut motion_pc = MotionPc::new(Script { slots }, ChaCha8Rng::seed_from_u64(seed), rate);
-        (0..slots).map(|slot| motion_pc.setpoint(slot)).collect()
+    fn motion(slots: u64, rate: u64, seed: u64) -> Vec<Setpoint> {
+        let mut motion = SmoothMotion::new(Seed { seed, trial: 0 }, 2 * rate);
+        let script = Script { slots };
+        (0..slots)
+            .map(|slot| script.setpoint(slot, &mut motion))
+            .collect()
     }
 
     #[test]

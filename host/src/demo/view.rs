@@ -1,4 +1,4 @@
-//! The live view: one drawing of the simulation as it stands. It reads, and changes nothing.
+//! The live view: one drawing of the demonstration as it stands. It reads, and changes nothing.
 //!
 //! Laid out for 80 columns and 24 rows; a lower terminal goes without the bytes, a higher one has
 //! room for a chart.
@@ -11,11 +11,9 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph};
 
-use super::bytes;
-use super::recent::ByteOnLine;
+use super::bytes::{self, ByteOnLine};
+use super::demonstration::{Demonstration, Report};
 use super::script::Passage;
-use super::simulation::{Sample, Simulation};
-use super::station::Report;
 use crate::view_parts::{RowsLeft, bar, emphasised, phase_name, phase_style};
 
 const TITLE_HEIGHT: u16 = 2;
@@ -24,8 +22,8 @@ const BYTES_HEIGHT: u16 = 6;
 const KEYS_HEIGHT: u16 = 1;
 const CHART_HEIGHT: u16 = 8;
 
-/// Draws the simulation as it stands.
-pub(super) fn draw(frame: &mut Frame, simulation: &Simulation, is_paused: bool) {
+/// Draws the demonstration as it stands.
+pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: bool) {
     let area = frame.area();
     let mut rows_left = RowsLeft::new(area.height, TITLE_HEIGHT + STATIONS_HEIGHT + KEYS_HEIGHT);
     let line_height = rows_left.exactly(BYTES_HEIGHT);
@@ -41,45 +39,46 @@ pub(super) fn draw(frame: &mut Frame, simulation: &Simulation, is_paused: bool) 
     ])
     .areas(area);
 
-    frame.render_widget(title_of(simulation), title);
-    draw_stations(frame, simulation, stations);
+    frame.render_widget(title_of(demonstration), title);
+    draw_stations(frame, demonstration, stations);
     let room = bytes::room(line.width.saturating_sub(2));
     let titles = [
         "the line; state after each byte, ok = committed, !! = a wrong commit",
         "a fault from close up: the frame it hits, and the two behind it",
     ];
-    draw_bytes(frame, titles[0], simulation.recent().last(room), line);
+    draw_bytes(frame, titles[0], demonstration.recent.last(room), line);
     draw_bytes(
         frame,
         titles[1],
-        simulation.recent().close_up().iter(),
+        demonstration.recent.close_up.iter(),
         close_up,
     );
-    draw_chart(frame, simulation, chart);
+    draw_chart(frame, demonstration, chart);
     let space = if is_paused { "goes on" } else { "pauses" };
     let keys_line = Line::from(format!(" q quits, space {space}")).dim();
     frame.render_widget(keys_line, keys);
 }
 
-fn title_of(simulation: &Simulation) -> Paragraph<'static> {
-    let plan = simulation.plan();
-    let what = match simulation.passage() {
+fn title_of(demonstration: &Demonstration) -> Paragraph<'static> {
+    let arguments = &demonstration.arguments;
+    let what = match demonstration.passage() {
         Passage::Motion => "motion, over a faulty line",
         Passage::Silence => "silence: nothing is sent",
         Passage::Parking => "parking, over a faultless line",
-        Passage::Parked if plan.drop > 0.0 => "parked on 00 41 42 00; one byte is lost",
+        Passage::Parked if arguments.drop > 0.0 => "parked on 00 41 42 00; one byte is lost",
         Passage::Parked => "parked on 00 41 42 00",
     };
+    let (line, _) = demonstration.report();
     let numbers = format!(
         "{:5.1} of {} s  sent {:<5} broken {:<4} ",
-        simulation.now().as_secs_f64(),
-        plan.seconds,
-        simulation.sent(),
-        simulation.broken(),
+        demonstration.now.as_secs_f64(),
+        arguments.seconds,
+        line.frames_sent,
+        line.frames_sent - line.frames_intact,
     );
     let settings = format!(
         " seed {}, {} baud, {} frames/s, drop {}, flip {}",
-        plan.seed, plan.baud, plan.rate, plan.drop, plan.flip
+        arguments.seed, arguments.baud, arguments.rate, arguments.drop, arguments.flip
     );
     Paragraph::new(vec![
         Line::from(vec![
@@ -93,27 +92,28 @@ fn title_of(simulation: &Simulation) -> Paragraph<'static> {
     ])
 }
 
-fn draw_stations(frame: &mut Frame, simulation: &Simulation, area: Rect) {
+fn draw_stations(frame: &mut Frame, demonstration: &Demonstration, area: Rect) {
     let areas: [Rect; 2] = Layout::horizontal([Constraint::Fill(1); 2]).areas(area);
     let names = ["the lecture's machine: discard", "the receiver: rescan"];
-    for ((area, name), report) in areas.into_iter().zip(names).zip(simulation.reports()) {
+    let (_, reports) = demonstration.report();
+    for ((area, name), report) in areas.into_iter().zip(names).zip(reports) {
         let block = Block::bordered().title(Span::from(format!(" {name} ")).bold());
         let inside = block.inner(area);
         frame.render_widget(block, area);
-        let lines = station(&report, simulation, inside.width);
+        let lines = station(&report, demonstration, inside.width);
         frame.render_widget(Paragraph::new(lines), inside);
     }
 }
 
-fn station(report: &Report, simulation: &Simulation, width: u16) -> Vec<Line<'static>> {
+fn station(report: &Report, demonstration: &Demonstration, width: u16) -> Vec<Line<'static>> {
     let Output { setpoint, phase } = report.output;
     let mut lines = vec![Line::from(vec![
         Span::from("state "),
-        Span::from(format!("{:<4}", report.state.lecture_name())).bold(),
+        Span::from(format!("{:<4}", bytes::state(report.pending))).bold(),
         Span::from("failsafe "),
         Span::styled(phase_name(phase).to_uppercase(), phase_style(phase)),
     ])];
-    let sent = simulation.last_sent().map(<[u8; 3]>::from);
+    let sent = demonstration.last_sent.map(<[u8; 3]>::from);
     let names = ["pitch", "roll", "yaw"];
     for (index, (name, output)) in names.into_iter().zip(<[u8; 3]>::from(setpoint)).enumerate() {
         let sent = sent.and_then(|axes| axes.get(index).copied());
@@ -127,18 +127,18 @@ fn station(report: &Report, simulation: &Simulation, width: u16) -> Vec<Line<'st
         line.push_span(numbers);
         lines.push(line);
     }
-    let tally = report.tally;
+    let tally = &report.tally;
     lines.push(Line::from(vec![
-        Span::from(format!("received {:<6}lost ", tally.received)),
-        emphasised(tally.lost, Color::Yellow),
+        Span::from(format!("received {:<6}lost ", tally.delivered)),
+        emphasised(report.lost, Color::Yellow),
         Span::from(" wrong "),
-        emphasised(tally.wrong, Color::Red),
+        emphasised(report.wrong, Color::Red),
     ]));
     lines.push(Line::from(vec![
         Span::from("lost though delivered whole "),
-        emphasised(tally.lost_though_whole, Color::Red),
+        emphasised(tally.lost_intact, Color::Red),
     ]));
-    let discarded = report.counters.discarded.total();
+    let discarded = tally.bytes_discarded;
     lines.push(Line::from(format!("bytes discarded {discarded}")));
     lines
 }
@@ -154,51 +154,40 @@ fn draw_bytes<'a>(
     frame.render_widget(Paragraph::new(rows).block(block), area);
 }
 
-/// The colors of the curves.
-const SENT: Color = Color::Yellow;
-const DISCARD: Color = Color::Red;
-const RESCAN: Color = Color::Green;
+/// The curves of the chart.
+const CURVES: [(&str, Color); 3] = [
+    ("sent", Color::Yellow),
+    ("lecture's machine", Color::Red),
+    ("receiver", Color::Green),
+];
 
 /// The pitch of the last ten seconds: as sent, and as each station put it out.
-fn draw_chart(frame: &mut Frame, simulation: &Simulation, area: Rect) {
-    let curve = |pitch: fn(&Sample) -> Option<u8>| -> Vec<(f64, f64)> {
-        simulation
-            .samples()
-            .filter_map(|sample| Some((sample.at.as_secs_f64(), f64::from(pitch(sample)?))))
-            .collect()
-    };
-    let sent = curve(|sample| sample.sent);
-    let discard = curve(|sample| Some(sample.discard));
-    let rescan = curve(|sample| Some(sample.rescan));
-    let dataset = |color, data| {
+fn draw_chart(frame: &mut Frame, demonstration: &Demonstration, area: Rect) {
+    let mut title = Line::from(" pitch, the last ten seconds: ");
+    let mut curves: [Vec<(f64, f64)>; 3] = Default::default();
+    for (at, pitches) in &demonstration.samples {
+        for (curve, pitch) in curves.iter_mut().zip(pitches) {
+            curve.push((at.as_secs_f64(), f64::from(*pitch)));
+        }
+    }
+    let datasets = curves.iter().zip(CURVES).map(|(curve, (name, color))| {
+        title.push_span(Span::from(name).fg(color));
+        title.push_span(" ");
         Dataset::default()
             .marker(Marker::Braille)
             .graph_type(GraphType::Line)
             .style(Style::new().fg(color))
-            .data(data)
-    };
-    let title = Line::from(vec![
-        Span::from(" pitch, the last ten seconds: "),
-        Span::from("sent").fg(SENT),
-        Span::from(", "),
-        Span::from("lecture's machine").fg(DISCARD),
-        Span::from(", "),
-        Span::from("receiver ").fg(RESCAN),
-    ]);
-    let now = simulation.now().as_secs_f64();
-    let from = (now - 10.0).max(0.0);
-    let chart = Chart::new(vec![
-        dataset(SENT, &sent),
-        dataset(DISCARD, &discard),
-        dataset(RESCAN, &rescan),
-    ])
-    .block(Block::bordered().title(title))
-    .x_axis(Axis::default().bounds([from, from + 10.0]))
-    .y_axis(
-        Axis::default()
-            .bounds([0.0, 255.0])
-            .labels(["00", "80", "FF"]),
-    );
+            .data(curve)
+    });
+    let datasets = datasets.collect();
+    let from = (demonstration.now.as_secs_f64() - 10.0).max(0.0);
+    let heights = Axis::default()
+        .bounds([0.0, 255.0])
+        .labels(["00", "80", "FF"]);
+    let chart = Chart::new(datasets)
+        .block(Block::bordered().title(title))
+        .x_axis(Axis::default().bounds([from, from + 10.0]))
+        .y_axis(heights);
     frame.render_widget(chart, area);
 }
 

@@ -1,17 +1,15 @@
 //! The view on a terminal: bytes come on one thread, keys on another.
 
-use std::sync::mpsc::{self, Receiver, TryRecvError};
+use std::sync::mpsc::{self, TryRecvError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use framelock::{Parser, Setpoint};
 
-use super::session::{Session, meaning};
+use super::session::Session;
 use super::view;
-use crate::input::Input;
+use crate::input::{Input, for_each_chunk};
 use crate::screen::{DRAW_EVERY, Screen, key_within};
-use crate::stream::{Failure, for_each_chunk};
 
 /// How much may wait to be watched: enough for a line, and a pipe waits beyond it.
 const MOST_WAITING: usize = 64;
@@ -19,61 +17,47 @@ const MOST_WAITING: usize = 64;
 /// How long is spent on what waits before keys are looked at again.
 const LONGEST_CATCHING_UP: Duration = Duration::from_millis(50);
 
-/// What the thread that reads has to say.
-enum Arrival {
-    /// Bytes, and when they came.
-    Bytes(Instant, Vec<u8>),
-    /// No more will come.
-    End(Result<(), Failure>),
-}
-
-/// Shows the line until somebody ends it or it is cut, which is the inner failure. The terminal is
-/// as before afterwards, whatever happens.
-pub(super) fn run<P>(session: &mut Session<P>, input: Input) -> Result<Result<(), Failure>>
-where
-    P: Parser<Message = Setpoint> + Default + Copy,
-{
+/// Shows the line until the user ends it or it is cut. The terminal is as before afterwards,
+/// whatever happens.
+pub(super) fn run(session: &mut Session, input: Input<'static>) -> Result<()> {
     let mut screen = Screen::take()?;
     let beginning = Instant::now();
-    let arrivals = read(input);
+    let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
+    // It ends with the process if it waits for input then.
+    thread::spawn(move || {
+        // Once the view is gone nothing receives it.
+        let send = |arrival| drop(sender.send((Instant::now(), arrival)));
+        let outcome = for_each_chunk(input, |chunk| {
+            send(Ok(chunk.to_vec()));
+            Ok(())
+        });
+        if let Err(failure) = outcome {
+            send(Err(failure));
+        }
+    });
     while !screen.is_ended() {
         let now = Instant::now();
-        loop {
+        while now.elapsed() < LONGEST_CATCHING_UP {
             match arrivals.try_recv() {
-                Ok(Arrival::Bytes(at, bytes)) => {
+                Ok((at, Ok(bytes))) => {
                     session.receive(at.saturating_duration_since(beginning), &bytes);
-                    if now.elapsed() > LONGEST_CATCHING_UP {
-                        break;
-                    }
                 }
-                Ok(Arrival::End(Ok(()))) => session.end_of_input(),
-                Ok(Arrival::End(Err(failure))) => return Ok(Err(failure)),
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => break,
+                Ok((_, Err(failure))) => return Err(failure),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => {
+                    session.has_ended = true;
+                    break;
+                }
             }
         }
         // What came behind this time waits for the next round.
         session.advance_to(now.saturating_duration_since(beginning));
-        let shown = session.shown();
-        screen.draw(|frame| view::draw(frame, shown))?;
-        if let Some(key) = key_within(DRAW_EVERY, meaning)?
+        screen.draw(|frame| view::draw(frame, session))?;
+        if let Some(key) = key_within(DRAW_EVERY, Some)?
             && !session.key(key)
         {
             break;
         }
     }
-    Ok(Ok(()))
-}
-
-/// Reads on a thread of its own, which ends with the process if it waits for input then.
-fn read(input: Input) -> Receiver<Arrival> {
-    let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
-    thread::spawn(move || {
-        let outcome = for_each_chunk(&mut input.into_reader(), |chunk| {
-            // Nobody listens any more once the view is gone.
-            let _ = sender.send(Arrival::Bytes(Instant::now(), chunk.to_vec()));
-            Ok(())
-        });
-        let _ = sender.send(Arrival::End(outcome));
-    });
-    arrivals
+    Ok(())
 }

@@ -1,233 +1,187 @@
 //! What a monitor does with what comes and with keys; the view shows what is in here.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use framelock::{Parser, Setpoint};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::recording::Recording;
-use super::watch::{Report, Watch};
-use crate::line_errors::{Marks, Received};
+use super::watch::Watch;
+use crate::line_errors::Marks;
+use crate::names::FrameName;
 use crate::screen::quits;
 
-/// What the user wants.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Key {
-    Quit,
-    Help,
-    Pause,
-    Record,
-    Reset,
+/// How many names are tried for a recording.
+const MOST_NAMES: u32 = 9_999;
+
+/// A recording: the bytes of the line in a file, as they came.
+pub(super) struct Recording {
+    pub(super) path: PathBuf,
+    pub(super) bytes: u64,
+    file: BufWriter<File>,
 }
 
-/// What a key means.
-pub(super) fn meaning(key: KeyEvent) -> Option<Key> {
-    if quits(key) {
-        return Some(Key::Quit);
+impl Recording {
+    /// Begins one in a new file: a recording never replaces anything.
+    pub(super) fn begin(path: PathBuf) -> io::Result<Self> {
+        let file = BufWriter::new(File::create_new(&path)?);
+        Ok(Self {
+            path,
+            bytes: 0,
+            file,
+        })
     }
-    if key.modifiers.contains(KeyModifiers::CONTROL) {
-        // Ctrl-Z is not meant to set the counters to zero.
-        return None;
+
+    /// Begins one in `directory`, in the first of `framelock-1.bin`, `framelock-2.bin` and so on
+    /// that is not there yet.
+    fn begin_numbered(directory: &Path) -> io::Result<Self> {
+        (1..=MOST_NAMES)
+            .map(|number| Self::begin(directory.join(format!("framelock-{number}.bin"))))
+            .find(|outcome| !matches!(outcome, Err(error) if error.kind() == ErrorKind::AlreadyExists))
+            .unwrap_or_else(|| Err(ErrorKind::AlreadyExists.into()))
     }
-    match key.code {
-        KeyCode::Char('?' | 'h') => Some(Key::Help),
-        KeyCode::Char(' ' | 'p') => Some(Key::Pause),
-        KeyCode::Char('r') => Some(Key::Record),
-        KeyCode::Char('z') => Some(Key::Reset),
-        _ => None,
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.file.write_all(bytes)?;
+        self.bytes += bytes.len() as u64;
+        Ok(())
     }
 }
 
 /// A monitor at work.
-pub(super) struct Session<P> {
-    watch: Watch<P>,
-    /// How bytes come: with marks, if the port reports line errors.
-    marks: Option<Marks>,
-    recording: Option<Recording>,
-    /// What became of the recordings so far, for the end.
-    recorded: Vec<String>,
-    /// Where recordings that have no name go.
-    directory: PathBuf,
-    screen: Shown,
-    /// The data of what came last, without marks.
-    data: Vec<u8>,
-}
-
-/// What the view shows.
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is something that the view shows or not"
-)]
-#[derive(Clone, PartialEq, Debug)]
-pub(super) struct Shown {
+pub(super) struct Session {
     /// The line and how it is read.
     pub(super) title: String,
-    pub(super) report: Report,
-    pub(super) is_paused: bool,
+    pub(super) frame: FrameName,
+    watch: Watch,
+    /// As it was when the view was paused.
+    frozen: Option<Watch>,
+    /// How bytes come: with marks, if the port reports line errors.
+    pub(super) marks: Option<Marks>,
+    pub(super) recording: Option<Recording>,
+    /// What became of the recordings before it.
+    pub(super) recorded: Vec<String>,
+    /// Where recordings that have no name go.
+    directory: PathBuf,
     pub(super) has_help: bool,
-    /// The input has ended.
     pub(super) has_ended: bool,
-    pub(super) reports_line_errors: bool,
-    pub(super) recording: RecordingState,
 }
 
-/// Whether the line is recorded.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) enum RecordingState {
-    Off,
-    On { name: String, bytes: u64 },
-    Failed(String),
-}
-
-impl<P: Parser<Message = Setpoint> + Default + Copy> Session<P> {
-    /// `recording` is one that is under way from the start.
+impl Session {
     pub(super) fn new(
         title: String,
-        watch: Watch<P>,
-        reports_line_errors: bool,
+        frame: FrameName,
+        watch: Watch,
+        marks: Option<Marks>,
         recording: Option<Recording>,
-        directory: PathBuf,
     ) -> Self {
-        let mut session = Self {
-            marks: reports_line_errors.then(Marks::default),
-            recorded: Vec::new(),
-            directory,
-            screen: Shown {
-                title,
-                report: watch.report(),
-                is_paused: false,
-                has_help: false,
-                has_ended: false,
-                reports_line_errors,
-                recording: RecordingState::Off,
-            },
+        Self {
+            title,
+            frame,
             watch,
+            frozen: None,
+            marks,
             recording,
-            data: Vec::new(),
-        };
-        session.show_recording();
-        session
+            recorded: Vec::new(),
+            directory: PathBuf::new(),
+            has_help: false,
+            has_ended: false,
+        }
+    }
+
+    pub(super) fn is_paused(&self) -> bool {
+        self.frozen.is_some()
+    }
+
+    /// What the view is to show. While it is paused the line is watched and recorded all the same.
+    pub(super) fn shown(&self) -> &Watch {
+        self.frozen.as_ref().unwrap_or(&self.watch)
     }
 
     /// Takes what the line brought, at the time `at`.
     pub(super) fn receive(&mut self, at: Duration, bytes: &[u8]) {
-        self.data.clear();
-        let (watch, data) = (&mut self.watch, &mut self.data);
+        let mut data = Vec::new();
         let mut take = |received| match received {
-            Received::Byte(byte) => {
+            Ok(byte) => {
                 data.push(byte);
-                watch.byte(at, byte);
+                self.watch.byte(at, byte);
             }
-            Received::Event(event) => watch.event(at, event),
+            Err(event) => self.watch.event(at, event),
         };
         match &mut self.marks {
             Some(marks) => marks.feed(bytes, take),
-            None => bytes
-                .iter()
-                .map(|&byte| Received::Byte(byte))
-                .for_each(&mut take),
+            None => bytes.iter().for_each(|&byte| take(Ok(byte))),
         }
-        if let Some(recording) = &mut self.recording
-            && let Err(error) = recording.write(&self.data)
-        {
-            self.recording_failed(&error.to_string());
-        }
+        self.record(|recording| recording.write(&data));
     }
 
     /// Time passes.
     pub(super) fn advance_to(&mut self, now: Duration) {
         self.watch.advance_to(now);
-        if let Some(recording) = &mut self.recording
-            && let Err(error) = recording.flush()
-        {
-            self.recording_failed(&error.to_string());
-        }
-    }
-
-    /// The input has ended.
-    pub(super) fn end_of_input(&mut self) {
-        self.screen.has_ended = true;
+        // Others find all of it in the file.
+        self.record(|recording| recording.file.flush());
     }
 
     /// Does what a key asks for; gives false if that is the end.
-    pub(super) fn key(&mut self, key: Key) -> bool {
-        match key {
+    pub(super) fn key(&mut self, key: KeyEvent) -> bool {
+        if quits(key) {
             // Out of the help first.
-            Key::Quit if self.screen.has_help => self.screen.has_help = false,
-            Key::Quit => return false,
-            Key::Help => self.screen.has_help = !self.screen.has_help,
-            Key::Pause => self.screen.is_paused = !self.screen.is_paused,
-            Key::Reset => self.watch.reset_counters(),
-            Key::Record if self.recording.is_some() => self.end_recording(),
-            Key::Record => match Recording::begin_numbered(&self.directory) {
-                Ok(recording) => self.recording = Some(recording),
-                Err(error) => self.recording_failed(&error.to_string()),
-            },
+            return std::mem::take(&mut self.has_help);
         }
-        self.show_recording();
+        if key.modifiers.contains(KeyModifiers::CONTROL) {
+            // Ctrl-Z is not meant to set the counters to zero.
+            return true;
+        }
+        match key.code {
+            KeyCode::Char('?' | 'h') => self.has_help = !self.has_help,
+            KeyCode::Char(' ' | 'p') if self.is_paused() => self.frozen = None,
+            KeyCode::Char(' ' | 'p') => self.frozen = Some(self.watch.clone()),
+            KeyCode::Char('z') => self.watch.reset_counters(),
+            KeyCode::Char('r') if self.recording.is_some() => self.end_recording(),
+            KeyCode::Char('r') => match Recording::begin_numbered(&self.directory) {
+                Ok(recording) => self.recording = Some(recording),
+                Err(error) => {
+                    let directory = self.directory.display();
+                    self.recorded
+                        .push(format!("cannot record in {directory}: {error}"));
+                }
+            },
+            _ => {}
+        }
         true
     }
 
+    /// Does something with the recording, if there is one. If it fails, there is none any more.
+    fn record(&mut self, write: impl FnOnce(&mut Recording) -> io::Result<()>) {
+        if let Some(recording) = &mut self.recording
+            && let Err(error) = write(recording)
+        {
+            let (name, bytes) = (recording.path.display(), recording.bytes);
+            self.recorded.push(format!(
+                "recording in {name} ended behind byte {bytes}: {error}"
+            ));
+            self.recording = None;
+        }
+    }
+
     fn end_recording(&mut self) {
-        let Some(mut recording) = self.recording.take() else {
-            return;
-        };
-        let name = recording.name();
-        match recording.flush() {
-            Ok(()) => self
-                .recorded
-                .push(format!("{} bytes recorded in {name}", recording.bytes())),
-            Err(error) => {
-                self.recording = Some(recording);
-                self.recording_failed(&error.to_string());
-            }
+        self.record(|recording| recording.file.flush());
+        if let Some(Recording { path, bytes, .. }) = self.recording.take() {
+            let name = path.display();
+            self.recorded
+                .push(format!("{bytes} bytes recorded in {name}"));
         }
-        self.show_recording();
-    }
-
-    fn recording_failed(&mut self, reason: &str) {
-        let told = match self.recording.take() {
-            Some(recording) => format!(
-                "recording in {} ended behind byte {}: {reason}",
-                recording.name(),
-                recording.bytes()
-            ),
-            None => format!("cannot record in {}: {reason}", self.directory.display()),
-        };
-        self.recorded.push(told.clone());
-        self.screen.recording = RecordingState::Failed(told);
-    }
-
-    fn show_recording(&mut self) {
-        if let Some(recording) = &self.recording {
-            self.screen.recording = RecordingState::On {
-                name: recording.name(),
-                bytes: recording.bytes(),
-            };
-        } else if !matches!(self.screen.recording, RecordingState::Failed(_)) {
-            self.screen.recording = RecordingState::Off;
-        }
-    }
-
-    /// What the view is to show now. While it is paused the line is watched and recorded all the
-    /// same.
-    pub(super) fn shown(&mut self) -> &Shown {
-        if !self.screen.is_paused {
-            self.screen.report = self.watch.report();
-        }
-        self.show_recording();
-        &self.screen
     }
 
     /// Ends it; gives what is to be told when the view is gone.
     pub(super) fn finish(mut self) -> Vec<String> {
         self.end_recording();
-        let counters = self.watch.counters();
+        let counters = self.watch.line.counters();
         let events = &counters.events;
         let mut told = vec![format!(
             "{}: bytes {}, frames {}, bytes discarded {}, resynchronisations {}, line errors {}",
-            self.screen.title,
+            self.title,
             counters.bytes,
             counters.frames,
             counters.discarded.total(),

@@ -5,13 +5,12 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use framelock::{
-    Accounting, Counters, Failsafe, FailsafeError, FailsafeParameters, LineEvent, Output, Parser,
-    Setpoint,
-};
+use framelock::{Failsafe, FailsafeError, FailsafeParameters, LineEvent, Output, Setpoint};
+
+use crate::line::{Line, Watched};
 
 /// How far apart samples are, and how many are kept: the last ten seconds.
-pub(super) const SAMPLE_EVERY: Duration = Duration::from_millis(100);
+const SAMPLE_EVERY: Duration = Duration::from_millis(100);
 const SAMPLES: u16 = 100;
 
 /// Over how many of them rates are taken: two seconds.
@@ -31,94 +30,57 @@ pub(super) enum Lock {
     Locked,
 }
 
-/// A point of the recent past.
-#[derive(Clone, Copy, PartialEq, Debug)]
+/// What has come until a time.
+#[derive(Clone, Copy, Default)]
 pub(super) struct Sample {
     pub(super) at: Duration,
-    /// The setpoint in force.
+    /// The last frame's.
     pub(super) setpoint: Option<Setpoint>,
-    /// Frames and bytes until then.
+    /// Since the beginning, whatever the counters say.
     frames: u64,
     bytes: u64,
-}
-
-/// A byte that is part of no frame.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct DiscardedByte {
-    pub(super) byte: u8,
-    /// Whether the byte in front of it on the line was discarded too.
-    pub(super) follows: bool,
-}
-
-/// What there is to see.
-#[derive(Clone, PartialEq, Debug)]
-pub(super) struct Report {
-    pub(super) now: Duration,
-    pub(super) lock: Lock,
-    /// Bytes held of the frame under way: the machine's state.
-    pub(super) pending: usize,
-    pub(super) frame_length: usize,
-    pub(super) setpoint: Option<Setpoint>,
-    /// How old it is.
-    pub(super) age: Option<Duration>,
-    /// What a board's failsafe would put out.
-    pub(super) output: Output,
-    pub(super) frames_per_second: f64,
-    pub(super) bytes_per_second: f64,
-    pub(super) counters: Counters,
-    pub(super) discarded: Vec<DiscardedByte>,
-    pub(super) history: Vec<Sample>,
 }
 
 /// A line under watch.
-pub(super) struct Watch<P> {
-    line: Accounting<P>,
+#[derive(Clone)]
+pub(super) struct Watch {
+    pub(super) now: Sample,
+    pub(super) line: Watched,
     failsafe: Failsafe,
-    parameters: FailsafeParameters,
+    hold_after: Duration,
     idle_gap: Option<Duration>,
-    now: Duration,
-
-    /// The bytes that the parser holds, oldest first.
-    held: VecDeque<u8>,
-    discarded: VecDeque<DiscardedByte>,
-    /// Whether the byte judged last was discarded.
+    /// Bytes that are part of no frame, each with whether the byte in front of it was discarded too.
+    pub(super) discarded: VecDeque<(u8, bool)>,
+    /// Whether the last byte that was decided on was discarded.
     is_in_loss: bool,
-
-    setpoint: Option<Setpoint>,
-    framed_at: Option<Duration>,
-    heard_at: Option<Duration>,
     is_searching: bool,
     is_idle: bool,
-
-    frames: u64,
-    bytes: u64,
-    history: VecDeque<Sample>,
+    heard_at: Option<Duration>,
+    pub(super) framed_at: Option<Duration>,
+    pub(super) history: VecDeque<Sample>,
     next_sample: Duration,
 }
 
-impl<P: Parser<Message = Setpoint> + Default + Copy> Watch<P> {
+impl Watch {
     /// Nothing has come yet. Ticks of `parameters` are microseconds; a pause in the bytes of more
     /// than `idle_gap` is reported to the receiver.
     pub(super) fn new(
+        line: Line,
         parameters: FailsafeParameters,
         idle_gap: Option<Duration>,
     ) -> Result<Self, FailsafeError> {
         Ok(Self {
-            line: Accounting::new(P::default()),
+            now: Sample::default(),
+            line: Watched::new(line),
             failsafe: Failsafe::new(parameters, 0)?,
-            parameters,
+            hold_after: Duration::from_micros(parameters.hold_after.into()),
             idle_gap,
-            now: Duration::ZERO,
-            held: VecDeque::new(),
             discarded: VecDeque::new(),
             is_in_loss: false,
-            setpoint: None,
-            framed_at: None,
-            heard_at: None,
             is_searching: true,
             is_idle: true,
-            frames: 0,
-            bytes: 0,
+            heard_at: None,
+            framed_at: None,
             history: VecDeque::new(),
             next_sample: Duration::ZERO,
         })
@@ -126,118 +88,70 @@ impl<P: Parser<Message = Setpoint> + Default + Copy> Watch<P> {
 
     /// Time passes. Time that goes back is taken for no time.
     pub(super) fn advance_to(&mut self, time: Duration) {
-        let time = time.max(self.now);
-        // Whoever stopped the process for long finds no more than the history holds.
-        let earliest = time.saturating_sub(SAMPLE_EVERY * u32::from(SAMPLES));
+        let now = time.max(self.now.at);
+        // After a long stop there is no more to fill than the history holds.
+        let earliest = now.saturating_sub(SAMPLE_EVERY * u32::from(SAMPLES));
         self.next_sample = self.next_sample.max(earliest);
-        while self.next_sample <= time {
-            if self.history.len() == usize::from(SAMPLES) {
-                self.history.pop_front();
-            }
-            self.history.push_back(Sample {
-                at: self.next_sample,
-                setpoint: self.setpoint,
-                frames: self.frames,
-                bytes: self.bytes,
-            });
+        while self.next_sample <= now {
+            self.now.at = self.next_sample;
+            push_within(&mut self.history, SAMPLES.into(), self.now);
             self.next_sample += SAMPLE_EVERY;
         }
-        self.now = time;
+        self.now.at = now;
         let last = self.heard_at.unwrap_or_default();
-        if !self.is_idle && self.idle_gap.is_some_and(|gap| time > last + gap) {
+        if !self.is_idle && self.idle_gap.is_some_and(|gap| now > last + gap) {
             self.is_idle = true;
-            self.event(time, LineEvent::Idle);
+            let discarded = self.line.line_event(LineEvent::Idle);
+            self.discard(discarded);
         }
-        self.failsafe.poll(ticks(self.now));
+        self.failsafe.poll(ticks(now));
     }
 
     /// A byte has come.
     pub(super) fn byte(&mut self, at: Duration, byte: u8) {
         self.advance_to(at);
-        self.heard_at = Some(self.now);
+        self.heard_at = Some(self.now.at);
         self.is_idle = false;
-        self.bytes += 1;
-        self.held.push_back(byte);
-        if let Some(setpoint) = self.line.push(byte) {
-            self.frames += 1;
-            self.failsafe.frame(ticks(self.now), setpoint);
-            self.setpoint = Some(setpoint);
-            self.framed_at = Some(self.now);
+        self.now.bytes += 1;
+        let (committed, discarded) = self.line.push(byte);
+        if let Some(setpoint) = committed {
+            self.now.frames += 1;
+            self.now.setpoint = committed;
+            self.failsafe.frame(ticks(self.now.at), setpoint);
+            self.framed_at = Some(self.now.at);
             self.is_searching = false;
             self.is_in_loss = false;
-            // What was held besides is part of it.
-            self.held.clear();
         }
-        self.discard_what_is_not_held();
+        self.discard(discarded);
     }
 
     /// Something has come in place of a byte.
     pub(super) fn event(&mut self, at: Duration, event: LineEvent) {
-        // An idle gap is noticed while time passes.
-        if event != LineEvent::Idle {
-            self.advance_to(at);
-            self.heard_at = Some(self.now);
-            self.is_searching = true;
-        }
-        self.line.line_event(event);
-        self.discard_what_is_not_held();
+        self.advance_to(at);
+        self.heard_at = Some(self.now.at);
+        self.is_searching = true;
+        let discarded = self.line.line_event(event);
+        self.discard(discarded);
     }
 
-    fn discard_what_is_not_held(&mut self) {
-        while self.held.len() > self.line.pending() {
-            let Some(byte) = self.held.pop_front() else {
-                return;
-            };
-            if self.discarded.len() == DISCARDED_LENGTH {
-                self.discarded.pop_front();
-            }
-            self.discarded.push_back(DiscardedByte {
-                byte,
-                follows: self.is_in_loss,
-            });
-            self.is_in_loss = true;
+    fn discard(&mut self, bytes: Vec<u8>) {
+        for byte in bytes {
+            let follows = std::mem::replace(&mut self.is_in_loss, true);
+            push_within(&mut self.discarded, DISCARDED_LENGTH, (byte, follows));
             self.is_searching = true;
         }
     }
 
-    /// Counts from now on. What is held has been received already, and counts.
+    /// Counts from now on.
     pub(super) fn reset_counters(&mut self) {
-        self.line = Accounting::new(*self.line.parser());
+        self.line.reset_counters();
         self.discarded.clear();
         self.is_in_loss = false;
     }
 
-    /// What has been counted.
-    pub(super) fn counters(&self) -> &Counters {
-        self.line.counters()
-    }
-
-    /// What there is to see now.
-    pub(super) fn report(&self) -> Report {
-        let [frames_per_second, bytes_per_second] = self.rates();
-        Report {
-            now: self.now,
-            lock: self.lock(),
-            pending: self.line.pending(),
-            frame_length: P::FRAME_LENGTH,
-            setpoint: self.setpoint,
-            age: self.framed_at.map(|at| self.now.saturating_sub(at)),
-            // Of a copy: at a given time it is the same however often it is asked for.
-            output: { self.failsafe }.poll(ticks(self.now)),
-            frames_per_second,
-            bytes_per_second,
-            counters: *self.line.counters(),
-            discarded: self.discarded.iter().copied().collect(),
-            history: self.history.iter().copied().collect(),
-        }
-    }
-
-    fn lock(&self) -> Lock {
-        let hold_after = Duration::from_micros(self.parameters.hold_after.into());
-        let is_silent = self
-            .heard_at
-            .is_none_or(|at| self.now.saturating_sub(at) >= hold_after);
-        if is_silent {
+    pub(super) fn lock(&self) -> Lock {
+        let is_silent = |at: Duration| self.now.at.saturating_sub(at) >= self.hold_after;
+        if self.heard_at.is_none_or(is_silent) {
             Lock::Silent
         } else if self.is_searching {
             Lock::Searching
@@ -246,29 +160,37 @@ impl<P: Parser<Message = Setpoint> + Default + Copy> Watch<P> {
         }
     }
 
+    /// What a board's failsafe would put out now.
+    pub(super) fn output(&self) -> Output {
+        // Of a copy: at a given time it is the same however often it is asked for.
+        { self.failsafe }.poll(ticks(self.now.at))
+    }
+
     /// Frames and bytes in a second, lately.
-    fn rates(&self) -> [f64; 2] {
+    pub(super) fn rates(&self) -> [f64; 2] {
         let before = self.history.len().saturating_sub(RATE_SAMPLES + 1);
         let (Some(first), Some(last)) = (self.history.get(before), self.history.back()) else {
             return [0.0; 2];
         };
         let time = last.at.saturating_sub(first.at).as_secs_f64();
-        if time == 0.0 {
-            return [0.0; 2];
-        }
         #[expect(
             clippy::cast_precision_loss,
             reason = "it is rounded for people to read"
         )]
-        let rate = |count: u64| count as f64 / time;
-        [
-            rate(last.frames - first.frames),
-            rate(last.bytes - first.bytes),
-        ]
+        [last.frames - first.frames, last.bytes - first.bytes]
+            .map(|count| if time > 0.0 { count as f64 / time } else { 0.0 })
     }
 }
 
-/// The time as the failsafe is told it: a counter of microseconds that wraps.
+/// Appends; the oldest makes room.
+fn push_within<T>(queue: &mut VecDeque<T>, room: usize, item: T) {
+    if queue.len() == room {
+        queue.pop_front();
+    }
+    queue.push_back(item);
+}
+
+/// The time as the failsafe takes it: a counter of microseconds that wraps.
 fn ticks(time: Duration) -> u32 {
     let [a, b, c, d, ..] = time.as_micros().to_le_bytes();
     u32::from_le_bytes([a, b, c, d])

@@ -2,133 +2,107 @@
 
 use std::io::Write;
 use std::net::{SocketAddr, UdpSocket};
-use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use framelock::{Bin, BinCrc8, Parser, Receiver, Setpoint};
+use framelock::{Bin, BinCrc8, Receiver, Setpoint};
 
-use super::source::{Rate, Source};
+use super::pacer::Rate;
+use super::session::Source;
 use crate::setpoints;
 
 /// Longer than any datagram that means something.
 const LONGEST: usize = 512;
 
 /// What has been heard.
-#[derive(Debug, Default)]
-struct Heard {
+#[derive(Clone, Debug, Default)]
+pub(super) struct Heard {
     latest: Option<(Setpoint, Instant)>,
-    count: u64,
-    bad: u64,
-    /// Why nothing more is heard.
-    failure: Option<String>,
-}
-
-/// The latest datagram's setpoint, at a rate, as long as it is not stale.
-pub(super) struct Datagrams {
-    heard: Arc<Mutex<Heard>>,
-    rate: Rate,
-    /// How long a datagram is good for: then nothing is sent, so that the board's failsafe sees the
-    /// silence that there is.
-    stale_after: Duration,
-}
-
-/// How many datagrams came, and how many of them were bad.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct DatagramTally {
     pub(super) count: u64,
     pub(super) bad: u64,
+    /// Why nothing more is heard.
+    pub(super) failure: Option<String>,
 }
 
+/// Listens for datagrams.
+#[derive(Clone)]
+pub(super) struct Datagrams(Arc<Mutex<Heard>>);
+
 impl Datagrams {
-    /// Listens at `address` from now on; should that fail later, sends to `stop`. Also gives the
-    /// address with the port that the operating system chose, if it is asked to.
-    pub(super) fn listen(
-        address: SocketAddr,
-        rate: Rate,
-        stale_after: Duration,
-        stop: Sender<()>,
-    ) -> Result<(Self, SocketAddr)> {
+    /// Listens at `address` from now on, and reports where: the operating system may choose a port.
+    pub(super) fn listen(address: SocketAddr) -> Result<Self> {
         let socket = UdpSocket::bind(address)
             .with_context(|| format!("cannot listen for datagrams at {address}"))?;
         let address = socket.local_addr().unwrap_or(address);
-        let heard = Arc::new(Mutex::new(Heard::default()));
-        let to_fill = Arc::clone(&heard);
+        eprintln!("framelock: listening for datagrams at {address}");
+        let datagrams = Self(Arc::default());
+        let to_fill = datagrams.clone();
         // It ends with the process.
         thread::spawn(move || {
-            let failure = hear(&socket, &to_fill);
-            lock(&to_fill).failure = Some(failure);
-            let _ = stop.send(());
+            let failure = to_fill.hear(&socket).to_string();
+            to_fill.lock().failure = Some(failure);
         });
-        let datagrams = Self {
-            heard,
-            rate,
-            stale_after,
-        };
-        Ok((datagrams, address))
+        Ok(datagrams)
     }
 
-    pub(super) fn tally(&self) -> DatagramTally {
-        let Heard { count, bad, .. } = *lock(&self.heard);
-        DatagramTally { count, bad }
+    /// What has been heard so far.
+    pub(super) fn heard(&self) -> Heard {
+        self.lock().clone()
     }
 
-    /// Why it heard nothing more, if it stopped by itself.
-    pub(super) fn failure(&self) -> Option<String> {
-        lock(&self.heard).failure.clone()
+    /// The latest setpoint at a rate, as long as anything is heard. It is good for `stale_after`:
+    /// then nothing is sent, so that the board's failsafe sees the silence that there is.
+    pub(super) fn source(&self, rate: Rate, stale_after: Duration) -> Source {
+        let (listening, heard) = (self.clone(), self.clone());
+        let is_listening = move |_: &Duration| listening.lock().failure.is_none();
+        Source {
+            dues: Box::new(rate.dues().take_while(is_listening)),
+            setpoint: Box::new(move |_| heard.lock().setpoint_at(Instant::now(), stale_after)),
+        }
     }
 
-    fn setpoint_at(&self, now: Instant) -> Option<Setpoint> {
-        let (setpoint, came) = lock(&self.heard).latest?;
-        (now.saturating_duration_since(came) < self.stale_after).then_some(setpoint)
-    }
-}
-
-impl Source for Datagrams {
-    fn due(&mut self, number: u64) -> Option<Duration> {
-        Some(self.rate.due(number))
+    /// What is in there is whole, even after a panic.
+    fn lock(&self) -> MutexGuard<'_, Heard> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn setpoint(&mut self, _number: u64, _due: Duration) -> Option<Setpoint> {
-        self.setpoint_at(Instant::now())
-    }
-}
-
-/// What is in there is whole whoever panicked.
-fn lock(heard: &Mutex<Heard>) -> MutexGuard<'_, Heard> {
-    heard.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Takes datagrams until the socket fails; gives the reason.
-fn hear(socket: &UdpSocket, heard: &Mutex<Heard>) -> String {
-    // Room for any: a longer one is never taken for one that ends there.
-    let mut buffer = vec![0; 1 << 16];
-    loop {
-        let (length, sender) = match socket.recv_from(&mut buffer) {
-            Ok(received) => received,
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
-            Err(error) => return error.to_string(),
-        };
-        let came = Instant::now();
-        let outcome = parse(buffer.get(..length).unwrap_or_default());
-        let mut heard = lock(heard);
-        heard.count += 1;
-        match outcome {
-            Ok(setpoint) => heard.latest = Some((setpoint, came)),
-            Err(problem) => {
+    /// Takes datagrams until the socket fails; gives the reason.
+    fn hear(&self, socket: &UdpSocket) -> std::io::Error {
+        // Room for any: a longer one is never taken for one that ends there.
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            let (length, sender) = match socket.recv_from(&mut buffer) {
+                Ok(received) => received,
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+                Err(error) => return error,
+            };
+            let came = Instant::now();
+            let outcome = parse(buffer.get(..length).unwrap_or_default());
+            let mut heard = self.lock();
+            heard.count += 1;
+            if let Ok(setpoint) = outcome {
+                heard.latest = Some((setpoint, came));
+            } else {
                 heard.bad += 1;
-                if heard.bad == 1 {
-                    let told = format!(
-                        "framelock: a bad datagram from {sender}: {problem}; further bad ones are \
-                         only counted\n"
-                    );
-                    // Nobody may be there to be told.
-                    let _ = std::io::stderr().write_all(told.as_bytes());
-                }
+            }
+            if let (Err(problem), 1) = (outcome, heard.bad) {
+                // Standard error may be closed.
+                let _ = writeln!(
+                    std::io::stderr(),
+                    "framelock: a bad datagram from {sender}: {problem}; further bad ones are only \
+                     counted"
+                );
             }
         }
+    }
+}
+
+impl Heard {
+    fn setpoint_at(&self, now: Instant, stale_after: Duration) -> Option<Setpoint> {
+        let (setpoint, came) = self.latest?;
+        (now.saturating_duration_since(came) < stale_after).then_some(setpoint)
     }
 }
 
@@ -140,25 +114,18 @@ fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
     if let &[pitch, roll, yaw] = datagram {
         return Ok(Setpoint { pitch, roll, yaw });
     }
-    let frame = frame::<Receiver<Bin>>(datagram).or_else(|| frame::<Receiver<BinCrc8>>(datagram));
-    frame.map_or_else(|| text(datagram), Ok)
-}
-
-/// The setpoint of exactly one frame.
-fn frame<P: Parser<Message = Setpoint> + Default>(datagram: &[u8]) -> Option<Setpoint> {
-    if datagram.len() != P::FRAME_LENGTH {
-        return None;
-    }
-    let mut found = None;
-    P::default().feed(datagram, &mut |_, setpoint| found = Some(setpoint));
-    found
-}
-
-/// `pitch,roll,yaw`, each a whole number.
-fn text(datagram: &[u8]) -> Result<Setpoint, String> {
-    let text = String::from_utf8_lossy(datagram);
+    let (mut bin, mut bin_crc8) = (Receiver::<Bin>::new(), Receiver::<BinCrc8>::new());
+    let mut bytes = datagram.iter();
+    let frame = match datagram.len() {
+        7 => bytes.find_map(|&byte| bin.push(byte)),
+        8 => bytes.find_map(|&byte| bin_crc8.push(byte)),
+        _ => None,
+    };
     // Some programs send the end of their string too.
-    setpoints::parse(text.trim_end_matches('\0').trim())
+    let text = String::from_utf8_lossy(datagram);
+    let text = || setpoints::parse(text.trim_end_matches('\0').trim());
+    frame
+        .map_or_else(text, Ok)
         .map_err(|problem| format!("it is neither three bytes nor a frame, and {problem}"))
 }
 
@@ -166,72 +133,52 @@ fn text(datagram: &[u8]) -> Result<Setpoint, String> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
-    use std::num::NonZeroU32;
-
     use framelock::Format;
 
     use super::*;
 
     #[test]
-    fn each_form_of_datagram_is_read() {
+    fn each_form_of_datagram_is_read_and_a_bad_one_told_with_its_reason() {
         let setpoint = Setpoint::from([127, 200, 74]);
-        for datagram in [
-            &b"\x7F\xC8\x4A"[..],
-            b"127,200,74",
-            b" 127 , 200 ,74\r\n",
-            b"127,200,74\n\0",
-            &Bin::encode(setpoint),
-            &BinCrc8::encode(setpoint),
-        ] {
-            assert_eq!(parse(datagram), Ok(setpoint), "{datagram:?}");
-        }
-        // Three bytes are bytes, whatever they look like.
-        assert_eq!(parse(b"1,2"), Ok(Setpoint::from(*b"1,2")));
-    }
-
-    #[test]
-    fn a_bad_datagram_is_told_with_its_reason() {
-        let broken_check = {
-            let mut frame = BinCrc8::encode(Setpoint::default());
-            frame[6] ^= 1;
-            frame
-        };
-        let long = vec![b'0'; 600];
-        for (datagram, reason) in [
-            (&b""[..], "neither three bytes"),
-            (b"1,2,3,4", "neither three bytes"),
-            (b"AB\0\x01\x02\x03\x04", "neither three bytes"),
-            (&broken_check, "neither three bytes"),
+        let mut broken_check = BinCrc8::encode(setpoint);
+        broken_check[6] ^= 1;
+        for (datagram, outcome) in [
+            (&b"\x7F\xC8\x4A"[..], Ok(setpoint)),
+            (b"127,200,74", Ok(setpoint)),
+            (b" 127 , 200 ,74\r\n", Ok(setpoint)),
+            (b"127,200,74\n\0", Ok(setpoint)),
+            (&Bin::encode(setpoint), Ok(setpoint)),
+            (&BinCrc8::encode(setpoint), Ok(setpoint)),
+            // Three bytes are bytes, whatever they look like.
+            (b"1,2", Ok(Setpoint::from(*b"1,2"))),
+            (b"", Err("neither three bytes")),
+            (b"1,2,3,4", Err("neither three bytes")),
+            (b"AB\0\x01\x02\x03\x04", Err("neither three bytes")),
+            (&broken_check, Err("neither three bytes")),
             (
                 b"1,2,256",
-                "yaw \"256\" is not a whole number from 0 to 255",
+                Err("yaw \"256\" is not a whole number from 0 to 255"),
             ),
-            (b"-1,2,3", "pitch \"-1\""),
-            (b"1,2.5,3", "roll \"2.5\""),
-            (&long, "longer than 512 bytes"),
+            (b"-1,2,3", Err("pitch \"-1\"")),
+            (b"1,2.5,3", Err("roll \"2.5\"")),
+            (&[b'0'; 600], Err("longer than 512 bytes")),
         ] {
-            let problem = parse(datagram).unwrap_err();
-            assert!(problem.contains(reason), "{datagram:?}: {problem}");
+            match (parse(datagram), outcome) {
+                (Err(problem), Err(reason)) => assert!(problem.contains(reason), "{problem}"),
+                (parsed, outcome) => assert_eq!(parsed.ok(), outcome.ok(), "{datagram:?}"),
+            }
         }
     }
 
     #[test]
     fn a_stale_datagram_is_not_sent_any_more() {
-        let came = Instant::now();
+        let (came, ms) = (Instant::now(), Duration::from_millis);
         let setpoint = Setpoint::from([1, 2, 3]);
-        let datagrams = |latest| Datagrams {
-            heard: Arc::new(Mutex::new(Heard {
-                latest,
-                ..Heard::default()
-            })),
-            rate: Rate(NonZeroU32::MIN),
-            stale_after: Duration::from_millis(200),
-        };
-        assert_eq!(datagrams(None).setpoint_at(came), None);
-        let heard = datagrams(Some((setpoint, came)));
-        let after = |milliseconds| heard.setpoint_at(came + Duration::from_millis(milliseconds));
-        assert_eq!(after(0), Some(setpoint));
-        assert_eq!(after(199), Some(setpoint));
-        assert_eq!(after(200), None);
+        let mut heard = Heard::default();
+        assert_eq!(heard.setpoint_at(came, ms(200)), None);
+        heard.latest = Some((setpoint, came));
+        for (age, expected) in [(0, Some(setpoint)), (199, Some(setpoint)), (200, None)] {
+            assert_eq!(heard.setpoint_at(came + ms(age), ms(200)), expected);
+        }
     }
 }

@@ -1,11 +1,40 @@
-//! Frames on time: every deadline counts from the beginning, so lateness never adds up.
+//! When frames are due: every deadline counts from the beginning, so lateness never adds up.
 
+use std::num::NonZeroU32;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 /// Lateness up to this is made up for, by frames that follow sooner. Beyond it the process or the
 /// line was held up, and motion must not be run through in a rush: everything moves back.
 const MOST_MADE_UP: Duration = Duration::from_millis(250);
+
+/// Frames in a second.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Rate(pub(super) NonZeroU32);
+
+impl Rate {
+    /// When a frame is due, to the nanosecond below, however many came before.
+    pub(super) fn due(self, number: u64) -> Duration {
+        let rate = self.0.get();
+        let (seconds, frames) = (number / u64::from(rate), number % u64::from(rate));
+        Duration::from_secs(seconds) + Duration::from_secs(frames) / rate
+    }
+
+    /// How many frames there is time for, 1 at least.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at least 1, and the cast saturates"
+    )]
+    pub(super) fn frames_in(self, seconds: f64) -> u32 {
+        (f64::from(self.0.get()) * seconds).round().max(1.0) as u32
+    }
+
+    /// When all frames are due.
+    pub(super) fn dues(self) -> impl Iterator<Item = Duration> {
+        (0..).map(move |number| self.due(number))
+    }
+}
 
 /// A clock that can be waited for.
 pub(super) trait Clock {
@@ -16,9 +45,11 @@ pub(super) trait Clock {
     fn wait_until(&mut self, time: Duration) -> bool;
 }
 
-/// How well deadlines were kept.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(super) struct Punctuality {
+/// Keeps the deadlines.
+pub(super) struct Pacer<C> {
+    pub(super) clock: C,
+    /// When the first frame was due, by the clock.
+    start: Duration,
     /// The most that a frame was behind its deadline.
     pub(super) worst: Duration,
     /// How often everything was moved back, and by how much in all.
@@ -26,23 +57,15 @@ pub(super) struct Punctuality {
     pub(super) held_up: Duration,
 }
 
-/// Keeps the deadlines.
-pub(super) struct Pacer<C> {
-    clock: C,
-    /// When it was made, and when the first frame was due, by the clock.
-    beginning: Duration,
-    start: Duration,
-    punctuality: Punctuality,
-}
-
 impl<C: Clock> Pacer<C> {
     /// Time counts from now.
     pub(super) fn new(clock: C) -> Self {
         Self {
-            beginning: clock.now(),
             start: clock.now(),
             clock,
-            punctuality: Punctuality::default(),
+            worst: Duration::ZERO,
+            hold_ups: 0,
+            held_up: Duration::ZERO,
         }
     }
 
@@ -51,7 +74,7 @@ impl<C: Clock> Pacer<C> {
         self.start = self.clock.now();
     }
 
-    /// Waits until so long after the beginning; gives false if there is a reason to stop.
+    /// Waits until `due` after the beginning; gives false if there is a reason to stop.
     pub(super) fn wait_until(&mut self, due: Duration) -> bool {
         let deadline = self.start + due;
         if !self.clock.wait_until(deadline) {
@@ -60,22 +83,12 @@ impl<C: Clock> Pacer<C> {
         let late = self.clock.now().saturating_sub(deadline);
         if late > MOST_MADE_UP {
             self.start += late;
-            self.punctuality.hold_ups += 1;
-            self.punctuality.held_up += late;
+            self.hold_ups += 1;
+            self.held_up += late;
         } else {
-            self.punctuality.worst = self.punctuality.worst.max(late);
+            self.worst = self.worst.max(late);
         }
         true
-    }
-
-    /// Since it was made.
-    pub(super) fn elapsed(&self) -> Duration {
-        self.clock.now().saturating_sub(self.beginning)
-    }
-
-    /// How well deadlines were kept so far.
-    pub(super) fn punctuality(&self) -> Punctuality {
-        self.punctuality
     }
 }
 
@@ -101,24 +114,15 @@ impl Clock for RealClock {
         self.beginning.elapsed()
     }
 
-    /// There is one reason to stop: what is waited for afterwards is the parking.
+    /// It is stopped once: what is waited for afterwards is the parking.
     fn wait_until(&mut self, time: Duration) -> bool {
         let left = time.saturating_sub(self.now());
         if self.is_stopped {
             std::thread::sleep(left);
             return true;
         }
-        match self.stop.recv_timeout(left) {
-            Ok(()) => {
-                self.is_stopped = true;
-                false
-            }
-            Err(RecvTimeoutError::Timeout) => true,
-            Err(RecvTimeoutError::Disconnected) => {
-                std::thread::sleep(time.saturating_sub(self.now()));
-                true
-            }
-        }
+        self.is_stopped = self.stop.recv_timeout(left) != Err(RecvTimeoutError::Timeout);
+        !self.is_stopped
     }
 }
 
@@ -132,7 +136,7 @@ pub(super) mod tests {
         pub(in super::super) now: Duration,
         /// By how much each wait is late, in turn; then none is.
         pub(in super::super) late: std::collections::VecDeque<Duration>,
-        /// After so many waits there is a reason to stop.
+        /// The number of waits after which there is a reason to stop.
         pub(in super::super) stop_after: Option<usize>,
         pub(in super::super) waits: Vec<Duration>,
     }
@@ -158,41 +162,39 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn lateness_does_not_add_up() {
-        let mut clock = TestClock {
-            now: ms(7),
-            late: [0, 5, 30, 0, 3].map(ms).into(),
-            ..TestClock::default()
-        };
-        let mut pacer = Pacer::new(&mut clock);
-        for frame in 0..6 {
-            assert!(pacer.wait_until(ms(20) * frame));
+    fn deadlines_do_not_drift() {
+        for rate in [1, 3, 50, 60, 7_919, 100_000] {
+            let paced = Rate(NonZeroU32::new(rate).expect("not 0"));
+            // A thousand years of whole seconds.
+            for seconds in [0, 1, 3_600, 31_557_600_000] {
+                let first = seconds * u64::from(rate);
+                assert_eq!(paced.due(first), Duration::from_secs(seconds));
+                let next = paced.due(first + 1).saturating_sub(paced.due(first));
+                assert_eq!(next, Duration::from_secs(1) / rate);
+            }
         }
-        let expected = Punctuality {
-            worst: ms(30),
-            ..Punctuality::default()
-        };
-        assert_eq!(pacer.punctuality(), expected);
-        assert_eq!(clock.waits, [7, 27, 47, 67, 87, 107].map(ms));
     }
 
     #[test]
-    fn a_hold_up_moves_everything_back() {
-        let mut clock = TestClock {
-            late: [0, 10_000, 0, 0].map(ms).into(),
-            ..TestClock::default()
-        };
-        let mut pacer = Pacer::new(&mut clock);
-        for frame in 0..4 {
-            assert!(pacer.wait_until(ms(20) * frame));
+    fn lateness_does_not_add_up_and_a_hold_up_moves_everything_back() {
+        for (late, waits, worst, hold_ups) in [
+            ([0, 5, 30, 0], [7, 27, 47, 67], 30, 0),
+            ([0, 250, 0, 3], [7, 27, 47, 67], 250, 0),
+            ([0, 10_000, 0, 0], [7, 27, 10_047, 10_067], 0, 1),
+        ] {
+            let mut clock = TestClock {
+                now: ms(7),
+                late: late.map(ms).into(),
+                ..TestClock::default()
+            };
+            let mut pacer = Pacer::new(&mut clock);
+            for frame in 0..4 {
+                assert!(pacer.wait_until(ms(20) * frame));
+            }
+            assert_eq!((pacer.worst, pacer.hold_ups), (ms(worst), hold_ups));
+            assert_eq!(pacer.held_up, ms(10_000) * hold_ups);
+            assert_eq!(clock.waits, waits.map(ms));
         }
-        let expected = Punctuality {
-            worst: ms(0),
-            hold_ups: 1,
-            held_up: ms(10_000),
-        };
-        assert_eq!(pacer.punctuality(), expected);
-        assert_eq!(clock.waits, [0, 20, 10_040, 10_060].map(ms));
     }
 
     #[test]

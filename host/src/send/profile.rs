@@ -2,74 +2,47 @@
 
 use std::time::Duration;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, bail};
 use framelock::Setpoint;
 
-use super::source::{Rate, Source};
+use super::pacer::Rate;
+use super::session::Source;
 use crate::input::Input;
-use crate::setpoints::{InputFormat, Row, Rows};
-use crate::stream::for_each_chunk;
+use crate::setpoints::{InputFormat, Row, rows};
 
-/// The rows of a profile, and when each is due.
+/// Setpoints, at least one, and if the file says so when each is due, counted from the first.
 pub(super) struct Profile {
-    rows: Vec<Row>,
-    pace: Pace,
-}
-
-enum Pace {
-    /// A frame for each row, at its own time.
-    Times,
-    /// A frame for each row, at a rate.
-    Rows(Rate),
-    /// At a rate, each with the last row whose time has come: that with this index, so far.
-    Held(Rate, usize),
+    setpoints: Vec<Setpoint>,
+    times: Option<Vec<Duration>>,
 }
 
 impl Profile {
     /// Reads `input` to its end, so that nothing is sent of a profile that has a mistake in it.
-    ///
-    /// A profile with times is sent at these, or at `rate` if there is one, and holds each setpoint
-    /// until the next one's time. One without is sent at `rate`, or else at `usual_rate`.
-    pub(super) fn read(input: Input, rate: Option<Rate>, usual_rate: Rate) -> Result<Self> {
+    pub(super) fn read(input: Input) -> Result<Self> {
         let name = input.name.clone();
-        let mut rows = Vec::new();
-        let mut reader = Rows::with_times(InputFormat::Auto);
-        let mut keep = |row| {
-            rows.push(row);
-            Ok(())
+        let rows: Vec<Row> = rows(input, InputFormat::Auto, true)?.collect::<Result<_>>()?;
+        let Some(first) = rows.first() else {
+            bail!("{name}: no setpoint in it");
         };
-        for_each_chunk(&mut input.into_reader(), |chunk| {
-            reader.feed(chunk, &mut keep)
+        let first = first.time.unwrap_or_default();
+        let times = rows.iter().map(|row| Some(row.time?.saturating_sub(first)));
+        Ok(Self {
+            times: times.collect(),
+            setpoints: rows.iter().map(|row| row.setpoint).collect(),
         })
-        .and_then(|()| reader.finish(&mut keep))
-        .or_else(|failure| failure.told(&name, ""))?;
-        let first = rows
-            .first()
-            .ok_or_else(|| anyhow!("{name}: no setpoint in it"))?;
-        let pace = match (first.time, rate) {
-            (None, rate) => Pace::Rows(rate.unwrap_or(usual_rate)),
-            (Some(_), None) => Pace::Times,
-            (Some(_), Some(rate)) => Pace::Held(rate, 0),
-        };
-        Ok(Self { rows, pace })
     }
 
-    /// The rate it is sent at, unless its rows' times are.
-    pub(super) fn rate(&self) -> Option<Rate> {
-        match self.pace {
-            Pace::Times => None,
-            Pace::Rows(rate) | Pace::Held(rate, _) => Some(rate),
-        }
+    /// Whether it says when each setpoint is due.
+    pub(super) fn has_times(&self) -> bool {
+        self.times.is_some()
     }
 
-    /// That no two rows are due sooner one behind the other than a frame takes on the line.
+    /// That no two setpoints are due sooner one behind the other than a frame takes on the line.
     pub(super) fn check_line_carries(&self, frame_time: Duration) -> Result<()> {
-        if !matches!(self.pace, Pace::Times) {
-            return Ok(());
-        }
-        for (index, pair) in self.rows.windows(2).enumerate() {
+        let times = self.times.as_deref().unwrap_or_default();
+        for (index, pair) in times.windows(2).enumerate() {
             let [before, after] = pair else { continue };
-            let apart = self.time(after).saturating_sub(self.time(before));
+            let apart = after.saturating_sub(*before);
             if apart < frame_time {
                 bail!(
                     "setpoints {} and {} of the profile are {} ms apart, and a frame takes {} ms \
@@ -84,41 +57,71 @@ impl Profile {
         Ok(())
     }
 
-    /// Counted from the first row's.
-    fn time(&self, row: &Row) -> Duration {
-        let of = |row: &Row| row.time.unwrap_or_default();
-        of(row).saturating_sub(self.rows.first().map(of).unwrap_or_default())
+    /// Each setpoint at its time; without times, at `rate`.
+    pub(super) fn in_turn(self, rate: Rate) -> Source {
+        let mut setpoints = self.setpoints.into_iter();
+        Source {
+            dues: match self.times {
+                Some(times) => Box::new(times.into_iter()),
+                None => Box::new(rate.dues().take(setpoints.len())),
+            },
+            setpoint: Box::new(move |_| setpoints.next()),
+        }
     }
 
-    fn row(&self, number: u64) -> Option<&Row> {
-        self.rows.get(usize::try_from(number).ok()?)
+    /// At `rate`, each time the last setpoint whose time has come; without times, each in turn.
+    pub(super) fn held(self, rate: Rate) -> Source {
+        let Some(times) = self.times else {
+            return self.in_turn(rate);
+        };
+        let end = times.last().copied().unwrap_or_default();
+        Source {
+            dues: Box::new(rate.dues().take_while(move |&due| due <= end)),
+            setpoint: Box::new(move |due| {
+                let come = times.partition_point(|&time| time <= due);
+                self.setpoints.get(come.checked_sub(1)?).copied()
+            }),
+        }
     }
 }
 
-impl Source for Profile {
-    fn due(&mut self, number: u64) -> Option<Duration> {
-        match self.pace {
-            Pace::Times => self.row(number).map(|row| self.time(row)),
-            Pace::Rows(rate) => self.row(number).map(|_| rate.due(number)),
-            Pace::Held(rate, _) => {
-                let end = self.rows.last().map(|row| self.time(row));
-                Some(rate.due(number)).filter(|due| Some(*due) <= end)
-            }
-        }
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use std::num::NonZeroU32;
+
+    use super::*;
+
+    const RATE: Rate = Rate(NonZeroU32::new(100).unwrap());
+
+    /// When frames are due, in milliseconds, and their pitches.
+    fn frames(mut source: Source) -> Vec<(u128, u8)> {
+        source
+            .dues
+            .map(|due| (due.as_millis(), (source.setpoint)(due).unwrap().pitch))
+            .collect()
     }
 
-    fn setpoint(&mut self, number: u64, due: Duration) -> Option<Setpoint> {
-        if let Pace::Held(rate, mut index) = self.pace {
-            while self
-                .rows
-                .get(index + 1)
-                .is_some_and(|next| self.time(next) <= due)
-            {
-                index += 1;
-            }
-            self.pace = Pace::Held(rate, index);
-            return self.rows.get(index).map(|row| row.setpoint);
+    #[test]
+    fn each_setpoint_is_sent_at_its_time_or_held_at_a_rate() {
+        let read =
+            |text: &'static str| Profile::read(Input::new("moves", text.as_bytes())).unwrap();
+        let timed = "time,yaw,pitch,roll\n1.00,3,1,2\n1.02,6,4,5\n1.02,7,7,7\n1.05,9,8,8\n";
+        assert_eq!(
+            frames(read(timed).in_turn(RATE)),
+            [(0, 1), (20, 4), (20, 7), (50, 8)]
+        );
+        assert_eq!(
+            frames(read(timed).held(RATE)),
+            [(0, 1), (10, 1), (20, 7), (30, 7), (40, 7), (50, 8)]
+        );
+        assert!(read(timed).has_times() && !read("1,2,3").has_times());
+        for source in [
+            read("1,2,3\n4,5,6").in_turn(RATE),
+            read("1,2,3\n4,5,6").held(RATE),
+        ] {
+            assert_eq!(frames(source), [(0, 1), (10, 4)]);
         }
-        self.row(number).map(|row| row.setpoint)
     }
 }

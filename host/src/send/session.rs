@@ -3,15 +3,22 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use framelock::{Format, Setpoint};
+use framelock::Setpoint;
+use framelock_simulation::{ByteFaults, between};
 
-use super::faults::{FaultTally, Faults};
-use super::motion::demand;
-use super::pacer::{Clock, Pacer, Punctuality};
-use super::source::{Rate, Source};
+use super::pacer::{Clock, Pacer, Rate};
+use crate::names::FrameName;
 
 /// How often the parking setpoint itself is sent: a line that loses frames must bring one.
 const PARK_FRAMES: u32 = 5;
+
+/// What is sent.
+pub(super) struct Source {
+    /// When each frame is due, counted from the first.
+    pub(super) dues: Box<dyn Iterator<Item = Duration>>,
+    /// Where the axes are to be, asked for each frame when it is due; none if nothing is to be sent.
+    pub(super) setpoint: Box<dyn FnMut(Duration) -> Option<Setpoint>>,
+}
 
 /// How it ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -22,71 +29,65 @@ pub(super) struct Parking {
     pub(super) rate: Rate,
 }
 
-/// What was sent.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(super) struct Report {
+/// Sends frames of one format, and counts them.
+pub(super) struct Session<'a, C, W> {
+    pub(super) pacer: Pacer<C>,
+    line: &'a mut W,
+    frame: FrameName,
+    pub(super) faults: Option<ByteFaults>,
+    last: Option<Setpoint>,
     /// Frames, without those that park.
     pub(super) frames: u64,
     /// Frames that were due while there was nothing to send.
     pub(super) silent: u64,
     pub(super) park_frames: u64,
-    /// From the beginning to the end.
-    pub(super) time: Duration,
-    pub(super) punctuality: Punctuality,
-    pub(super) faults: Option<FaultTally>,
-}
-
-/// Sends frames of one format.
-pub(super) struct Session<'a, C, W> {
-    pacer: Pacer<C>,
-    line: &'a mut W,
-    encode: fn(Setpoint) -> Vec<u8>,
-    faults: Faults,
-    bytes: Vec<u8>,
-    last: Option<Setpoint>,
-    report: Report,
 }
 
 impl<'a, C: Clock, W: Write> Session<'a, C, W> {
-    pub(super) fn new<F>(clock: C, line: &'a mut W, faults: Faults) -> Self
-    where
-        F: Format<Message = Setpoint, Frame: AsRef<[u8]>>,
-    {
+    pub(super) fn new(
+        clock: C,
+        line: &'a mut W,
+        frame: FrameName,
+        faults: Option<ByteFaults>,
+    ) -> Self {
         Self {
             pacer: Pacer::new(clock),
             line,
-            encode: |setpoint| F::encode(setpoint).as_ref().to_vec(),
+            frame,
             faults,
-            bytes: Vec::new(),
             last: None,
-            report: Report::default(),
+            frames: 0,
+            silent: 0,
+            park_frames: 0,
         }
     }
 
     /// Sends what `source` has, for `length` at most, until there is a reason to stop; then parks.
-    ///
-    /// # Errors
-    /// The line takes no more.
     pub(super) fn run(
         &mut self,
-        source: &mut dyn Source,
+        mut source: Source,
         length: Option<Duration>,
         parking: Option<Parking>,
     ) -> io::Result<()> {
-        let mut number = 0;
-        let is_within = |due: &Duration| length.is_none_or(|length| *due < length);
-        while let Some(due) = source.due(number).filter(is_within) {
-            if !self.pacer.wait_until(due) {
+        for due in source.dues {
+            if length.is_some_and(|length| due >= length) || !self.pacer.wait_until(due) {
                 break;
             }
-            match source.setpoint(number, due) {
-                Some(setpoint) => {
-                    self.send(setpoint, true)?;
-                    self.report.frames += 1;
-                }
-                None => self.report.silent += 1,
+            let Some(setpoint) = (source.setpoint)(due) else {
+                self.silent += 1;
+                continue;
+            };
+            let mut bytes = self.frame.encode(setpoint);
+            if let Some(faults) = &mut self.faults {
+                bytes = bytes
+                    .into_iter()
+                    .flat_map(|byte| faults.carry(byte))
+                    .flatten()
+                    .collect();
             }
-            number += 1;
+            self.line.write_all(&bytes)?;
+            self.last = Some(setpoint);
+            self.frames += 1;
         }
         if let Some(parking) = parking {
             self.park(parking)?;
@@ -94,61 +95,28 @@ impl<'a, C: Clock, W: Write> Session<'a, C, W> {
         self.line.flush()
     }
 
-    /// In a straight line from where the axes are; without faults, since this is in earnest.
-    fn park(&mut self, parking: Parking) -> io::Result<()> {
+    /// In a straight line from where the axes are; without faults on purpose.
+    fn park(&mut self, Parking { at, seconds, rate }: Parking) -> io::Result<()> {
         self.pacer.restart();
-        let from = self.last.unwrap_or(parking.at);
-        let way = if from == parking.at || parking.seconds <= 0.0 {
+        let from = self.last.unwrap_or(at);
+        let way = if from == at || seconds <= 0.0 {
             0
         } else {
-            parking.rate.frames_in(parking.seconds)
+            rate.frames_in(seconds)
         };
         for frame in 1..=way.saturating_add(PARK_FRAMES) {
             // The first is due a frame's time behind the last of the motion.
-            self.pacer.wait_until(parking.rate.due(frame.into()));
-            let part = if frame < way {
-                f64::from(frame) / f64::from(way)
+            self.pacer.wait_until(rate.due(frame.into()));
+            let setpoint = if frame < way {
+                between(from, at, f64::from(frame) / f64::from(way))
             } else {
-                1.0
+                at
             };
-            self.send(between(from, parking.at, part), false)?;
-            self.report.park_frames += 1;
+            self.line.write_all(&self.frame.encode(setpoint))?;
+            self.park_frames += 1;
         }
         Ok(())
     }
-
-    fn send(&mut self, setpoint: Setpoint, with_faults: bool) -> io::Result<()> {
-        let frame = (self.encode)(setpoint);
-        self.bytes.clear();
-        if with_faults {
-            self.faults.apply(&frame, &mut self.bytes);
-        } else {
-            self.bytes.extend_from_slice(&frame);
-        }
-        self.line.write_all(&self.bytes)?;
-        self.last = Some(setpoint);
-        Ok(())
-    }
-
-    /// What was sent so far.
-    pub(super) fn report(&self) -> Report {
-        Report {
-            time: self.pacer.elapsed(),
-            punctuality: self.pacer.punctuality(),
-            faults: self.faults.tally(),
-            ..self.report
-        }
-    }
-}
-
-/// The setpoint at a part, 0 to 1, of the way.
-fn between(from: Setpoint, to: Setpoint, part: f64) -> Setpoint {
-    let mut axes = <[u8; 3]>::from(from);
-    for (axis, to) in axes.iter_mut().zip(<[u8; 3]>::from(to)) {
-        let from = f64::from(*axis);
-        *axis = demand(from + (f64::from(to) - from) * part);
-    }
-    axes.into()
 }
 
 #[cfg(test)]

@@ -1,44 +1,90 @@
-//! Many trials, on every core. What comes out does not depend on how many there are.
+//! Many trials, on every core.
 
-use anyhow::Context;
-use framelock::{Bin, BinCrc8, Discard, Lecture, Receiver};
-use rayon::prelude::*;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
 
-use super::parameters::Parameters;
-use super::tally::Tally;
-use super::trial::{self, Sample};
-use crate::names::FrameName;
+use anyhow::Result;
+use framelock_simulation::{Parameters, Tally};
+use indicatif::{ProgressBar, ProgressStyle};
 
-/// Runs all trials; `done` is called at the end of each.
-///
-/// # Errors
-/// If the parameters are out of their ranges or contradict each other.
-pub(super) fn run(parameters: &Parameters, done: impl Fn() + Sync) -> anyhow::Result<Tally> {
-    parameters.check()?;
-    (0..u64::from(parameters.trials))
-        .into_par_iter()
-        .map(|number| {
-            let tally = run_one(parameters, number, &mut |_| ());
-            done();
-            tally
-        })
-        .try_reduce(Tally::default, |sum, more| Ok(sum.and(more)))
+/// One set of parameters, and what came of it.
+pub(super) struct Point {
+    pub(super) parameters: Parameters,
+    pub(super) tally: Tally,
 }
 
-/// Runs the trial with that number; `watch` is shown what the actuators do.
-///
-/// # Errors
-/// If the failsafe's parameters contradict each other.
-pub(super) fn run_one(
-    parameters: &Parameters,
-    number: u64,
-    watch: &mut impl FnMut(Sample),
-) -> anyhow::Result<Tally> {
-    let tally = match parameters.frame {
-        FrameName::Bin => trial::run::<Lecture, Receiver<Bin>>(parameters, number, watch),
-        FrameName::BinCrc8 => {
-            trial::run::<Receiver<BinCrc8, Discard>, Receiver<BinCrc8>>(parameters, number, watch)
+/// Runs them one after the other, with progress on a terminal.
+pub(super) fn run(points: Vec<Parameters>) -> Result<Vec<Point>> {
+    let trials = points.iter().map(|point| u64::from(point.trials)).sum();
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} trials, {eta} left");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    // It shows itself on standard error if that is a terminal, else not at all.
+    let progress = ProgressBar::new(trials).with_style(style);
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let outcome = points
+        .into_iter()
+        .map(|parameters| {
+            let tally = tally(&parameters, threads, || progress.inc(1))?;
+            Ok(Point { parameters, tally })
+        })
+        .collect();
+    progress.finish_and_clear();
+    outcome
+}
+
+/// Runs all trials; `done` is called at the end of each. What comes of them does not depend on the
+/// number of threads.
+fn tally(parameters: &Parameters, threads: usize, done: impl Fn() + Sync) -> Result<Tally> {
+    let next = AtomicU64::new(0);
+    let some_trials = || {
+        let mut tally = Tally::default();
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= u64::from(parameters.trials) {
+                return anyhow::Ok(tally);
+            }
+            tally = tally.and(framelock_simulation::run(parameters, number, false)?.tally());
+            done();
         }
     };
-    tally.context("the failsafe's times")
+    thread::scope(|scope| {
+        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(some_trials)).collect();
+        threads
+            .into_iter()
+            .try_fold(Tally::default(), |sum, thread| {
+                let more = thread.join().unwrap_or_else(|panic| resume_unwind(panic));
+                Ok(sum.and(more?))
+            })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use super::*;
+
+    #[test]
+    fn what_comes_out_depends_on_the_seed_and_not_on_the_threads() {
+        let parameters = Parameters {
+            lose: 0.1,
+            duplicate: 0.1,
+            bit_flip: 0.01,
+            burst_rate: 5.0,
+            break_rate: 5.0,
+            trials: 6,
+            frames: 300,
+            ..Parameters::DEFAULT
+        };
+        let with = |threads| tally(&parameters, threads, || ()).unwrap();
+        assert_eq!(with(1).trials, 6);
+        assert_eq!(with(3), with(1));
+        assert_eq!(with(8), with(1));
+        let other = Parameters {
+            seed: 2,
+            ..parameters
+        };
+        assert_ne!(tally(&other, 1, || ()).unwrap(), with(1));
+    }
 }

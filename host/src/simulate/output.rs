@@ -1,21 +1,76 @@
-//! Results as text, CSV or JSON.
+//! Results as JSON, and as CSV and text, which are made of the JSON.
 
 use std::io::{self, Write};
+use std::slice;
 
-use serde::Serialize;
+use framelock_simulation::{Parameters, Payload, ReceiverTally, Share};
+use serde_json::{Value, json};
 
-use super::parameters::{NUMBERS, frame_name};
-use super::results::{Point, ReceiverResult, policy_name};
-use super::statistics::Share;
+use super::experiment::Point;
 use super::sweep::Sweep;
 
-/// All of it, as JSON.
-#[derive(Serialize)]
-struct Document<'a> {
-    /// Who wrote it.
-    framelock: &'static str,
-    swept: Vec<&'static str>,
-    points: &'a [Point],
+/// What happened on the line.
+fn line(point: &Point) -> Value {
+    let line = &point.tally.line;
+    json!({
+        "frames_sent": line.frames_sent,
+        "frames_intact": Share::new(line.frames_intact, line.frames_sent),
+        "bytes_sent": line.bytes_sent,
+        "bytes_delivered": line.bytes_delivered,
+        "bytes_lost": line.bytes_lost,
+        "framing_errors": line.framing_errors,
+        "breaks": line.breaks,
+    })
+}
+
+/// What a receiver made of it.
+fn result(point: &Point, receiver: &ReceiverTally) -> Value {
+    let line = &point.tally.line;
+    let gap = point.parameters.idle_gap;
+    // In units of demand; of smooth motion only, since the failsafe's approach cannot follow any
+    // other.
+    let is_motion = point.parameters.payload == Payload::Motion;
+    let rms = receiver.error_rms().filter(|_| is_motion);
+    let error = rms.map(|rms| json!({ "largest": receiver.largest_error, "rms": rms }));
+    json!({
+        "policy": receiver.kind.policy,
+        "idle_gap": receiver.kind.has_idle_gap.then_some(gap),
+        "delivered": Share::new(receiver.delivered, line.frames_sent),
+        "lost_intact": Share::new(receiver.lost_intact, line.frames_intact),
+        "lost_intact_per_lost_byte": receiver.lost_per_byte(),
+        "wrong_setpoints": Share::new(receiver.wrong_setpoints, line.frames_sent),
+        "false_frames": Share::new(receiver.false_frames, line.bytes_delivered),
+        "bytes_discarded": receiver.bytes_discarded,
+        "resynchronisation": {
+            "count": receiver.times_back(),
+            "median_ms": receiver.back_within_ms(50),
+            "percentile_99_ms": receiver.back_within_ms(99),
+            "longest_ms": receiver.back_within_ms(100),
+            "never": receiver.never_back,
+            "by_intact_frames_lost": receiver.back_by_frames,
+        },
+        "longest_silence_ms": receiver.longest_silence_ms(),
+        "failsafe_engagements": receiver.engagements,
+        "actuator_error": error,
+    })
+}
+
+/// Each receiver of a point, with its parameters and its line.
+pub(super) fn rows(point: &Point) -> Vec<Value> {
+    let receivers = point.tally.receivers.iter();
+    let rows = receivers.map(|receiver| {
+        let has_rule = receiver.kind.has_idle_gap;
+        let rule = has_rule.then(|| format!("idle gap {}", point.parameters.idle_gap));
+        json!({
+            "parameters": point.parameters,
+            "line": line(point),
+            "policy": receiver.kind.policy,
+            "idle_gap_rule": has_rule,
+            "rule": rule.as_deref().unwrap_or(" "),
+            "receiver": result(point, receiver),
+        })
+    });
+    rows.collect()
 }
 
 /// One JSON object.
@@ -24,145 +79,74 @@ pub(super) fn write_json(
     sweeps: &[Sweep],
     points: &[Point],
 ) -> io::Result<()> {
-    let document = Document {
-        framelock: env!("CARGO_PKG_VERSION"),
-        swept: sweeps.iter().map(|sweep| sweep.number.name).collect(),
-        points,
-    };
+    let points = points.iter().map(|point| {
+        let receivers = point.tally.receivers.iter();
+        let receivers = receivers.map(|receiver| result(point, receiver));
+        json!({
+            "parameters": point.parameters,
+            "line": line(point),
+            "receivers": receivers.collect::<Vec<_>>(),
+        })
+    });
+    let document = json!({
+        "framelock": env!("CARGO_PKG_VERSION"),
+        "swept": sweeps.iter().map(|sweep| sweep.number.name).collect::<Vec<_>>(),
+        "points": points.collect::<Vec<_>>(),
+    });
     serde_json::to_writer_pretty(&mut *out, &document)?;
     writeln!(out)
 }
 
+/// The columns of CSV behind the parameters, and where in the JSON of a row each is.
+const COLUMNS: &str = include_str!("tables/columns.txt");
+
 /// A row for each point and receiver, with all parameters in front.
 pub(super) fn write_csv(out: &mut impl Write, points: &[Point]) -> io::Result<()> {
+    let numbers = Parameters::NUMBERS.iter().map(|number| number.name);
+    let parameters = ["seed", "frame", "payload", "unreported"].into_iter();
+    let parameters = parameters.chain(numbers).map(|name| {
+        let name = name.replace('-', "_");
+        (format!("/parameters/{name}"), name)
+    });
+    let results = COLUMNS.lines().filter_map(|line| line.split_once(' '));
+    let results = results.map(|(name, place)| (place.trim_start().to_owned(), name.to_owned()));
+    let (places, names): (Vec<_>, Vec<_>) = parameters.chain(results).unzip();
+
     let mut writer = csv::Writer::from_writer(out);
-    for (index, (point, receiver)) in points
-        .iter()
-        .flat_map(|point| {
-            point
-                .receivers
-                .iter()
-                .map(move |receiver| (point, receiver))
-        })
-        .enumerate()
-    {
-        let mut columns = parameter_columns(point);
-        columns.extend(line_columns(point));
-        columns.extend(receiver_columns(receiver));
-        if index == 0 {
-            writer.write_record(columns.iter().map(|(name, _)| name))?;
-        }
-        writer.write_record(columns.iter().map(|(_, value)| value))?;
+    writer.write_record(names)?;
+    for row in points.iter().flat_map(rows) {
+        writer.write_record(places.iter().map(|place| text(row.pointer(place))))?;
     }
     writer.flush()
 }
 
-type Columns = Vec<(String, String)>;
-
-fn parameter_columns(Point { parameters, .. }: &Point) -> Columns {
-    let mut columns = vec![
-        ("seed".to_owned(), parameters.seed.to_string()),
-        ("frame".to_owned(), frame_name(parameters.frame).to_owned()),
-        ("payload".to_owned(), parameters.payload.to_string()),
-        ("unreported".to_owned(), parameters.unreported.to_string()),
-    ];
-    columns.extend(NUMBERS.iter().map(|number| {
-        let name = number.name.replace('-', "_");
-        (name, optional(number.get(parameters)))
-    }));
-    columns
-}
-
-fn line_columns(Point { line, .. }: &Point) -> Columns {
-    [
-        ("frames_sent", line.frames_sent),
-        ("frames_intact", line.frames_intact.count),
-        ("bytes_sent", line.bytes_sent),
-        ("bytes_delivered", line.bytes_delivered),
-        ("bytes_lost", line.bytes_lost),
-        ("framing_errors", line.framing_errors),
-        ("breaks", line.breaks),
-    ]
-    .map(|(name, count)| (name.to_owned(), count.to_string()))
-    .into()
-}
-
-fn receiver_columns(receiver: &ReceiverResult) -> Columns {
-    let mut columns = vec![
-        ("policy".to_owned(), policy_name(receiver.policy).to_owned()),
-        (
-            "idle_gap_rule".to_owned(),
-            receiver.idle_gap.is_some().to_string(),
-        ),
-    ];
-    for (
-        name,
-        Share {
-            count,
-            value,
-            low,
-            high,
-            ..
-        },
-    ) in [
-        ("delivered", receiver.delivered),
-        ("lost_intact", receiver.lost_intact),
-        ("wrong_setpoints", receiver.wrong_setpoints),
-        ("false_frames", receiver.false_frames),
-    ] {
-        columns.push((name.to_owned(), count.to_string()));
-        columns.push((format!("{name}_share"), value.to_string()));
-        columns.push((format!("{name}_low"), low.to_string()));
-        columns.push((format!("{name}_high"), high.to_string()));
+/// A value as it is typed; nothing if there is none.
+fn text(value: Option<&Value>) -> String {
+    match value {
+        None | Some(Value::Null) => String::new(),
+        Some(Value::String(text)) => text.clone(),
+        // Without what JSON adds to whole ones.
+        Some(Value::Number(number)) if number.is_f64() => {
+            number.as_f64().unwrap_or_default().to_string()
+        }
+        Some(value) => value.to_string(),
     }
-    let lost = receiver.lost_intact_per_lost_byte;
-    let back = &receiver.resynchronisation;
-    let error = receiver.actuator_error;
-    columns.extend(
-        [
-            (
-                "lost_intact_per_lost_byte",
-                optional(lost.map(|lost| lost.value)),
-            ),
-            (
-                "lost_intact_per_lost_byte_low",
-                optional(lost.map(|lost| lost.low)),
-            ),
-            (
-                "lost_intact_per_lost_byte_high",
-                optional(lost.map(|lost| lost.high)),
-            ),
-            ("bytes_discarded", receiver.bytes_discarded.to_string()),
-            ("resynchronisations", back.count.to_string()),
-            ("resynchronisation_median_ms", optional(back.median_ms)),
-            (
-                "resynchronisation_percentile_99_ms",
-                optional(back.percentile_99_ms),
-            ),
-            ("resynchronisation_longest_ms", optional(back.longest_ms)),
-            ("resynchronisation_never", back.never.to_string()),
-            (
-                "longest_silence_ms",
-                receiver.longest_silence_ms.to_string(),
-            ),
-            (
-                "failsafe_engagements",
-                receiver.failsafe_engagements.to_string(),
-            ),
-            (
-                "actuator_error_largest",
-                optional(error.map(|error| f64::from(error.largest))),
-            ),
-            ("actuator_error_rms", optional(error.map(|error| error.rms))),
-        ]
-        .map(|(name, value)| (name.to_owned(), value)),
-    );
-    columns
 }
 
-/// Nothing where there is no value.
-fn optional(value: Option<f64>) -> String {
-    value.map_or_else(String::new, |value| value.to_string())
+/// What a table shows of a row: a place in its JSON, behind which there may be `%` for a share or
+/// `.N` for so many decimals. A hyphen if there is nothing.
+fn cell(row: &Value, place: &str) -> String {
+    let (pointer, unit) = place.split_once(' ').unwrap_or((place, ""));
+    let value = row.pointer(pointer).unwrap_or(&Value::Null);
+    let shown = match unit.strip_prefix('.').map(str::parse) {
+        Some(Ok(places)) => value.as_f64().map(|value| format!("{value:.places$}")),
+        _ if unit == "%" && value["of"] == 0 => None,
+        _ if unit == "%" => value["value"]
+            .as_f64()
+            .map(|share| format!("{:.4} %", 100.0 * share)),
+        _ => Some(text(Some(value))).filter(|text| !text.is_empty()),
+    };
+    shown.unwrap_or_else(|| "-".to_owned())
 }
 
 /// Tables for people. One point gets a long table, more get a line for each receiver.
@@ -171,168 +155,75 @@ pub(super) fn write_text(
     sweeps: &[Sweep],
     points: &[Point],
 ) -> io::Result<()> {
-    match points {
-        [point] => write_one(out, point),
-        _ => write_many(out, sweeps, points),
-    }
-}
-
-fn write_one(out: &mut impl Write, point: &Point) -> io::Result<()> {
-    let Point {
-        parameters,
-        line,
-        receivers,
-    } = point;
-    writeln!(
-        out,
-        "seed {}, {} trials of {} frames ({}, {}), {} baud, {} frames a second\n",
-        parameters.seed,
-        parameters.trials,
-        parameters.frames,
-        frame_name(parameters.frame),
-        parameters.payload,
-        parameters.baud,
-        parameters.rate,
-    )?;
-    writeln!(out, "frames sent           {:>14}", line.frames_sent)?;
-    writeln!(
-        out,
-        "  arrived intact      {:>14}",
-        line.frames_intact.count
-    )?;
-    writeln!(out, "bytes sent            {:>14}", line.bytes_sent)?;
-    writeln!(out, "  delivered           {:>14}", line.bytes_delivered)?;
-    writeln!(out, "  lost behind the UART{:>14}", line.bytes_lost)?;
-    writeln!(out, "framing errors        {:>14}", line.framing_errors)?;
-    writeln!(out, "breaks                {:>14}\n", line.breaks)?;
-
-    let mut row = |name: &str, value: &dyn Fn(&ReceiverResult) -> String| -> io::Result<()> {
-        write!(out, "{name:<34}")?;
-        for receiver in receivers {
-            write!(out, "{:>16}", value(receiver))?;
-        }
-        writeln!(out)
-    };
-    row("", &|receiver| policy_name(receiver.policy).to_owned())?;
-    row("", &|receiver| {
-        receiver
-            .idle_gap
-            .map_or_else(String::new, |gap| format!("idle gap {gap}"))
-    })?;
-    row("delivered", &|receiver| {
-        receiver.delivered.count.to_string()
-    })?;
-    row("  of the frames sent", &|receiver| {
-        percent(receiver.delivered)
-    })?;
-    row("lost though intact", &|receiver| {
-        receiver.lost_intact.count.to_string()
-    })?;
-    row("  of the intact frames", &|receiver| {
-        percent(receiver.lost_intact)
-    })?;
-    row("  for each lost byte", &|receiver| {
-        let lost = receiver.lost_intact_per_lost_byte;
-        lost.map_or_else(none, |lost| format!("{:.6}", lost.value))
-    })?;
-    row("    95 % interval from", &|receiver| {
-        let lost = receiver.lost_intact_per_lost_byte;
-        lost.map_or_else(none, |lost| format!("{:.6}", lost.low))
-    })?;
-    row("    to", &|receiver| {
-        let lost = receiver.lost_intact_per_lost_byte;
-        lost.map_or_else(none, |lost| format!("{:.6}", lost.high))
-    })?;
-    row("wrong setpoints", &|receiver| {
-        receiver.wrong_setpoints.count.to_string()
-    })?;
-    row("false frames", &|receiver| {
-        receiver.false_frames.count.to_string()
-    })?;
-    row("resynchronised", &|receiver| {
-        receiver.resynchronisation.count.to_string()
-    })?;
-    row("  never", &|receiver| {
-        receiver.resynchronisation.never.to_string()
-    })?;
-    row("  after, median, ms", &|receiver| {
-        milliseconds(receiver.resynchronisation.median_ms)
-    })?;
-    row("  99 of 100 within, ms", &|receiver| {
-        milliseconds(receiver.resynchronisation.percentile_99_ms)
-    })?;
-    row("  at the latest, ms", &|receiver| {
-        milliseconds(receiver.resynchronisation.longest_ms)
-    })?;
-    row("longest silence, ms", &|receiver| {
-        milliseconds(Some(receiver.longest_silence_ms))
-    })?;
-    row("failsafe engagements", &|receiver| {
-        receiver.failsafe_engagements.to_string()
-    })?;
-    row("actuator error, largest", &|receiver| {
-        let error = receiver.actuator_error;
-        error.map_or_else(none, |error| error.largest.to_string())
-    })?;
-    row("actuator error, RMS", &|receiver| {
-        let error = receiver.actuator_error;
-        error.map_or_else(none, |error| format!("{:.3}", error.rms))
-    })
-}
-
-fn write_many(out: &mut impl Write, sweeps: &[Sweep], points: &[Point]) -> io::Result<()> {
-    for sweep in sweeps {
-        write!(out, "{:>14}", sweep.number.name)?;
-    }
-    writeln!(
-        out,
-        "  {:<8}{:>5}{:>12}{:>13}{:>12}{:>10}{:>12}{:>11}{:>8}",
-        "policy",
-        "gap",
-        "delivered",
-        "lost intact",
-        "wrong",
-        "false",
-        "silence, ms",
-        "failsafe",
-        "RMS"
-    )?;
-    for point in points {
-        for receiver in &point.receivers {
-            for sweep in sweeps {
-                write!(out, "{:>14}", optional(sweep.number.get(&point.parameters)))?;
-            }
+    let rows: Vec<_> = points.iter().flat_map(rows).collect();
+    match (points, rows.first()) {
+        ([_], Some(first)) => {
+            let names = [
+                "seed", "trials", "frames", "frame", "payload", "baud", "rate",
+            ];
+            let [seed, trials, frames, frame, payload, baud, rate] =
+                names.map(|name| cell(first, &format!("/parameters/{name}")));
             writeln!(
                 out,
-                "  {:<8}{:>5}{:>12}{:>13}{:>12}{:>10}{:>12}{:>11}{:>8}",
-                policy_name(receiver.policy),
-                receiver.idle_gap.map_or_else(none, |gap| gap.to_string()),
-                percent(receiver.delivered),
-                receiver.lost_intact.count,
-                receiver.wrong_setpoints.count,
-                receiver.false_frames.count,
-                milliseconds(Some(receiver.longest_silence_ms)),
-                receiver.failsafe_engagements,
-                receiver
-                    .actuator_error
-                    .map_or_else(none, |error| format!("{:.2}", error.rms)),
+                "seed {seed}, {trials} trials of {frames} frames ({frame}, {payload}), {baud} \
+                 baud, {rate} frames a second\n"
             )?;
+            let line = include_str!("tables/line.txt");
+            write_table(out, line, [22, 14], slice::from_ref(first))?;
+            writeln!(out)?;
+            write_table(out, include_str!("tables/receiver.txt"), [34, 16], &rows)
         }
+        _ => write_many(out, sweeps, &rows),
+    }
+}
+
+/// A line for each line of `table`, which has a name and a place: what each row has there.
+fn write_table(
+    out: &mut impl Write,
+    table: &str,
+    [name_width, width]: [usize; 2],
+    rows: &[Value],
+) -> io::Result<()> {
+    for (name, place) in table.lines().filter_map(|line| line.split_once('/')) {
+        write!(out, "{name:<name_width$.name_width$}")?;
+        for row in rows {
+            write!(out, "{:>width$}", cell(row, &format!("/{place}")))?;
+        }
+        writeln!(out)?;
     }
     Ok(())
 }
 
-fn none() -> String {
-    "-".to_owned()
-}
-
-fn percent(share: Share) -> String {
-    if share.of == 0 {
-        return none();
+/// A line for each row: what is swept, and what matters most.
+fn write_many(out: &mut impl Write, sweeps: &[Sweep], rows: &[Value]) -> io::Result<()> {
+    let columns = [
+        ("gap", 5, "/receiver/idle_gap"),
+        ("delivered", 12, "/receiver/delivered %"),
+        ("lost intact", 13, "/receiver/lost_intact/count"),
+        ("wrong", 12, "/receiver/wrong_setpoints/count"),
+        ("false", 10, "/receiver/false_frames/count"),
+        ("silence, ms", 12, "/receiver/longest_silence_ms .1"),
+        ("failsafe", 11, "/receiver/failsafe_engagements"),
+        ("RMS", 8, "/receiver/actuator_error/rms .2"),
+    ];
+    for sweep in sweeps {
+        write!(out, "{:>14}", sweep.number.name)?;
     }
-    format!("{:.4} %", 100.0 * share.value)
-}
-
-fn milliseconds(value: Option<f64>) -> String {
-    value.map_or_else(none, |value| format!("{value:.1}"))
+    write!(out, "  {:<8}", "policy")?;
+    for (name, width, _) in columns {
+        write!(out, "{name:>width$}")?;
+    }
+    writeln!(out)?;
+    for row in rows {
+        for sweep in sweeps {
+            let name = sweep.number.name.replace('-', "_");
+            write!(out, "{:>14}", cell(row, &format!("/parameters/{name}")))?;
+        }
+        write!(out, "  {:<8}", cell(row, "/policy"))?;
+        for (_, width, place) in columns {
+            write!(out, "{:>width$}", cell(row, place))?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
 }

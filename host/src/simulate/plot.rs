@@ -1,20 +1,20 @@
-//! Charts as SVG and PNG, the same in both. The font comes with the program.
+//! Charts as SVG.
 
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::Result;
 use plotters::chart::{ChartBuilder, ChartContext};
-use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::element::{DashedPathElement, EmptyElement, ErrorBar, PathElement, Rectangle, Text};
 use plotters::prelude::{
-    BitMapBackend, Cartesian2d, Circle, Color, DrawingArea, DrawingAreaErrorKind, DrawingBackend,
-    IntoDrawingArea, IntoFont, RGBColor, SVGBackend, SeriesLabelPosition, ShapeStyle, TextStyle,
+    Cartesian2d, Circle, Color, IntoDrawingArea, IntoFont, RGBColor, SVGBackend,
+    SeriesLabelPosition, ShapeStyle, TextStyle,
 };
 use plotters::series::LineSeries;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{BLACK, FontStyle, WHITE, register_font};
+use plotters::style::{BLACK, FontStyle, WHITE};
+use serde::Deserialize;
+use serde_json::{Map, Value};
 
 /// Pixels.
 const SIZE: (u32, u32) = (900, 540);
@@ -22,55 +22,65 @@ const SIZE: (u32, u32) = (900, 540);
 const FONT: &str = "sans-serif";
 
 /// Colours that people with any colour vision can tell apart (Okabe and Ito).
-pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
-pub(super) const RED: RGBColor = RGBColor(213, 94, 0);
-pub(super) const GREEN: RGBColor = RGBColor(0, 158, 115);
-pub(super) const YELLOW: RGBColor = RGBColor(230, 159, 0);
-pub(super) const GREY: RGBColor = RGBColor(110, 110, 110);
+fn colour(name: &str) -> RGBColor {
+    match name {
+        "blue" | "approach" => RGBColor(0, 114, 178),
+        "red" | "ramp" => RGBColor(213, 94, 0),
+        "green" => RGBColor(0, 158, 115),
+        "yellow" | "hold" => RGBColor(230, 159, 0),
+        _ => RGBColor(110, 110, 110),
+    }
+}
 
 /// One axis, from one value to another.
+#[derive(Deserialize)]
 pub(super) struct Axis {
-    pub(super) label: &'static str,
-    pub(super) from: f64,
-    pub(super) to: f64,
+    pub(super) label: String,
+    from: f64,
+    to: f64,
     /// Powers of ten are equally far apart.
+    #[serde(default)]
     pub(super) is_logarithmic: bool,
+    /// At most this many labels.
+    labels: usize,
+    /// Where in a row of results its values are, and by how much they are multiplied.
+    pub(super) value: String,
+    pub(super) scale: Option<f64>,
 }
 
 /// How a series is drawn.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mark {
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Mark {
     Line,
     Dashes,
-    /// With the interval, if there is one.
+    /// With the interval.
     Dots,
     /// Beside the bars of the other series, with their values above.
     Bars,
 }
 
+#[derive(Deserialize)]
 pub(super) struct Series {
-    pub(super) name: String,
-    pub(super) colour: RGBColor,
-    pub(super) mark: Mark,
-    pub(super) values: Vec<Value>,
+    name: String,
+    colour: String,
+    mark: Mark,
+    /// Where in a row its values are, if not where the axis says.
+    pub(super) value: Option<String>,
+    /// The values that a row must have to be of this series.
+    #[serde(flatten)]
+    pub(super) select: Map<String, Value>,
+    #[serde(skip)]
+    pub(super) places: Vec<Place>,
 }
 
-/// A value, and its interval.
+/// A place in the chart, and the interval of its value.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Value {
+pub(super) struct Place {
     pub(super) x: f64,
     pub(super) y: f64,
-    pub(super) interval: Option<(f64, f64)>,
-}
-
-impl Value {
-    pub(super) fn new(x: f64, y: f64) -> Self {
-        Self {
-            x,
-            y,
-            interval: None,
-        }
-    }
+    pub(super) low: f64,
+    pub(super) high: f64,
 }
 
 /// A part of the x axis with a name of its own.
@@ -78,32 +88,41 @@ pub(super) struct Band {
     pub(super) from: f64,
     pub(super) to: f64,
     pub(super) name: &'static str,
-    pub(super) colour: RGBColor,
 }
 
 /// A chart.
+#[derive(Deserialize)]
 pub(super) struct Chart {
-    pub(super) title: &'static str,
+    title: String,
     /// What it was measured with.
     pub(super) subtitle: String,
     pub(super) x: Axis,
     pub(super) y: Axis,
+    legend: String,
     pub(super) series: Vec<Series>,
+    #[serde(skip)]
     pub(super) bands: Vec<Band>,
     /// Names of the places 0, 1, 2, ... of the x axis, if they have names instead of numbers.
-    pub(super) places: Vec<String>,
-    pub(super) legend: SeriesLabelPosition,
+    #[serde(default)]
+    places: Vec<String>,
 }
 
-type Context2d<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+type Coordinates = Cartesian2d<RangedCoordf64, RangedCoordf64>;
+type Drawing<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Coordinates>;
+
+impl Place {
+    pub(super) fn new(x: f64, y: f64) -> Self {
+        let (low, high) = (y, y);
+        Self { x, y, low, high }
+    }
+}
 
 impl Axis {
     /// Where a value is on it.
     fn place(&self, value: f64) -> f64 {
         if self.is_logarithmic {
             // What is 0 lies below the axis.
-            libm::log10(value.max(self.from / 10.0))
+            value.max(self.from / 10.0).log10()
         } else {
             value
         }
@@ -114,62 +133,27 @@ impl Axis {
     }
 
     fn name(&self, place: f64) -> String {
-        if !self.is_logarithmic {
-            // Whole steps, without what rounding leaves of them.
-            return ((place * 1e6).round() / 1e6 + 0.0).to_string();
-        }
-        if (place - place.round()).abs() > 1e-6 {
-            return String::new();
-        }
-        let digits = format!("{place:.0}");
-        let raised = digits.chars().filter_map(|digit| match digit {
-            '-' => Some('⁻'),
-            _ => "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(digit.to_digit(10)? as usize),
-        });
-        format!("10{}", raised.collect::<String>())
-    }
-
-    /// How many labels there are.
-    fn labels(&self) -> usize {
-        let range = self.range();
-        if self.is_logarithmic {
-            super::occurrences::whole(range.end - range.start + 1.0)
-                .try_into()
-                .unwrap_or(10)
-        } else {
-            12
+        // Without what rounding leaves.
+        let place = (place * 1e6).round() / 1e6 + 0.0;
+        match self.is_logarithmic {
+            false => place.to_string(),
+            true if place.fract() == 0.0 => format!("1e{place}"),
+            true => String::new(),
         }
     }
 }
 
 impl Chart {
-    /// Writes `name.svg` and `name.png` to the directory.
+    /// Writes the chart as SVG.
     ///
     /// # Errors
-    /// If they cannot be written.
-    pub(super) fn write(&self, directory: &Path, name: &str) -> anyhow::Result<()> {
-        for style in [FontStyle::Normal, FontStyle::Bold] {
-            let font = match style {
-                FontStyle::Bold => dejavu::sans::bold(),
-                _ => dejavu::sans::regular(),
-            };
-            register_font(FONT, style, font).map_err(|_| anyhow!("the font is broken"))?;
-        }
-        let path = directory.join(name).with_extension("svg");
-        let mut text = String::new();
-        self.draw(&SVGBackend::with_string(&mut text, SIZE).into_drawing_area())
-            .with_context(|| format!("cannot draw {name}"))?;
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
-        let path = path.with_extension("png");
-        self.draw(&BitMapBackend::new(&path, SIZE).into_drawing_area())
-            .with_context(|| format!("cannot write {}", path.display()))
-    }
-
-    fn draw<DB: DrawingBackend>(&self, root: &DrawingArea<DB, Shift>) -> Drawn<DB> {
+    /// The file cannot be written.
+    pub(super) fn write(&self, path: &Path) -> Result<()> {
+        let root = SVGBackend::new(path, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
         let title = (FONT, 22, FontStyle::Bold).into_font();
-        root.draw(&Text::new(self.title, (20, 14), title))?;
-        let subtitle = (FONT, 14).into_font().color(&GREY);
+        root.draw(&Text::new(self.title.as_str(), (20, 14), title))?;
+        let subtitle = (FONT, 14).into_font().color(&colour("grey"));
         root.draw(&Text::new(self.subtitle.as_str(), (20, 42), subtitle))?;
         let (_, area) = root.split_vertically(64);
         let mut chart = ChartBuilder::on(&area)
@@ -183,10 +167,10 @@ impl Chart {
         let x_name = |place: &f64| self.x.name(*place);
         let y_name = |place: &f64| self.y.name(*place);
         let mut mesh = chart.configure_mesh();
-        mesh.x_desc(self.x.label)
-            .y_desc(self.y.label)
-            .x_labels(self.x.labels())
-            .y_labels(self.y.labels())
+        mesh.x_desc(self.x.label.as_str())
+            .y_desc(self.y.label.as_str())
+            .x_labels(self.x.labels)
+            .y_labels(self.y.labels)
             .x_label_formatter(&x_name)
             .y_label_formatter(&y_name)
             .label_style((FONT, 14))
@@ -197,43 +181,43 @@ impl Chart {
             mesh.disable_x_mesh().x_labels(0);
         }
         mesh.draw()?;
-        self.draw_bands(&mut chart)?;
-        self.draw_places(&mut chart)?;
+        self.draw_names(&mut chart)?;
         for (index, series) in self.series.iter().enumerate() {
             self.draw_series(&mut chart, index, series)?;
         }
-        if self.series.len() > 1 {
-            chart
-                .configure_series_labels()
-                .position(self.legend.clone())
-                .margin(12)
-                .label_font((FONT, 14))
-                .background_style(WHITE.mix(0.9))
-                .border_style(BLACK.mix(0.3))
-                .draw()?;
-        }
-        root.present()
-    }
-
-    fn draw_bands<DB: DrawingBackend>(&self, chart: &mut Context2d<'_, DB>) -> Drawn<DB> {
-        let y = self.y.range();
-        for band in &self.bands {
-            let corners = [(band.from, y.start), (band.to, y.end)];
-            let colour = band.colour.mix(0.13).filled();
-            chart.draw_series([Rectangle::new(corners, colour)])?;
-            let style = centred(14, band.colour);
-            let middle = (f64::midpoint(band.from, band.to), y.end);
-            chart.draw_series([EmptyElement::at(middle) + Text::new(band.name, (0, 4), style)])?;
-        }
+        let legend = match self.legend.as_str() {
+            "upper-left" => SeriesLabelPosition::UpperLeft,
+            "lower-middle" => SeriesLabelPosition::LowerMiddle,
+            "lower-right" => SeriesLabelPosition::LowerRight,
+            _ => SeriesLabelPosition::UpperRight,
+        };
+        chart
+            .configure_series_labels()
+            .position(legend)
+            .margin(12)
+            .label_font((FONT, 14))
+            .background_style(WHITE.mix(0.9))
+            .border_style(BLACK.mix(0.3))
+            .draw()?;
+        root.present()?;
         Ok(())
     }
 
-    fn draw_places<DB: DrawingBackend>(&self, chart: &mut Context2d<'_, DB>) -> Drawn<DB> {
-        let bottom = self.y.range().start;
+    /// The bands, and the names of the places.
+    fn draw_names(&self, chart: &mut Drawing) -> Result<()> {
+        let y = self.y.range();
+        for band in &self.bands {
+            let corners = [(band.from, y.start), (band.to, y.end)];
+            let colour = colour(band.name);
+            chart.draw_series([Rectangle::new(corners, colour.mix(0.13).filled())])?;
+            let middle = f64::midpoint(band.from, band.to);
+            let text = Text::new(band.name, (0, 4), centred(14, colour));
+            chart.draw_series([EmptyElement::at((middle, y.end)) + text])?;
+        }
         for (place, name) in (0_u32..).zip(&self.places) {
             // A name may have two lines.
             for (line, part) in (0..).zip(name.split('\n')) {
-                let at = EmptyElement::at((f64::from(place), bottom));
+                let at = EmptyElement::at((f64::from(place), y.start));
                 let text = Text::new(part.to_owned(), (0, 6 + 17 * line), centred(14, BLACK));
                 chart.draw_series([at + text])?;
             }
@@ -241,92 +225,55 @@ impl Chart {
         Ok(())
     }
 
-    fn draw_series<DB: DrawingBackend>(
-        &self,
-        chart: &mut Context2d<'_, DB>,
-        index: usize,
-        series: &Series,
-    ) -> Drawn<DB> {
-        let colour = series.colour;
+    fn draw_series(&self, chart: &mut Drawing, index: usize, series: &Series) -> Result<()> {
+        let colour = colour(&series.colour);
         let thick = ShapeStyle::from(&colour).stroke_width(2);
-        let at = |value: &Value| (self.x.place(value.x), self.y.place(value.y));
-        let points = series.values.iter().map(at);
-        match series.mark {
+        let values = || series.places.iter();
+        let points = values().map(|value| (self.x.place(value.x), self.y.place(value.y)));
+        let drawn = match series.mark {
             Mark::Line => {
-                let line = LineSeries::new(points, thick);
-                chart
-                    .draw_series(line)?
-                    .label(&series.name)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], thick));
+                let line = chart.draw_series(LineSeries::new(points, thick))?;
+                line.legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], thick))
             }
             Mark::Dashes => {
-                let line = DashedPathElement::new(points, 6, 4, thick);
-                chart
-                    .draw_series([line])?
-                    .label(&series.name)
-                    .legend(move |(x, y)| {
-                        DashedPathElement::new([(x, y), (x + 18, y)], 5, 3, thick)
-                    });
+                let line = chart.draw_series([DashedPathElement::new(points, 6, 4, thick)])?;
+                line.legend(move |(x, y)| {
+                    DashedPathElement::new([(x, y), (x + 18, y)], 5, 3, thick)
+                })
             }
             Mark::Dots => {
-                chart.draw_series(series.values.iter().filter_map(|value| {
-                    let (low, high) = value.interval?;
-                    let (x, y) = at(value);
-                    let (low, high) = (self.y.place(low), self.y.place(high));
-                    Some(ErrorBar::new_vertical(x, low, y, high, colour, 8))
+                let dots = chart.draw_series(values().map(|value| {
+                    let [low, y, high] = [value.low, value.y, value.high].map(|y| self.y.place(y));
+                    let style = colour.filled();
+                    ErrorBar::new_vertical(self.x.place(value.x), low, y, high, style, 8)
                 }))?;
-                chart
-                    .draw_series(points.map(|point| Circle::new(point, 4, colour.filled())))?
-                    .label(&series.name)
-                    .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
+                dots.legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()))
             }
-            Mark::Bars => self.draw_bars(chart, index, series)?,
-        }
+            Mark::Bars => {
+                #[expect(clippy::cast_precision_loss, reason = "a few")]
+                let (index, width) = (index as f64, 0.8 / self.series.len() as f64);
+                let bottom = self.y.range().start;
+                let left = |value: &Place| value.x - 0.4 + index * width;
+                let top = |value: &Place| self.y.place(value.y).max(bottom);
+                chart.draw_series(values().map(|value| {
+                    let at = (left(value) + width / 2.0, top(value));
+                    let decimals = if value.y < 10.0 { 2 } else { 1 };
+                    let text = format!("{:.decimals$}", value.y);
+                    let text = Text::new(text, (0, -18), centred(13, colour));
+                    EmptyElement::at(at) + text
+                }))?;
+                let bars = chart.draw_series(values().map(|value| {
+                    let from = (left(value) + 0.04 * width, bottom);
+                    let to = (left(value) + 0.96 * width, top(value));
+                    Rectangle::new([from, to], colour.mix(0.85).filled())
+                }))?;
+                bars.legend(move |(x, y)| {
+                    Rectangle::new([(x + 2, y - 6), (x + 16, y + 6)], colour.filled())
+                })
+            }
+        };
+        drawn.label(&series.name);
         Ok(())
-    }
-
-    fn draw_bars<DB: DrawingBackend>(
-        &self,
-        chart: &mut Context2d<'_, DB>,
-        index: usize,
-        series: &Series,
-    ) -> Drawn<DB> {
-        #[expect(clippy::cast_precision_loss, reason = "a few")]
-        let (index, count) = (index as f64, self.series.len() as f64);
-        let width = 0.8 / count;
-        let colour = series.colour;
-        let bottom = self.y.range().start;
-        let left = |value: &Value| value.x - 0.4 + index * width;
-        let bars = series.values.iter().map(|value| {
-            let from = (left(value) + 0.04 * width, bottom);
-            let to = (
-                left(value) + 0.96 * width,
-                self.y.place(value.y).max(bottom),
-            );
-            Rectangle::new([from, to], colour.mix(0.85).filled())
-        });
-        chart
-            .draw_series(bars)?
-            .label(&series.name)
-            .legend(move |(x, y)| {
-                Rectangle::new([(x + 2, y - 6), (x + 16, y + 6)], colour.filled())
-            });
-        for value in &series.values {
-            let top = (left(value) + width / 2.0, self.y.place(value.y).max(bottom));
-            let text = Text::new(short(value.y), (0, -18), centred(13, colour));
-            chart.draw_series([EmptyElement::at(top) + text])?;
-        }
-        Ok(())
-    }
-}
-
-/// Three digits.
-fn short(value: f64) -> String {
-    match value {
-        0.0 => "0".to_owned(),
-        0.01..10.0 => format!("{value:.2}"),
-        10.0.. => format!("{value:.1}"),
-        _ => format!("{value:.0e}"),
     }
 }
 

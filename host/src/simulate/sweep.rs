@@ -1,139 +1,108 @@
 //! One or two parameters that go through a range.
 
-use std::fmt;
+use std::iter;
 use std::str::FromStr;
 
-use anyhow::{bail, ensure};
-
-use super::occurrences::whole;
-use super::parameters::{NUMBERS, Number, Parameters};
+use anyhow::{Context, Result, bail, ensure};
+use framelock_simulation::{Number, Parameters};
 
 /// More points than that are a mistake.
 const MOST_POINTS: usize = 10_000;
 
 /// A parameter, and the values it goes through.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct Sweep {
     pub(super) number: &'static Number,
     pub(super) values: Vec<f64>,
 }
 
-impl fmt::Debug for Sweep {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}={:?}", self.number.name, self.values)
-    }
-}
+const WANTED: &str = "NAME=FROM:TO:STEP, NAME=FROM:TO:xFACTOR or NAME=VALUE,VALUE,... is wanted";
 
 impl FromStr for Sweep {
-    type Err = String;
+    type Err = anyhow::Error;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        parse(text).map_err(|error| error.to_string())
-    }
-}
-
-fn parse(text: &str) -> anyhow::Result<Sweep> {
-    const WANTED: &str =
-        "NAME=FROM:TO:STEP, NAME=FROM:TO:xFACTOR or NAME=VALUE,VALUE,... is wanted";
-    let Some((name, values)) = text.split_once('=') else {
-        bail!("{WANTED}");
-    };
-    let Some(number) = NUMBERS.iter().find(|number| number.name == name) else {
-        let names: Vec<_> = NUMBERS.iter().map(|number| number.name).collect();
-        bail!(
-            "no parameter '{name}' can be swept; these can: {}",
-            names.join(", ")
-        );
-    };
-    let parts: Vec<_> = values.split(':').collect();
-    let values = match parts[..] {
-        [list] => list.split(',').map(finite).collect::<anyhow::Result<_>>()?,
-        [from, to, step] => {
-            let (from, to) = (finite(from)?, finite(to)?);
-            match step.strip_prefix('x') {
-                Some(factor) => geometric(from, to, finite(factor)?)?,
-                None => arithmetic(from, to, finite(step)?)?,
-            }
+    fn from_str(text: &str) -> Result<Self> {
+        let (name, range) = text.split_once('=').context(WANTED)?;
+        let mut numbers = Parameters::NUMBERS.iter();
+        let Some(number) = numbers.find(|number| number.name == name) else {
+            let names: Vec<_> = Parameters::NUMBERS.iter().map(|each| each.name).collect();
+            bail!(
+                "no parameter '{name}' can be swept; these can: {}",
+                names.join(", ")
+            );
+        };
+        let values = values(range)?;
+        let mut parameters = Parameters::DEFAULT;
+        for &value in &values {
+            number.set(&mut parameters, value)?;
         }
-        _ => bail!("{WANTED}"),
-    };
-    let mut parameters = Parameters::default();
-    for &value in &values {
-        number.set(&mut parameters, value)?;
+        Ok(Self { number, values })
     }
-    Ok(Sweep { number, values })
 }
 
-fn finite(text: &str) -> anyhow::Result<f64> {
+fn values(range: &str) -> Result<Vec<f64>> {
+    let parts: Vec<_> = range.split(':').collect();
+    let (from, to, step) = match parts[..] {
+        [list] => return list.split(',').map(finite).collect(),
+        [from, to, step] => (finite(from)?, finite(to)?, step),
+        _ => bail!(WANTED),
+    };
+    // A hair more than the last, so that rounding does not take it away.
+    let values: Vec<_> = if let Some(factor) = step.strip_prefix('x') {
+        let factor = finite(factor)?;
+        ensure!(
+            0.0 < from && from <= to && factor > 1.0,
+            "from a value of more than 0 to a higher one, by a factor of more than 1"
+        );
+        let values = iter::successors(Some(from), |value| Some(value * factor));
+        let values = values.take_while(|&value| value <= to * (1.0 + 1e-9));
+        // As it would be typed, and never beyond the last.
+        let typed = values.map(|value| Ok(finite(&format!("{value:.5e}"))?.min(to)));
+        typed.take(MOST_POINTS + 1).collect::<Result<_>>()?
+    } else {
+        let step = finite(step)?;
+        ensure!(
+            from <= to && step > 0.0,
+            "from the lower value to the higher, by a step of more than 0"
+        );
+        let values = (0..).map(|index| from + f64::from(index) * step);
+        let values = values.take_while(|&value| value <= to + 1e-9 * step);
+        // As it would be typed: -5.3, and not -5.300000000000001.
+        let typed = values.map(|value| (value * 1e9).round() / 1e9);
+        typed.take(MOST_POINTS + 1).collect()
+    };
+    ensure!(
+        values.len() <= MOST_POINTS,
+        "these are more than {MOST_POINTS} values: choose a longer step"
+    );
+    Ok(values)
+}
+
+fn finite(text: &str) -> Result<f64> {
     match text.parse() {
         Ok(number) if f64::is_finite(number) => Ok(number),
         _ => bail!("'{text}' is no number"),
     }
 }
 
-fn arithmetic(from: f64, to: f64, step: f64) -> anyhow::Result<Vec<f64>> {
-    ensure!(
-        from <= to && step > 0.0,
-        "from the lower value to the higher, by a step of more than 0"
-    );
-    // A hair more, so that rounding does not take the last one away.
-    let steps = (to - from) / step + 1e-9;
-    values(steps, |index| {
-        // As it would be typed: -5.3, and not -5.300000000000001.
-        let value = from + index * step;
-        (value * 1e9).round() / 1e9
-    })
-}
-
-fn geometric(from: f64, to: f64, factor: f64) -> anyhow::Result<Vec<f64>> {
-    ensure!(
-        0.0 < from && from <= to && factor > 1.0,
-        "from a value of more than 0 to a higher one, by a factor of more than 1"
-    );
-    let mut value = from;
-    let steps = libm::log(to / from) / libm::log(factor) + 1e-9;
-    values(steps, |index| {
-        if index > 0.0 {
-            value *= factor;
-        }
-        // As it would be typed, and never beyond the last.
-        format!("{value:.5e}")
-            .parse::<f64>()
-            .unwrap_or(value)
-            .min(to)
-    })
-}
-
-fn values(steps: f64, at: impl FnMut(f64) -> f64) -> anyhow::Result<Vec<f64>> {
-    ensure!(
-        steps < f64::from(u32::try_from(MOST_POINTS)?),
-        "these are more than {MOST_POINTS} values: choose a longer step"
-    );
-    let last = u32::try_from(whole(steps))?;
-    Ok((0..=last).map(f64::from).map(at).collect())
-}
-
 /// The parameters at every point; of two sweeps, each value of the first with each of the second.
 ///
 /// # Errors
 /// If there are too many points, or the same parameter is swept twice.
-pub(super) fn points(base: &Parameters, sweeps: &[Sweep]) -> anyhow::Result<Vec<Parameters>> {
-    ensure!(
-        sweeps.len() <= 2,
-        "two parameters can be swept, not {}",
-        sweeps.len()
-    );
+pub(super) fn points(base: Parameters, sweeps: &[Sweep]) -> Result<Vec<Parameters>> {
+    let count = sweeps.len();
+    ensure!(count <= 2, "two parameters can be swept, not {count}");
     if let [first, second] = sweeps {
-        let (name, other) = (first.number.name, second.number.name);
-        ensure!(name != other, "--sweep {name} is there twice");
+        let name = first.number.name;
+        ensure!(name != second.number.name, "--sweep {name} is there twice");
     }
-    let mut points = vec![base.clone()];
-    for sweep in sweeps {
+    let mut points = vec![base];
+    for Sweep { number, values } in sweeps {
         let mut more = Vec::new();
         for point in points {
-            for &value in &sweep.values {
-                let mut point = point.clone();
-                sweep.number.set(&mut point, value)?;
+            for &value in values {
+                let mut point = point;
+                number.set(&mut point, value)?;
                 more.push(point);
             }
         }
@@ -196,7 +165,7 @@ mod tests {
             ("rate=1:5:x1", "a factor of more than 1"),
             ("rate=1:5:1e-9", "more than 10000 values"),
         ] {
-            let complaint = text.parse::<Sweep>().unwrap_err();
+            let complaint = text.parse::<Sweep>().unwrap_err().to_string();
             assert!(complaint.contains(named), "{text}: {complaint}");
         }
     }
@@ -204,10 +173,10 @@ mod tests {
     #[test]
     fn two_sweeps_make_a_grid() {
         let sweeps = ["rate=10,20".parse().unwrap(), "lose=0,0.1".parse().unwrap()];
-        let grid = points(&Parameters::default(), &sweeps).unwrap();
+        let grid = points(Parameters::DEFAULT, &sweeps).unwrap();
         let seen: Vec<_> = grid.iter().map(|point| (point.rate, point.lose)).collect();
         assert_eq!(seen, [(10.0, 0.0), (10.0, 0.1), (20.0, 0.0), (20.0, 0.1)]);
         let twice = [sweeps[0].clone(), sweeps[0].clone()];
-        assert!(points(&Parameters::default(), &twice).is_err());
+        assert!(points(Parameters::DEFAULT, &twice).is_err());
     }
 }

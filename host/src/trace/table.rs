@@ -1,179 +1,104 @@
 //! The rows, written as the bytes come. Memory does not grow with their number.
 
-use std::fmt;
 use std::io::{self, Write};
 
-use framelock::{Lecture, Receiver};
-use serde::Serialize;
+use anyhow::Result;
 
 use super::observed::{Observed, Step};
-use super::{Format, Policy};
+use crate::input::{Input, for_each_chunk};
+use crate::names::{PolicyName, name};
 
-/// Whichever machines are asked for, and how far the stream has come.
-pub(super) struct Table {
-    discard: Option<Observed<Lecture>>,
-    rescan: Option<Observed<Receiver<framelock::Bin>>>,
-    format: Format,
-    offset: u64,
+/// How the steps are written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
+pub(super) enum Format {
+    /// A table to read
+    Text,
+    /// One JSON object per line
+    Jsonl,
 }
 
-impl Table {
-    pub(super) fn new(policy: Policy, format: Format) -> Self {
-        Self {
-            discard: (policy != Policy::Rescan).then(|| Observed::new(Lecture::new())),
-            rescan: (policy != Policy::Discard).then(|| Observed::new(Receiver::new())),
-            format,
-            offset: 0,
-        }
-    }
-
-    /// What stands above the rows.
-    pub(super) fn begin(&self, out: &mut impl Write) -> io::Result<()> {
-        if self.format == Format::Jsonl {
-            return Ok(());
-        }
+/// Writes the rows as the bytes come: whatever is there is shown before more is waited for.
+pub(super) fn print(
+    policies: &[PolicyName],
+    format: Format,
+    input: Input,
+    out: &mut impl Write,
+) -> Result<()> {
+    let machines = policies.iter().map(|&policy| Observed::new(policy));
+    let mut machines = machines.collect::<Result<Vec<_>>>()?;
+    if format == Format::Text {
         writeln!(
             out,
             "offset  byte    policy   state     temp (P R Y)  SP (P R Y)  what happened"
-        )
+        )?;
+        out.flush()?;
     }
-
-    /// The row of the next byte; two rows if the machines differ.
-    pub(super) fn push(&mut self, byte: u8, out: &mut impl Write) -> io::Result<()> {
-        let steps = by_policy(
-            self.discard.as_mut().map(|machine| machine.push(byte)),
-            self.rescan.as_mut().map(|machine| machine.push(byte)),
-            self.format == Format::Text,
-        );
-        for (policy, step) in steps.into_iter().flatten() {
-            match self.format {
-                Format::Text => write_row(out, self.offset, byte, policy, &step)?,
-                Format::Jsonl => write_object(out, self.offset, byte, policy, &step)?,
+    for_each_chunk(input, |chunk| {
+        for &byte in chunk {
+            let steps = machines.iter_mut().map(|machine| machine.push(byte));
+            let steps: Vec<Step> = steps.collect();
+            match format {
+                Format::Text => write_rows(out, policies, &steps, row)?,
+                Format::Jsonl => {
+                    for step in steps {
+                        writeln!(out, "{}", serde_json::to_string(&step)?)?;
+                    }
+                }
             }
         }
-        self.offset += 1;
-        Ok(())
-    }
-
-    /// Where every byte has gone.
-    pub(super) fn end(&self, out: &mut impl Write) -> io::Result<()> {
-        if self.format == Format::Jsonl {
-            return Ok(());
-        }
+        Ok(out.flush()?)
+    })?;
+    if format == Format::Text {
         writeln!(out)?;
-        let balances = by_policy(
-            self.discard.as_ref().map(Observed::balance),
-            self.rescan.as_ref().map(Observed::balance),
-            true,
-        );
-        for (policy, balance) in balances.into_iter().flatten() {
-            writeln!(out, "{:<9}{balance}", format!("{policy}:"))?;
-        }
-        Ok(())
+        write_rows(out, policies, &machines, |machine, policy| {
+            format!("{:<9}{}", format!("{policy}:"), machine.balance())
+        })?;
     }
+    Ok(out.flush()?)
 }
 
-/// Each machine's, by the name of its policy; once if they are to be merged and are the same.
-fn by_policy<T: PartialEq>(
-    discard: Option<T>,
-    rescan: Option<T>,
-    merge: bool,
-) -> [Option<(&'static str, T)>; 2] {
-    if merge && discard.is_some() && discard == rescan {
-        return [discard.map(|both| ("both", both)), None];
-    }
-    [
-        discard.map(|value| ("discard", value)),
-        rescan.map(|value| ("rescan", value)),
-    ]
-}
-
-fn write_row(
+/// A row for each machine, or one for both if they do the same.
+fn write_rows<T>(
     out: &mut impl Write,
-    offset: u64,
-    byte: u8,
-    policy: &str,
-    step: &Step,
+    policies: &[PolicyName],
+    machines: &[T],
+    row: impl Fn(&T, &str) -> String,
 ) -> io::Result<()> {
-    writeln!(
-        out,
-        "{offset:>6}  {byte:02X} {:<3}  {policy:<7}  {:>2} -> {:<2}  {}      {}    {}",
-        Character(byte).to_string(),
-        step.before,
-        step.after,
-        Axes(step.temp),
-        Axes(match step.in_force {
-            Some(setpoint) => <[u8; 3]>::from(setpoint).map(Some),
-            None => [None; 3],
-        }),
-        step.event,
+    if let [first, second] = machines
+        && row(first, "both") == row(second, "both")
+    {
+        return writeln!(out, "{}", row(first, "both"));
+    }
+    let rows = machines.iter().zip(policies);
+    rows.map(|(machine, policy)| row(machine, &name(policy)))
+        .try_for_each(|row| writeln!(out, "{row}"))
+}
+
+fn row(step: &Step, policy: &str) -> String {
+    format!(
+        "{:>6}  {:02X} {:<3}  {policy:<7}  {:>2} -> {:<2}  {}      {}    {}",
+        step.offset,
+        step.byte,
+        character(step.byte),
+        step.state_before,
+        step.state_after,
+        axes(step.temp),
+        axes(step.setpoint.map_or([None; 3], |axes| axes.map(Some))),
+        step.what,
     )
 }
 
 /// What a byte is as text, if it is anything.
-struct Character(u8);
-
-impl fmt::Display for Character {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            b'\r' => f.write_str("CR"),
-            b' '..=b'~' => write!(f, "'{}'", char::from(self.0)),
-            _ => Ok(()),
-        }
+fn character(byte: u8) -> String {
+    match byte {
+        b'\r' => "CR".into(),
+        b' '..=b'~' => format!("'{}'", char::from(byte)),
+        _ => String::new(),
     }
 }
 
 /// Three values in hex, dashes where there is none yet.
-struct Axes([Option<u8>; 3]);
-
-impl fmt::Display for Axes {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut separator = "";
-        for axis in self.0 {
-            match axis {
-                Some(value) => write!(f, "{separator}{value:02X}")?,
-                None => write!(f, "{separator}--")?,
-            }
-            separator = " ";
-        }
-        Ok(())
-    }
-}
-
-/// A row as JSON: numbers as numbers, states by the lecture's names.
-#[derive(Serialize)]
-struct Object<'a> {
-    offset: u64,
-    byte: u8,
-    policy: &'a str,
-    state_before: &'a str,
-    state_after: &'a str,
-    /// Pitch, roll, yaw; null where nothing is stored yet.
-    temp: [Option<u8>; 3],
-    /// Pitch, roll, yaw; null while there is none.
-    setpoint: Option<[u8; 3]>,
-    discarded: u64,
-    what: String,
-}
-
-fn write_object(
-    out: &mut impl Write,
-    offset: u64,
-    byte: u8,
-    policy: &str,
-    step: &Step,
-) -> io::Result<()> {
-    let object = Object {
-        offset,
-        byte,
-        policy,
-        state_before: step.before.lecture_name(),
-        state_after: step.after.lecture_name(),
-        temp: step.temp,
-        setpoint: step.in_force.map(Into::into),
-        discarded: step.discarded,
-        what: step.event.to_string(),
-    };
-    serde_json::to_writer(&mut *out, &object)?;
-    writeln!(out)
+fn axes(axes: [Option<u8>; 3]) -> String {
+    axes.map(|axis| axis.map_or_else(|| "--".into(), |value| format!("{value:02X}")))
+        .join(" ")
 }

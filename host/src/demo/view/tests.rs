@@ -9,20 +9,20 @@ use std::time::Duration;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-use super::super::simulation::tests::DEFAULT;
+use super::super::demonstration::tests::DEFAULT;
 use super::*;
 
-fn simulation(milliseconds: u64) -> Simulation {
-    let mut simulation = Simulation::new(DEFAULT).unwrap();
-    simulation.advance_to(Duration::from_millis(milliseconds));
-    simulation
+fn demonstration(milliseconds: u64) -> Demonstration {
+    let mut demonstration = Demonstration::new(DEFAULT).unwrap();
+    demonstration.advance_to(Duration::from_millis(milliseconds));
+    demonstration
 }
 
 /// The screen as text, row by row.
-fn screen(simulation: &Simulation, width: u16, height: u16) -> Vec<String> {
+fn screen(demonstration: &Demonstration, width: u16, height: u16) -> Vec<String> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
-        .draw(|frame| draw(frame, simulation, false))
+        .draw(|frame| draw(frame, demonstration, false))
         .unwrap();
     let buffer = terminal.backend().buffer();
     let cells = buffer.content().chunks(usize::from(width).max(1));
@@ -43,7 +43,7 @@ fn stations(screen: &[String]) -> [String; 2] {
 
 #[test]
 fn parked_shows_one_station_deaf_and_the_other_live() {
-    let screen = screen(&simulation(22_000), 80, 24);
+    let screen = screen(&demonstration(22_000), 80, 24);
     assert_eq!(screen.len(), 24);
     assert!(screen[1].contains("22.0 of 26 s"), "{}", screen[1]);
     assert!(screen[1].trim_end().ends_with("one byte is lost"));
@@ -62,7 +62,7 @@ fn parked_shows_one_station_deaf_and_the_other_live() {
 
 #[test]
 fn the_close_up_marks_the_lost_byte_and_shows_both_machines() {
-    let screen = screen(&simulation(22_000), 80, 24);
+    let screen = screen(&demonstration(22_000), 80, 24);
     let close_up: Vec<&str> = screen[18..22]
         .iter()
         .map(|row| row.trim_matches(['│', ' ']))
@@ -80,17 +80,17 @@ fn the_close_up_marks_the_lost_byte_and_shows_both_machines() {
 
 #[test]
 fn the_counters_are_the_simulations() {
-    let simulation = simulation(9_000);
-    let screen = screen(&simulation, 80, 24);
-    assert!(screen[1].contains(&format!("sent {}", simulation.sent())));
-    for (half, report) in stations(&screen).iter().zip(simulation.reports()) {
-        let tally = report.tally;
+    let demonstration = demonstration(9_000);
+    let screen = screen(&demonstration, 80, 24);
+    let (line, reports) = demonstration.report();
+    assert!(screen[1].contains(&format!("sent {}", line.frames_sent)));
+    for (half, report) in stations(&screen).iter().zip(reports) {
         for text in [
-            format!("received {} ", tally.received),
-            format!("lost {} ", tally.lost),
-            format!("wrong {} ", tally.wrong),
-            format!("lost though delivered whole {} ", tally.lost_though_whole),
-            format!("bytes discarded {} ", report.counters.discarded.total()),
+            format!("received {} ", report.tally.delivered),
+            format!("lost {} ", report.lost),
+            format!("wrong {} ", report.wrong),
+            format!("lost though delivered whole {} ", report.tally.lost_intact),
+            format!("bytes discarded {} ", report.tally.bytes_discarded),
         ] {
             assert!(half.contains(&text), "{text:?} in\n{half}");
         }
@@ -99,9 +99,9 @@ fn the_counters_are_the_simulations() {
 
 #[test]
 fn a_high_terminal_has_a_chart_and_a_low_one_has_not() {
-    let simulation = simulation(10_000);
+    let demonstration = demonstration(10_000);
     let has_chart = |height| {
-        let screen = screen(&simulation, 100, height);
+        let screen = screen(&demonstration, 100, height);
         screen
             .iter()
             .any(|row| row.contains("the last ten seconds"))
@@ -112,7 +112,7 @@ fn a_high_terminal_has_a_chart_and_a_low_one_has_not() {
 
 #[test]
 fn a_low_terminal_shows_the_stations_whole() {
-    let screen = screen(&simulation(10_000), 80, 15);
+    let screen = screen(&demonstration(10_000), 80, 15);
     assert!(stations(&screen)[1].contains("bytes discarded"));
     assert!(!screen.iter().any(|row| row.starts_with("│sent ")));
 }
@@ -120,9 +120,9 @@ fn a_low_terminal_shows_the_stations_whole() {
 #[test]
 fn no_terminal_is_too_small_and_no_time_too_early() {
     for milliseconds in [0, 5, 3_000] {
-        let simulation = simulation(milliseconds);
+        let demonstration = demonstration(milliseconds);
         for (width, height) in [(1, 1), (10, 3), (40, 12), (79, 23), (300, 100)] {
-            screen(&simulation, width, height);
+            screen(&demonstration, width, height);
         }
     }
 }

@@ -5,22 +5,17 @@
 )]
 
 use std::path::Path;
-use std::time::Duration;
 
-use framelock::{Bin, Receiver};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
+use super::super::session::Session;
 use super::super::session::tests::session;
-use super::super::session::{Key, Session};
+use super::super::watch::tests::ms;
 use super::*;
 
-const fn ms(milliseconds: u64) -> Duration {
-    Duration::from_millis(milliseconds)
-}
-
 /// Three seconds of a motion at 50 frames a second, then three bytes of noise and four of a frame.
-fn watched(with_marks: bool) -> Session<Receiver<Bin>> {
+fn watched(with_marks: bool) -> Session {
     let mut session = session(Path::new("no/such/directory"), with_marks);
     for frame in 0..150_u8 {
         let bytes = [b'A', b'B', 0, frame, 0x40, 0xC0, b'\r'];
@@ -32,15 +27,24 @@ fn watched(with_marks: bool) -> Session<Receiver<Bin>> {
 }
 
 /// The screen as text, row by row.
-fn screen(session: &mut Session<Receiver<Bin>>, width: u16, height: u16) -> Vec<String> {
+fn screen(session: &mut Session, width: u16, height: u16) -> Vec<String> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-    let shown = session.shown();
-    terminal.draw(|frame| draw(frame, shown)).unwrap();
+    terminal.draw(|frame| draw(frame, session)).unwrap();
     let buffer = terminal.backend().buffer();
     let cells = buffer.content().chunks(usize::from(width).max(1));
     cells
         .map(|row| row.iter().map(ratatui::buffer::Cell::symbol).collect())
         .collect()
+}
+
+/// That rows hold texts: a row's number and its text on each line.
+fn shows(session: &mut Session, width: u16, expected: &str) {
+    let rows = screen(session, width, 24);
+    for line in expected.lines().filter(|line| !line.trim().is_empty()) {
+        let (row, text) = line.trim().split_once(": ").unwrap();
+        let row = &rows[row.parse::<usize>().unwrap()];
+        assert!(row.contains(text), "{text}: {row}");
+    }
 }
 
 #[test]
@@ -75,96 +79,66 @@ fn the_screen_is_what_was_watched() {
 }
 
 #[test]
-fn line_errors_are_shown_if_the_input_reports_any() {
-    let mut session = watched(true);
-    session.receive(ms(3_020), b"\xFF\0\x55\xFF\0\0\xFF\0\0");
-    session.advance_to(ms(3_020));
-    let rows = screen(&mut session, 80, 24);
-    assert!(
-        rows[8].contains("line errors: framing 1     break 2 "),
-        "{}",
-        rows[8]
-    );
-    assert!(rows[6].contains("line 4 "), "{}", rows[6]);
-    // Those that were held are discarded bytes too.
-    assert!(
-        rows[20].starts_with("│|41 7F 3F 41 42 00 01 "),
-        "{}",
-        rows[20]
-    );
-    let rows = screen(&mut watched(false), 80, 24);
-    assert!(rows[8].contains("this input reports none"), "{}", rows[8]);
-}
-
-#[test]
-fn silence_is_shown_and_what_the_failsafe_makes_of_it() {
-    let mut session = watched(false);
-    session.advance_to(ms(10_000));
-    let rows = screen(&mut session, 80, 24);
-    assert!(rows[1].starts_with(" SILENT"), "{}", rows[1]);
-    assert!(rows[1].contains(" 0.0 frames/s "), "{}", rows[1]);
-    assert!(rows[1].contains("last frame 7.0 s ago"), "{}", rows[1]);
-    assert!(rows[3].contains(" 95 out 80│"), "{}", rows[3]);
-    assert!(rows[6].starts_with("│failsafe PARKED "), "{}", rows[6]);
-    let nothing = &mut session_without_bytes();
-    let rows = screen(nothing, 80, 24);
-    assert!(rows[1].contains("no frame yet"), "{}", rows[1]);
-    assert!(rows[3].contains(" -- out 80│"), "{}", rows[3]);
-    assert!(rows[7].contains("state   [A] B "), "{}", rows[7]);
-}
-
-fn session_without_bytes() -> Session<Receiver<Bin>> {
-    session(Path::new(""), false)
+fn what_happens_is_shown() {
+    let mut with_errors = watched(true);
+    with_errors.receive(ms(3_020), b"\xFF\0\x55\xFF\0\0\xFF\0\0");
+    // Those that were pending are discarded bytes too.
+    let errors = "
+        8: line errors: framing 1     break 2
+        6: line 4
+        20: │|41 7F 3F 41 42 00 01  ";
+    shows(&mut with_errors, 80, errors);
+    let mut nothing = session(Path::new(""), false);
+    let nothing_yet = "
+        1: no frame yet
+        3: -- out 80│
+        7: state   [A] B
+        8: this input reports none";
+    shows(&mut nothing, 80, nothing_yet);
+    let mut silent = watched(false);
+    silent.advance_to(ms(10_000));
+    let silence = "
+        1: SILENT
+        1: 0.0 frames/s
+        1: last frame 7.0 s ago
+        3: 95 out 80│
+        6: │failsafe PARKED";
+    shows(&mut silent, 80, silence);
+    // Where there is little room, the newest discarded bytes are shown.
+    nothing.receive(ms(1), &[b'?'; 60]);
+    nothing.receive(ms(2), b"1234");
+    shows(&mut nothing, 80, "20: │ 3F 3F\n21: 3F 31 32 33 34│");
 }
 
 #[test]
 fn keys_change_what_is_shown() {
     let mut session = watched(false);
-    session.key(Key::Pause);
-    let rows = screen(&mut session, 80, 24);
-    assert!(rows[0].contains(" PAUSED "), "{}", rows[0]);
-    assert!(rows[23].contains("space goes on"), "{}", rows[23]);
-    session.key(Key::Pause);
-    session.key(Key::Reset);
-    let rows = screen(&mut session, 80, 24);
-    assert!(rows[3].contains("bytes 4  frames 0 "), "{}", rows[3]);
-    assert!(rows[20].starts_with("│   "), "{}", rows[20]);
-    session.key(Key::Record);
-    let rows = screen(&mut session, 80, 24);
-    assert!(
-        rows[9].contains("cannot record in no/such/directory"),
-        "{}",
-        rows[9]
+    session.press(' ');
+    shows(&mut session, 80, "0: PAUSED\n23: space goes on");
+    session.press(' ');
+    session.press('z');
+    shows(&mut session, 80, "3: bytes 4  frames 0  ");
+    let discarded = format!("20: │{:78}│", "");
+    shows(&mut session, 80, &discarded);
+    session.press('r');
+    shows(&mut session, 80, "9: cannot record in no/such/directory");
+    session.press('?');
+    shows(
+        &mut session,
+        80,
+        "7: z             set the counters to zero",
     );
-    session.key(Key::Help);
-    let rows = screen(&mut session, 80, 24);
-    assert!(
-        rows.iter()
-            .any(|row| row.contains("z             set the counters to zero"))
-    );
-    session.end_of_input();
-    assert!(screen(&mut session, 80, 24)[0].contains(" THE INPUT HAS ENDED "));
-}
+    session.has_ended = true;
+    shows(&mut session, 80, "0: THE INPUT HAS ENDED");
 
-#[test]
-fn a_recording_is_shown_with_its_size() {
     let directory = tempfile::tempdir().unwrap();
-    let mut session = session(directory.path(), false);
-    session.key(Key::Record);
-    session.receive(ms(1), b"12345");
-    let rows = screen(&mut session, 200, 24);
-    assert!(rows[9].contains("framelock-1.bin: 5"), "{}", rows[9]);
-    assert!(rows[23].contains("r ends the recording"), "{}", rows[23]);
-}
-
-#[test]
-fn only_the_newest_discarded_bytes_are_shown_where_there_is_little_room() {
-    let mut session = session(Path::new(""), false);
-    session.receive(ms(1), &[b'?'; 60]);
-    session.receive(ms(2), b"1234");
-    let rows = screen(&mut session, 80, 24);
-    assert!(rows[20].starts_with("│ 3F 3F"), "{}", rows[20]);
-    assert!(rows[21].contains(" 3F 31 32 33 34│"), "{}", rows[21]);
+    let mut recorded = super::super::session::tests::session(directory.path(), false);
+    recorded.press('r');
+    recorded.receive(ms(1), b"12345");
+    let recording = "9: framelock-1.bin: 5\n23: r ends the recording";
+    shows(&mut recorded, 200, recording);
+    recorded.press('r');
+    shows(&mut recorded, 200, "9: 5 bytes recorded in ");
 }
 
 #[test]
@@ -183,9 +157,9 @@ fn a_low_terminal_goes_without_the_chart_and_then_without_the_bytes() {
 #[test]
 fn no_terminal_is_too_small_and_no_time_too_early() {
     for (width, height) in [(1, 1), (10, 3), (40, 12), (79, 23), (300, 100)] {
-        screen(&mut session_without_bytes(), width, height);
-        let mut session = watched(true);
-        session.key(Key::Help);
-        screen(&mut session, width, height);
+        screen(&mut session(Path::new(""), false), width, height);
+        let mut watched = watched(true);
+        watched.press('?');
+        screen(&mut watched, width, height);
     }
 }

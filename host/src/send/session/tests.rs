@@ -1,11 +1,15 @@
-#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic fails the test"
+)]
 
 use std::io::ErrorKind;
 use std::num::NonZeroU32;
 
-use framelock::{Bin, BinCrc8, Parser, Receiver};
+use framelock::{Accounting, Bin, BinCrc8, Parser, Receiver};
+use framelock_simulation::{FaultRates, Seed};
 
-use super::super::faults::FaultRates;
 use super::super::pacer::tests::TestClock;
 use super::*;
 
@@ -21,124 +25,98 @@ const PARKING: Parking = Parking {
     rate: RATE,
 };
 
-/// So many frames: pitch counts them; some are silent.
-struct Counting {
-    frames: u64,
-    silent: fn(u64) -> bool,
-}
+/// The way from a pitch of 9, and the end of it.
+const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
 
-const TEN: Counting = Counting {
-    frames: 10,
-    silent: |_| false,
-};
-
-impl Source for Counting {
-    fn due(&mut self, number: u64) -> Option<Duration> {
-        (number < self.frames).then(|| RATE.due(number))
+/// Ten frames: pitch counts them; some are silent.
+fn ten(silent: impl Fn(u8) -> bool + 'static) -> Source {
+    let mut numbers = 0..10;
+    Source {
+        dues: Box::new(RATE.dues().take(10)),
+        setpoint: Box::new(move |_| {
+            let number = numbers.next()?;
+            (!silent(number)).then(|| [number, 128, 128].into())
+        }),
     }
-
-    fn setpoint(&mut self, number: u64, _due: Duration) -> Option<Setpoint> {
-        let pitch = number.to_le_bytes()[0];
-        (!(self.silent)(number)).then(|| Setpoint::from([pitch, 128, 128]))
-    }
-}
-
-fn without_faults() -> Faults {
-    Faults::new(FaultRates::default(), 1)
 }
 
 /// The pitch of every frame that the receiver finds; it must find nothing else.
-fn pitches<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Vec<u8> {
+fn pitches(receiver: impl Parser<Message = Setpoint>, bytes: &[u8]) -> Vec<u8> {
     let mut pitches = Vec::new();
-    P::default().feed(bytes, &mut |_, setpoint: Setpoint| {
+    let mut line = Accounting::new(receiver);
+    line.feed(bytes, |_, setpoint| {
         assert_eq!((setpoint.roll, setpoint.yaw), (128, 128));
         pitches.push(setpoint.pitch);
     });
-    assert_eq!(bytes.len(), P::FRAME_LENGTH * pitches.len());
+    assert_eq!((line.counters().discarded.total(), line.pending()), (0, 0));
     pitches
 }
 
+/// The pitches sent, and how many frames moved, were silent and parked.
 fn run(
     clock: &mut TestClock,
-    mut source: Counting,
+    source: Source,
     length: Option<Duration>,
     parking: Option<Parking>,
-) -> (Vec<u8>, Report) {
+) -> (Vec<u8>, [u64; 3]) {
     let mut line = Vec::new();
-    let mut session = Session::new::<Bin>(clock, &mut line, without_faults());
-    session.run(&mut source, length, parking).unwrap();
-    let report = session.report();
-    (pitches::<Receiver<Bin>>(&line), report)
+    let mut session = Session::new(clock, &mut line, FrameName::Bin, None);
+    session.run(source, length, parking).unwrap();
+    let counts = [session.frames, session.silent, session.park_frames];
+    (pitches(Receiver::<Bin>::new(), &line), counts)
 }
 
 #[test]
-fn each_frame_is_sent_when_it_is_due() {
+fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
     let mut clock = TestClock::default();
-    let (pitches, report) = run(&mut clock, TEN, None, None);
-    assert_eq!(pitches, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
-    let due: Vec<Duration> = (0..10).map(|number| RATE.due(number)).collect();
+    let source = ten(|number| (3..6).contains(&number));
+    let (pitches, counts) = run(&mut clock, source, None, None);
+    assert_eq!(pitches, [0, 1, 2, 6, 7, 8, 9]);
+    let due: Vec<Duration> = RATE.dues().take(10).collect();
     assert_eq!(clock.waits, due);
-    assert_eq!((report.frames, report.park_frames), (10, 0));
-    assert_eq!(report.time, RATE.due(9));
+    assert_eq!(counts, [7, 3, 0]);
+    // A length ends it before the source does.
+    let length = Some(Duration::from_millis(60));
+    assert_eq!(
+        run(&mut TestClock::default(), ten(|_| false), length, None).0,
+        [0, 1, 2]
+    );
 }
 
 #[test]
 fn the_end_is_in_a_straight_line_to_park_and_stays_there() {
     let mut clock = TestClock::default();
-    let (pitches, report) = run(&mut clock, TEN, None, Some(PARKING));
-    assert_eq!(pitches.get(9), Some(&9));
-    let end = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
-    assert_eq!(pitches.get(10..), Some(&end[..]));
-    assert_eq!((report.frames, report.park_frames), (10, 10));
+    let (pitches, counts) = run(&mut clock, ten(|_| false), None, Some(PARKING));
+    assert_eq!((pitches[9], &pitches[10..]), (9, &PARKED[..]));
+    assert_eq!(counts, [10, 0, 10]);
     // At the same pace as before.
     assert_eq!(clock.waits.last(), Some(&RATE.due(19)));
-}
-
-#[test]
-fn a_reason_to_stop_ends_the_motion_and_parks() {
-    let mut clock = TestClock {
-        stop_after: Some(4),
-        ..TestClock::default()
-    };
-    let (pitches, report) = run(&mut clock, TEN, None, Some(PARKING));
-    assert_eq!(pitches.get(..4), Some(&[0, 1, 2, 3][..]));
-    assert_eq!(pitches.get(9..), Some(&[100; 5][..]));
-    assert_eq!((report.frames, report.park_frames), (4, 10));
-}
-
-#[test]
-fn there_is_nothing_to_approach_before_the_first_frame_or_at_once() {
-    let mut clock = TestClock {
-        stop_after: Some(0),
-        ..TestClock::default()
-    };
-    assert_eq!(run(&mut clock, TEN, None, Some(PARKING)).0, [100; 5]);
     let at_once = Parking {
         seconds: 0.0,
         ..PARKING
     };
-    let (pitches, _) = run(&mut TestClock::default(), TEN, None, Some(at_once));
-    assert_eq!(pitches.get(10..), Some(&[100; 5][..]));
+    let (pitches, _) = run(
+        &mut TestClock::default(),
+        ten(|_| false),
+        None,
+        Some(at_once),
+    );
+    assert_eq!(pitches[10..], [100; 5]);
 }
 
 #[test]
-fn a_length_ends_it_before_the_source_does() {
-    let length = Some(Duration::from_millis(60));
-    let (pitches, _) = run(&mut TestClock::default(), TEN, length, None);
-    assert_eq!(pitches, [0, 1, 2]);
-}
-
-#[test]
-fn nothing_is_sent_while_there_is_nothing_to_send() {
-    let source = Counting {
-        silent: |number| (3..6).contains(&number),
-        ..TEN
-    };
-    let mut clock = TestClock::default();
-    let (pitches, report) = run(&mut clock, source, None, None);
-    assert_eq!(pitches, [0, 1, 2, 6, 7, 8, 9]);
-    assert_eq!((report.frames, report.silent), (7, 3));
-    assert_eq!(clock.waits.len(), 10);
+fn a_reason_to_stop_ends_the_motion_and_parks() {
+    // Before the first frame there is nothing to approach.
+    for (stop_after, park_frames) in [(4, 10), (0, 5)] {
+        let mut clock = TestClock {
+            stop_after: Some(stop_after),
+            ..TestClock::default()
+        };
+        let (pitches, counts) = run(&mut clock, ten(|_| false), None, Some(PARKING));
+        assert_eq!(pitches[..stop_after], [0, 1, 2, 3][..stop_after]);
+        assert!(pitches.ends_with(&[100; 5]));
+        assert_eq!(counts, [stop_after as u64, 0, park_frames]);
+    }
 }
 
 #[test]
@@ -147,18 +125,22 @@ fn faults_are_in_the_motion_but_not_in_the_parking() {
         drop: 1.0,
         ..FaultRates::default()
     };
+    let faults = Some(ByteFaults::new(rates, Seed { seed: 1, trial: 0 }));
     let (mut clock, mut line) = (TestClock::default(), Vec::new());
-    let faults = Faults::new(rates, 1);
-    let mut session = Session::new::<BinCrc8>(&mut clock, &mut line, faults);
-    session.run(&mut { TEN }, None, Some(PARKING)).unwrap();
-    assert_eq!(session.report().faults.unwrap().dropped, 80);
-    assert_eq!(
-        pitches::<Receiver<BinCrc8>>(&line),
-        [27, 45, 64, 82, 100, 100, 100, 100, 100, 100]
-    );
+    let mut session = Session::new(&mut clock, &mut line, FrameName::BinCrc8, faults);
+    session.run(ten(|_| false), None, Some(PARKING)).unwrap();
+    assert_eq!(session.faults.unwrap().counts().dropped, 80);
+    assert_eq!(pitches(Receiver::<BinCrc8>::new(), &line), PARKED);
 }
 
-/// Takes so many frames, then no more.
+#[test]
+fn a_time_has_room_for_so_many_frames() {
+    for (seconds, frames) in [(1.0, 50), (0.0, 1), (1e300, u32::MAX)] {
+        assert_eq!(RATE.frames_in(seconds), frames);
+    }
+}
+
+/// Takes a number of frames, then no more.
 struct Cut(usize);
 
 impl Write for Cut {
@@ -175,7 +157,9 @@ impl Write for Cut {
 #[test]
 fn a_line_that_is_cut_ends_it_with_what_was_sent() {
     let (mut clock, mut line) = (TestClock::default(), Cut(3));
-    let mut session = Session::new::<Bin>(&mut clock, &mut line, without_faults());
-    session.run(&mut { TEN }, None, Some(PARKING)).unwrap_err();
-    assert_eq!(session.report().frames, 3);
+    let mut session = Session::new(&mut clock, &mut line, FrameName::Bin, None);
+    session
+        .run(ten(|_| false), None, Some(PARKING))
+        .unwrap_err();
+    assert_eq!(session.frames, 3);
 }

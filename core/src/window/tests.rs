@@ -1,0 +1,170 @@
+//! Any format, pushed and fed, cut anywhere, against the naive rule.
+
+use proptest::prelude::*;
+use std::{vec, vec::Vec};
+
+use super::Window;
+use crate::{Event, Frame, Mismatch, Shape};
+
+/// Few values, so that they meet; 0 is what a window has above the bytes it holds.
+fn byte() -> impl Strategy<Value = u8> {
+    prop::sample::select(vec![0, 1, 2])
+}
+
+/// Up to 300 bytes: random ones, and stretches of one and the same.
+fn stream() -> impl Strategy<Value = Vec<u8>> {
+    let random = prop::collection::vec(byte(), 0..60);
+    let same = (byte(), 0..60_usize).prop_map(|(byte, count)| vec![byte; count]);
+    prop::collection::vec(prop_oneof![random, same], 0..5).prop_map(|pieces| pieces.concat())
+}
+
+/// What a stream comes to: the ends of its frames, how many bytes were dropped for each reason, and
+/// how many are pending.
+type Outcome = (Vec<usize>, [usize; 4], usize);
+
+/// A check that fails here and there.
+fn check(frame: &[u8]) -> bool {
+    frame.iter().map(|&byte| u32::from(byte)).sum::<u32>() % 5 != 1
+}
+
+/// The first place at which bytes fail to be a frame's first, or a whole frame.
+fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<Mismatch> {
+    let differs = |(place, byte): (&Option<u8>, &u8)| place.is_some_and(|fixed| fixed != *byte);
+    let sync = places.iter().take_while(|place| place.is_some()).count();
+    match places.iter().zip(bytes).position(differs) {
+        Some(0) => Some(if sync > 0 {
+            Mismatch::NoSync
+        } else {
+            Mismatch::Terminator
+        }),
+        Some(place) if place < sync => Some(Mismatch::BrokenSync),
+        Some(_) => Some(Mismatch::Terminator),
+        None if bytes.len() >= places.len() && checked && !check(&bytes[..places.len()]) => {
+            Some(Mismatch::Check)
+        }
+        None => None,
+    }
+}
+
+fn naive(places: &[Option<u8>], checked: bool, bytes: &[u8]) -> Outcome {
+    let (mut ends, mut dropped, mut start) = (Vec::new(), [0; 4], 0);
+    while start < bytes.len() {
+        let rest = &bytes[start..];
+        if let Some(why) = mismatch(places, &rest[..places.len().min(rest.len())], checked) {
+            dropped[why as usize] += 1;
+            start += 1;
+        } else if rest.len() < places.len() {
+            break;
+        } else {
+            start += places.len();
+            ends.push(start - 1);
+        }
+    }
+    (ends, dropped, bytes.len() - start)
+}
+
+fn pushed<F: Frame>(shape: &Shape<F>, checked: bool, bytes: &[u8]) -> (Vec<usize>, Window<F>) {
+    let mut window = Window::EMPTY;
+    let mut ends = Vec::new();
+    for (index, &byte) in bytes.iter().enumerate() {
+        let check = |word| !checked || check(F::from_word(word).as_ref());
+        if let Some(frame) = window.push(shape, byte, check) {
+            assert_eq!(
+                F::from_word(frame).as_ref(),
+                &bytes[index + 1 - F::LENGTH..=index]
+            );
+            ends.push(index);
+        }
+    }
+    (ends, window)
+}
+
+fn fed<F: Frame>(shape: &Shape<F>, checked: bool, slices: &[&[u8]]) -> (Outcome, Window<F>) {
+    let mut window = Window::EMPTY;
+    let (mut ends, mut dropped, mut from) = (Vec::new(), [0; 4], 0);
+    for slice in slices {
+        let check = |word| !checked || check(F::from_word(word).as_ref());
+        window.feed(shape, slice, check, |event| match event {
+            Event::Frame { index, message } => {
+                if let Some(frame) = (index + 1).checked_sub(F::LENGTH) {
+                    assert_eq!(F::from_word(message).as_ref(), &slice[frame..=index]);
+                }
+                ends.push(from + index);
+            }
+            Event::Dropped { count, why } => dropped[why as usize] += count,
+        });
+        from += slice.len();
+    }
+    ((ends, dropped, window.pending(shape)), window)
+}
+
+fn check_all<const N: usize>(places: &[Option<u8>], checked: bool, bytes: &[u8], cuts: [usize; 2])
+where
+    [u8; N]: Frame,
+{
+    let places: [Option<u8>; N] = *places.first_chunk().expect("sixteen");
+    let shape = Shape::new(places);
+    let expected = naive(&places, checked, bytes);
+    let (ends, window) = pushed(&shape, checked, bytes);
+    assert_eq!((&ends, window.pending(&shape)), (&expected.0, expected.2));
+
+    let [first, second] = cuts.map(|cut| cut.min(bytes.len()));
+    let (head, tail) = bytes.split_at(first.max(second));
+    let (head, middle) = head.split_at(first.min(second));
+    let (outcome, after) = fed(&shape, checked, &[head, middle, tail]);
+    assert_eq!(outcome, expected, "cut at {cuts:?}");
+    assert!(after.agrees_with(window, &shape));
+    let single: Vec<&[u8]> = bytes.chunks(1).collect();
+    assert_eq!(fed(&shape, checked, &single).0, expected);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4_000))]
+
+    /// Whatever is fixed, to whatever values: also where 0, or anything, may begin a frame.
+    #[test]
+    fn any_format_cut_anywhere(
+        places: [Option<bool>; 16],
+        length in 1..=16_usize,
+        checked: bool,
+        bytes in stream(),
+        cuts in [0..300_usize, 0..300],
+    ) {
+        let places = places.map(|place| place.map(u8::from));
+        macro_rules! of_length {
+            ($($length:literal)*) => {
+                match length {
+                    $($length => check_all::<$length>(&places, checked, &bytes, cuts),)*
+                    _ => unreachable!("no frame has {length} bytes"),
+                }
+            };
+        }
+        of_length!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
+    }
+}
+
+/// What lies between frames is passed over several bytes at a time.
+#[test]
+fn noise_is_passed_over_in_runs() {
+    let mut bytes = [0x55; 1_000];
+    for frame in bytes.chunks_exact_mut(100) {
+        frame[..3].copy_from_slice(b"A\0\r");
+    }
+    let shape = Shape::new([Some(b'A'), None, Some(b'\r')]);
+    let (mut frames, mut events, mut dropped) = (0, 0, 0);
+    let mut window = Window::EMPTY;
+    window.feed(
+        &shape,
+        &bytes,
+        |_| true,
+        |event| match event {
+            Event::Frame { .. } => frames += 1,
+            Event::Dropped { count, .. } => {
+                events += 1;
+                dropped += count;
+            }
+        },
+    );
+    assert_eq!((frames, dropped), (10, 1_000 - 10 * 3));
+    assert!(events <= 10 * 9, "{events} events");
+}

@@ -1,0 +1,473 @@
+//! Theorems about the engine, for every format: each byte of the frame fixed to any value or free,
+//! and any check besides. A module has a harness for each length of frame.
+//!
+//! **Theorem 4: commits.** [`push`](Window::push) commits exactly the frames that share no byte with
+//! an earlier committed frame (R1, R2, R4). Proof by induction: take any history and a window that
+//! holds its end; push any byte; the window commits exactly when the theorem says so, and holds the
+//! end of the history again. It does after `EMPTY`, hence after every stream ([`commits`]).
+//!
+//! **Theorem 6: slices.** [`feed`](Window::feed) commits and drops what `push` does with the same
+//! bytes one by one, and leads to a window in which the same bytes are pending (R5). That is enough
+//! for every later byte: windows in which the same bytes are pending do the same ([`pending`]).
+//!
+//! What a single byte drops, and why: of the pending bytes and itself, oldest first, those that the
+//! byte shows to be no frame's start, each for the first place at which its frame fails (L3;
+//! [`mismatches`], [`one_byte`]). More bytes never change that reason ([`reasons`]); read the other
+//! way round, what agrees with a frame agreed with it before its last byte came.
+//!
+//! `feed` is four loops. Each round of each of them takes some bytes and does what they do one by
+//! one, from any state, so by induction over the rounds `feed` does.
+//!
+//! 1. Rounds of `take`, until all that is pending lies in the slice. `take` takes one byte
+//!    ([`one_byte`]), or several that go on with all the bytes held as a frame does, which drops
+//!    nothing ([`parts`]).
+//! 2. Then the window is emptied and `feed` goes back to the first byte that is pending. Taking the
+//!    pending bytes again leads to a window in which they are pending ([`mismatches`]), and by
+//!    [`reasons`] drops none of them.
+//! 3. Rounds with nothing pending, and a frame's length of bytes to look at. If they are a frame, the
+//!    last of them commits it. If not, none commits, and the window after them is the one that it
+//!    would be without the first: so this one is dropped and the next looked at ([`starts`]). By
+//!    [`reasons`] it is dropped for the reason that is found in the whole. Several bytes are dropped
+//!    at once only if each is wrong as a frame's first, so each is when it comes ([`runs`]).
+//! 4. Rounds of `take` again, until no byte is left.
+
+use super::{Event, Frame, Mismatch, Shape, Window, Word};
+
+impl<F: Frame> Window<F> {
+    fn pushed(
+        mut self,
+        shape: &Shape<F>,
+        byte: u8,
+        check: impl FnOnce(F::Word) -> bool,
+    ) -> (Self, Option<F::Word>) {
+        let frame = self.push(shape, byte, check);
+        (self, frame)
+    }
+}
+
+/// The window that holds the last `count` bytes of a history, fewer than a frame's.
+fn holding<F: Frame>(history: &[u8], count: usize) -> Window<F> {
+    let mut window = Window::EMPTY;
+    let mut place = 0;
+    while place < history.len() {
+        if place + count >= history.len() {
+            window = Window(window.with(history[place]));
+        }
+        place += 1;
+    }
+    window
+}
+
+/// The word whose lowest bytes are a whole frame's, as the window makes it.
+fn word_of<const N: usize>(frame: &[u8; N]) -> <[u8; N] as Frame>::Word
+where
+    [u8; N]: Frame,
+{
+    let mut word = Window::<[u8; N]>::EMPTY;
+    let mut place = 0;
+    while place < N {
+        word = Window(word.with(frame[place]));
+        place += 1;
+    }
+    word.0
+}
+
+/// Any state: fewer bytes than a frame's, whatever they are.
+fn any_window<const N: usize>() -> Window<[u8; N]>
+where
+    [u8; N]: Frame,
+{
+    let history: [u8; N] = kani::any();
+    holding(&history, kani::any_where(|&count| count < N))
+}
+
+fn any_shape<const N: usize>() -> Shape<[u8; N]> {
+    Shape::new(kani::any::<[Option<u8>; N]>())
+}
+
+fn commits_exactly_the_frames<const N: usize>()
+where
+    [u8; N]: Frame,
+{
+    let places: [Option<u8>; N] = kani::any();
+    let shape = Shape::new(places);
+    // The bytes before this one, and how many of them came since the last commit.
+    let mut history: [u8; N] = kani::any();
+    let since: usize = kani::any_where(|&since| since < N);
+    let byte: u8 = kani::any();
+    // Whatever the check looks at, it says yes or no.
+    let check: bool = kani::any();
+    let before: Window<[u8; N]> = holding(&history, since);
+    let (after, frame) = before.pushed(&shape, byte, |_| check);
+
+    let mut place = 1;
+    while place < N {
+        history[place - 1] = history[place];
+        place += 1;
+    }
+    history[N - 1] = byte;
+    let mut is_frame = check && since == N - 1;
+    let mut place = 0;
+    while place < N {
+        is_frame = is_frame && places[place].is_none_or(|fixed| history[place] == fixed);
+        place += 1;
+    }
+    assert!(frame == is_frame.then_some(word_of(&history)));
+    let since = if is_frame { 0 } else { (since + 1).min(N - 1) };
+    assert!(after == holding(&history, since));
+    kani::cover!(is_frame, "a frame");
+    kani::cover!(!is_frame && check, "no frame");
+}
+
+/// The first place at which the last `known` bytes of a history fail to be a frame's first, and what
+/// that means.
+fn first_mismatch<const N: usize>(
+    places: &[Option<u8>; N],
+    history: &[u8; N],
+    known: usize,
+) -> Option<Mismatch> {
+    let mut in_sync = true;
+    let mut place = 0;
+    while place < known {
+        in_sync = in_sync && places[place].is_some();
+        if places[place].is_some_and(|fixed| fixed != history[N - known + place]) {
+            return Some(match place {
+                _ if !in_sync => Mismatch::Terminator,
+                0 => Mismatch::NoSync,
+                _ => Mismatch::BrokenSync,
+            });
+        }
+        place += 1;
+    }
+    None
+}
+
+/// The engine finds these, and with them what is pending; and a window that holds nothing else agrees
+/// with one that holds more.
+fn mismatches_are_found<const N: usize>()
+where
+    [u8; N]: Frame,
+{
+    let places: [Option<u8>; N] = kani::any();
+    let shape = Shape::new(places);
+    let history: [u8; N] = kani::any();
+    let count: usize = kani::any_where(|&count| count < N);
+    let window: Window<[u8; N]> = holding(&history, count);
+    let whole = word_of(&history);
+    let first = first_mismatch(&places, &history, N);
+    let mut longest = 0;
+    let mut known = 1;
+    while known < N {
+        let why = first_mismatch(&places, &history, known);
+        assert!(shape.mismatch(whole, known) == why);
+        assert!(shape.agrees(whole, known) == why.is_none());
+        if known <= count && why.is_none() {
+            longest = known;
+        }
+        known += 1;
+    }
+    assert!(shape.mismatch(whole, N) == first);
+    assert!(window.pending(&shape) == longest);
+    assert!(window.agrees_with(holding(&history, longest), &shape));
+    kani::cover!(first.is_none(), "a frame");
+    kani::cover!(
+        N < 3 || 0 < longest && longest < count,
+        "a frame begun within"
+    );
+}
+
+/// One byte, from any state: `take` does what `push` does. It drops the pending bytes, oldest first,
+/// each for the first place at which its frame fails, up to one whose frame may go on. What was pending
+/// and the byte itself are then part of the frame, dropped, or pending.
+fn one_byte_is_pushed<const N: usize>()
+where
+    [u8; N]: Frame,
+{
+    let shape = any_shape::<N>();
+    let check: bool = kani::any();
+    let before = any_window::<N>();
+    let byte: u8 = kani::any();
+    let mut after = before;
+    let mut frame = None;
+    let mut dropped = Reasons::default();
+    let taken = after.take(
+        &shape,
+        &[0, byte],
+        1,
+        |_| check,
+        |event| match event {
+            Event::Frame { index, message } => frame = Some((index, message)),
+            Event::Dropped { count, why } => {
+                assert!(count == 1);
+                dropped.add(why);
+            }
+        },
+    );
+    assert!(taken == 1);
+    let (pushed, committed) = before.pushed(&shape, byte, |_| check);
+    assert!(after == pushed && frame == committed.map(|frame| (1, frame)));
+
+    let pending = before.pending(&shape);
+    let mut expected = Reasons::default();
+    let mut kept = if frame.is_some() { 0 } else { pending + 1 };
+    let mut known = N;
+    while known > 0 {
+        if known <= pending + 1 {
+            match shape.mismatch(before.with(byte), known) {
+                Some(why) => expected.add(why),
+                None if known == N && !check => expected.add(Mismatch::Check),
+                None => break,
+            }
+            kept -= 1;
+        }
+        known -= 1;
+    }
+    assert!(dropped == expected);
+    assert!(after.pending(&shape) == kept);
+    assert!(frame.is_none() || pending + 1 == N && dropped == Reasons::default());
+    kani::cover!(frame.is_some(), "a frame");
+    kani::cover!(dropped.check > 0, "a failed check");
+    kani::cover!(N == 1 || dropped.terminator > 0, "a wrong terminator");
+}
+
+/// How many bytes were dropped for each reason.
+#[derive(Default, PartialEq)]
+struct Reasons {
+    no_sync: u8,
+    broken_sync: u8,
+    terminator: u8,
+    check: u8,
+}
+
+impl Reasons {
+    fn add(&mut self, why: Mismatch) {
+        match why {
+            Mismatch::NoSync => self.no_sync += 1,
+            Mismatch::BrokenSync => self.broken_sync += 1,
+            Mismatch::Terminator => self.terminator += 1,
+            Mismatch::Check => self.check += 1,
+        }
+    }
+}
+
+/// Several bytes taken at once, from any state: pushed one by one they lead to the same state and
+/// frame, and each of them goes on with all the bytes held, so that none is dropped.
+fn part_is_pushed<const N: usize>()
+where
+    [u8; N]: Frame,
+{
+    let shape = any_shape::<N>();
+    let check: bool = kani::any();
+    let before = any_window::<N>();
+    let bytes: [u8; N] = kani::any();
+    let length: usize = kani::any_where(|&length| length <= N);
+    let (mut after, mut frame, mut dropped) = (before, None, false);
+    let taken = after.take(
+        &shape,
+        &bytes[..length],
+        0,
+        |_| check,
+        |event| match event {
+            Event::Frame { index, message } => frame = Some((index, message)),
+            Event::Dropped { .. } => dropped = true,
+        },
+    );
+    assert!(taken <= length && (taken > 0 || length == 0));
+    assert!(taken < 2 || !dropped);
+    let (mut pushed, mut expected) = (before, None);
+    let mut place = 0;
+    while place < N {
+        if place < taken {
+            let byte = bytes[place];
+            assert!(taken < 2 || shape.agrees(pushed.with(byte), pushed.count() + 1));
+            assert!(expected.is_none());
+            let (next, committed) = pushed.pushed(&shape, byte, |_| check);
+            pushed = next;
+            expected = committed.map(|frame| (place, frame));
+        }
+        place += 1;
+    }
+    assert!(after == pushed && frame == expected);
+    kani::cover!(frame.is_some() && taken == N, "a whole frame");
+    kani::cover!(
+        N == 1 || taken == 1 && length > 1,
+        "a byte that does not go on"
+    );
+}
+
+/// A start that is compared where it lies.
+fn start_is_pushed<const N: usize>()
+where
+    [u8; N]: Frame,
+{
+    let shape = any_shape::<N>();
+    let check: bool = kani::any();
+    let bytes: [u8; 16] = kani::any();
+    let word = <[u8; N] as Frame>::Word::load(&bytes).unwrap();
+    let head = word.down(<[u8; N] as Frame>::Word::BYTES - N);
+
+    let (mut from_first, mut from_second) = (Window::<[u8; N]>::EMPTY, Window::EMPTY);
+    let mut at = 0;
+    while at < N {
+        let (after, frame) = from_first.pushed(&shape, bytes[at], |_| check);
+        from_first = after;
+        assert!(frame.is_some() == (at == N - 1 && shape.agrees(head, N) && check));
+        if at > 0 {
+            let (after, frame) = from_second.pushed(&shape, bytes[at], |_| check);
+            from_second = after;
+            assert!(frame.is_none());
+        }
+        at += 1;
+    }
+    if shape.agrees(head, N) && check {
+        assert!(from_first == Window::EMPTY);
+    } else {
+        assert!(from_first.agrees_with(from_second, &shape));
+    }
+    kani::cover!(shape.agrees(head, N) && check, "a frame");
+    kani::cover!(from_first.pending(&shape) == N - 1, "the next start");
+}
+
+/// A run of bytes that are passed over together: none of them can be a frame's first byte.
+fn run_has_no_start<const N: usize>()
+where
+    [u8; N]: Frame,
+{
+    let shape = any_shape::<N>();
+    let bytes: [u8; 17] = kani::any();
+    let run = shape.run_without_start(&bytes);
+    assert!(run <= bytes.len());
+    let mut place = 0;
+    while place < 17 {
+        if place < run {
+            let byte = Window::<[u8; N]>::EMPTY.with(bytes[place]);
+            assert!(shape.mismatch(byte, 1) == Some(Mismatch::NoSync));
+        }
+        place += 1;
+    }
+    kani::cover!(run == 16, "two words");
+    kani::cover!(run == 0, "none");
+}
+
+/// A word read from a slice, and the frames made of its lowest bytes.
+#[kani::proof]
+#[kani::unwind(10)]
+fn words_hold_frames() {
+    fn frame_is_read<const N: usize>(word: u64, bytes: &[u8; 9])
+    where
+        [u8; N]: Frame<Word = u64>,
+    {
+        let frame = <[u8; N]>::from_word(word);
+        let mut place = 0;
+        while place < N {
+            assert!(frame[place] == bytes[8 - N + place]);
+            place += 1;
+        }
+    }
+    let bytes: [u8; 9] = kani::any();
+    assert!(u64::load(&bytes[..7]).is_none());
+    let word = u64::load(&bytes).unwrap();
+    frame_is_read::<1>(word, &bytes);
+    frame_is_read::<2>(word, &bytes);
+    frame_is_read::<3>(word, &bytes);
+    frame_is_read::<4>(word, &bytes);
+    frame_is_read::<5>(word, &bytes);
+    frame_is_read::<6>(word, &bytes);
+    frame_is_read::<7>(word, &bytes);
+    frame_is_read::<8>(word, &bytes);
+    kani::cover!(word == 1, "seven bytes are 0");
+}
+
+/// Why a start is dropped does not change with what comes behind.
+fn reasons_stay<const N: usize>()
+where
+    [u8; N]: Frame,
+{
+    let shape = any_shape::<N>();
+    let window = any_window::<N>();
+    let byte = kani::any();
+    let known: usize = kani::any_where(|&known| 0 < known && known < N);
+    let before = shape.mismatch(window.0, known);
+    let after = shape.mismatch(window.with(byte), known + 1);
+    assert!(before.is_none() || after == before);
+    kani::cover!(before.is_some(), "a reason");
+}
+
+/// Windows in which the same bytes are pending do the same with the next byte, and then again the same
+/// bytes are pending.
+fn only_what_is_pending_matters<const N: usize>()
+where
+    [u8; N]: Frame,
+{
+    let shape = any_shape::<N>();
+    let check: bool = kani::any();
+    let byte = kani::any();
+    let (one, other) = (any_window::<N>(), any_window::<N>());
+    kani::assume(one.agrees_with(other, &shape));
+    let (after, frame) = one.pushed(&shape, byte, |_| check);
+    let (after_other, frame_other) = other.pushed(&shape, byte, |_| check);
+    assert!(frame.map(<[u8; N]>::from_word) == frame_other.map(Frame::from_word));
+    assert!(after.agrees_with(after_other, &shape));
+    kani::cover!(frame.is_some(), "a frame");
+    kani::cover!(one != other, "different bytes held");
+}
+
+/// The four loops together, for short frames, from any state: a check of the argument above, and that
+/// nothing panics.
+#[kani::proof]
+#[kani::unwind(4)]
+fn short_slice_is_pushed() {
+    let shape = any_shape::<2>();
+    let before = any_window::<2>();
+    let bytes: [u8; 2] = kani::any();
+    let mut fed = before;
+    let mut frames = [false; 2];
+    fed.feed(
+        &shape,
+        &bytes,
+        |_| true,
+        |event| {
+            if let Event::Frame { index, .. } = event {
+                frames[index] = true;
+            }
+        },
+    );
+    let mut pushed = before;
+    let mut place = 0;
+    while place < 2 {
+        let (after, frame) = pushed.pushed(&shape, bytes[place], |_| true);
+        pushed = after;
+        assert!(frames[place] == frame.is_some());
+        place += 1;
+    }
+    assert!(fed.agrees_with(pushed, &shape));
+    kani::cover!(frames[0], "a frame begun before");
+    kani::cover!(frames[1], "a frame at the end");
+}
+
+/// A harness for each length of frame.
+macro_rules! for_frames {
+    ($module:ident, $proof:ident: $($name:ident $length:literal)*) => {
+        mod $module {
+            $(
+                #[kani::proof]
+                #[kani::unwind(18)]
+                fn $name() {
+                    super::$proof::<$length>();
+                }
+            )*
+        }
+    };
+    ($module:ident, $proof:ident) => {
+        for_frames!($module, $proof: of_1 1 of_2 2 of_3 3 of_4 4 of_5 5 of_6 6 of_7 7 of_8 8);
+    };
+}
+for_frames!(commits, commits_exactly_the_frames:
+    of_1 1 of_2 2 of_3 3 of_4 4 of_5 5 of_6 6 of_7 7 of_8 8 of_16 16);
+for_frames!(mismatches, mismatches_are_found);
+for_frames!(one_byte, one_byte_is_pushed);
+for_frames!(parts, part_is_pushed);
+for_frames!(starts, start_is_pushed);
+for_frames!(runs, run_has_no_start);
+for_frames!(reasons, reasons_stay: of_2 2 of_3 3 of_4 4 of_5 5 of_6 6 of_7 7 of_8 8);
+for_frames!(pending, only_what_is_pending_matters: of_2 2 of_3 3 of_4 4 of_5 5 of_6 6 of_7 7 of_8 8);

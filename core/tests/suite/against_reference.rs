@@ -1,0 +1,192 @@
+//! Every short stream, and streams nobody thought of, against the naive reference; and the
+//! reference itself against regular expressions.
+
+use framelock::{Accounting, Bin, Discarded, LineEvent, Receiver};
+use framelock_fuzz_oracles::{Stream, StreamStep, parser, reader};
+use framelock_proofs::reference::{self, Policy, whole_buffer};
+use proptest::prelude::*;
+
+/// The stream as one slice.
+fn check(bytes: &[u8]) {
+    parser(&Stream(vec![StreamStep::Slice(bytes.to_vec())]));
+}
+
+/// Every stream of up to ten bytes over {'A', 'B', CR, other}: 4^10 of the longest, whose
+/// beginnings are all the shorter ones.
+#[test]
+fn every_stream_of_ten_bytes() {
+    const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];
+    for stream in 0..1_u32 << 20 {
+        let bytes: [u8; 10] =
+            std::array::from_fn(|place| ALPHABET[(stream >> (2 * place) & 3) as usize]);
+        // A cut that moves on from stream to stream.
+        let (before, behind) = bytes.split_at(stream as usize % 11);
+        parser(&Stream(
+            [before, behind]
+                .map(|slice| StreamStep::Slice(slice.to_vec()))
+                .into(),
+        ));
+    }
+}
+
+/// Every stream of up to seven bytes over the same, where the slice path finds it: in a slice long
+/// enough for that, behind a frame or noise, before frames or noise, and across the edge of a block.
+#[test]
+fn every_stream_of_seven_bytes_within_a_long_slice() {
+    const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];
+    for stream in 0..1_usize << 14 {
+        let short: [u8; 7] = std::array::from_fn(|place| ALPHABET[stream >> (2 * place) & 3]);
+        let frames = b"AB\0xyz\r".repeat(stream % 11);
+        let noise = vec![b'x'; 55 + stream % 13];
+        check(&[&frames, short.as_slice(), &noise, &short, &noise].concat());
+        check(&[&noise, short.as_slice(), &frames, &noise[..40]].concat());
+    }
+}
+
+/// Frames, bytes that look like frames, and noise: what makes parsers go wrong.
+fn stream(longest: usize) -> impl Strategy<Value = Vec<u8>> {
+    let likely = prop::sample::select(vec![b'A', b'B', b'\r', 0x80]);
+    let part = prop_oneof![
+        any::<[u8; 4]>().prop_map(|[a, b, c, d]| vec![b'A', b'B', a, b, c, d, b'\r']),
+        (any::<[u8; 4]>(), 8..20_usize)
+            .prop_map(|([a, b, c, d], count)| [b'A', b'B', a, b, c, d, b'\r'].repeat(count)),
+        any::<[u8; 4]>().prop_map(|payload| {
+            let crc = reference::crc8(&payload);
+            [b"AB".as_slice(), &payload, &[crc, b'\r']].concat()
+        }),
+        prop::collection::vec(likely, 1..20),
+        prop::collection::vec(any::<u8>(), 1..20),
+        (any::<u8>(), 1..200_usize).prop_map(|(byte, count)| vec![byte; count]),
+    ];
+    prop::collection::vec(part, 0..longest).prop_map(|parts| parts.concat())
+}
+
+/// Any slices, and any line events between them.
+fn steps() -> impl Strategy<Value = Vec<StreamStep>> {
+    let event = prop::sample::select(vec![
+        LineEvent::Framing,
+        LineEvent::Parity,
+        LineEvent::Overrun,
+        LineEvent::Break,
+        LineEvent::Idle,
+    ]);
+    let slices =
+        (stream(20), prop::collection::vec(0..200_usize, 0..4)).prop_map(|(bytes, mut cuts)| {
+            let mut rest = bytes.as_slice();
+            cuts.push(usize::MAX);
+            let slice = |cut: usize| {
+                let (slice, behind) = rest.split_at(cut.min(rest.len()));
+                rest = behind;
+                StreamStep::Slice(slice.to_vec())
+            };
+            cuts.into_iter().map(slice).collect::<Vec<_>>()
+        });
+    let part = (slices, prop::option::of(event)).prop_map(|(mut steps, event)| {
+        steps.extend(event.map(StreamStep::Event));
+        steps
+    });
+    prop::collection::vec(part, 0..6).prop_map(|parts| parts.concat())
+}
+
+proptest! {
+    #[test]
+    fn any_stream_cut_anywhere_with_line_events(steps in steps()) {
+        let stream = Stream(steps);
+        parser(&stream);
+        reader(&stream);
+    }
+
+    /// The third oracle. Under Discard, what the machine consumes together is one match.
+    #[test]
+    fn the_reference_against_regular_expressions(bytes in stream(40)) {
+        let rescan = regex::bytes::Regex::new(r"(?s-u)AB.{4}\r").expect("a valid expression");
+        let found: Vec<_> = rescan.find_iter(&bytes).map(|frame| frame.end() - 1).collect();
+        let ends = |policy| {
+            let mut ends = Vec::new();
+            whole_buffer::<reference::Bin>(&bytes, policy, |event| {
+                if let reference::Event::Frame { index, .. } = event {
+                    ends.push(index);
+                }
+            });
+            ends
+        };
+        prop_assert_eq!(ends(Policy::Rescan), found);
+
+        let discard =
+            regex::bytes::Regex::new(r"(?s-u)A(?:B.{4}(?:(\r)|.)|[^B])").expect("a valid expression");
+        let found: Vec<_> = discard
+            .captures_iter(&bytes)
+            .filter_map(|consumed| consumed.get(1))
+            .map(|terminator| terminator.start())
+            .collect();
+        prop_assert_eq!(ends(Policy::Discard), found);
+    }
+}
+
+/// A resynchronisation is a commit that ends a loss, and is counted once for each.
+#[test]
+fn resynchronisations_are_counted() {
+    let mut line = Accounting::new(Receiver::<Bin>::new());
+    let mut counts = Vec::new();
+    for part in [
+        b"AB\0abc\r".as_slice(),
+        b"x",
+        b"AB\0abc\r",
+        b"AB\0abc\r",
+        b"AB\0ac\r",
+        b"AB\0abc\r",
+    ] {
+        line.feed(part, |_, _| ());
+        counts.push(line.counters().resynchronisations);
+    }
+    assert_eq!(counts, [0, 0, 1, 1, 1, 2]);
+    line.feed(b"AB\0", |_, _| ());
+    line.line_event(LineEvent::Overrun);
+    line.feed(b"AB\0abc\r", |_, _| ());
+    assert_eq!(line.counters().resynchronisations, 3);
+    // Events that drop nothing lose nothing.
+    line.line_event(LineEvent::Idle);
+    line.feed(b"AB\0abc\r", |_, _| ());
+    assert_eq!(line.counters().resynchronisations, 3);
+}
+
+/// Counters wrap, and the identity holds modulo their width.
+#[test]
+fn counters_wrap() {
+    let most = usize::MAX;
+    let discarded = Discarded {
+        no_sync: most,
+        broken_sync: most,
+        check: most,
+        terminator: most,
+        line_event: most,
+    };
+    let events = framelock::LineEvents {
+        framing: most,
+        parity: most,
+        overrun: most,
+        line_break: most,
+        idle: most,
+    };
+    let counters = framelock::Counters {
+        bytes: most,
+        frames: most,
+        discarded,
+        resynchronisations: most,
+        events,
+    };
+    let mut line = Accounting::resumed(Receiver::<Bin>::new(), counters);
+    line.feed(b"xAB\0abc\rAB", |_, _| ());
+    line.line_event(LineEvent::Idle);
+    let after = *line.counters();
+    assert_eq!(
+        (after.bytes, after.frames, after.resynchronisations),
+        (9, 0, 0)
+    );
+    assert_eq!(
+        (after.discarded.no_sync, after.discarded.line_event),
+        (0, 1)
+    );
+    assert_eq!(after.events.idle, 0);
+    assert_eq!(after.discarded.total(), discarded.total().wrapping_add(3));
+}

@@ -1,0 +1,295 @@
+//! The failsafe, against a model that goes through time tick by tick.
+
+use std::num::NonZeroU32;
+
+use framelock::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase, Setpoint};
+use framelock_fuzz_oracles::{Schedule, ScheduleStep, failsafe};
+use proptest::prelude::*;
+
+fn ticks(count: u32) -> NonZeroU32 {
+    NonZeroU32::new(count).expect("not zero")
+}
+
+const PARK: Setpoint = Setpoint {
+    pitch: 128,
+    roll: 100,
+    yaw: 0,
+};
+
+fn parameters() -> FailsafeParameters {
+    FailsafeParameters {
+        hold_after: 20,
+        ramp_after: 50,
+        park: PARK,
+        ticks_per_unit: [ticks(1), ticks(3), ticks(10)],
+    }
+}
+
+#[test]
+fn parameters_are_checked() {
+    let build = |parameters| Failsafe::new(parameters, 0);
+    assert!(build(parameters()).is_ok());
+    let hold = FailsafeParameters {
+        hold_after: 0,
+        ..parameters()
+    };
+    assert_eq!(build(hold), Err(FailsafeError::HoldAtOnce));
+    let ramp = FailsafeParameters {
+        ramp_after: 19,
+        ..parameters()
+    };
+    assert_eq!(build(ramp), Err(FailsafeError::RampBeforeHold));
+    assert!(
+        build(FailsafeParameters {
+            ramp_after: 20,
+            ..parameters()
+        })
+        .is_ok()
+    );
+    assert_eq!(
+        FailsafeError::HoldAtOnce.to_string(),
+        "hold_after is 0 ticks; it must be at least 1"
+    );
+    assert_eq!(
+        FailsafeError::RampBeforeHold.to_string(),
+        "ramp_after is less than hold_after"
+    );
+}
+
+/// The rules, one tick at a time, on signed numbers that do not wrap.
+struct Model {
+    parameters: FailsafeParameters,
+    silence: Option<u64>,
+    demand: [u8; 3],
+    position: [u8; 3],
+    since_unit: [u32; 3],
+    live: bool,
+}
+
+impl Model {
+    fn new(parameters: FailsafeParameters) -> Self {
+        let park = parameters.park.into();
+        Self {
+            parameters,
+            silence: None,
+            demand: park,
+            position: park,
+            since_unit: [0; 3],
+            live: false,
+        }
+    }
+
+    fn frame(&mut self, setpoint: Setpoint) {
+        self.silence = Some(0);
+        self.demand = setpoint.into();
+        if self.live {
+            self.position = self.demand;
+        }
+        self.live = self.position == self.demand;
+    }
+
+    fn tick(&mut self) {
+        let before = self.silence;
+        self.silence = before.map(|ticks| ticks + 1);
+        let holding = self
+            .silence
+            .is_none_or(|ticks| ticks >= self.parameters.hold_after.into());
+        let ramping = before.is_none_or(|ticks| ticks >= self.parameters.ramp_after.into());
+        let was_holding = before.is_none_or(|ticks| ticks >= self.parameters.hold_after.into());
+        if !was_holding {
+            self.step(self.demand);
+            self.live = self.position == self.demand;
+        } else if ramping {
+            self.step(self.parameters.park.into());
+        }
+        self.live &= !holding;
+    }
+
+    fn step(&mut self, target: [u8; 3]) {
+        for (axis, target) in target.into_iter().enumerate() {
+            self.since_unit[axis] += 1;
+            if self.position[axis] == target {
+                self.since_unit[axis] = 0;
+            } else if self.since_unit[axis] == self.parameters.ticks_per_unit[axis].get() {
+                self.since_unit[axis] = 0;
+                if self.position[axis] < target {
+                    self.position[axis] += 1;
+                } else {
+                    self.position[axis] -= 1;
+                }
+            }
+        }
+    }
+
+    fn output(&self) -> Output {
+        let setpoint = self.position.into();
+        let parameters = &self.parameters;
+        let phase = match self.silence {
+            Some(ticks) if ticks < parameters.hold_after.into() => {
+                if self.live {
+                    Phase::Live
+                } else {
+                    Phase::Approach
+                }
+            }
+            Some(ticks) if ticks < parameters.ramp_after.into() => Phase::Hold,
+            _ if setpoint == parameters.park => Phase::Parked,
+            _ => Phase::Ramp,
+        };
+        Output { setpoint, phase }
+    }
+}
+
+fn any_parameters() -> impl Strategy<Value = FailsafeParameters> {
+    let rate = || (1..12_u32).prop_map(ticks);
+    (
+        1..40_u32,
+        0..40_u32,
+        any::<[u8; 3]>(),
+        [rate(), rate(), rate()],
+    )
+        .prop_map(
+            |(hold_after, more, park, ticks_per_unit)| FailsafeParameters {
+                hold_after,
+                ramp_after: hold_after + more,
+                park: park.into(),
+                ticks_per_unit,
+            },
+        )
+}
+
+fn long_parameters() -> impl Strategy<Value = FailsafeParameters> {
+    let ticks = || (1..=u32::MAX).prop_map(ticks);
+    (
+        any::<[u32; 2]>(),
+        any::<[u8; 3]>(),
+        [ticks(), ticks(), ticks()],
+    )
+        .prop_map(|(mut times, park, ticks_per_unit)| {
+            times.sort_unstable();
+            FailsafeParameters {
+                hold_after: times[0],
+                ramp_after: times[1],
+                park: park.into(),
+                ticks_per_unit,
+            }
+        })
+}
+
+proptest! {
+    /// Frames and polls at any times, the wrap of the clock among them: as the model says.
+    #[test]
+    fn goes_as_the_model_does(
+        parameters in any_parameters(),
+        start in prop_oneof![any::<u32>(), u32::MAX - 500..=u32::MAX],
+        schedule in prop::collection::vec((0..60_u32, any::<Option<[u8; 3]>>()), 0..60),
+    ) {
+        let mut now = start;
+        let mut failsafe = Failsafe::new(parameters, now).expect("valid");
+        let mut model = Model::new(parameters);
+        prop_assert_eq!(failsafe.poll(now), model.output());
+        for (wait, frame) in schedule {
+            for _ in 0..wait {
+                now = now.wrapping_add(1);
+                model.tick();
+            }
+            if let Some(setpoint) = frame {
+                failsafe.frame(now, setpoint.into());
+                model.frame(setpoint.into());
+            }
+            prop_assert_eq!(failsafe.poll(now), model.output());
+        }
+    }
+
+    /// Whatever the times, short and long.
+    #[test]
+    fn keeps_its_bounds(
+        parameters in prop_oneof![any_parameters(), long_parameters()],
+        start: u32,
+        steps in prop::collection::vec(
+            prop_oneof![
+                (0..90_u32).prop_map(ScheduleStep::Wait),
+                any::<u16>().prop_map(|ticks| ScheduleStep::Wait(ticks.into())),
+                any::<u32>().prop_map(ScheduleStep::Wait),
+                any::<[u8; 3]>().prop_map(ScheduleStep::Frame),
+            ],
+            0..60,
+        ),
+    ) {
+        failsafe(&Schedule { parameters, start, steps });
+    }
+}
+
+#[test]
+fn a_whole_outage() {
+    let mut failsafe = Failsafe::new(parameters(), 0).expect("valid");
+    let demand = Setpoint {
+        pitch: 138,
+        roll: 100,
+        yaw: 0,
+    };
+    let output = |failsafe: &mut Failsafe, now| {
+        let Output { setpoint, phase } = failsafe.poll(now);
+        (phase, setpoint.pitch)
+    };
+    failsafe.frame(0, demand);
+    assert_eq!(output(&mut failsafe, 9), (Phase::Approach, 137));
+    assert_eq!(output(&mut failsafe, 10), (Phase::Live, 138));
+    assert_eq!(output(&mut failsafe, 19), (Phase::Live, 138));
+    assert_eq!(output(&mut failsafe, 20), (Phase::Hold, 138));
+    assert_eq!(output(&mut failsafe, 50), (Phase::Ramp, 138));
+    assert_eq!(output(&mut failsafe, 55), (Phase::Ramp, 133));
+    assert_eq!(output(&mut failsafe, 60), (Phase::Parked, 128));
+    // Back, from the middle of the ramp's way.
+    failsafe.frame(
+        1000,
+        Setpoint {
+            pitch: 255,
+            roll: 100,
+            yaw: 0,
+        },
+    );
+    assert_eq!(output(&mut failsafe, 1000), (Phase::Approach, 128));
+    assert_eq!(output(&mut failsafe, 1019), (Phase::Approach, 147));
+    // Live, a step is the sender's.
+    failsafe.frame(
+        1019,
+        Setpoint {
+            pitch: 147,
+            roll: 100,
+            yaw: 0,
+        },
+    );
+    assert_eq!(output(&mut failsafe, 1019), (Phase::Live, 147));
+    failsafe.frame(
+        1020,
+        Setpoint {
+            pitch: 0,
+            roll: 100,
+            yaw: 0,
+        },
+    );
+    assert_eq!(output(&mut failsafe, 1020), (Phase::Live, 0));
+}
+
+/// Silence longer than the clock's whole turn is still silence.
+#[test]
+fn the_longest_times_do_not_wrap_into_life() {
+    let longest = FailsafeParameters {
+        hold_after: u32::MAX,
+        ramp_after: u32::MAX,
+        park: PARK,
+        ticks_per_unit: [ticks(u32::MAX), ticks(u32::MAX), ticks(1)],
+    };
+    let mut failsafe = Failsafe::new(longest, 7).expect("valid");
+    failsafe.frame(7, PARK);
+    failsafe.frame(7, Setpoint { pitch: 129, ..PARK });
+    assert_eq!(failsafe.poll(6).phase, Phase::Ramp);
+    let mut now = 6_u32;
+    for _ in 0..3 {
+        now = now.wrapping_add(u32::MAX / 2);
+        assert_ne!(failsafe.poll(now).phase, Phase::Live);
+    }
+    assert_eq!(failsafe.poll(now).phase, Phase::Parked);
+    assert_eq!(longest.parked_after(), u64::from(u32::MAX) * 156);
+}

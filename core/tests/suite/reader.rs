@@ -1,0 +1,100 @@
+//! Reading through `embedded-io`, blocking and async.
+
+use std::convert::Infallible;
+use std::task::{Context, Poll, Waker};
+
+use embedded_io::{ErrorKind, ErrorType};
+use framelock::{Bin, Format, LineEvent, Reader, Receiver, Setpoint};
+
+/// A UART that gives what it is told to, in the pieces it is told to.
+struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
+
+impl ErrorType for Uart {
+    type Error = ErrorKind;
+}
+
+impl embedded_io::Read for Uart {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        if self.0.is_empty() {
+            return Ok(0);
+        }
+        let piece = self.0.remove(0)?;
+        buffer[..piece.len()].copy_from_slice(&piece);
+        Ok(piece.len())
+    }
+}
+
+impl embedded_io_async::Read for Uart {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        embedded_io::Read::read(self, buffer)
+    }
+}
+
+const SETPOINT: Setpoint = Setpoint {
+    pitch: 1,
+    roll: 2,
+    yaw: 3,
+};
+
+fn pieces() -> Uart {
+    let frame = Bin::encode(SETPOINT);
+    Uart(vec![
+        Ok(frame[..3].to_vec()),
+        Err(ErrorKind::Interrupted),
+        Ok([&frame[3..], &frame[..], &frame[..2]].concat()),
+        Err(ErrorKind::Other),
+        Ok(frame.to_vec()),
+    ])
+}
+
+#[test]
+fn an_error_loses_nothing() {
+    let mut reader = Reader::<_, _, 32>::new(pieces(), Receiver::<Bin>::new());
+    assert_eq!(reader.read(), Err(ErrorKind::Interrupted));
+    assert_eq!(reader.read(), Ok(Some(SETPOINT)));
+    assert_eq!(reader.read(), Ok(Some(SETPOINT)));
+    assert_eq!(reader.read(), Err(ErrorKind::Other));
+    // What the driver's error means for the line is the program's to say.
+    reader.line_mut().line_event(LineEvent::Overrun);
+    assert_eq!(reader.read(), Ok(Some(SETPOINT)));
+    assert_eq!(reader.read(), Ok(None));
+    let counters = reader.line().counters();
+    assert_eq!(
+        (
+            counters.bytes,
+            counters.frames,
+            counters.discarded.line_event
+        ),
+        (23, 3, 2)
+    );
+    assert!(reader.into_source().0.is_empty());
+}
+
+#[test]
+fn the_async_twin_does_the_same() {
+    let mut reader = Reader::<_, _, 32>::new(pieces(), Receiver::<Bin>::new());
+    let mut results = Vec::new();
+    for _ in 0..6 {
+        let reading = std::pin::pin!(reader.read_async());
+        match Future::poll(reading, &mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(result) => results.push(result),
+            Poll::Pending => panic!("this UART never waits"),
+        }
+    }
+    let setpoint = Ok(Some(SETPOINT));
+    let (interrupted, other) = (Err(ErrorKind::Interrupted), Err(ErrorKind::Other));
+    assert_eq!(
+        results,
+        [interrupted, setpoint, setpoint, other, setpoint, Ok(None)]
+    );
+}
+
+/// A buffer of one byte is enough.
+#[test]
+fn the_smallest_buffer() -> Result<(), Infallible> {
+    let stream = [b"noise".as_slice(), &Bin::encode(SETPOINT)].concat();
+    let mut reader = Reader::<_, _, 1>::new(stream.as_slice(), Receiver::<Bin>::new());
+    assert_eq!(reader.read()?, Some(SETPOINT));
+    assert_eq!(reader.read()?, None);
+    Ok(())
+}

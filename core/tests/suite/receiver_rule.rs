@@ -1,0 +1,103 @@
+//! The receiver's one rule, written down once more: it keeps the longest suffix of what it has
+//! seen since the last commit that can still become a frame.
+
+use framelock::{Bin, BinCrc8, Format, Receiver, Setpoint};
+use framelock_proofs::reference;
+
+/// Every history of up to `length` bytes over a small alphabet.
+fn histories(length: usize, alphabet: &[u8]) -> Vec<Vec<u8>> {
+    let mut all = vec![Vec::new()];
+    let mut from = 0;
+    for _ in 0..length {
+        let to = all.len();
+        for shorter in from..to {
+            for &byte in alphabet {
+                let mut longer = all[shorter].clone();
+                longer.push(byte);
+                all.push(longer);
+            }
+        }
+        from = to;
+    }
+    all
+}
+
+/// A receiver that has taken those bytes.
+fn after<F: Format>(history: &[u8]) -> Receiver<F> {
+    let mut receiver = Receiver::new();
+    for &byte in history {
+        receiver.push(byte);
+    }
+    receiver
+}
+
+/// Every history over {A, B, CR, other}, every byte behind it.
+fn step_by_the_rule<F, R>(history: &[u8])
+where
+    F: Format<Message = Setpoint>,
+    R: reference::Format,
+{
+    for byte in 0..=u8::MAX {
+        let mut receiver = after::<F>(history);
+        let setpoint = receiver.push(byte);
+
+        let mut seen = history.to_vec();
+        seen.push(byte);
+        let frame =
+            seen.len() >= R::LENGTH && R::fails_at(&seen[seen.len() - R::LENGTH..]).is_none();
+        let expected = frame.then(|| {
+            let frame = &seen[seen.len() - R::LENGTH..];
+            Setpoint::from([frame[3], frame[4], frame[5]])
+        });
+        assert_eq!(setpoint, expected, "{seen:02X?}");
+        let longest = (0..R::LENGTH.min(seen.len() + 1))
+            .rev()
+            .find(|length| R::fails_at(&seen[seen.len() - length..]).is_none());
+        let kept = if frame {
+            0
+        } else {
+            longest.expect("the empty suffix at least")
+        };
+        assert_eq!(receiver.pending(), kept, "{seen:02X?}");
+    }
+}
+
+#[test]
+fn bin_keeps_the_longest_suffix_that_can_become_a_frame() {
+    for history in histories(6, &[b'A', b'B', b'\r', 0]) {
+        step_by_the_rule::<Bin, reference::Bin>(&history);
+    }
+}
+
+#[test]
+fn bin_crc8_keeps_the_longest_suffix_that_can_become_a_frame() {
+    // So that checksums that hold occur.
+    let right = framelock::crc8(*b"AAAA");
+    for history in histories(7, &[b'A', b'B', b'\r', right]) {
+        step_by_the_rule::<BinCrc8, reference::BinCrc8>(&history);
+    }
+}
+
+/// Equal receivers do the same with whatever follows; others do not.
+#[test]
+fn receivers_are_equal_where_the_same_bytes_are_pending() {
+    let histories = histories(4, &[b'A', b'B', b'\r', 0]);
+    for one in &histories {
+        for other in &histories {
+            let [first, second] = [one, other].map(|history| after::<Bin>(history));
+            let [of_first, of_second] = [one, other].map(|history| {
+                let mut pending = history.clone();
+                pending.drain(..history.len() - after::<Bin>(history).pending());
+                pending
+            });
+            assert_eq!(first == second, of_first == of_second, "{one:?} {other:?}");
+        }
+    }
+    let held = after::<Bin>(b"A");
+    assert_eq!(held, held.clone());
+    // The marker in front of the byte.
+    assert_eq!(
+        format!("{held:?}"),
+        format!("Receiver(Window({}))", 0x01_41)
+    );
+}

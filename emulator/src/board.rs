@@ -1,0 +1,307 @@
+//! The board: core, chip and line, run together. What is sent and done to it is in `hooks.rs`, what
+//! can be seen of it in `sight.rs`.
+
+mod hooks;
+mod sight;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+
+use rsemu::core::space::AddressSpace;
+use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
+
+use crate::bus::{Shared, address_space};
+use crate::chip::{Chip, ResetCause};
+use crate::error::{Error, Refusal, Result};
+use crate::handlers::{Handlers, Step};
+use crate::image::Image;
+use crate::memory::{FLASH_SIZE, Memory};
+use crate::trace::{Change, Trace};
+
+/// The nRF52840-DK's USB serial port sends to P0.08.
+const LINE_PIN: u32 = 8;
+/// `b .`, and where nobody's code lies.
+const STUCK: (u32, [u8; 2]) = (FLASH_SIZE - 2, [0xFE, 0xE7]);
+/// Where the program counter is in lockup: Armv7-M Architecture Reference Manual, "Lockup".
+const LOCKED_UP: u32 = 0xFFFF_FFFE;
+/// A soft reset is noticed within this many steps of the core: looking for it takes longer than a step.
+const RESET_WITHIN: u32 = 32;
+/// A tail chain takes at least this many cycles, a branch fewer.
+const CHAIN: u64 = 7;
+
+/// A word in RAM that is watched.
+#[derive(Clone, Copy, Debug)]
+struct Watch {
+    address: u32,
+    value: u32,
+}
+
+/// An emulated board with the firmware's image in its flash.
+pub struct Board {
+    core: ArmV7m,
+    space: Arc<AddressSpace>,
+    shared: Arc<Shared>,
+    memory: Memory,
+    image: Image,
+    now: u64,
+    /// Until then nothing happens without the core.
+    quiet_until: u64,
+    lines: u64,
+    /// Of the core, as its last step left it: looking there takes a lock.
+    pc: u32,
+    exception: u16,
+    asleep: bool,
+    booted: bool,
+    steps: u32,
+    instructions: u64,
+    slept: u64,
+    handlers: Handlers,
+    /// When the core is taken away, and for how long.
+    hold_offs: VecDeque<(u64, u64)>,
+    watches: Vec<Watch>,
+    trace: Trace,
+    faults_stop: bool,
+}
+
+impl Board {
+    /// A board after power-on: nothing has run yet.
+    ///
+    /// # Errors
+    /// If the image does not fit the flash.
+    pub fn new(image: Image) -> Result<Self> {
+        let memory = Memory::new();
+        image.load(&memory)?;
+        let shared = Shared::new(Chip::new(memory.clone(), LINE_PIN));
+        let space = Arc::new(address_space(&shared, &memory));
+        Ok(Self {
+            core: core(&space),
+            space,
+            shared,
+            memory,
+            image,
+            now: 0,
+            quiet_until: 0,
+            lines: 0,
+            pc: 0,
+            exception: 0,
+            asleep: false,
+            booted: false,
+            steps: 0,
+            instructions: 0,
+            slept: 0,
+            handlers: Handlers::default(),
+            hold_offs: VecDeque::new(),
+            watches: Vec::new(),
+            trace: Trace::default(),
+            faults_stop: true,
+        })
+    }
+
+    /// Cycles since power-on.
+    #[must_use]
+    pub fn now(&self) -> u64 {
+        self.now
+    }
+
+    /// Instructions executed since power-on.
+    #[must_use]
+    pub fn instructions(&self) -> u64 {
+        self.instructions
+    }
+
+    /// Cycles that the core has slept since power-on.
+    #[must_use]
+    pub fn slept(&self) -> u64 {
+        self.slept
+    }
+
+    /// Runs for that many cycles. It stops at the end of an instruction, so at most a few late.
+    ///
+    /// # Errors
+    /// If the guest does what is not modelled, or faults: [`Error`].
+    pub fn run_for(&mut self, cycles: u64) -> Result<()> {
+        self.run_until(self.now + cycles)
+    }
+
+    /// Runs until that instant.
+    ///
+    /// # Errors
+    /// As [`Board::run_for`].
+    pub fn run_until(&mut self, at: u64) -> Result<()> {
+        self.run(at, |_| false).map(|_| ())
+    }
+
+    /// Runs until the condition holds, which is asked after every instruction, or until that
+    /// instant; says whether it holds.
+    ///
+    /// # Errors
+    /// As [`Board::run_for`].
+    pub fn run(&mut self, until: u64, mut stop: impl FnMut(&Self) -> bool) -> Result<bool> {
+        while self.now < until {
+            self.step(until)?;
+            if stop(self) {
+                return Ok(true);
+            }
+        }
+        // Let what is due now be seen.
+        self.settle()?;
+        Ok(false)
+    }
+
+    /// One instruction, one exception entry, or the sleep up to the next event.
+    fn step(&mut self, until: u64) -> Result<()> {
+        if let Some((at, cycles)) = self.hold_offs.front().copied()
+            && at <= self.now
+        {
+            self.hold_offs.pop_front();
+            self.now += cycles;
+        }
+        if self.now >= self.quiet_until || self.shared.touched.load(Relaxed) {
+            self.settle()?;
+        }
+        let (pc, before) = (self.pc, self.exception);
+        self.shared.now.store(self.now, Relaxed);
+        let cycles = self.core.step();
+        let after = self.see_core();
+        let slept_on = std::mem::replace(&mut self.asleep, self.core.is_asleep()) && self.asleep;
+        if slept_on {
+            self.slept += cycles;
+        } else if std::mem::replace(&mut self.booted, true) {
+            let step = Step {
+                before,
+                after,
+                before_active: before != after && self.is_active(before),
+                entered_again: before == after && self.entered_again(after, cycles),
+                at: self.now,
+                cycles,
+            };
+            let (instruction, done) = self.handlers.step(&step);
+            self.instructions += u64::from(instruction);
+            self.trace.activations.extend(done);
+        }
+        self.now += cycles;
+        self.look(pc, before, after)?;
+        if self.asleep && !self.shared.touched.load(Relaxed) {
+            let hold_off = self.hold_offs.front().map_or(u64::MAX, |(at, _)| *at);
+            let wake = self.quiet_until.min(until).min(hold_off);
+            if wake > self.now {
+                self.slept += wake - self.now;
+                self.now = wake;
+            }
+        }
+        Ok(())
+    }
+
+    /// Remembers where the core is; returns the exception that is active.
+    fn see_core(&mut self) -> u16 {
+        let registers = self.core.regs();
+        self.pc = registers.r.last().copied().unwrap_or_default();
+        // The mask leaves nine bits.
+        self.exception = u16::try_from(registers.xpsr & xpsr::EXCEPTION).unwrap_or_default();
+        self.exception
+    }
+
+    fn is_active(&self, exception: u16) -> bool {
+        use rsemu::cpu::arm::v7m::sys::Exception;
+        exception != 0
+            && self
+                .core
+                .with_sys(|sys| sys.is_active(Exception(exception)))
+    }
+
+    /// Whether a handler returned and was entered again in the same step.
+    fn entered_again(&self, exception: u16, cycles: u64) -> bool {
+        if exception == 0 || cycles < CHAIN {
+            return false;
+        }
+        let entry = self
+            .memory
+            .word(self.core.vtor() + 4 * u32::from(exception));
+        entry.is_some_and(|entry| entry & !1 == self.pc)
+    }
+
+    /// Looks at what the step did.
+    fn look(&mut self, pc: u32, before: u16, after: u16) -> Result<()> {
+        if self.shared.touched.load(Relaxed)
+            && let Some(refusal) = self.shared.chip().refusal.clone()
+        {
+            return Err(self.refused(refusal, pc));
+        }
+        if self.faults_stop && before != after && (3..=6).contains(&after) {
+            return Err(self.fault(pc));
+        }
+        if self.pc == LOCKED_UP {
+            return Err(Error::Lockup { pc });
+        }
+        for (number, watch) in self.watches.iter_mut().enumerate() {
+            let value = self.memory.word(watch.address).unwrap_or_default();
+            if std::mem::replace(&mut watch.value, value) != value {
+                self.trace.changes.push(Change {
+                    watch: number,
+                    at: self.now,
+                    value,
+                });
+            }
+        }
+        self.steps = (self.steps + 1) % RESET_WITHIN;
+        if self.steps == 0 && self.core.reset_requested() {
+            self.reset_for(ResetCause::Soft);
+        }
+        Ok(())
+    }
+
+    fn refused(&self, refusal: Refusal, pc: u32) -> Error {
+        Error::Refused {
+            refusal,
+            pc,
+            function: self.image.in_function(pc),
+        }
+    }
+
+    fn fault(&self, pc: u32) -> Error {
+        let (cfsr, hfsr, bfar) = self.core.with_sys(|sys| (sys.cfsr, sys.hfsr, sys.bfar));
+        Error::Fault {
+            exception: self.core.current_exception().name(),
+            pc,
+            function: self.image.in_function(pc),
+            cfsr,
+            hfsr,
+            bfar,
+        }
+    }
+
+    /// Brings the chip up to now, and the core's interrupt lines up to date.
+    fn settle(&mut self) -> Result<()> {
+        self.shared.touched.store(false, Relaxed);
+        let mut chip = self.shared.chip();
+        chip.advance(self.now);
+        if let Some(refusal) = chip.refusal.clone() {
+            drop(chip);
+            return Err(self.refused(refusal, self.pc));
+        }
+        let bit = std::mem::take(&mut chip.peripherals.watchdog.bit);
+        let lines = chip.interrupts();
+        self.quiet_until = chip.next();
+        drop(chip);
+        if bit {
+            self.reset_for(ResetCause::Watchdog);
+            return Ok(());
+        }
+        let changed = lines ^ self.lines;
+        self.lines = lines;
+        for line in 0..48 {
+            if changed >> line & 1 == 1 {
+                self.core.set_irq(line, lines >> line & 1 == 1);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A core as it comes out of reset: the nRF52840 has three bits of priority.
+fn core(space: &Arc<AddressSpace>) -> ArmV7m {
+    let core = ArmV7m::new(Config::CORTEX_M4F.with_priority_bits(3));
+    core.attach_space(Arc::clone(space));
+    core
+}

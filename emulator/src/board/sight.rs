@@ -1,0 +1,102 @@
+//! What can be seen of the board: memory, registers, outputs, what happened.
+
+use std::sync::atomic::Ordering::Relaxed;
+
+use super::{Board, Watch};
+use crate::chip::Chip;
+use crate::error::{Error, Result};
+use crate::gpio::Pins;
+use crate::image::Image;
+use crate::memory::Memory;
+use crate::trace::Trace;
+
+impl Board {
+    /// The image.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// Flash and RAM.
+    #[must_use]
+    pub fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// A register of a peripheral, as the firmware would read it now.
+    ///
+    /// # Errors
+    /// If it is not modelled.
+    pub fn register(&mut self, address: u32) -> Result<u32> {
+        self.access(|chip| chip.read(address))
+    }
+
+    /// Writes a register of a peripheral, as the firmware would now: for tests without firmware.
+    ///
+    /// # Errors
+    /// If it is not modelled.
+    pub fn set_register(&mut self, address: u32, value: u32) -> Result<()> {
+        self.access(|chip| chip.write(address, value))
+    }
+
+    fn access<T: Default>(&mut self, access: impl FnOnce(&mut Chip) -> Option<T>) -> Result<T> {
+        self.settle()?;
+        self.shared.touched.store(true, Relaxed);
+        let mut chip = self.shared.chip();
+        let value = access(&mut chip).unwrap_or_default();
+        let refusal = chip.refusal.take();
+        drop(chip);
+        refusal.map_or(Ok(value), |refusal| Err(self.refused(refusal, self.pc)))
+    }
+
+    /// The next instruction.
+    #[must_use]
+    pub fn pc(&self) -> u32 {
+        self.pc
+    }
+
+    /// The exception whose handler runs, 0 if none.
+    #[must_use]
+    pub fn exception(&self) -> u16 {
+        self.exception
+    }
+
+    /// The word at a symbol.
+    ///
+    /// # Errors
+    /// If there is no such symbol.
+    pub fn word(&self, symbol: &str) -> Result<u32> {
+        let address = self.image.symbol(symbol)?.address;
+        let nowhere = || Error::Image(format!("`{symbol}` is not in memory"));
+        self.memory.word(address).ok_or_else(nowhere)
+    }
+
+    /// Watches the word at a symbol from now on. Returns the number by which [`Trace::changes`] knows
+    /// it.
+    ///
+    /// # Errors
+    /// If there is no such symbol.
+    pub fn watch(&mut self, symbol: &str) -> Result<usize> {
+        let address = self.image.symbol(symbol)?.address;
+        let value = self.word(symbol)?;
+        self.watches.push(Watch { address, value });
+        Ok(self.watches.len() - 1)
+    }
+
+    /// The output pins as they are.
+    #[must_use]
+    pub fn pins(&self) -> Pins {
+        self.shared.chip().pins()
+    }
+
+    /// What happened so far.
+    pub fn trace(&mut self) -> &mut Trace {
+        let mut chip = self.shared.chip();
+        self.trace
+            .pwm_periods
+            .append(&mut chip.peripherals.pwm.periods);
+        self.trace.pin_changes.append(&mut chip.pin_changes);
+        drop(chip);
+        &mut self.trace
+    }
+}

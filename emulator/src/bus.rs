@@ -1,0 +1,131 @@
+//! What the core's accesses outside flash and RAM meet: the peripherals' registers.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rsemu::core::error::BusError;
+use rsemu::core::space::{AddressSpace, MemAttrs, MemOps, MemResult, Perms, Region};
+
+use crate::chip::Chip;
+use crate::error::{Access, Refusal};
+use crate::memory::{Memory, RAM_START};
+
+/// The chip, as shared by the core's accesses and the board. One thread uses both; the lock is what
+/// the core's interface demands, and is never waited for.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    chip: Mutex<Chip>,
+    /// The instant at which the instruction under way began.
+    pub(crate) now: AtomicU64,
+    /// Whether the core has used a register since the board last looked.
+    pub(crate) touched: AtomicBool,
+}
+
+impl Shared {
+    pub(crate) fn new(chip: Chip) -> Arc<Self> {
+        Arc::new(Self {
+            chip: Mutex::new(chip),
+            now: AtomicU64::new(0),
+            touched: AtomicBool::new(true),
+        })
+    }
+
+    pub(crate) fn chip(&self) -> MutexGuard<'_, Chip> {
+        self.chip.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The chip's address map: nRF52840 Product Specification, section "Memory map".
+pub(crate) fn address_space(shared: &Arc<Shared>, memory: &Memory) -> AddressSpace {
+    let space = AddressSpace::new("nRF52840", 32);
+    {
+        let mut topology = space.topology();
+        let registers = |start: u32, size: u32| {
+            let window = Window {
+                start,
+                shared: Arc::clone(shared),
+            };
+            (
+                Region::io("registers", u64::from(size), Arc::new(window)),
+                u64::from(start),
+            )
+        };
+        let regions = [
+            (
+                Region::ram("RAM", Arc::clone(&memory.ram)),
+                u64::from(RAM_START),
+            ),
+            registers(0x1000_0000, 0x2000),
+            registers(0x4000_0000, 0x80000),
+            registers(0x5000_0000, 0x1000),
+        ];
+        let flash = Region::ram("flash", Arc::clone(&memory.flash));
+        let read_only = Perms::READ.union(Perms::EXEC);
+        // Cannot fail: the regions lie inside the space, and apart.
+        let mapped = topology.map_with_perms(flash, 0, read_only);
+        debug_assert!(mapped.is_ok(), "{mapped:?}");
+        for (region, at) in regions {
+            let mapped = topology.map(region, at);
+            debug_assert!(mapped.is_ok(), "{mapped:?}");
+        }
+    }
+    space
+}
+
+/// A range of registers.
+#[derive(Debug)]
+struct Window {
+    start: u32,
+    shared: Arc<Shared>,
+}
+
+impl Window {
+    /// The chip at the instant of the access.
+    fn chip(&self) -> MutexGuard<'_, Chip> {
+        self.shared.touched.store(true, Relaxed);
+        let mut chip = self.shared.chip();
+        chip.now = self.shared.now.load(Relaxed);
+        chip
+    }
+
+    fn address(&self, offset: u64) -> u32 {
+        // Offsets are inside the region, whose end is an address.
+        self.start + u32::try_from(offset).unwrap_or(u32::MAX)
+    }
+
+    /// Registers are words.
+    fn not_a_word(&self, address: u32, access: Access) -> BusError {
+        self.chip().refusal.get_or_insert(Refusal::Unmodelled {
+            access,
+            peripheral: "part of a register",
+            address,
+        });
+        BusError::BadAccess
+    }
+}
+
+impl MemOps for Window {
+    fn read(&self, offset: u64, into: &mut [u8], attributes: MemAttrs) -> MemResult {
+        let address = self.address(offset);
+        let Ok(into) = <&mut [u8; 4]>::try_from(into) else {
+            return Err(self.not_a_word(address, Access::Read));
+        };
+        if attributes.is_fetch() {
+            return Err(BusError::Protected);
+        }
+        let value = self.chip().read(address).ok_or(BusError::Unassigned)?;
+        *into = value.to_le_bytes();
+        Ok(())
+    }
+
+    fn write(&self, offset: u64, from: &[u8], _: MemAttrs) -> MemResult {
+        let address = self.address(offset);
+        let Ok(from) = <[u8; 4]>::try_from(from) else {
+            return Err(self.not_a_word(address, Access::Write(0)));
+        };
+        let value = u32::from_le_bytes(from);
+        self.chip()
+            .write(address, value)
+            .ok_or(BusError::Unassigned)
+    }
+}

@@ -1,0 +1,389 @@
+//! The peripherals together: address decoding, events through shorts and PPI, time.
+
+use std::collections::VecDeque;
+
+use crate::clock::{Clock, RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
+use crate::error::{Access, Refusal};
+use crate::gpio::{Pins, Port};
+use crate::memory::Memory;
+use crate::peripheral::{Common, Context, Peripheral};
+use crate::ppi::{self, Ppi};
+use crate::pwm::Pwm;
+use crate::timer::Timer;
+use crate::uarte::Uarte;
+use crate::watchdog::Watchdog;
+
+const CLOCK: u32 = 0x4000_0000;
+const UARTE0: u32 = 0x4000_2000;
+const TIMER0: u32 = 0x4000_8000;
+const TIMER1: u32 = 0x4000_9000;
+const TIMER2: u32 = 0x4000_A000;
+const WDT: u32 = 0x4001_0000;
+const TIMER3: u32 = 0x4001_A000;
+const TIMER4: u32 = 0x4001_B000;
+const PWM0: u32 = 0x4001_C000;
+const GPIO: u32 = 0x5000_0000;
+/// P1's registers lie so far behind P0's, in the same block.
+const P1: u32 = 0x300;
+
+/// More events than this at one instant are a loop.
+const MOST_EVENTS: usize = 1000;
+
+/// Why the chip was reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResetCause {
+    /// The reset pin: [`crate::Board::reset`].
+    Pin,
+    /// The watchdog was not fed.
+    Watchdog,
+    /// The firmware asked for it (AIRCR.SYSRESETREQ).
+    Soft,
+}
+
+impl std::fmt::Display for ResetCause {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Pin => "pin",
+            Self::Watchdog => "watchdog",
+            Self::Soft => "soft",
+        })
+    }
+}
+
+/// The peripherals that have tasks and events.
+#[derive(Clone, Debug)]
+pub(crate) struct Peripherals {
+    clock: Clock,
+    pub(crate) uarte: Uarte,
+    timers: [Timer; 5],
+    pub(crate) watchdog: Watchdog,
+    pub(crate) pwm: Pwm,
+}
+
+/// Where their registers are, in the order in which [`Peripherals::all`] has them.
+const BASES: [u32; 9] = [
+    CLOCK, UARTE0, WDT, PWM0, TIMER0, TIMER1, TIMER2, TIMER3, TIMER4,
+];
+
+impl Peripherals {
+    /// As after power-on.
+    fn new(line_pin: u32) -> Self {
+        Self {
+            clock: Clock::new(),
+            uarte: Uarte::new(line_pin),
+            timers: [
+                Timer::new("TIMER0", 4),
+                Timer::new("TIMER1", 4),
+                Timer::new("TIMER2", 4),
+                Timer::new("TIMER3", 6),
+                Timer::new("TIMER4", 6),
+            ],
+            watchdog: Watchdog::new(),
+            pwm: Pwm::new(),
+        }
+    }
+
+    fn all(&self) -> [&dyn Peripheral; 9] {
+        let [t0, t1, t2, t3, t4] = &self.timers;
+        let (clock, uarte, watchdog, pwm) = (&self.clock, &self.uarte, &self.watchdog, &self.pwm);
+        [clock, uarte, watchdog, pwm, t0, t1, t2, t3, t4]
+    }
+
+    fn get_mut(&mut self, n: usize) -> Option<&mut dyn Peripheral> {
+        Some(match n {
+            0 => &mut self.clock,
+            1 => &mut self.uarte,
+            2 => &mut self.watchdog,
+            3 => &mut self.pwm,
+            _ => self.timers.get_mut(n - 4)?,
+        })
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Chip {
+    pub(crate) now: u64,
+    memory: Memory,
+    pub(crate) peripherals: Peripherals,
+    /// Their events, shorts and interrupts.
+    common: [Common; 9],
+    ppi: Ppi,
+    ports: [Port; 2],
+    /// Every change of the outputs, and when.
+    pub(crate) pin_changes: Vec<(u64, Pins)>,
+    /// The outputs at the last of them.
+    last_pins: Pins,
+    /// Events that were raised and whose shorts and channels are still to be followed: the
+    /// peripheral's number, and the event.
+    raised: VecDeque<(usize, u32)>,
+    /// The first thing that went wrong.
+    pub(crate) refusal: Option<Refusal>,
+}
+
+impl Chip {
+    pub(crate) fn new(memory: Memory, line_pin: u32) -> Self {
+        let peripherals = Peripherals::new(line_pin);
+        Self {
+            now: 0,
+            memory,
+            common: peripherals.all().map(Peripheral::common),
+            peripherals,
+            ppi: Ppi::default(),
+            ports: [Port::new(), Port::new()],
+            pin_changes: Vec::new(),
+            last_pins: Pins::default(),
+            raised: VecDeque::new(),
+            refusal: None,
+        }
+    }
+
+    /// Section "Reset behavior": a soft reset leaves the watchdog running, the others do not; RAM
+    /// and RESETREAS survive all of them.
+    pub(crate) fn reset(&mut self, cause: ResetCause) {
+        let new = Peripherals::new(self.peripherals.uarte.line_pin);
+        let old = std::mem::replace(&mut self.peripherals, new);
+        let new = &mut self.peripherals;
+        new.clock.reset_reason = old.clock.reset_reason
+            | match cause {
+                ResetCause::Pin => RESETREAS_PIN,
+                ResetCause::Watchdog => RESETREAS_WATCHDOG,
+                ResetCause::Soft => RESETREAS_SOFT,
+            };
+        // The line and who sends on it are outside the chip, as are those who look at the pins.
+        new.uarte.line = old.uarte.line;
+        new.uarte.assumptions = old.uarte.assumptions;
+        new.pwm.periods = old.pwm.periods;
+        let keeps_watchdog = cause == ResetCause::Soft;
+        if keeps_watchdog {
+            new.watchdog = old.watchdog;
+        }
+        let new = new.all().map(Peripheral::common);
+        for ((base, common), new) in BASES.iter().zip(&mut self.common).zip(new) {
+            if *base != WDT || !keeps_watchdog {
+                *common = new;
+            }
+        }
+        self.ppi = Ppi::default();
+        self.ports = [Port::new(), Port::new()];
+        self.note_pins();
+    }
+
+    /// Outputs as they are.
+    pub(crate) fn pins(&self) -> Pins {
+        let [p0, p1] = &self.ports;
+        let ((outputs0, high0), (outputs1, high1)) = (p0.driven(), p1.driven());
+        Pins {
+            outputs: [outputs0, outputs1],
+            high: [high0, high1],
+        }
+    }
+
+    fn note_pins(&mut self) {
+        let pins = self.pins();
+        if std::mem::replace(&mut self.last_pins, pins) != pins {
+            self.pin_changes.push((self.now, pins));
+        }
+    }
+
+    /// Keeps the first refusal; what is wrong after it is its consequence.
+    fn refuse(&mut self, refusal: Refusal) {
+        self.refusal.get_or_insert(refusal);
+    }
+
+    /// Refuses an access that came to nothing.
+    fn check<T>(&mut self, done: Option<T>, access: Access, address: u32) -> Option<T> {
+        if done.is_none() {
+            let peripheral = self.name(address);
+            self.refuse(Refusal::Unmodelled {
+                access,
+                peripheral,
+                address,
+            });
+        }
+        done
+    }
+
+    /// What lies there, for messages.
+    fn name(&self, address: u32) -> &'static str {
+        match address & !0xFFF {
+            ppi::BASE => "PPI",
+            GPIO => "GPIO",
+            base => number(base)
+                .and_then(|n| self.common.get(n))
+                .map_or("peripheral", |common| common.name),
+        }
+    }
+
+    /// Lets a peripheral act, and keeps the events that it raises in `raised`; `None` if there is
+    /// none, or if it refuses.
+    fn act(
+        &mut self,
+        n: usize,
+        act: impl FnOnce(&mut dyn Peripheral, &mut Context) -> Option<()>,
+    ) -> Option<()> {
+        let mut context = Context::new(self.now, &self.memory);
+        let done = act(self.peripherals.get_mut(n)?, &mut context);
+        let Context {
+            raised, refusal, ..
+        } = context;
+        self.refusal = self.refusal.take().or(refusal);
+        for event in raised {
+            self.common.get_mut(n)?.raise(event);
+            self.raised.push_back((n, event));
+        }
+        done
+    }
+
+    /// Reads a register, as the guest would; `None`, and a refusal, if it is not modelled.
+    pub(crate) fn read(&mut self, address: u32) -> Option<u32> {
+        let value = self.read_register(address & !0xFFF, address & 0xFFF);
+        self.check(value, Access::Read, address)
+    }
+
+    fn read_register(&mut self, base: u32, offset: u32) -> Option<u32> {
+        match base {
+            ppi::BASE => self.ppi.read(offset),
+            GPIO => self.read_port(offset),
+            _ if Common::owns(offset) => self.common.get(number(base)?)?.read(offset),
+            _ => self.peripherals.all().get(number(base)?)?.read(offset),
+        }
+    }
+
+    fn read_port(&mut self, offset: u32) -> Option<u32> {
+        let (n, offset) = port(offset);
+        let pin = self.peripherals.uarte.line_pin;
+        let outside = if pin / 32 == n {
+            let high = self.peripherals.uarte.line.level_at(self.now);
+            (1 << (pin % 32), u32::from(high) << (pin % 32))
+        } else {
+            (0, 0)
+        };
+        self.ports.get(n as usize)?.read(offset, outside)
+    }
+
+    /// Writes a register, as the guest would; `None`, and a refusal, if it is not modelled.
+    pub(crate) fn write(&mut self, address: u32, value: u32) -> Option<()> {
+        let (base, offset) = (address & !0xFFF, address & 0xFFF);
+        let done = match base {
+            GPIO => {
+                let (n, offset) = port(offset);
+                let port = self.ports.get_mut(n as usize);
+                let done = port.and_then(|port| port.write(offset, value));
+                self.note_pins();
+                done
+            }
+            _ if offset < 0x100 => {
+                if value & 1 == 1 {
+                    // It refuses by itself what it does not know.
+                    self.trigger(address);
+                    self.follow();
+                }
+                Some(())
+            }
+            ppi::BASE => self.ppi.write(offset, value),
+            _ => self.write_register(base, offset, value),
+        };
+        self.check(done, Access::Write(value), address)
+    }
+
+    fn write_register(&mut self, base: u32, offset: u32, value: u32) -> Option<()> {
+        let n = number(base)?;
+        if Common::owns(offset) {
+            return self.common.get_mut(n)?.write(offset, value);
+        }
+        let done = self.act(n, |peripheral, context| {
+            peripheral.write(offset, value, context)
+        });
+        self.follow();
+        done
+    }
+
+    /// Triggers a task.
+    fn trigger(&mut self, address: u32) {
+        let (base, offset) = (address & !0xFFF, address & 0xFFF);
+        let done = if base == ppi::BASE {
+            self.ppi.task(offset)
+        } else {
+            number(base)
+                .and_then(|n| self.act(n, |peripheral, context| peripheral.task(offset, context)))
+        };
+        // If it has been refused already, that says more.
+        self.check(done, Access::Task, address);
+    }
+
+    /// Lets the events that were raised do what they do, and the events that follow from these.
+    fn follow(&mut self) {
+        let mut seen = 0;
+        while let Some((n, event)) = self.raised.pop_front() {
+            seen += 1;
+            if seen > MOST_EVENTS {
+                self.raised.clear();
+                return self.refuse(Refusal::Loop(MOST_EVENTS));
+            }
+            let (Some(base), Some(common)) = (BASES.get(n), self.common.get(n)) else {
+                continue;
+            };
+            let all = self.peripherals.all();
+            let shorted = all.get(n).map(|own| own.shorted(event, common.shorts));
+            let shorted = shorted.into_iter().flatten().flatten();
+            let shorted = shorted.map(|task| base + task);
+            let tasks: Vec<u32> = shorted.chain(self.ppi.tasks(base + event)).collect();
+            for task in tasks {
+                self.trigger(task);
+            }
+        }
+    }
+
+    /// The earliest instant at which a peripheral does something by itself, and which one.
+    fn due(&self) -> Option<(u64, usize)> {
+        let all = self.peripherals.all().into_iter().zip(0..);
+        all.filter_map(|(peripheral, n)| Some((peripheral.next()?, n)))
+            .min_by_key(|(at, _)| *at)
+    }
+
+    /// When something happens next without the core.
+    pub(crate) fn next(&self) -> u64 {
+        self.due().map_or(u64::MAX, |(at, _)| at)
+    }
+
+    /// Lets everything happen that is due up to and including that instant.
+    pub(crate) fn advance(&mut self, to: u64) {
+        while let Some((at, n)) = self.due().filter(|(at, _)| *at <= to) {
+            // What noise made happen in the past happens now.
+            self.now = self.now.max(at);
+            self.act(n, |peripheral, context| {
+                peripheral.advance(context);
+                Some(())
+            });
+            self.follow();
+            if self.refusal.is_some() {
+                break;
+            }
+        }
+        self.now = to;
+    }
+
+    /// A bit for each interrupt line that is up: number n of the vector table, which is bits 12 to
+    /// 17 of the peripheral's address.
+    pub(crate) fn interrupts(&self) -> u64 {
+        let lines = BASES.iter().zip(&self.common);
+        lines
+            .filter(|(_, common)| common.interrupts())
+            .fold(0, |lines, (base, _)| lines | 1 << (base >> 12 & 0x3F))
+    }
+}
+
+/// The number of the peripheral with registers there, if it has tasks and events.
+fn number(base: u32) -> Option<usize> {
+    BASES.iter().position(|known| *known == base)
+}
+
+/// Which port, and the offset as if it were P0.
+fn port(offset: u32) -> (u32, u32) {
+    // P0's last register is at 0x77C, P1's first one at 0x804.
+    if offset < 0x780 {
+        (0, offset)
+    } else {
+        (1, offset - P1)
+    }
+}

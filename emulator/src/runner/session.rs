@@ -1,0 +1,200 @@
+//! A run: bytes in, events out, slice by slice of emulated time.
+
+use std::io::{ErrorKind, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use nrf52840_emulator::{
+    Board, CYCLES_PER_SECOND, Image, LineSymbol, LogDecoder, LogTable, MICROSECOND, MILLISECOND,
+};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::arguments::{Arguments, Watch};
+use crate::input::Input;
+use crate::report::{self, Event};
+
+/// How much time is emulated between two looks.
+const SLICE: u64 = MILLISECOND;
+/// How long the firmware boots before anyone sends.
+const BOOT: u64 = 5 * MILLISECOND;
+/// How far emulated time may be behind real time; then it falls behind for good.
+const LATE: Duration = Duration::from_millis(20);
+
+/// Emulates until the end, or Ctrl-C.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let elf = std::fs::read(&arguments.elf)
+        .with_context(|| format!("cannot read {}", arguments.elf.display()))?;
+    let table = LogTable::parse(&elf)?;
+    let board = Board::new(Image::parse(&elf)?)?;
+    let mut session = Session::new(arguments, board, table.decoder());
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || flag.store(true, Relaxed)).context("cannot listen for Ctrl-C")?;
+    let outcome = session.play(Input::open(arguments.input.as_deref())?, &interrupted);
+    session.summary();
+    // The output may be closed before the end, as by `| head`.
+    let kind = |error: &anyhow::Error| Some(error.downcast_ref::<std::io::Error>()?.kind());
+    match outcome {
+        Err(error) if kind(&error) == Some(ErrorKind::BrokenPipe) => Ok(()),
+        outcome => outcome,
+    }
+}
+
+struct Session<'a> {
+    arguments: &'a Arguments,
+    board: Board,
+    random: ChaCha8Rng,
+    log: LogDecoder<'a>,
+    /// The words that are watched, by the number of the watch.
+    watches: Vec<&'a Watch>,
+    /// The pulses that are being made, and when they end if nothing follows.
+    pulses: Vec<u64>,
+    pulses_end: u64,
+    lit: [bool; 4],
+    bytes: usize,
+    faults: usize,
+}
+
+impl<'a> Session<'a> {
+    fn new(arguments: &'a Arguments, mut board: Board, log: LogDecoder<'a>) -> Self {
+        board.line(|line| line.set_millibaud(u64::from(arguments.baud) * 1_000));
+        let mut watches = Vec::new();
+        for watch in &arguments.watch {
+            match board.watch(&watch.0) {
+                Ok(_) => watches.push(watch),
+                Err(error) => eprintln!("{} is not shown: {error}", watch.0),
+            }
+        }
+        Self {
+            arguments,
+            board,
+            random: ChaCha8Rng::seed_from_u64(arguments.seed),
+            log,
+            watches,
+            pulses: Vec::new(),
+            pulses_end: 0,
+            lit: [false; 4],
+            bytes: 0,
+            faults: 0,
+        }
+    }
+
+    /// Sends the input at the line's rate: as fast as the emulation goes, or in real time if the
+    /// input does.
+    fn play(&mut self, mut input: Input, interrupted: &AtomicBool) -> Result<()> {
+        let seconds = self.arguments.seconds.map(Duration::from_secs_f64);
+        let end = seconds.map(|time| cycles(time).max(1));
+        self.slice(BOOT.min(end.unwrap_or(BOOT)))?;
+        let (mut real, mut emulated) = (Instant::now(), self.board.now());
+        let mut free_at = BOOT;
+        loop {
+            while !input.has_ended && free_at < self.board.now() + SLICE {
+                let bytes = input.next()?;
+                if bytes.is_empty() {
+                    break;
+                }
+                free_at = self.send(&bytes);
+            }
+            let now = self.board.now();
+            let end = end.or(input.has_ended.then_some(free_at + CYCLES_PER_SECOND));
+            if interrupted.load(Relaxed) || end.is_some_and(|end| now >= end) {
+                return Ok(());
+            }
+            self.slice((now + SLICE).min(end.unwrap_or(u64::MAX)))?;
+            if input.is_live {
+                let passed = Duration::from_micros((self.board.now() - emulated) / MICROSECOND);
+                std::thread::sleep(passed.saturating_sub(real.elapsed()));
+                if real.elapsed() > passed + LATE {
+                    (real, emulated) = (Instant::now(), self.board.now());
+                }
+            }
+        }
+    }
+
+    /// Puts bytes on the line, and faults between them. Returns when the last is over.
+    fn send(&mut self, bytes: &[u8]) -> u64 {
+        let rates = self.arguments;
+        let mut symbols = Vec::with_capacity(bytes.len());
+        for byte in bytes {
+            if self.random.random_bool(rates.line_break) {
+                symbols.push(LineSymbol::Break(self.random.random_range(12..=40)));
+            }
+            if self.random.random_bool(rates.pause) {
+                symbols.push(LineSymbol::Idle(self.random.random_range(10..=100)));
+            }
+            symbols.push(if self.random.random_bool(rates.framing) {
+                LineSymbol::BadStop(*byte)
+            } else {
+                LineSymbol::Byte(*byte)
+            });
+        }
+        let are_whole = |symbol: &&LineSymbol| matches!(symbol, LineSymbol::Byte(_));
+        self.bytes += bytes.len();
+        self.faults += symbols.len() - symbols.iter().filter(are_whole).count();
+        self.board.send_symbols(&symbols)
+    }
+
+    /// Emulates up to that instant, and prints what happened in the order in which it happened.
+    fn slice(&mut self, until: u64) -> Result<()> {
+        let outcome = self.board.run_until(until);
+        let trace = std::mem::take(self.board.trace());
+        let mut events = Vec::new();
+        for change in trace.changes {
+            if let Some(watch) = self.watches.get(change.watch) {
+                events.push((change.at, Event::Changed(watch, change.value)));
+            }
+        }
+        for period in trace.pwm_periods {
+            self.pulses_end = period.at + period.length;
+            let pulses: Vec<u64> = period.pulses().into_iter().flatten().collect();
+            if self.pulses != pulses {
+                self.pulses.clone_from(&pulses);
+                events.push((period.at, Event::Pulses(pulses)));
+            }
+        }
+        if !self.pulses.is_empty() && self.board.now() > self.pulses_end {
+            self.pulses.clear();
+            events.push((self.pulses_end, Event::Pulses(Vec::new())));
+        }
+        for (at, pins) in trace.pin_changes {
+            let lit = report::leds(pins);
+            if std::mem::replace(&mut self.lit, lit) != lit {
+                events.push((at, Event::Leds(lit)));
+            }
+        }
+        let resets = trace.resets.iter();
+        events.extend(resets.map(|reset| (reset.at, Event::Reset(reset.cause))));
+        // When a line was written is not in it; it is shown at the time it is fetched, a slice later
+        // at most.
+        let (now, bytes) = (self.board.now(), self.board.take_rtt(0));
+        let lines = self.log.lines(&bytes).into_iter();
+        events.extend(lines.map(|line| (now, Event::Log(line))));
+        events.sort_by_key(|(at, _)| *at);
+        let mut out = std::io::stdout().lock();
+        for (at, event) in &events {
+            report::print(&mut out, self.arguments.format, *at, event)?;
+        }
+        out.flush()?;
+        Ok(outcome?)
+    }
+
+    fn summary(&self) {
+        let (now, board) = (self.board.now(), &self.board);
+        eprintln!(
+            "{} ms emulated: {} bytes sent, {} faults; {} instructions, core asleep {} % of the time",
+            now / MILLISECOND,
+            self.bytes,
+            self.faults,
+            board.instructions(),
+            100 * board.slept() / now.max(1),
+        );
+    }
+}
+
+fn cycles(time: Duration) -> u64 {
+    // At most a day.
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX) * MICROSECOND / 1_000
+}

@@ -1,0 +1,306 @@
+//! The board's hooks, with programs of a few instructions.
+
+use crate::registers::*;
+use nrf52840_emulator::{
+    Board, Error, Image, MICROSECOND, MILLISECOND, RAM_START, Refusal, ResetCause, Symbol,
+};
+
+const TIMER0: u32 = 0x4000_8000;
+const COMPARE0: u32 = TIMER0 + 0x140;
+const WDT: u32 = 0x4001_0000;
+const NVIC_ISER0: u32 = 0xE000_E100;
+/// TIMER0 is interrupt 8.
+const TIMER0_EXCEPTION: u16 = 16 + 8;
+
+/// `ldr r0, [pc, #off]`-free constants: `movw`/`movt` of a register.
+fn load(register: u16, value: u32) -> [u16; 4] {
+    let half = |opcode: u16, imm: u32| {
+        let imm = u16::try_from(imm & 0xFFFF).unwrap();
+        let (imm4, i, imm3, imm8) = (imm >> 12, imm >> 11 & 1, imm >> 8 & 7, imm & 0xFF);
+        [opcode | i << 10 | imm4, imm3 << 12 | register << 8 | imm8]
+    };
+    let [a, b] = half(0xF240, value);
+    let [c, d] = half(0xF2C0, value >> 16);
+    [a, b, c, d]
+}
+
+/// Main: enables TIMER0's interrupt and sleeps for ever. Handler: clears COMPARE[0], counts in RAM.
+fn ticking() -> Board {
+    let mut main = Vec::new();
+    main.extend(load(0, NVIC_ISER0));
+    main.extend(load(1, 1 << 8));
+    main.push(0x6001); // str r1, [r0]
+    main.extend([0xBF30, 0xE7FD]); // wfi; b .-2
+    let mut handler = Vec::new();
+    handler.extend(load(0, COMPARE0));
+    handler.push(0x2100); // movs r1, #0
+    handler.push(0x6001); // str r1, [r0]
+    handler.extend(load(2, RAM_START));
+    handler.extend([0x6813, 0x3301, 0x6013]); // ldr r3, [r2]; adds r3, #1; str r3, [r2]
+    handler.push(0x4770); // bx lr
+    let handler_at = u32::try_from(0x100 + 2 * main.len()).unwrap();
+    let symbols = vec![
+        Symbol {
+            name: "TICKS".to_owned(),
+            address: RAM_START,
+            size: 4,
+            function: false,
+        },
+        Symbol {
+            name: "example::TIMER0".to_owned(),
+            address: handler_at,
+            size: 2 * 10,
+            function: true,
+        },
+    ];
+    let image = Image::of_code(program(&main, &handler), symbols);
+    let mut board = Board::new(image).unwrap();
+    board.run_for(100).unwrap();
+    // Every 100 us.
+    for (register, value) in [
+        (0x508, 3),
+        (0x510, 4),
+        (0x540, 100),
+        (0x200, 1),
+        (0x304, 1 << 16),
+        (0, 1),
+    ] {
+        board.set(TIMER0 + register, value);
+    }
+    board
+}
+
+#[test]
+fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
+    let mut board = ticking();
+    board.run_for(1_050 * MICROSECOND).unwrap();
+    assert_eq!(board.word("TICKS").unwrap(), 10);
+    let activations = &board.trace().activations;
+    assert_eq!(activations.len(), 10);
+    for activation in activations {
+        assert_eq!(activation.exception, TIMER0_EXCEPTION);
+        // Two loads of a constant are two instructions each.
+        assert_eq!(activation.instructions, 10);
+        // Ten instructions, three of them with a data access; entry 12 and return 10, and the eight
+        // words that are stacked and unstacked are accesses too.
+        assert_eq!(activation.cycles, 10 + 3 + (12 + 8) + (10 + 8));
+    }
+    assert_eq!(activations[1].at - activations[0].at, 100 * MICROSECOND);
+}
+
+#[test]
+fn the_same_run_takes_the_same_cycles() {
+    let run = || {
+        let mut board = ticking();
+        board.run_for(5 * MILLISECOND).unwrap();
+        (
+            board.now(),
+            board.instructions(),
+            board.slept(),
+            board.trace().clone(),
+        )
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn a_core_that_is_held_off_runs_its_handler_late() {
+    let mut board = ticking();
+    board.watch("TICKS").unwrap();
+    let began = board.now();
+    board.hold_off(began + 350 * MICROSECOND, 200 * MICROSECOND);
+    board.run_for(1_050 * MICROSECOND).unwrap();
+    let at: Vec<u64> = board
+        .trace()
+        .changes
+        .iter()
+        .map(|c| (c.at - began) / MICROSECOND)
+        .collect();
+    // The ticks at 400 and 500 us are one, when the core is given back at 550.
+    assert_eq!(at, [100, 200, 300, 550, 600, 700, 800, 900, 1_000]);
+}
+
+#[test]
+fn it_runs_to_a_symbol() {
+    let mut board = ticking();
+    let handler = board.image().symbol("TIMER0").unwrap().address;
+    let soon = board.now() + MILLISECOND;
+    assert!(board.run(soon, |board| board.pc() == handler).unwrap());
+    assert_eq!(board.pc(), handler);
+    assert_eq!(board.exception(), TIMER0_EXCEPTION);
+    assert_eq!(
+        board.image().function_at(handler + 4).unwrap().name,
+        "example::TIMER0"
+    );
+    assert!(!board.run(soon, |board| board.pc() == 0xDEAD_BEEE).unwrap());
+}
+
+#[test]
+fn a_symbol_that_is_not_there_is_an_error() {
+    let board = ticking();
+    assert_eq!(
+        board.word("TOCKS"),
+        Err(Error::Symbol {
+            name: "TOCKS".to_owned(),
+            found: 0
+        })
+    );
+}
+
+#[test]
+fn a_stuck_main_loop_still_takes_interrupts_and_never_sleeps() {
+    let mut board = ticking();
+    board.run_for(150 * MICROSECOND).unwrap();
+    board.stick_main_loop().unwrap();
+    let before = board.word("TICKS").unwrap();
+    // Up to the next interrupt the core may still be in its last sleep.
+    board.run_for(100 * MICROSECOND).unwrap();
+    let slept = board.slept();
+    board.run_for(MILLISECOND).unwrap();
+    assert_eq!(board.slept(), slept);
+    assert_eq!(board.word("TICKS").unwrap(), before + 11);
+    assert_eq!(board.exception(), 0);
+}
+
+#[test]
+fn a_reset_starts_the_program_again() {
+    let mut board = ticking();
+    board.run_for(150 * MICROSECOND).unwrap();
+    board.reset();
+    board.run_for(10 * MILLISECOND).unwrap();
+    assert_eq!(board.trace().resets[0].cause, ResetCause::Pin);
+    // RAM is as it was; the timer stands still, since nobody has started it again.
+    assert_eq!(board.word("TICKS").unwrap(), 1);
+}
+
+/// TIMER0's handler asks for a soft reset.
+fn resets_itself() -> Board {
+    let mut main = Vec::new();
+    main.extend(load(0, NVIC_ISER0));
+    main.extend(load(1, 1 << 8));
+    main.push(0x6001); // str r1, [r0]
+    main.extend([0xBF30, 0xE7FD]); // wfi; b .-2
+    let mut handler = Vec::new();
+    handler.extend(load(0, 0xE000_ED0C));
+    handler.extend(load(1, 0x05FA_0004));
+    handler.extend([0x6001, 0xE7FE]); // str r1, [r0]; b .
+    let image = Image::of_code(program(&main, &handler), Vec::new());
+    let mut board = Board::new(image).unwrap();
+    board.run_for(100).unwrap();
+    board
+}
+
+#[test]
+fn a_soft_reset_stops_the_timers_and_leaves_the_watchdog_running() {
+    let mut board = resets_itself();
+    // 3277 cycles of 32.768 kHz: 100 ms.
+    board.set(WDT + 0x504, 3_276);
+    board.set(WDT, 1);
+    for (register, value) in [(0x508, 3), (0x540, 100), (0x304, 1 << 16), (0, 1)] {
+        board.set(TIMER0 + register, value);
+    }
+    board.run_for(90 * MILLISECOND).unwrap();
+    let causes = |board: &mut Board| {
+        let resets = board.trace().resets.iter();
+        resets.map(|reset| reset.cause).collect::<Vec<_>>()
+    };
+    assert_eq!(causes(&mut board), [ResetCause::Soft]);
+    assert_eq!(board.get(WDT + 0x400), 1, "the watchdog runs");
+    board.run_for(20 * MILLISECOND).unwrap();
+    assert_eq!(causes(&mut board), [ResetCause::Soft, ResetCause::Watchdog]);
+    assert_eq!(board.get(WDT + 0x400), 0);
+    assert_eq!(board.get(0x4000_0400), 0b110, "the causes add up");
+}
+
+/// The sender at the other end does not notice that the chip was reset.
+#[test]
+fn a_reset_leaves_the_line_as_it_is() {
+    let mut board = receiving(8);
+    board.reset();
+    for (register, value) in [
+        (PSEL_RXD, 8),
+        (BAUDRATE, BAUD_1M),
+        (UARTE_ENABLE, 8),
+        (RXD_PTR, BUFFER),
+        (RXD_MAXCNT, 1),
+        (STARTRX, 1),
+    ] {
+        board.set(register, value);
+    }
+    board.send(b"a");
+    board.run_for(20 * MICROSECOND).unwrap();
+    assert_eq!(board.bytes(BUFFER, 1), b"a");
+}
+
+#[test]
+fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
+    // Reads GPIOTE.
+    let mut main = load(0, 0x4000_6100).to_vec();
+    main.extend([0x6801, 0xE7FE]); // ldr r1, [r0]; b .
+    let image = Image::of_code(program(&main, &[0x4770]), Vec::new());
+    let mut board = Board::new(image).unwrap();
+    let error = board.run_for(100).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::Refused {
+                refusal: Refusal::Unmodelled {
+                    address: 0x4000_6100,
+                    ..
+                },
+                pc: 0x108,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_fault_ends_the_emulation_with_its_status() {
+    // udf
+    let image = Image::of_code(program(&[0xDE00], &[0x4770]), Vec::new());
+    let mut board = Board::new(image).unwrap();
+    let error = board.run_for(100).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::Fault {
+                pc: 0x100,
+                cfsr: 0x1_0000,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn flash_is_not_written_by_accident() {
+    let mut main = load(0, 0x100).to_vec();
+    main.extend([0x6001, 0xE7FE]); // str r1, [r0]; b .
+    let image = Image::of_code(program(&main, &[0x4770]), Vec::new());
+    let error = Board::new(image).unwrap().run_for(100).unwrap_err();
+    assert!(matches!(error, Error::Fault { bfar: 0x100, .. }), "{error}");
+}
+
+/// RTT as a debug probe reads it.
+#[test]
+fn rtt_is_read_across_the_end_of_its_buffer() {
+    let (block, buffer) = (RAM_START + 0x1000, RAM_START + 0x2000);
+    let mut board = asleep_with(vec![Symbol {
+        name: "_SEGGER_RTT".to_owned(),
+        address: block,
+        size: 48,
+        function: false,
+    }]);
+    let mut control = b"SEGGER RTT\0\0\0\0\0\0".to_vec();
+    for word in [1, 0, 0, buffer, 8, 2, 6, 0] {
+        control.extend(u32::to_le_bytes(word));
+    }
+    assert!(board.take_rtt(0).is_empty());
+    board.patch(block, &control).unwrap();
+    board.patch(buffer, b"cdXXXXab").unwrap();
+    assert_eq!(board.take_rtt(0), b"abcd");
+    assert!(board.take_rtt(0).is_empty());
+}

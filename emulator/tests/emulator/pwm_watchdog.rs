@@ -1,0 +1,247 @@
+//! PWM0, the watchdog, the pins and the clock, register by register.
+
+use crate::registers::*;
+use nrf52840_emulator::{Board, MICROSECOND, MILLISECOND, Period, ResetCause};
+
+const PWM: u32 = 0x4001_C000;
+const PWM_STOP: u32 = PWM + 0x004;
+const SEQSTART0: u32 = PWM + 0x008;
+const STOPPED: u32 = PWM + 0x104;
+const SEQEND0: u32 = PWM + 0x110;
+const PWM_ENABLE: u32 = PWM + 0x500;
+const COUNTERTOP: u32 = PWM + 0x508;
+const PWM_PRESCALER: u32 = PWM + 0x50C;
+const DECODER: u32 = PWM + 0x510;
+const LOOP: u32 = PWM + 0x514;
+const SEQ0_PTR: u32 = PWM + 0x520;
+const SEQ0_CNT: u32 = PWM + 0x524;
+const SEQ0_REFRESH: u32 = PWM + 0x528;
+const PSEL_OUT0: u32 = PWM + 0x560;
+
+const WDT: u32 = 0x4001_0000;
+const RESETREAS: u32 = 0x4000_0400;
+
+/// High for that many counts, then low: with the polarity bit.
+fn pulse(counts: u16) -> u16 {
+    counts + 0x8000
+}
+
+fn write_values(board: &mut Board, values: &[u16]) {
+    let bytes: Vec<u8> = values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect();
+    board.patch(BUFFER, &bytes).unwrap();
+}
+
+/// Servo pulses: counts are microseconds, 20 ms, three channels on pins.
+fn servos(values: &[u16]) -> Board {
+    let mut board = asleep();
+    write_values(&mut board, values);
+    for channel in 0..3 {
+        board.set(PSEL_OUT0 + 4 * channel, 20 + channel);
+    }
+    board.set(PWM_ENABLE, 1);
+    board.set(PWM_PRESCALER, 4);
+    board.set(COUNTERTOP, 20_000);
+    board.set(DECODER, 2);
+    board.set(SEQ0_PTR, BUFFER);
+    board.set(SEQ0_CNT, u32::try_from(values.len()).unwrap());
+    board
+}
+
+fn widths(board: &mut Board) -> Vec<[Option<u64>; 4]> {
+    board
+        .trace()
+        .pwm_periods
+        .iter()
+        .map(Period::pulses)
+        .collect()
+}
+
+#[test]
+fn pulses_are_as_wide_as_the_values_say() {
+    let mut board = servos(&[pulse(1_000), pulse(1_498), pulse(2_000), 0]);
+    board.set(SEQSTART0, 1);
+    board.run_for(45 * MILLISECOND).unwrap();
+    // A step goes on until something else is started; the fourth channel goes to no pin.
+    let pulses = [Some(1_000), Some(1_498), Some(2_000), None];
+    assert_eq!(widths(&mut board), [pulses; 3]);
+    let periods = &board.trace().pwm_periods;
+    assert!(
+        periods
+            .iter()
+            .all(|period| period.length == 20 * MILLISECOND)
+    );
+}
+
+#[test]
+fn without_the_polarity_bit_the_rest_of_the_period_is_high() {
+    let mut board = servos(&[1_000, 20_000, 0, 0]);
+    board.set(SEQSTART0, 1);
+    assert_eq!(
+        widths(&mut board),
+        [[Some(19_000), Some(0), Some(20_000), None]]
+    );
+}
+
+#[test]
+fn a_start_while_it_runs_takes_effect_with_the_next_period() {
+    let mut board = servos(&[pulse(1_000); 4]);
+    board.set(SEQSTART0, 1);
+    board.run_for(5 * MILLISECOND).unwrap();
+    write_values(&mut board, &[pulse(2_000); 4]);
+    board.set(SEQSTART0, 1);
+    board.run_for(20 * MILLISECOND).unwrap();
+    let [first, second] = [1_000, 2_000].map(|w| [Some(w), Some(w), Some(w), None]);
+    assert_eq!(widths(&mut board), [first, second]);
+}
+
+#[test]
+fn each_step_of_a_sequence_is_repeated_as_refresh_says() {
+    let (a, b) = (pulse(1_000), pulse(1_500));
+    let mut board = servos(&[a, a, a, a, b, b, b, b]);
+    board.set(SEQ0_REFRESH, 1);
+    board.set(SEQSTART0, 1);
+    board.run_for(79 * MILLISECOND).unwrap();
+    let first: Vec<u64> = widths(&mut board).iter().filter_map(|w| w[0]).collect();
+    assert_eq!(first, [1_000, 1_000, 1_500, 1_500]);
+    assert!(!board.take_event(SEQEND0));
+    board.run_for(2 * MILLISECOND).unwrap();
+    assert!(board.take_event(SEQEND0));
+}
+
+#[test]
+fn stopping_waits_for_the_end_of_the_period() {
+    let mut board = servos(&[pulse(1_000); 4]);
+    board.set(SEQSTART0, 1);
+    board.run_for(5 * MILLISECOND).unwrap();
+    board.set(PWM_STOP, 1);
+    assert!(!board.take_event(STOPPED));
+    board.run_for(16 * MILLISECOND).unwrap();
+    assert!(board.take_event(STOPPED));
+    board.run_for(100 * MILLISECOND).unwrap();
+    assert_eq!(board.trace().pwm_periods.len(), 1);
+}
+
+#[test]
+fn a_reset_ends_the_pulses_and_they_have_been_seen() {
+    let mut board = servos(&[pulse(1_000); 4]);
+    board.set(SEQSTART0, 1);
+    board.run_for(25 * MILLISECOND).unwrap();
+    board.reset();
+    board.run_for(50 * MILLISECOND).unwrap();
+    assert_eq!(board.trace().pwm_periods.len(), 2);
+}
+
+#[test]
+fn a_loop_is_refused() {
+    let mut board = servos(&[0; 4]);
+    assert!(board.set_register(LOOP, 1).is_err());
+}
+
+/// 3277 cycles of 32.768 kHz: 100 ms.
+fn watched() -> Board {
+    let mut board = asleep();
+    board.set(WDT + 0x504, 3_276);
+    board.set(WDT, 1);
+    board
+}
+
+#[test]
+fn the_watchdog_bites_when_it_is_not_fed_and_says_why() {
+    let mut board = watched();
+    board.set(0x5000_0518, 1 << 13);
+    let began = board.now();
+    board.run_for(100 * MILLISECOND).unwrap();
+    assert!(board.trace().resets.is_empty());
+    board.run_for(MILLISECOND).unwrap();
+    let &[reset] = board.trace().resets.as_slice() else {
+        panic!("{:?}", board.trace().resets)
+    };
+    assert_eq!(reset.cause, ResetCause::Watchdog);
+    // (3276 + 1) / 32768 s, and two cycles from TIMEOUT to the reset.
+    let expected = 3_279 * 64_000_000 / 32_768;
+    assert!(
+        (reset.at - began).abs_diff(expected) < 64,
+        "{}",
+        reset.at - began
+    );
+    assert_eq!(board.get(RESETREAS), 2);
+    assert_eq!(board.pins().outputs, [0, 0], "the pins are let go");
+    board.set(RESETREAS, 2);
+    assert_eq!(board.get(RESETREAS), 0);
+}
+
+#[test]
+fn a_watchdog_that_is_fed_does_not_bite() {
+    let mut board = watched();
+    for _ in 0..20 {
+        board.run_for(90 * MILLISECOND).unwrap();
+        board.set(WDT + 0x600, 0x6E52_4635);
+    }
+    assert!(board.trace().resets.is_empty());
+}
+
+#[test]
+fn another_value_does_not_feed_it() {
+    let mut board = watched();
+    board.run_for(90 * MILLISECOND).unwrap();
+    board.set(WDT + 0x600, 1);
+    board.run_for(20 * MILLISECOND).unwrap();
+    assert_eq!(board.trace().resets.len(), 1);
+}
+
+#[test]
+fn a_running_watchdog_cannot_be_slowed_down() {
+    let mut board = watched();
+    board.set(WDT + 0x504, 100_000);
+    board.run_for(110 * MILLISECOND).unwrap();
+    assert_eq!(board.trace().resets.len(), 1);
+}
+
+#[test]
+fn outputs_are_seen_when_they_change() {
+    let mut board = asleep();
+    // PIN_CNF[13] as output, then OUTSET and OUTCLR.
+    board.set(0x5000_0700 + 4 * 13, 3);
+    board.set(0x5000_0508, 1 << 13);
+    board.run_for(10 * MICROSECOND).unwrap();
+    board.set(0x5000_050C, 1 << 13);
+    // P1.02 as well.
+    board.set(0x5000_0300 + 0x518, 1 << 2);
+    let seen: Vec<_> = board
+        .trace()
+        .pin_changes
+        .iter()
+        .map(|(_, pins)| (pins.outputs, pins.high))
+        .collect();
+    let p0 = 1 << 13;
+    assert_eq!(
+        seen,
+        [
+            ([p0, 0], [0, 0]),
+            ([p0, 0], [p0, 0]),
+            ([p0, 0], [0, 0]),
+            ([p0, 4], [0, 0])
+        ]
+    );
+}
+
+#[test]
+fn a_quiet_line_is_read_as_high() {
+    let mut board = asleep();
+    // PIN_CNF[8]: input, buffer connected, pulled up.
+    board.set(0x5000_0700 + 4 * 8, 3 << 2);
+    assert_eq!(board.get(0x5000_0510), 1 << 8);
+}
+
+#[test]
+fn the_crystal_takes_its_time() {
+    let mut board = asleep();
+    board.set(0x4000_0000, 1);
+    board.run_for(359 * MICROSECOND).unwrap();
+    assert!(!board.take_event(0x4000_0100));
+    board.run_for(2 * MICROSECOND).unwrap();
+    assert!(board.take_event(0x4000_0100));
+}

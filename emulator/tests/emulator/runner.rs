@@ -1,0 +1,209 @@
+//! The runner's command line, with a program of a few instructions as firmware.
+
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+use crate::registers::*;
+
+/// An ELF with that code at address 0, and nothing else: header, one program header, code.
+fn elf(code: &[u8]) -> Vec<u8> {
+    let size = u32::try_from(code.len()).unwrap();
+    let mut elf = b"\x7FELF\x01\x01\x01".to_vec();
+    elf.resize(16, 0);
+    // Executable, Arm, version 1, entry, program headers behind this header, no sections.
+    elf.extend([2, 0, 40, 0]);
+    for word in [1, 0x101, 52, 0, 0x0500_0000] {
+        elf.extend(u32::to_le_bytes(word));
+    }
+    for half in [52, 32, 1, 40, 0, 0] {
+        elf.extend(u16::to_le_bytes(half));
+    }
+    for word in [1, 84, 0, 0, size, size, 5, 4] {
+        elf.extend(u32::to_le_bytes(word));
+    }
+    elf.extend(code);
+    elf
+}
+
+/// Lights LED1 (P0.13 as an output, which is low) and sleeps.
+fn lights_led_1() -> Vec<u8> {
+    // ldr r0, [pc, #8]; ldr r1, [pc, #12]; str r1, [r0]; wfi; b .-2; nop; the two words
+    let code = [0x4802, 0x4903, 0x6001, 0xBF30, 0xE7FD, 0xBF00];
+    let words = [0x5000_0518_u32, 1 << 13];
+    let words = words.iter().flat_map(|w| w.to_le_bytes());
+    let words: Vec<u8> = words.collect();
+    let halves: Vec<u16> = words
+        .chunks_exact(2)
+        .map(|half| u16::from_le_bytes([half[0], half[1]]))
+        .collect();
+    elf(&program(&[&code[..], &halves].concat(), &[0x4770]))
+}
+
+fn emulate(name: &str, image: &[u8], arguments: &[&str]) -> Output {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, image).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nrf52840-emulator"));
+    command.arg("--elf").arg(path).args(arguments);
+    command.output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+#[test]
+fn leds_are_printed_at_their_time() {
+    let output = emulate("text.elf", &lights_led_1(), &["--seconds", "0.01"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(text(&output.stdout), "       0.000 ms  lit       LED1\n");
+    assert!(text(&output.stderr).contains("10 ms emulated: 0 bytes sent"));
+}
+
+#[test]
+fn json_is_one_object_a_line() {
+    let output = emulate(
+        "json.elf",
+        &lights_led_1(),
+        &["--seconds", "0.01", "--format", "json"],
+    );
+    let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(line["event"], "leds");
+    assert_eq!(line["lit"], serde_json::json!([true, false, false, false]));
+}
+
+#[test]
+fn what_the_firmware_does_wrong_fails_the_run() {
+    // udf
+    let output = emulate(
+        "fault.elf",
+        &elf(&program(&[0xDE00], &[0x4770])),
+        &["--seconds", "1"],
+    );
+    assert!(!output.status.success());
+    assert!(text(&output.stderr).contains("error: hardfault at pc 0x00000100"));
+}
+
+#[test]
+fn a_file_that_is_no_elf_is_refused() {
+    let output = emulate("not.elf", b"AB\0\x01\x02\x03\r", &[]);
+    assert!(!output.status.success());
+    assert!(text(&output.stderr).contains("cannot be loaded"));
+}
+
+#[test]
+fn what_is_no_probability_is_refused() {
+    let output = emulate("faults.elf", &lights_led_1(), &["--framing", "2"]);
+    assert!(!output.status.success());
+    assert!(text(&output.stderr).contains("a probability is 0 to 1"));
+}
+
+/// Lights LED1 when seven bytes have come.
+fn lights_led_1_after_seven_bytes() -> Vec<u8> {
+    // ldr r4, =table; 1: ldmia r4!, {r0, r1}; cmp r0, #0; beq 2f; str r1, [r0]; b 1b
+    // 2: ldr r0, =ENDRX; 3: ldr r1, [r0]; cmp r1, #0; beq 3b
+    // ldr r0, =DIRSET; ldr r1, =1 << 13; str r1, [r0]; wfi; b .-2; nop; the words
+    let code = [
+        0x4C07, 0xCC03, 0x2800, 0xD001, 0x6001, 0xE7FA, 0x4805, 0x6801, 0x2900, 0xD0FC, 0x4804,
+        0x4905, 0x6001, 0xBF30, 0xE7FD, 0xBF00,
+    ];
+    let words = [
+        [0x130, ENDRX],
+        [0x5000_0518, 1 << 13],
+        [PSEL_RXD, 8],
+        [BAUDRATE, BAUD_115200],
+        [UARTE_ENABLE, 8],
+        [RXD_PTR, BUFFER],
+        [RXD_MAXCNT, 7],
+        [STARTRX, 1],
+        [0, 0],
+    ];
+    let words = words.iter().flatten();
+    #[allow(clippy::cast_possible_truncation, reason = "the two halves")]
+    let halves: Vec<u16> = words.flat_map(|w| [*w as u16, (*w >> 16) as u16]).collect();
+    elf(&program(&[&code[..], &halves].concat(), &[0x4770]))
+}
+
+/// A file is sent as fast as the emulation goes, and a second later it ends by itself.
+#[test]
+fn a_file_is_sent_at_the_lines_rate() {
+    let bytes = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("bytes");
+    std::fs::write(&bytes, b"seven b").unwrap();
+    let image = lights_led_1_after_seven_bytes();
+    let output = emulate("file.elf", &image, &["--input", bytes.to_str().unwrap()]);
+    // 5 ms to boot, and seven bytes at 115200 baud, up to the middle of the last stop bit.
+    assert_eq!(text(&output.stdout), "       5.604 ms  lit       LED1\n");
+    assert!(text(&output.stderr).contains("1005 ms emulated: 7 bytes sent, 0 faults"));
+}
+
+#[test]
+fn bytes_without_a_stop_bit_are_not_received() {
+    let bytes = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("bytes for faults");
+    std::fs::write(&bytes, b"seven b").unwrap();
+    let image = lights_led_1_after_seven_bytes();
+    let faults = "--framing 1 --break 1 --pause 1 --seed 7 --seconds 0.02";
+    let faults: Vec<&str> = faults.split(' ').collect();
+    let arguments = [&["--input", bytes.to_str().unwrap()], &faults[..]].concat();
+    let output = emulate("framing.elf", &image, &arguments);
+    assert_eq!(text(&output.stdout), "");
+    assert!(text(&output.stderr).contains("7 bytes sent, 21 faults"));
+}
+
+/// Standard input is read as it comes, so that a sender in real time can feed it.
+#[test]
+fn standard_input_is_read_before_it_ends() {
+    use std::io::{BufRead, BufReader, Write};
+
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("stdin.elf");
+    std::fs::write(&path, lights_led_1_after_seven_bytes()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nrf52840-emulator"));
+    command.arg("--elf").arg(path).args(["--input", "-"]);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut input = child.stdin.take().unwrap();
+    input.write_all(b"seven b").unwrap();
+    let mut line = String::new();
+    let mut lines = BufReader::new(child.stdout.take().unwrap());
+    lines.read_line(&mut line).unwrap();
+    assert!(line.ends_with("lit       LED1\n"), "{line}");
+    drop(input);
+    assert!(child.wait().unwrap().success(), "it ends with its input");
+}
+
+/// The board listens at a pseudo-terminal, whose name is printed first; bytes that mean something to a
+/// terminal arrive like all others; Ctrl-C (SIGINT) ends it.
+#[cfg(unix)]
+#[test]
+fn it_listens_at_a_pseudo_terminal() {
+    use std::io::{BufRead, BufReader, Read, Write};
+
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("pty.elf");
+    std::fs::write(&path, lights_led_1_after_seven_bytes()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nrf52840-emulator"));
+    command.arg("--elf").arg(path).args(["--input", "pty"]);
+    command.stderr(Stdio::piped());
+    command.stdout(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap());
+    let mut errors = BufReader::new(child.stderr.take().unwrap());
+    let name = loop {
+        let mut line = String::new();
+        assert_ne!(errors.read_line(&mut line).unwrap(), 0, "it ended");
+        if let Some(rest) = line.strip_prefix("the board's serial port is ") {
+            break rest.split(';').next().unwrap().to_owned();
+        }
+    };
+    // Two writers, one after the other.
+    for bytes in [b"AB\x03\x04".as_slice(), b"\x11\x13\r"] {
+        let mut port = std::fs::OpenOptions::new().write(true).open(&name).unwrap();
+        port.write_all(bytes).unwrap();
+    }
+    let mut line = String::new();
+    lines.read_line(&mut line).unwrap();
+    assert!(line.ends_with("lit       LED1\n"), "{line}");
+    let pid = nix::unistd::Pid::from_raw(child.id().try_into().unwrap());
+    nix::sys::signal::kill(pid, nix::sys::signal::SIGINT).unwrap();
+    let mut rest = String::new();
+    errors.read_to_string(&mut rest).unwrap();
+    assert!(child.wait().unwrap().success());
+    assert!(rest.contains("7 bytes sent"), "{rest}");
+}

@@ -1,0 +1,199 @@
+//! TIMERs and PPI, register by register.
+
+use crate::registers::*;
+use nrf52840_emulator::{Access, Board, Error, MICROSECOND, Refusal};
+
+const TIMER1: u32 = 0x4000_9000;
+const TIMER2: u32 = 0x4000_A000;
+const START: u32 = 0x000;
+const STOP: u32 = 0x004;
+const COUNT: u32 = 0x008;
+const CLEAR: u32 = 0x00C;
+const CAPTURE: u32 = 0x040;
+const COMPARE: u32 = 0x140;
+const SHORTS: u32 = 0x200;
+const MODE: u32 = 0x504;
+const BITMODE: u32 = 0x508;
+const PRESCALER: u32 = 0x510;
+const CC: u32 = 0x540;
+
+const PPI: u32 = 0x4001_F000;
+const CHENSET: u32 = PPI + 0x504;
+const CHENCLR: u32 = PPI + 0x508;
+const CHANNEL_0: u32 = PPI + 0x510;
+const GROUP_0: u32 = PPI + 0x800;
+const FORK_0: u32 = PPI + 0x910;
+
+/// A timer of 32 bits that counts microseconds.
+fn microseconds(timer: u32) -> Board {
+    let mut board = asleep();
+    board.set(timer + BITMODE, 3);
+    board.set(timer + PRESCALER, 4);
+    board.set(timer + START, 1);
+    board
+}
+
+fn count(board: &mut Board, timer: u32) -> u32 {
+    board.set(timer + CAPTURE, 1);
+    board.get(timer + CC)
+}
+
+#[test]
+fn a_timer_counts_microseconds_exactly() {
+    let mut board = microseconds(TIMER1);
+    let began = board.now();
+    for at in [1, 10, 1_000, 100_000] {
+        board.run_until(began + at * MICROSECOND).unwrap();
+        let passed = (board.now() - began) / MICROSECOND;
+        assert_eq!(u64::from(count(&mut board, TIMER1)), passed);
+    }
+}
+
+#[test]
+fn a_stopped_timer_keeps_its_count_and_clearing_sets_it_to_zero() {
+    let mut board = microseconds(TIMER1);
+    board.run_for(50 * MICROSECOND).unwrap();
+    board.set(TIMER1 + STOP, 1);
+    let stopped = count(&mut board, TIMER1);
+    board.run_for(50 * MICROSECOND).unwrap();
+    assert_eq!(count(&mut board, TIMER1), stopped);
+    assert_eq!(stopped, 50);
+    board.set(TIMER1 + CLEAR, 1);
+    assert_eq!(count(&mut board, TIMER1), 0);
+}
+
+#[test]
+fn a_compare_comes_when_the_count_is_reached_and_once() {
+    let mut board = microseconds(TIMER1);
+    board.set(TIMER1 + CC + 4, 30);
+    board.run_for(29 * MICROSECOND).unwrap();
+    assert!(!board.take_event(TIMER1 + COMPARE + 4));
+    board.run_for(2 * MICROSECOND).unwrap();
+    assert!(board.take_event(TIMER1 + COMPARE + 4));
+    board.run_for(1_000 * MICROSECOND).unwrap();
+    assert!(!board.take_event(TIMER1 + COMPARE + 4));
+}
+
+/// A compare value that has just gone by is reached a whole round later: drivers must see to that.
+#[test]
+fn a_compare_in_the_past_does_not_come() {
+    let mut board = microseconds(TIMER1);
+    board.run_for(100 * MICROSECOND).unwrap();
+    board.set(TIMER1 + CC + 4, 99);
+    board.run_for(1_000_000 * MICROSECOND).unwrap();
+    assert!(!board.take_event(TIMER1 + COMPARE + 4));
+}
+
+#[test]
+fn shorts_clear_and_stop_at_a_compare() {
+    let mut board = microseconds(TIMER2);
+    board.set(TIMER2 + CC, 30);
+    // COMPARE[0] clears, so it comes every 30 us.
+    board.set(TIMER2 + SHORTS, 1);
+    board.run_for(75 * MICROSECOND).unwrap();
+    board.set(TIMER2 + CAPTURE + 4, 1);
+    assert_eq!(board.get(TIMER2 + CC + 4), 15);
+    // And with STOP as well it stays at 0.
+    board.set(TIMER2 + SHORTS, 0x101);
+    board.run_for(75 * MICROSECOND).unwrap();
+    board.set(TIMER2 + CAPTURE + 4, 1);
+    assert_eq!(board.get(TIMER2 + CC + 4), 0);
+}
+
+#[test]
+fn eight_bits_wrap() {
+    let mut board = asleep();
+    board.set(TIMER1 + BITMODE, 1);
+    board.set(TIMER1 + START, 1);
+    board.run_for(260 * MICROSECOND).unwrap();
+    assert_eq!(count(&mut board, TIMER1), 4);
+}
+
+#[test]
+fn a_counter_counts_tasks_not_time() {
+    let mut board = asleep();
+    board.set(TIMER1 + MODE, 2);
+    board.set(TIMER1 + CC + 4, 2);
+    board.set(TIMER1 + START, 1);
+    board.run_for(100 * MICROSECOND).unwrap();
+    assert_eq!(count(&mut board, TIMER1), 0);
+    board.set(TIMER1 + COUNT, 1);
+    assert!(!board.take_event(TIMER1 + COMPARE + 4));
+    board.set(TIMER1 + COUNT, 1);
+    assert!(board.take_event(TIMER1 + COMPARE + 4));
+    assert_eq!(count(&mut board, TIMER1), 2);
+}
+
+/// As the firmware counts bytes: RXDRDY counts TIMER1, and through the fork restarts TIMER2.
+#[test]
+fn an_event_triggers_a_task_and_its_fork() {
+    let mut board = receiving(8);
+    board.set(TIMER1 + MODE, 2);
+    board.set(TIMER1 + START, 1);
+    board.set(TIMER2 + START, 1);
+    board.set(CHANNEL_0, RXDRDY);
+    board.set(CHANNEL_0 + 4, TIMER1 + COUNT);
+    board.set(FORK_0, TIMER2 + CLEAR);
+    board.set(CHENSET, 1);
+    let end = board.send(b"abc");
+    board.run_until(end + 20 * MICROSECOND).unwrap();
+    assert_eq!(count(&mut board, TIMER1), 3);
+    // RXDRDY came in the middle of the stop bit, half a microsecond before its end.
+    assert_eq!(count(&mut board, TIMER2), 20);
+    board.set(CHENCLR, 1);
+    board.send(b"d");
+    board.run_for(20 * MICROSECOND).unwrap();
+    assert_eq!(
+        count(&mut board, TIMER1),
+        3,
+        "a channel that is off does nothing"
+    );
+}
+
+#[test]
+fn a_group_switches_its_channels() {
+    let mut board = asleep();
+    board.set(GROUP_0, 0b11);
+    board.set(PPI, 1);
+    assert_eq!(board.get(CHENSET), 0b11);
+    board.set(PPI + 4, 1);
+    assert_eq!(board.get(CHENSET), 0);
+}
+
+#[test]
+fn what_is_not_modelled_is_an_error_and_says_where() {
+    let mut board = asleep();
+    // GPIOTE.
+    let error = board.register(0x4000_6510).unwrap_err();
+    assert!(matches!(
+        error,
+        Error::Refused {
+            refusal: Refusal::Unmodelled {
+                access: Access::Read,
+                address: 0x4000_6510,
+                ..
+            },
+            ..
+        }
+    ));
+    // A fixed PPI channel.
+    let error = board.set_register(CHENSET, 1 << 20).unwrap_err();
+    assert!(error.to_string().contains("PPI at 0x4001f504"), "{error}");
+    // The transmitter.
+    let error = board.set_register(UARTE + 8, 1).unwrap_err();
+    assert!(error.to_string().contains("UARTE0"), "{error}");
+}
+
+#[test]
+fn channels_that_form_a_loop_are_an_error() {
+    let mut board = asleep();
+    board.set(TIMER1 + MODE, 2);
+    board.set(TIMER1 + CC, 1);
+    board.set(TIMER1 + START, 1);
+    board.set(TIMER1 + SHORTS, 1);
+    board.set(CHANNEL_0, TIMER1 + COMPARE);
+    board.set(CHANNEL_0 + 4, TIMER1 + COUNT);
+    board.set(CHENSET, 1);
+    let error = board.set_register(TIMER1 + COUNT, 1).unwrap_err();
+    assert!(error.to_string().contains("loop"), "{error}");
+}

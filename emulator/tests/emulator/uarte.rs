@@ -1,0 +1,289 @@
+//! The receiver of UARTE0, register by register.
+
+use crate::registers::*;
+use nrf52840_emulator::{Assumptions, Board, Error, LineSymbol, MICROSECOND, Parity, Refusal};
+
+/// A byte at 1 Mbaud.
+const BYTE: u64 = 10 * MICROSECOND;
+
+fn run(board: &mut Board, cycles: u64) {
+    board.run_for(cycles).unwrap();
+}
+
+#[test]
+fn bytes_arrive_in_ram_and_the_transfer_ends_when_it_is_full() {
+    let mut board = receiving(4);
+    assert!(board.take_event(RXSTARTED));
+    board.send(&[0x00, 0xFF, 0x55]);
+    run(&mut board, 4 * BYTE);
+    assert_eq!(board.bytes(BUFFER, 3), [0x00, 0xFF, 0x55]);
+    assert!(!board.take_event(ENDRX));
+    board.send(&[0xAA]);
+    run(&mut board, 2 * BYTE);
+    assert!(board.take_event(ENDRX));
+    assert_eq!(board.get(RXD_AMOUNT), 4);
+    assert_eq!(board.bytes(BUFFER, 4), [0x00, 0xFF, 0x55, 0xAA]);
+    assert_eq!(board.get(ERRORSRC), 0);
+}
+
+/// "This event is likely to occur before the corresponding data has been transferred to Data RAM."
+#[test]
+fn rxdrdy_comes_before_the_byte_is_in_ram() {
+    let mut board = receiving(4);
+    let end = board.send(&[0x5A]);
+    // In the middle of the stop bit the byte is there, and it is on its way for 32 cycles.
+    board.run_until(end - MICROSECOND / 2 + 8).unwrap();
+    assert!(board.take_event(RXDRDY));
+    assert_eq!(board.bytes(BUFFER, 1), [0]);
+    run(&mut board, 32);
+    assert_eq!(board.bytes(BUFFER, 1), [0x5A]);
+}
+
+#[test]
+fn the_next_buffer_is_armed_while_the_first_fills() {
+    let mut board = receiving(4);
+    board.set(UARTE_SHORTS, 1 << 5);
+    board.set(RXD_PTR, BUFFER + 4);
+    board.send(b"abcdefgh");
+    run(&mut board, 5 * BYTE);
+    board.set(RXD_PTR, BUFFER + 8);
+    run(&mut board, 4 * BYTE);
+    assert_eq!(board.bytes(BUFFER, 8), b"abcdefgh");
+}
+
+#[test]
+fn a_late_handler_is_overwritten_without_a_word() {
+    let mut board = receiving(4);
+    board.set(UARTE_SHORTS, 1 << 5);
+    board.send(b"abcdefgh");
+    run(&mut board, 9 * BYTE);
+    // Nobody wrote RXD.PTR: the second half of the stream lies over the first.
+    assert_eq!(board.bytes(BUFFER, 8), b"efgh\0\0\0\0");
+    assert!(!board.take_event(ERROR));
+    assert_eq!(board.get(ERRORSRC), 0);
+}
+
+#[test]
+fn six_bytes_wait_without_a_transfer_and_the_seventh_is_lost() {
+    let mut board = receiving(1);
+    board.send(b"0abcdefg");
+    run(&mut board, 10 * BYTE);
+    assert!(board.take_event(ERROR));
+    assert_eq!(board.get(ERRORSRC), OVERRUN);
+    board.set(ERRORSRC, OVERRUN);
+    assert_eq!(board.get(ERRORSRC), 0);
+    board.set(RXD_MAXCNT, 6);
+    board.set(STARTRX, 1);
+    run(&mut board, BYTE);
+    assert_eq!(board.bytes(BUFFER, 6), b"abcdef");
+}
+
+#[test]
+fn each_cause_is_cleared_by_itself() {
+    let mut board = receiving(8);
+    board.send_symbols(&[LineSymbol::Break(20)]);
+    run(&mut board, 3 * BYTE);
+    assert_eq!(board.get(ERRORSRC), FRAMING | BREAK);
+    board.set(ERRORSRC, FRAMING);
+    assert_eq!(board.get(ERRORSRC), BREAK);
+}
+
+/// "That specific byte will NOT be stored into Data RAM, but following incoming bytes will."
+#[test]
+fn a_byte_without_a_stop_bit_is_not_stored() {
+    let mut board = receiving(8);
+    board.send_symbols(&[
+        LineSymbol::Byte(b'a'),
+        LineSymbol::BadStop(b'b'),
+        LineSymbol::Byte(b'c'),
+    ]);
+    run(&mut board, 4 * BYTE);
+    assert_eq!(board.bytes(BUFFER, 3), b"ac\0");
+    assert_eq!(board.get(ERRORSRC), FRAMING);
+}
+
+/// "A framing error is always generated before a break condition occurs."
+#[test]
+fn a_break_is_a_framing_error_first() {
+    let mut board = receiving(8);
+    board.send_symbols(&[LineSymbol::Break(40), LineSymbol::Byte(b'a')]);
+    run(&mut board, 39 * MICROSECOND / 4);
+    assert_eq!(board.get(ERRORSRC), FRAMING);
+    run(&mut board, MICROSECOND);
+    assert_eq!(board.get(ERRORSRC), FRAMING | BREAK);
+    board.set(ERRORSRC, FRAMING | BREAK);
+    run(&mut board, 6 * BYTE);
+    assert_eq!(board.get(ERRORSRC), 0, "one break is one event");
+    assert_eq!(board.bytes(BUFFER, 1), b"a");
+}
+
+#[test]
+fn a_break_no_longer_than_a_character_is_a_framing_error_only() {
+    let mut board = receiving(8);
+    board.send_symbols(&[LineSymbol::Break(10)]);
+    run(&mut board, 5 * BYTE);
+    assert_eq!(board.get(ERRORSRC), FRAMING);
+}
+
+/// "If the error was a parity error, the received byte will still be transferred into Data RAM."
+#[test]
+fn a_byte_with_wrong_parity_is_stored() {
+    let mut board = asleep();
+    board.line(|line| {
+        line.set_millibaud(1_000_000_000);
+        line.set_parity(Parity::Even);
+    });
+    board.set(PSEL_RXD, 8);
+    board.set(BAUDRATE, BAUD_1M);
+    board.set(UARTE_CONFIG, 7 << 1);
+    board.set(UARTE_ENABLE, 8);
+    board.set(RXD_PTR, BUFFER);
+    board.set(RXD_MAXCNT, 8);
+    board.set(STARTRX, 1);
+    board.send(&[0x07, 0x03]);
+    run(&mut board, 3 * BYTE);
+    assert_eq!(board.get(ERRORSRC), 0);
+    board.send_symbols(&[LineSymbol::BadParity(0x07)]);
+    run(&mut board, 3 * BYTE);
+    assert_eq!(board.get(ERRORSRC), PARITY);
+    assert_eq!(board.bytes(BUFFER, 3), [0x07, 0x03, 0x07]);
+}
+
+#[test]
+fn stopping_ends_the_transfer_and_then_says_so() {
+    let mut board = receiving(8);
+    board.send(b"abc");
+    run(&mut board, 4 * BYTE);
+    board.set(STOPRX, 1);
+    assert!(!board.take_event(ENDRX));
+    run(&mut board, 6 * BYTE);
+    assert!(board.take_event(ENDRX));
+    assert!(board.take_event(RXTO));
+    assert_eq!(board.get(RXD_AMOUNT), 3);
+    board.send(b"d");
+    run(&mut board, 3 * BYTE);
+    assert_eq!(
+        board.bytes(BUFFER, 4),
+        b"abc\0",
+        "a stopped receiver hears nothing"
+    );
+}
+
+#[test]
+fn flushing_brings_what_is_left_and_keeps_the_amount_if_nothing_is() {
+    let mut board = receiving(2);
+    board.send(b"abcd");
+    run(&mut board, 5 * BYTE);
+    assert_eq!(board.get(RXD_AMOUNT), 2);
+    board.set(STOPRX, 1);
+    run(&mut board, 6 * BYTE);
+    board.set(RXD_PTR, BUFFER + 2);
+    board.set(RXD_MAXCNT, 5);
+    assert!(board.take_event(ENDRX));
+    board.set(FLUSHRX, 1);
+    assert!(board.take_event(ENDRX));
+    assert_eq!(board.bytes(BUFFER, 4), b"abcd");
+    assert_eq!(board.get(RXD_AMOUNT), 2);
+    board.set(FLUSHRX, 1);
+    assert!(board.take_event(ENDRX));
+    assert_eq!(board.get(RXD_AMOUNT), 2, "stale: nothing was left");
+}
+
+#[test]
+fn noise_shorter_than_half_a_bit_is_no_start_bit() {
+    let mut board = receiving(8);
+    let at = board.now() + BYTE;
+    board.line(|line| line.invert(at, MICROSECOND / 4));
+    run(&mut board, 3 * BYTE);
+    board.send(b"a");
+    run(&mut board, 2 * BYTE);
+    assert_eq!(board.bytes(BUFFER, 2), b"a\0");
+    assert_eq!(board.get(ERRORSRC), 0);
+}
+
+#[test]
+fn noise_in_the_middle_of_a_bit_inverts_it() {
+    let mut board = receiving(8);
+    let end = board.send(&[0x00]);
+    // The sender's bit 3 is the fourth after the start bit: 4.5 bits after the beginning.
+    let middle = end - BYTE + 9 * MICROSECOND / 2;
+    board.line(|line| line.invert(middle - 16, 40));
+    run(&mut board, 2 * BYTE);
+    assert_eq!(board.bytes(BUFFER, 1), [0x08]);
+}
+
+/// What arrives of every byte value, back to back, when the sender is that many per mille off.
+fn survivors(per_mille: i64) -> (usize, u32) {
+    let bytes: Vec<u8> = (0..=255).collect();
+    // The receiver's 115200 is 115108 baud.
+    let nominal = 16_000_000_000 / 139;
+    let millibaud = u64::try_from(nominal + nominal * per_mille / 1000).unwrap();
+    let mut board = receiving_at(BAUD_115200, millibaud, 256);
+    let end = board.send(&bytes);
+    board.run_until(end + 2 * MICROSECOND * 100).unwrap();
+    let arrived = board.bytes(BUFFER, 256);
+    let right = arrived.iter().zip(&bytes).filter(|(a, b)| a == b).count();
+    (right, board.get(ERRORSRC))
+}
+
+#[test]
+fn the_baud_rates_may_differ_by_four_per_cent_but_not_by_six() {
+    for per_mille in [-40, -20, 0, 20, 40] {
+        assert_eq!(survivors(per_mille), (256, 0), "{per_mille} per mille");
+    }
+    for per_mille in [-60, 60] {
+        let (right, _) = survivors(per_mille);
+        assert!(right < 200, "{right} of 256 at {per_mille} per mille");
+    }
+}
+
+#[test]
+fn a_sender_at_half_the_rate_gives_framing_errors() {
+    let mut board = receiving_at(BAUD_115200, 57_600_000, 256);
+    let end = board.send(b"AB\0\x7F\xC8\x4A\r");
+    board.run_until(end + 200 * MICROSECOND).unwrap();
+    assert_eq!(board.get(ERRORSRC) & FRAMING, FRAMING);
+}
+
+#[test]
+fn what_the_specification_leaves_open_can_be_assumed_either_way() {
+    for ready_on_framing_error in [false, true] {
+        let mut board = receiving(8);
+        board.assume(Assumptions {
+            ready_on_framing_error,
+            ..Assumptions::default()
+        });
+        board.send_symbols(&[LineSymbol::BadStop(b'b')]);
+        run(&mut board, 2 * BYTE);
+        assert_eq!(board.take_event(RXDRDY), ready_on_framing_error);
+    }
+}
+
+#[test]
+fn a_transfer_outside_ram_is_an_error() {
+    let mut board = receiving(1);
+    board.send(b"a");
+    run(&mut board, 3 * BYTE);
+    board.set(RXD_PTR, 0x1000);
+    let error = board.set_register(STARTRX, 1).unwrap_err();
+    let refusal = Refusal::DmaOutsideRam { address: 0x1000 };
+    assert!(matches!(error, Error::Refused { refusal: r, .. } if r == refusal));
+}
+
+#[test]
+fn the_receiver_hears_only_the_pin_that_is_wired() {
+    for wired in [8, 9] {
+        let mut board = asleep();
+        board.wire_line_to(wired);
+        board.set(PSEL_RXD, 9);
+        board.set(BAUDRATE, BAUD_1M);
+        board.set(UARTE_ENABLE, 8);
+        board.set(RXD_PTR, BUFFER);
+        board.set(RXD_MAXCNT, 4);
+        board.set(STARTRX, 1);
+        board.line(|line| line.set_millibaud(1_000_000_000));
+        board.send(b"a");
+        run(&mut board, 3 * BYTE);
+        assert_eq!(board.take_event(RXDRDY), wired == 9);
+    }
+}

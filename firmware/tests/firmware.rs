@@ -1,0 +1,176 @@
+//! What the tests share: a booted board, streams, and what came of them.
+
+use std::path::PathBuf;
+
+use framelock_proofs::reference::{Bin, Event, Policy, whole_buffer};
+use nrf52840_emulator::{Board, Image, LogTable, MICROSECOND, MILLISECOND};
+
+/// Pitch, roll, yaw.
+pub(crate) type Setpoint = [u8; 3];
+
+/// The image's file.
+pub(crate) fn image_file(name: &str) -> Vec<u8> {
+    let Some(folder) = std::env::var_os("FRAMELOCK_IMAGES").map(PathBuf::from) else {
+        panic!(
+            "FRAMELOCK_IMAGES is not set: run these tests by `cargo xtask verify --only emulated`"
+        );
+    };
+    let file = folder.join(format!("{name}.elf"));
+    std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
+}
+
+/// The image, to look at.
+pub(crate) fn image(name: &str) -> Image {
+    Image::parse(&image_file(name)).unwrap()
+}
+
+/// A board that runs an image, and what is watched on it.
+pub(crate) struct Firmware {
+    /// The board.
+    pub(crate) board: Board,
+    watch: usize,
+    seen: usize,
+}
+
+/// The counters by name, in the order in which the firmware shows them.
+const COUNTERS: [&str; 16] = [
+    "bytes",
+    "frames",
+    "no_sync",
+    "broken_sync",
+    "check",
+    "terminator",
+    "line_event",
+    "resynchronisations",
+    "framing",
+    "parity",
+    "overrun",
+    "line_break",
+    "idle",
+    "pending",
+    "late",
+    "skipped",
+];
+
+impl Firmware {
+    /// At power-on; the sender has the baud rate that the image expects.
+    pub(crate) fn at_power_on(image: &str) -> Self {
+        let mut board = Board::new(self::image(image)).unwrap();
+        let watch = board.watch("SETPOINT").unwrap();
+        if image == "megabaud" {
+            board.line(|line| line.set_millibaud(1_000_000_000));
+        }
+        Self {
+            board,
+            watch,
+            seen: 0,
+        }
+    }
+
+    /// Booted, and quiet.
+    pub(crate) fn booted(image: &str) -> Self {
+        let mut firmware = Self::at_power_on(image);
+        firmware.run_for(3 * MILLISECOND);
+        firmware
+    }
+
+    /// Lets time pass, in cycles.
+    pub(crate) fn run_for(&mut self, cycles: u64) {
+        self.board.run_for(cycles).unwrap();
+    }
+
+    /// Sends, and lets that many cycles pass behind the last stop bit.
+    pub(crate) fn send_and_wait(&mut self, bytes: &[u8], then: u64) {
+        let end = self.board.send(bytes);
+        self.board.run_until(end + then).unwrap();
+    }
+
+    /// The setpoints committed since last asked, in order.
+    pub(crate) fn commits(&mut self) -> Vec<Setpoint> {
+        let changes = &self.board.trace().changes;
+        let new = changes.get(self.seen..).unwrap_or_default().iter();
+        let new = new.filter(|change| change.watch == self.watch);
+        let new = new.map(|change| {
+            let [setpoint @ .., _sequence] = change.value.to_le_bytes();
+            setpoint
+        });
+        let new = new.collect();
+        self.seen = changes.len();
+        new
+    }
+
+    /// A counter as the firmware shows it; it does so every 2 ms.
+    pub(crate) fn counter(&self, name: &str) -> u32 {
+        let place = COUNTERS.iter().position(|known| *known == name);
+        let place = u32::try_from(place.unwrap()).unwrap();
+        let symbol = self.board.image().symbol("COUNTERS").unwrap();
+        let word = self.board.memory().word(symbol.address + 4 * place);
+        word.unwrap()
+    }
+
+    /// What was lost because nobody looked at it in time: late handlers and bytes skipped.
+    pub(crate) fn losses(&self) -> (u32, u32) {
+        (self.counter("late"), self.counter("skipped"))
+    }
+
+    /// Whether each of LED1, LED2, LED3 is lit.
+    pub(crate) fn leds(&self) -> [bool; 3] {
+        let [p0, _] = self.board.pins().high;
+        [13, 14, 15].map(|pin| p0 >> pin & 1 == 0)
+    }
+
+    /// The bytes that are part of no frame.
+    pub(crate) fn discarded(&self) -> u32 {
+        let reasons = [
+            "no_sync",
+            "broken_sync",
+            "check",
+            "terminator",
+            "line_event",
+        ];
+        reasons.iter().map(|name| self.counter(name)).sum()
+    }
+
+    /// The log since last asked.
+    pub(crate) fn log(&mut self, image: &str) -> Vec<String> {
+        let table = LogTable::parse(&image_file(image)).unwrap();
+        let bytes = self.board.take_rtt(0);
+        table.decoder().lines(&bytes)
+    }
+}
+
+/// The frame.
+pub(crate) fn frame([pitch, roll, yaw]: Setpoint) -> [u8; 7] {
+    [b'A', b'B', 0, pitch, roll, yaw, b'\r']
+}
+
+/// Setpoints that follow each other and differ.
+pub(crate) fn setpoints(count: u32) -> impl Iterator<Item = Setpoint> {
+    (0..count).map(|n| {
+        let [low, high, ..] = n.to_le_bytes();
+        [low.wrapping_mul(7), high, low]
+    })
+}
+
+/// What the reference commits.
+pub(crate) fn reference(bytes: &[u8], policy: Policy) -> Vec<Setpoint> {
+    let mut commits = Vec::new();
+    whole_buffer::<Bin>(bytes, policy, |event| {
+        if let Event::Frame { setpoint, .. } = event {
+            commits.push(setpoint);
+        }
+    });
+    commits
+}
+
+/// Whether the commits are some of what was sent, in order.
+pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
+    let mut rest = sent.iter();
+    commits.iter().all(|commit| rest.any(|one| one == commit))
+}
+
+/// Long enough for a gap to end what was sent before it, and for the counters to show it.
+pub(crate) const GAP: u64 = 8 * MILLISECOND;
+
+/// Long enough for the bytes to be looked at, too short for a gap.
+pub(crate) const PAUSE: u64 = 600 * MICROSECOND;

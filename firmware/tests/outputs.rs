@@ -1,0 +1,210 @@
+//! Servos, LEDs, log and watchdog.
+
+use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
+
+use crate::firmware::{Firmware, GAP, frame};
+
+/// The pulse for a demand, in microseconds.
+fn pulse(demand: u64) -> u64 {
+    1_000 + 1_000 * demand / 255
+}
+
+const PARK: u64 = 128;
+
+/// The pulses of pitch, roll and yaw in every period since that time, in microseconds.
+fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
+    firmware
+        .board
+        .trace()
+        .pwm_periods
+        .iter()
+        .filter(|period| period.at >= since)
+        .map(|period| {
+            assert_eq!(period.length, 20 * MILLISECOND, "50 Hz");
+            let [pitch, roll, yaw, _] = period.pulses();
+            [pitch.unwrap(), roll.unwrap(), yaw.unwrap()]
+        })
+        .collect()
+}
+
+/// A hundred frames a second, for that long.
+fn drive(firmware: &mut Firmware, setpoint: [u8; 3], milliseconds: u64) {
+    for _ in 0..milliseconds / 10 {
+        firmware.send_and_wait(&frame(setpoint), 0);
+        firmware.run_for(10 * MILLISECOND - 7 * 10 * 64_000_000 / 115_200);
+    }
+}
+
+#[test]
+fn from_power_on_the_servos_are_parked() {
+    let mut firmware = Firmware::booted("default");
+    firmware.run_for(100 * MILLISECOND);
+    for widths in pulses(&mut firmware, 0) {
+        assert_eq!(widths, [pulse(PARK); 3]);
+    }
+    assert_eq!(firmware.leds(), [false, false, true]);
+}
+
+#[test]
+fn silence_holds_then_ramps_then_parks() {
+    let mut firmware = Firmware::booted("default");
+    drive(&mut firmware, [0, 255, 64], 1_500);
+    let demand = [pulse(0), pulse(255), pulse(64)];
+    assert_eq!(firmware.leds(), [true, false, false]);
+    let silent_from = firmware.board.now();
+    assert_eq!(
+        pulses(&mut firmware, silent_from - 40 * MILLISECOND)[0],
+        demand
+    );
+
+    firmware.run_for(450 * MILLISECOND);
+    let held = pulses(&mut firmware, silent_from);
+    assert!(
+        held.len() >= 22 && held.iter().all(|widths| *widths == demand),
+        "held"
+    );
+    assert_eq!(firmware.leds(), [false, false, true]);
+
+    let ramp_from = firmware.board.now();
+    firmware.run_for(700 * MILLISECOND);
+    let ramp = pulses(&mut firmware, ramp_from);
+    for pair in ramp.windows(2) {
+        for (before, after) in pair[0].iter().zip(pair[1]) {
+            // The full travel in a second is 20 us of pulse in a period; a unit is 4.
+            assert!(before.abs_diff(after) <= 20 + 4, "{pair:?}: slowly");
+        }
+        assert!(
+            pair[0][0] <= pair[1][0] && pair[0][1] >= pair[1][1],
+            "{pair:?}: to park"
+        );
+    }
+    assert_eq!(ramp.last(), Some(&[pulse(PARK); 3]));
+}
+
+#[test]
+fn after_a_silence_the_demand_is_approached_and_then_followed() {
+    let mut firmware = Firmware::booted("default");
+    let from = firmware.board.now();
+    drive(&mut firmware, [255, 255, 255], 700);
+    for pair in pulses(&mut firmware, from).windows(2) {
+        assert!(
+            pair[1][0] >= pair[0][0] && pair[1][0] - pair[0][0] <= 24,
+            "{pair:?}"
+        );
+    }
+    // Live: the next demand is in the next pulse but one at the latest.
+    let from = firmware.board.now() + 40 * MILLISECOND;
+    drive(&mut firmware, [10, 20, 30], 100);
+    let [pitch, roll, yaw] = [10, 20, 30].map(pulse);
+    for widths in pulses(&mut firmware, from) {
+        assert_eq!(widths, [pitch, roll, yaw]);
+    }
+}
+
+#[test]
+fn led2_shows_an_error_for_a_moment() {
+    let mut firmware = Firmware::booted("default");
+    firmware.board.send_symbols(&[LineSymbol::BadStop(0)]);
+    firmware.run_for(20 * MILLISECOND);
+    assert!(firmware.leds()[1]);
+    firmware.run_for(200 * MILLISECOND);
+    assert!(!firmware.leds()[1]);
+}
+
+#[test]
+fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
+    let mut firmware = Firmware::booted("default");
+    firmware.run_for(2_000 * MILLISECOND);
+    assert!(
+        firmware.board.trace().resets.is_empty(),
+        "fed while all is well"
+    );
+    firmware.log("default");
+
+    firmware.board.stick_main_loop().unwrap();
+    let stuck_at = firmware.board.now();
+    firmware.run_for(400 * MILLISECOND);
+    let [reset] = firmware.board.trace().resets.as_slice() else {
+        panic!("{:?}", firmware.board.trace().resets);
+    };
+    assert_eq!(reset.cause, ResetCause::Watchdog);
+    assert!(reset.at - stuck_at < 260 * MILLISECOND);
+    let log = firmware.log("default").join("\n");
+    assert!(log.contains("reset by watchdog"), "{log}");
+    // And it works again.
+    firmware.commits();
+    firmware.send_and_wait(&frame([1, 2, 3]), GAP);
+    assert_eq!(firmware.commits(), [[1, 2, 3]]);
+}
+
+/// A handler that ends just before a tick leaves the main loop awake when the tick comes. A break
+/// brings no byte, so nothing else wakes it.
+#[test]
+fn a_tick_is_not_slept_through_whenever_it_comes() {
+    let mut firmware = Firmware::booted("default");
+    for n in 1..=2_000_u32 {
+        firmware.board.send_symbols(&[LineSymbol::Break(15)]);
+        firmware.run_for(8 * MILLISECOND + u64::from(n) * 37 % 128_000);
+        assert_eq!(firmware.counter("framing"), n);
+    }
+    assert!(firmware.board.trace().resets.is_empty());
+}
+
+/// What a wild pointer or a stack overflow leads to: the pulse under way is ended, and no other begins.
+#[test]
+fn a_fault_lets_the_servos_go_and_resets_the_chip() {
+    let mut firmware = Firmware::booted("default");
+    firmware.board.let_faults_be_handled();
+    let handler = firmware.board.image().symbol("UARTE0_UART0").unwrap();
+    // `udf`, an instruction that is none.
+    let address = handler.address;
+    firmware.board.patch(address, &[0x00, 0xDE]).unwrap();
+    firmware.run_for(50 * MILLISECOND);
+    firmware.board.send(b"x");
+    firmware.run_for(50 * MILLISECOND);
+    let trace = firmware.board.trace();
+    // More follow: the instruction is still there.
+    let reset = trace.resets[0];
+    assert_eq!(reset.cause, ResetCause::Soft);
+    let mut before = trace.pwm_periods.iter().rev();
+    let last = before.find(|period| period.at < reset.at).unwrap();
+    assert!(last.at + last.length <= reset.at, "{last:?}, {reset:?}");
+}
+
+/// The main loop runs, the receiver's handler does not: the watchdog is not to be fooled.
+#[test]
+fn a_dead_receiver_is_reset_by_the_watchdog() {
+    let mut firmware = Firmware::booted("default");
+    let handler = firmware
+        .board
+        .image()
+        .symbol("UARTE0_UART0")
+        .unwrap()
+        .address;
+    // `bx lr`: the handler returns at once.
+    firmware.board.patch(handler, &[0x70, 0x47]).unwrap();
+    firmware.run_for(400 * MILLISECOND);
+    let causes: Vec<_> = firmware
+        .board
+        .trace()
+        .resets
+        .iter()
+        .map(|reset| reset.cause)
+        .collect();
+    assert_eq!(causes, [ResetCause::Watchdog]);
+}
+
+#[test]
+fn the_log_tells_of_boot_lock_and_counters() {
+    let mut firmware = Firmware::booted("default");
+    drive(&mut firmware, [1, 2, 3], 200);
+    let log = firmware.log("default").join("\n");
+    for part in ["boot at 115200 baud; reset by power", "lock gained"] {
+        assert!(log.contains(part), "{part:?} is missing in: {log}");
+    }
+    firmware.run_for(1_100 * MILLISECOND);
+    let log = firmware.log("default").join("\n");
+    for part in ["lock lost", "frames 20 ", "late 0 skipped 0"] {
+        assert!(log.contains(part), "{part:?} is missing in: {log}");
+    }
+}

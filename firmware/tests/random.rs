@@ -1,0 +1,207 @@
+//! Anything that can happen on the line or to the processor, at random, against the reference.
+//!
+//! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries that many streams in place
+//! of a few hundred. A failure names its seed, and `FRAMELOCK_RANDOM_SEED` begins with that one.
+
+use framelock_proofs::reference::{Bin, Format as _, Policy};
+use nrf52840_emulator::{Assumptions, LineSymbol, MICROSECOND};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::firmware::{Firmware, GAP, Setpoint, is_some_of, reference};
+
+/// Silence that the firmware takes for no gap, and silence that it does: 5 ms lie between them.
+const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
+/// How long handlers may be held off without loss.
+const HOLD_OFF: u64 = 250 * MICROSECOND;
+/// How many streams are tried unless `FRAMELOCK_RANDOM_RUNS` says otherwise.
+const RUNS: u64 = 300;
+/// What frames are made of, so that parts of frames and payloads look like frames.
+const AMBIGUOUS: [u8; 4] = *b"AB\0\r";
+
+/// What happens on the line or to the processor.
+#[derive(Clone, PartialEq, Eq, Debug)]
+enum Step {
+    Bytes(Vec<u8>),
+    /// Silence for that many cycles, too short for a gap.
+    Pause(u64),
+    /// Silence that ends the frame under way.
+    Gap,
+    /// A byte without stop bit, which is not delivered.
+    BadStop(u8),
+    /// The line is low for that many bits, more than a byte has.
+    Break(u32),
+    /// All handlers are held off for that many cycles from now on.
+    HoldOff(u64),
+}
+
+fn byte(random: &mut ChaCha8Rng) -> u8 {
+    if random.random() {
+        AMBIGUOUS[random.random_range(0..AMBIGUOUS.len())]
+    } else {
+        random.random()
+    }
+}
+
+fn step(random: &mut ChaCha8Rng) -> Step {
+    match random.random_range(0..8) {
+        0 => {
+            let count = random.random_range(1..32);
+            Step::Bytes((0..count).map(|_| byte(random)).collect())
+        }
+        1 | 2 => {
+            let [a, b, c, d] = std::array::from_fn(|_| byte(random));
+            let count = random.random_range(1..=32);
+            Step::Bytes([b'A', b'B', a, b, c, d, b'\r'].repeat(count))
+        }
+        3 => Step::Pause(random.random_range(0..=LONGEST_PAUSE)),
+        4 => Step::Gap,
+        5 => Step::BadStop(byte(random)),
+        6 => Step::Break(random.random_range(11..=42)),
+        _ => Step::HoldOff(random.random_range(0..=HOLD_OFF)),
+    }
+}
+
+/// The bytes delivered are those sent with a stop bit, and what the firmware does with them is:
+///
+/// * what is committed are frames that were delivered, in order, none across an error or a gap;
+/// * if it has taken every byte, it is all that the reference sees;
+/// * without an error on the line it has taken every byte, and no handler is late. (After an error
+///   the UARTE is started anew when the line falls silent; what comes just then is not heard.)
+/// * every byte is in one place.
+#[test]
+fn whatever_happens_it_does_as_the_reference() {
+    let variable = |name: &str| std::env::var(name).ok().map(|text| text.parse().unwrap());
+    let first = variable("FRAMELOCK_RANDOM_SEED").unwrap_or(0);
+    let runs = variable("FRAMELOCK_RANDOM_RUNS").unwrap_or(RUNS);
+    for seed in first..first + runs {
+        one_run(seed);
+    }
+}
+
+fn one_run(seed: u64) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let (image, baud, policy) = match random.random_range(0..3) {
+        0 => ("megabaud", 1_000_000_u64, Policy::Rescan),
+        1 => ("default", 115_200, Policy::Rescan),
+        _ => ("discard", 115_200, Policy::Discard),
+    };
+    let mut firmware = Firmware::booted(image);
+    firmware.board.assume(Assumptions {
+        ready_on_framing_error: random.random(),
+        ready_on_overrun: random.random(),
+        ..Assumptions::default()
+    });
+    // Two per cent off at most.
+    let millibaud = baud * random.random_range(980..=1_020);
+    firmware.board.line(|line| line.set_millibaud(millibaud));
+    // Half of the runs without errors, where nothing at all may be lost.
+    let with_errors: bool = random.random();
+    let count = random.random_range(1..16);
+    let steps: Vec<Step> = std::iter::repeat_with(|| step(&mut random))
+        .filter(|step| with_errors || !matches!(step, Step::BadStop(_) | Step::Break(_)))
+        .take(count)
+        .collect();
+    let sent = send(&mut firmware, &steps);
+    let what = format!("seed {seed}, {image}: {steps:02X?}");
+    check(&mut firmware, policy, &sent, &what);
+}
+
+/// What was delivered: the stretches between errors and gaps.
+struct Sent {
+    stretches: Vec<Vec<u8>>,
+    has_errors: bool,
+}
+
+fn send(firmware: &mut Firmware, steps: &[Step]) -> Sent {
+    let mut sent = Sent {
+        stretches: vec![Vec::new()],
+        has_errors: false,
+    };
+    // Since the last byte: pauses behind one another could add up to a gap.
+    let mut silence = 0;
+    for step in steps {
+        // The line is sent ahead of time: what comes next is behind all that was sent.
+        match step {
+            Step::Bytes(bytes) => {
+                silence = 0;
+                firmware.board.send(bytes);
+                if let Some(stretch) = sent.stretches.last_mut() {
+                    stretch.extend(bytes);
+                }
+            }
+            Step::Pause(cycles) => {
+                let cycles = (*cycles).min(LONGEST_PAUSE - silence);
+                wait(firmware, cycles);
+                silence += cycles;
+            }
+            Step::Gap => {
+                wait(firmware, GAP);
+                silence = 0;
+                sent.stretches.push(Vec::new());
+            }
+            Step::BadStop(byte) => sent.error(firmware, LineSymbol::BadStop(*byte)),
+            Step::Break(bits) => sent.error(firmware, LineSymbol::Break(*bits)),
+            Step::HoldOff(_) if silence + 2 * HOLD_OFF > LONGEST_PAUSE => {}
+            Step::HoldOff(cycles) => {
+                silence += 2 * HOLD_OFF;
+                let now = firmware.board.now();
+                firmware.board.hold_off(now, *cycles);
+                // The next one no sooner than the handlers have run.
+                firmware.run_for(2 * HOLD_OFF);
+            }
+        }
+    }
+    wait(firmware, GAP);
+    sent
+}
+
+impl Sent {
+    fn error(&mut self, firmware: &mut Firmware, symbol: LineSymbol) {
+        firmware.board.send_symbols(&[symbol]);
+        self.has_errors = true;
+        self.stretches.push(Vec::new());
+    }
+}
+
+/// Lets all that was sent arrive, and then that many cycles pass.
+fn wait(firmware: &mut Firmware, cycles: u64) {
+    firmware.send_and_wait(&[], 0);
+    firmware.run_for(cycles);
+}
+
+fn check(firmware: &mut Firmware, policy: Policy, sent: &Sent, what: &str) {
+    let commits = firmware.commits();
+    let possible: Vec<Setpoint> = sent.stretches.iter().flat_map(|s| frames(s)).collect();
+    assert!(
+        is_some_of(&commits, &possible),
+        "{commits:02X?} of {possible:02X?}: {what}"
+    );
+
+    let delivered: usize = sent.stretches.iter().map(Vec::len).sum();
+    let nothing_is_lost =
+        firmware.losses() == (0, 0) && firmware.counter("bytes") as usize == delivered;
+    assert!(nothing_is_lost || sent.has_errors, "{what}");
+    if nothing_is_lost {
+        let streams = sent.stretches.iter();
+        let expected: Vec<Setpoint> = streams.flat_map(|bytes| reference(bytes, policy)).collect();
+        assert_eq!(commits, expected, "{what}");
+    }
+
+    let placed =
+        7 * firmware.counter("frames") + firmware.discarded() + firmware.counter("pending");
+    assert_eq!(firmware.counter("bytes"), placed, "{what}");
+    assert_eq!(firmware.board.trace().resets, [], "{what}");
+}
+
+/// Every frame that lies in those bytes, also where two overlap.
+fn frames(bytes: &[u8]) -> impl Iterator<Item = Setpoint> {
+    bytes
+        .windows(Bin::LENGTH)
+        .filter_map(|window| match window {
+            &[_, _, _, pitch, roll, yaw, _] if Bin::fails_at(window).is_none() => {
+                Some([pitch, roll, yaw])
+            }
+            _ => None,
+        })
+}

@@ -1,0 +1,172 @@
+//! What is committed, for what is sent: always what the reference says.
+
+use crate::firmware::{Firmware, GAP, PAUSE, frame, reference, setpoints};
+use framelock_proofs::reference::Policy;
+use nrf52840_emulator::MILLISECOND;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const FIRST: [u8; 7] = [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
+const SECOND: [u8; 12] = [
+    0x41, 0x42, 0x00, 0x4A, 0x0D, 0x41, 0x42, 0x00, 0x82, 0xC4, 0x4A, 0x0D,
+];
+
+#[test]
+fn the_lectures_first_example_is_in_force_with_its_last_byte_and_not_before() {
+    for image in ["default", "megabaud", "discard", "small"] {
+        let mut firmware = Firmware::booted(image);
+        firmware.send_and_wait(&FIRST[..6], PAUSE);
+        assert!(firmware.commits().is_empty(), "{image}");
+        firmware.send_and_wait(&FIRST[6..], PAUSE);
+        assert_eq!(firmware.commits(), [[0x7F, 0xC8, 0x4A]], "{image}");
+    }
+}
+
+#[test]
+fn the_lectures_second_example_is_saved_by_rescan_and_lost_by_discard() {
+    let mut rescan = Firmware::booted("default");
+    rescan.send_and_wait(&SECOND, PAUSE);
+    assert_eq!(rescan.commits(), [[0x82, 0xC4, 0x4A]]);
+
+    let mut discard = Firmware::booted("discard");
+    discard.send_and_wait(&SECOND, PAUSE);
+    assert!(discard.commits().is_empty());
+}
+
+/// Three frames with a byte lost, another in its place, or one more, at every place.
+fn faulty_streams() -> Vec<Vec<u8>> {
+    let whole: Vec<u8> = [[0x7F, 0xC8, 0x4A], [0x41, 0x42, 0x0D], [0x0D, 0x41, 0x42]]
+        .into_iter()
+        .flat_map(frame)
+        .collect();
+    let mut streams = Vec::new();
+    for place in 0..whole.len() {
+        let mut lost = whole.clone();
+        lost.remove(place);
+        streams.push(lost);
+        for byte in 0..=u8::MAX {
+            let mut substituted = whole.clone();
+            substituted[place] = byte;
+            streams.push(substituted);
+            let mut inserted = whole.clone();
+            inserted.insert(place, byte);
+            streams.push(inserted);
+        }
+    }
+    streams
+}
+
+fn every_fault_is_as_in_the_reference(image: &str, policy: Policy, every: usize) {
+    let mut firmware = Firmware::booted(image);
+    for stream in faulty_streams().iter().step_by(every) {
+        firmware.send_and_wait(stream, GAP);
+        let expected = reference(stream, policy);
+        assert_eq!(firmware.commits(), expected, "{image}: {stream:02x?}");
+    }
+    assert_eq!(firmware.losses(), (0, 0));
+}
+
+#[test]
+fn every_single_loss_substitution_and_insertion_is_as_in_the_reference() {
+    every_fault_is_as_in_the_reference("megabaud", Policy::Rescan, 1);
+}
+
+#[test]
+fn a_sample_of_them_at_115200_baud_and_with_discard() {
+    every_fault_is_as_in_the_reference("default", Policy::Rescan, 11);
+    every_fault_is_as_in_the_reference("discard", Policy::Discard, 11);
+}
+
+fn nothing_of_a_flood_is_lost(image: &str) {
+    let mut firmware = Firmware::booted(image);
+    let sent: Vec<_> = setpoints(2_000).collect();
+    let bytes: Vec<u8> = sent.iter().copied().flat_map(frame).collect();
+    firmware.send_and_wait(&bytes, 3 * MILLISECOND);
+    assert_eq!(firmware.commits(), sent);
+    assert_eq!(firmware.losses(), (0, 0));
+    assert_eq!(firmware.counter("bytes"), 14_000);
+    assert_eq!(firmware.counter("frames"), 2_000);
+}
+
+#[test]
+fn nothing_of_a_flood_at_115200_baud_is_lost() {
+    nothing_of_a_flood_is_lost("default");
+}
+
+#[test]
+fn nothing_of_a_flood_at_1_mbaud_is_lost() {
+    nothing_of_a_flood_is_lost("megabaud");
+}
+
+/// Without an end, as a floating line or another protocol brings it.
+#[test]
+fn noise_at_1_mbaud_makes_no_handler_late() {
+    let random = ChaCha8Rng::seed_from_u64(1);
+    let noise: Vec<u8> = random.random_iter().take(7_000).collect();
+    let mut firmware = Firmware::booted("megabaud");
+    firmware.send_and_wait(&noise, 3 * MILLISECOND);
+    assert_eq!(firmware.losses(), (0, 0));
+    assert_eq!(firmware.counter("bytes"), 7_000);
+}
+
+/// Frames, parts of frames and noise, in pieces with pauses between that are no gaps.
+fn random_stream(seed: u64, pieces: usize) -> Vec<(Vec<u8>, u64)> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    (0..pieces)
+        .map(|_| {
+            let mut piece = Vec::new();
+            for _ in 0..random.random_range(1..40) {
+                match random.random_range(0..10) {
+                    0..5 => piece.extend(frame(random.random())),
+                    5 => piece.extend(&frame(random.random())[..random.random_range(0..7)]),
+                    6 => piece.push(random.random()),
+                    7 => piece.push(b"AB\r"[random.random_range(0..3)]),
+                    8 => piece.extend(b"AB\r"),
+                    _ => piece.extend(b"ABAB"),
+                }
+            }
+            (piece, random.random_range(0..800) * 64)
+        })
+        .collect()
+}
+
+#[test]
+fn a_long_random_stream_is_as_in_the_reference_to_the_last_byte() {
+    for (image, policy, seed) in [
+        ("megabaud", Policy::Rescan, 1),
+        ("default", Policy::Rescan, 2),
+        ("discard", Policy::Discard, 3),
+    ] {
+        let mut firmware = Firmware::booted(image);
+        let mut whole = Vec::new();
+        for (piece, pause) in random_stream(seed, 300) {
+            firmware.send_and_wait(&piece, pause);
+            whole.extend(piece);
+        }
+        firmware.run_for(3 * MILLISECOND);
+        assert_eq!(firmware.commits(), reference(&whole, policy), "seed {seed}");
+        let count = |name| u64::from(firmware.counter(name));
+        assert_eq!(count("bytes"), whole.len() as u64);
+        assert_eq!(
+            count("bytes"),
+            7 * count("frames") + u64::from(firmware.discarded()) + count("pending"),
+            "every byte is in exactly one place (L2)"
+        );
+        assert_eq!(firmware.losses(), (0, 0));
+    }
+}
+
+#[test]
+fn a_board_that_boots_into_the_middle_of_traffic_soon_has_every_frame() {
+    for phase in 0..40 {
+        let mut firmware = Firmware::at_power_on("default");
+        firmware.run_for(phase * 611);
+        let sent: Vec<_> = setpoints(400).collect();
+        let bytes: Vec<u8> = sent.iter().copied().flat_map(frame).collect();
+        firmware.send_and_wait(&bytes, 3 * MILLISECOND);
+        let commits = firmware.commits();
+        assert!(commits.len() > 380, "phase {phase}: {}", commits.len());
+        let last = &sent[sent.len() - commits.len()..];
+        assert_eq!(commits, last, "phase {phase}");
+    }
+}

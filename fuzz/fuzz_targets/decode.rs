@@ -1,4 +1,0 @@
-//! See `framelock_fuzz_oracles::decode`.
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|data: &[u8]| framelock_fuzz_oracles::decode(data));

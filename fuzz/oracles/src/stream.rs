@@ -1,0 +1,88 @@
+//! What the targets `parser` and `reader` take: a stream, cut into slices, with line events between.
+
+use arbitrary::{Arbitrary, Unstructured};
+use framelock::LineEvent;
+
+use crate::rest;
+
+/// What happens at the parser, in order.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Stream(pub Vec<StreamStep>);
+
+/// What happens next.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum StreamStep {
+    /// These bytes are there at once.
+    Slice(Vec<u8>),
+    /// The UART or a timer noticed this.
+    Event(LineEvent),
+}
+
+impl StreamStep {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Slice(bytes) => bytes,
+            Self::Event(_) => &[],
+        }
+    }
+}
+
+impl<'a> Arbitrary<'a> for Stream {
+    fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        Ok(Self(rest(u)))
+    }
+}
+
+impl<'a> Arbitrary<'a> for StreamStep {
+    /// The first byte modulo 8 says what it is. 0 to 3: a slice, its length in the next byte. 4: a
+    /// slice of equal frames of BIN, their count in an eighth of the first byte, their payload in the
+    /// next four. 5: a slice of equal bytes, count and byte in the next two. 6 and 7: a line event,
+    /// which one in an eighth of the first byte.
+    fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        let first = u8::arbitrary(u)?;
+        let eighth = usize::from(first / 8);
+        Ok(match first % 8 {
+            0..=3 => {
+                let length = usize::from(u8::arbitrary(u)?).min(u.len());
+                Self::Slice(u.bytes(length)?.to_vec())
+            }
+            4 => {
+                let [a, b, c, d]: [u8; 4] = u.arbitrary()?;
+                Self::Slice([b'A', b'B', a, b, c, d, b'\r'].repeat(eighth))
+            }
+            5 => {
+                let [count, byte]: [u8; 2] = u.arbitrary()?;
+                Self::Slice(vec![byte; count.into()])
+            }
+            _ => Self::Event(match eighth % 5 {
+                0 => LineEvent::Framing,
+                1 => LineEvent::Parity,
+                2 => LineEvent::Overrun,
+                3 => LineEvent::Break,
+                _ => LineEvent::Idle,
+            }),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The corpus is written in this layout.
+    #[test]
+    fn bytes_are_read_as_steps() {
+        let u = Unstructured::new(b"\x00\x02AB\x14wxyz\x05\x03q\x26\x0F\x03\xFFrest");
+        assert_eq!(
+            Stream::arbitrary_take_rest(u).expect("enough"),
+            Stream(vec![
+                StreamStep::Slice(b"AB".to_vec()),
+                StreamStep::Slice(b"ABwxyz\rABwxyz\r".to_vec()),
+                StreamStep::Slice(b"qqq".to_vec()),
+                StreamStep::Event(LineEvent::Idle),
+                StreamStep::Event(LineEvent::Parity),
+                StreamStep::Slice(b"rest".to_vec()),
+            ])
+        );
+    }
+}

@@ -1,0 +1,225 @@
+//! The whole demonstration in virtual time: nothing in here waits, draws or prints.
+
+use std::collections::VecDeque;
+use std::mem;
+use std::time::Duration;
+
+use anyhow::Result;
+use framelock::{Output, Setpoint};
+use framelock_simulation::{
+    Event, FaultRates, Frame, FrameFormat, Kind, LineTally, Origin, Parameters, Policy,
+    ReceiverTally, Seed, SmoothMotion, Trial, check_rate, time_on_line,
+};
+
+use super::arguments::Arguments;
+use super::bytes::{ByteOnLine, Recent};
+use super::script::{Passage, Script};
+
+/// Bytes in a frame.
+const FRAME_LENGTH: usize = FrameFormat::Bin.length();
+
+/// A look at the pitch: when; as it was sent, and as each station put it out.
+pub(super) type Sample = (Duration, [u8; 3]);
+
+/// How far apart samples are, and how many are kept: the last ten seconds.
+const SAMPLE_EVERY: Duration = Duration::from_millis(100);
+const SAMPLES: usize = 100;
+
+/// What there is to see of a station.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Report {
+    /// Bytes of a frame that the receiver has.
+    pub(super) pending: usize,
+    pub(super) output: Output,
+    pub(super) tally: ReceiverTally,
+    /// Frames sent whose setpoint was not committed with their own last byte.
+    pub(super) lost: u64,
+    /// Commits of anything else than a frame's setpoint with its last byte.
+    pub(super) wrong: u64,
+}
+
+/// A motion PC, a line, and a station for each policy at its end.
+pub(super) struct Demonstration {
+    pub(super) arguments: Arguments,
+    /// The virtual time.
+    pub(super) now: Duration,
+    /// The setpoint sent last.
+    pub(super) last_sent: Option<Setpoint>,
+    pub(super) recent: Recent,
+    /// The latest first.
+    pub(super) samples: VecDeque<Sample>,
+    script: Script,
+    motion: SmoothMotion,
+    trial: Trial,
+    slot: u64,
+    /// When the frame sent last ends, and the longest time between two such.
+    sent_at: Duration,
+    longest_pause: Duration,
+}
+
+impl Demonstration {
+    pub(super) fn new(arguments: Arguments) -> Result<Self> {
+        let Arguments { baud, rate, .. } = arguments;
+        check_rate(rate.into(), FRAME_LENGTH, 0, baud, 1.0)?;
+        let period = 1_000.0 / f64::from(rate);
+        let parameters = Parameters {
+            baud,
+            rate: rate.into(),
+            idle_gap: arguments.idle_gap.unwrap_or(Parameters::DEFAULT.idle_gap),
+            // Five frames' time without a commit, and twenty-five.
+            hold_after: 5.0 * period,
+            ramp_after: 25.0 * period,
+            // 160 units in a second: faster than the motion, so that it catches up with it.
+            full_travel: 255_000.0 / 160.0,
+            ..Parameters::DEFAULT
+        };
+        let rates = FaultRates {
+            drop: arguments.drop,
+            flip: arguments.flip,
+            ..FaultRates::default()
+        };
+        let (seed, trial) = (arguments.seed, 0);
+        let seed = Seed { seed, trial };
+        let stations = [Policy::Discard, Policy::Rescan].map(|policy| Kind {
+            policy,
+            has_idle_gap: arguments.idle_gap.is_some(),
+        });
+        let mut trial = Trial::new(&parameters, seed, rates, &stations)?;
+        trial.events = Some(Vec::new());
+        Ok(Self {
+            arguments,
+            script: Script {
+                slots: u64::from(arguments.seconds) * u64::from(rate),
+            },
+            // Two seconds from one point to the next.
+            motion: SmoothMotion::new(seed, 2 * u64::from(rate)),
+            trial,
+            now: Duration::ZERO,
+            slot: 0,
+            sent_at: Duration::ZERO,
+            longest_pause: Duration::ZERO,
+            last_sent: None,
+            recent: Recent::default(),
+            samples: VecDeque::new(),
+        })
+    }
+
+    /// Goes on to `time`, or to the end. What comes of it does not depend on the steps taken.
+    pub(super) fn advance_to(&mut self, time: Duration) {
+        let Arguments { baud, rate, .. } = self.arguments;
+        self.now = self.now.max(time.min(self.end()));
+        let bits = self.now.as_nanos() * u128::from(baud) / 1_000_000_000;
+        // In the end, what is under way comes to its end too.
+        let until = u64::try_from(bits).unwrap_or(u64::MAX) + if self.is_over() { 30 } else { 0 };
+        while self.slot < self.script.slots {
+            let begin = self.slot * u64::from(baud) / u64::from(rate);
+            if begin > until {
+                break;
+            }
+            self.run_to(begin);
+            self.begin_slot(self.slot);
+            self.slot += 1;
+        }
+        self.run_to(until);
+    }
+
+    /// Goes on to that bit, and keeps what is to be shown of what happens.
+    fn run_to(&mut self, bit: u64) {
+        self.trial.advance_to(bit);
+        let now = self.slot_begin(self.slot);
+        for event in self.trial.events.iter_mut().flat_map(mem::take) {
+            match event {
+                Event::Byte { sent: None, .. } => {}
+                Event::Byte {
+                    sent: Some((Origin { place, .. }, sent)),
+                    received,
+                    outcomes,
+                } => {
+                    let byte = ByteOnLine {
+                        sent,
+                        place,
+                        received,
+                        outcomes,
+                    };
+                    self.recent.push(now, byte);
+                }
+                Event::Look {
+                    microseconds,
+                    demand,
+                    outputs,
+                } => {
+                    let at = Duration::from_micros(microseconds);
+                    let last = self.samples.front();
+                    let is_due = last.is_none_or(|(last, _)| at >= *last + SAMPLE_EVERY);
+                    if is_due && let [lecture, receiver] = outputs[..] {
+                        let setpoints = [demand, lecture.setpoint, receiver.setpoint];
+                        self.samples.truncate(SAMPLES - 1);
+                        self.samples
+                            .push_front((at, setpoints.map(|setpoint| setpoint.pitch)));
+                    }
+                }
+            }
+        }
+    }
+
+    fn slot_begin(&self, slot: u64) -> Duration {
+        Duration::from_nanos(slot * 1_000_000_000 / u64::from(self.arguments.rate))
+    }
+
+    /// The next frame is due, whether it is sent or not.
+    fn begin_slot(&mut self, slot: u64) {
+        let setpoint = self.script.setpoint(slot, &mut self.motion);
+        let passage = self.script.passage(slot).0;
+        if passage == Passage::Silence {
+            return;
+        }
+        self.trial.is_faulty = passage == Passage::Motion;
+        if self.arguments.drop > 0.0 && self.script.loses_first_byte(slot) {
+            let (frame, place) = (slot, 0);
+            self.trial.lost = Some(Origin { frame, place });
+        }
+        let [pitch, roll, yaw] = setpoint.into();
+        let frame = Frame::new(FrameFormat::Bin, [0, pitch, roll, yaw]);
+        self.trial.send(slot, frame);
+        self.last_sent = Some(setpoint);
+        let sent_at = self.slot_begin(slot) + time_on_line(FRAME_LENGTH, self.arguments.baud);
+        self.longest_pause = sent_at.saturating_sub(self.sent_at).max(self.longest_pause);
+        self.sent_at = sent_at;
+    }
+
+    pub(super) fn end(&self) -> Duration {
+        Duration::from_secs(self.arguments.seconds.into())
+    }
+
+    pub(super) fn is_over(&self) -> bool {
+        self.now >= self.end()
+    }
+
+    /// What is going on: the passage of the frame that was due last.
+    pub(super) fn passage(&self) -> Passage {
+        self.script.passage(self.slot.saturating_sub(1)).0
+    }
+
+    /// The line, and the stations of the lecture's machine and of the receiver.
+    pub(super) fn report(&self) -> (LineTally, Vec<Report>) {
+        let tally = self.trial.tally();
+        let stations = self.trial.stations().zip(tally.receivers);
+        let reports = stations.map(|((station, output), receiver)| Report {
+            pending: station.pending,
+            output,
+            lost: tally.line.frames_sent - receiver.delivered,
+            wrong: receiver.wrong_setpoints + receiver.false_frames,
+            tally: receiver,
+        });
+        (tally.line, reports.collect())
+    }
+
+    /// The longest time between the ends of two frames sent: no silence can be shorter.
+    pub(super) fn longest_pause(&self) -> Duration {
+        let pause = self.now.saturating_sub(self.sent_at);
+        self.longest_pause.max(pause)
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

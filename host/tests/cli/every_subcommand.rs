@@ -1,0 +1,124 @@
+//! What every subcommand does alike.
+
+use std::fs::File;
+use std::process::Stdio;
+
+use crate::process::{CLEAN, complaint, feed, framelock, shown, start, text};
+
+const SUBCOMMANDS: [&str; 7] = [
+    "decode", "trace", "encode", "demo", "send", "monitor", "simulate",
+];
+
+#[test]
+fn help_has_examples() {
+    for subcommand in SUBCOMMANDS {
+        let help = shown(&[subcommand, "--help"], "");
+        assert!(help.contains("Examples:\n  "), "{help}");
+        assert!(
+            help.contains(&format!("  framelock {subcommand} ")),
+            "{help}"
+        );
+    }
+}
+
+#[test]
+fn the_reader_of_standard_output_may_go() {
+    let frames = CLEAN.repeat(100_000);
+    let rows = b"1,2,3\n".repeat(100_000);
+    for (arguments, input) in [
+        (&["decode"][..], &frames),
+        (&["decode", "--summary"], &frames),
+        (&["trace", "-"], &frames),
+        (&["encode"], &rows),
+        (&["demo"], &vec![]),
+        (&["send", "-", "--motion=step", "--rate=1000"], &vec![]),
+        (&["simulate"], &vec![]),
+    ] {
+        let mut child = start(arguments);
+        drop(child.stdout.take());
+        let output = feed(child, input);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
+        let told = text(output.stderr);
+        assert!(told.is_empty() || arguments[0] == "send", "{told}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_told() {
+    let full = || File::options().write(true).open("/dev/full").unwrap();
+    for (arguments, input, named) in [
+        (&["decode"][..], &CLEAN[..], "standard output"),
+        (
+            &["decode", "--summary", "--format=none"],
+            &CLEAN,
+            "standard output",
+        ),
+        (&["trace", "-"], &CLEAN, "standard output"),
+        (&["encode"], b"1,2,3\n", "standard output"),
+        (&["encode", "--output=/dev/full"], b"1,2,3\n", "/dev/full"),
+    ] {
+        let child = framelock(arguments).stdout(Stdio::from(full())).spawn();
+        let told = complaint(feed(child.unwrap(), input));
+        let start = format!("framelock: cannot write to {named}: ");
+        assert!(
+            told.starts_with(&start) && told.contains("make room"),
+            "{told}"
+        );
+        assert_eq!(told.lines().count(), 1, "{told}");
+    }
+}
+
+/// Command lines, and what they complain of in one line; `DIRECTORY` is one.
+const CANNOT_BE_OPENED: &str = "
+    decode no/such/file => cannot open no/such/file
+    decode DIRECTORY => is a directory; name a file, a serial port, or -
+    decode --baud=9600 /dev/ttyNONE => cannot open /dev/ttyNONE
+    decode --baud=9600 => --baud is for serial ports, and standard input is none
+    decode --baud=9600 Cargo.toml => --baud is for serial ports, and Cargo.toml
+    decode --policy=discard --frame=bin-crc8 => the lecture's machine, which knows --frame bin and no
+    trace no-such-file => not hex: word 1, 'no-such-file', has 'n'
+    trace no-such-file => cannot open no-such-file
+    trace 41 42 4G => word 3, '4G', has 'G', which is no hex digit
+    trace 41 420 => word 2, '420', is not a whole number of bytes
+    trace , => no bytes in the arguments
+    encode no/such/file => cannot open no/such/file
+    encode --output=no/such/folder/file => cannot write to no/such/folder/file
+    send - --profile=no/such/file => cannot open no/such/file
+    send /dev/null --motion=step => /dev/null is no serial port
+    send no/such/port --motion=step => there is no no/such/port
+    send - --motion=step --baud=9600 => --baud is for serial ports
+    monitor /dev/ttyACM0 => `framelock decode /dev/ttyACM0 --format text` writes lines
+";
+
+/// Command lines that no run could mean, and what is named.
+const IMPOSSIBLE: &str = "
+    trace --format jsonl => HEX|FILE
+    trace 41 --policy guess => guess
+    send - => --motion <MOTION>|--profile <FILE>|--udp
+    send - --motion=step --udp=127.0.0.1:0 => --motion
+    send - --motion=step --drop=2 => a number from 0 to 1
+    send - --motion=step --park=1,2 => is not three numbers
+    send - --motion=step --park=1,2,300 => yaw \"300\"
+    send - --motion=step --no-park --park=1,2,3 => --no-park
+";
+
+#[test]
+fn what_cannot_be_done_is_named_with_what_is_wanted() {
+    let directory = tempfile::tempdir().unwrap();
+    for (table, is_one_line) in [(CANNOT_BE_OPENED, true), (IMPOSSIBLE, false)] {
+        for case in table.lines().filter(|case| !case.is_empty()) {
+            let (arguments, told) = case.split_once(" => ").unwrap();
+            let arguments = arguments.replace("DIRECTORY", directory.path().to_str().unwrap());
+            let arguments: Vec<&str> = arguments.split_whitespace().collect();
+            let output = feed(start(&arguments), b"");
+            assert!(output.stdout.is_empty());
+            let complaint = complaint(output);
+            assert!(complaint.contains(told), "{case}: {complaint}");
+            if is_one_line {
+                assert!(complaint.starts_with("framelock: "), "{complaint}");
+                assert_eq!(complaint.lines().count(), 1, "{complaint}");
+            }
+        }
+    }
+}

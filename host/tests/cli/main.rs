@@ -1,0 +1,25 @@
+//! The command line as its user meets it: a process, pipes, serial lines and terminals.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::float_cmp,
+    reason = "a panic fails the test"
+)]
+#![cfg_attr(
+    not(target_os = "linux"),
+    allow(dead_code, unused_imports, reason = "for tests that need Linux")
+)]
+
+mod decode;
+mod demo;
+mod encode;
+mod every_subcommand;
+#[cfg(target_os = "linux")]
+mod monitor;
+mod process;
+#[cfg(target_os = "linux")]
+mod pseudo_terminal;
+#[cfg(target_os = "linux")]
+mod send;
+mod simulate;
+mod trace;

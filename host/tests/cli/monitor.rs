@@ -1,0 +1,316 @@
+//! `framelock monitor` at a terminal: a pseudo-terminal whose screen the test reads.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{Read, Write as _};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use framelock_host::screen::Screen;
+use rustix::termios::{InputModes, Termios, tcgetattr};
+
+use crate::process::{CLEAN, framelock, text};
+use crate::pseudo_terminal::{line, terminal};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_framelock");
+
+/// How a terminal is told to show the view, and to show what was there before with its cursor.
+const ENTER: &str = "\x1b[?1049h";
+const LEAVE: &str = "\x1b[?1049l";
+const SHOW_CURSOR: &str = "\x1b[?25h";
+
+/// How `setsid` makes a terminal the controlling one.
+const CONTROLLING: [&str; 2] = ["--ctty", "--wait"];
+
+/// A program at a terminal of 80 columns and 24 rows.
+struct AtTerminal {
+    /// What the user sees and types at.
+    user: File,
+    near_end: File,
+    settings: Termios,
+    child: Child,
+    seen: String,
+}
+
+/// What of a terminal's settings a view changes.
+fn modes(settings: &Termios) -> String {
+    format!(
+        "{:?} {:?} {:?} {:?}",
+        settings.input_modes, settings.output_modes, settings.local_modes, settings.control_modes
+    )
+}
+
+impl AtTerminal {
+    /// Runs a command with the terminal as its standard streams, but for what the shell redirects.
+    fn start(setsid: &[&str], command: &[&str], redirected: &str, directory: &Path) -> Self {
+        let (user, near_end) = terminal(80, 24);
+        let stream = || Stdio::from(near_end.try_clone().unwrap());
+        let child = Command::new("setsid")
+            .args(setsid)
+            .args(["sh", "-c", &format!("exec \"$0\" \"$@\" {redirected}")])
+            .args(command)
+            .current_dir(directory)
+            .env("TERM", "xterm-256color")
+            .stdin(stream())
+            .stdout(stream())
+            .stderr(stream())
+            .spawn();
+        Self {
+            user,
+            settings: tcgetattr(&near_end).unwrap(),
+            near_end,
+            child: child.unwrap(),
+            seen: String::new(),
+        }
+    }
+
+    fn monitor(arguments: &[&str], redirected: &str, directory: &Path) -> Self {
+        let command = [&[PROGRAM, "monitor"], arguments].concat();
+        Self::start(&CONTROLLING, &command, redirected, directory)
+    }
+
+    /// Reads the screen until the text is there, or for ever; gives all that came.
+    fn wait_for(&mut self, text: &str) -> String {
+        while !self.seen.contains(text) {
+            let mut bytes = [0; 4096];
+            let length = self.user.read(&mut bytes).unwrap();
+            assert_ne!(length, 0);
+            self.seen += &String::from_utf8_lossy(&bytes[..length]);
+        }
+        std::mem::take(&mut self.seen)
+    }
+
+    fn type_key(&mut self, key: &str) {
+        self.user.write_all(key.as_bytes()).unwrap();
+    }
+
+    /// Waits for the end: the terminal must be as before. Gives all that came, and the exit code.
+    fn finish(mut self) -> (String, Option<i32>) {
+        let status = self.child.wait().unwrap();
+        let settings = tcgetattr(&self.near_end).unwrap();
+        assert_eq!(modes(&settings), modes(&self.settings));
+        self.near_end.write_all(b"END").unwrap();
+        (self.wait_for("END"), status.code())
+    }
+
+    /// Waits for the end of a view. Gives what stands on the terminal then, and the exit code.
+    fn end(self) -> (String, Option<i32>) {
+        let (all, code) = self.finish();
+        let (view, behind) = all.rsplit_once(LEAVE).expect("the view is left");
+        assert!(!behind.contains(ENTER));
+        assert!(view.contains(SHOW_CURSOR) || behind.contains(SHOW_CURSOR));
+        (behind.to_owned(), code)
+    }
+
+    /// Signals the program itself: `setsid --wait` forks if it leads a group.
+    fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let children = format!("/proc/{id}/task/{id}/children");
+        let children = std::fs::read_to_string(children).unwrap_or_default();
+        let program = children.split_whitespace().next().unwrap_or(&id);
+        let kill = Command::new("kill").args([name, program]).status();
+        assert!(kill.unwrap().success());
+    }
+}
+
+/// A monitor that has seen a frame, the line's far end and near end, and the port's name.
+fn watching(directory: &Path) -> (AtTerminal, File, File, String) {
+    let (mut far_end, near_end, port) = line();
+    // The lock is not lost to silence, however long a busy computer takes.
+    let patient = ["--hold-after=1000000", "--ramp-after=1000000"];
+    let arguments = [&[port.as_str()], &patient[..]].concat();
+    let mut monitor = AtTerminal::monitor(&arguments, "", directory);
+    monitor.wait_for("help");
+    far_end.write_all(&CLEAN).unwrap();
+    monitor.wait_for("LOCKED");
+    (monitor, far_end, near_end, port)
+}
+
+#[test]
+fn every_way_out_leaves_the_terminal_and_the_port_as_they_were() {
+    for way in ["q", "\x1b", "\x03", "-TERM", "-INT", "-HUP", "unplugged"] {
+        let (mut monitor, far_end, near_end, port) = watching(Path::new("/"));
+        let marks_errors = || {
+            let settings = tcgetattr(&near_end);
+            settings.is_ok_and(|it| it.input_modes.contains(InputModes::PARMRK))
+        };
+        assert!(marks_errors());
+        let mut far_end = Some(far_end);
+        match way {
+            "unplugged" => drop(far_end.take()),
+            signal if signal.starts_with('-') => monitor.signal(signal),
+            key => monitor.type_key(key),
+        }
+        let (behind, code) = monitor.end();
+        // What was seen until then is not lost.
+        assert!(
+            behind.contains("bytes 7, frames 1, bytes discarded 0"),
+            "{behind}"
+        );
+        assert!(!marks_errors());
+        let gone = format!("cannot read {port} behind byte 7: the serial port is gone");
+        assert_eq!(behind.contains(&gone), far_end.is_none(), "{behind}");
+        assert_eq!(code, Some(if far_end.is_some() { 0 } else { 2 }), "{way:?}");
+    }
+}
+
+#[test]
+fn a_panic_leaves_the_terminal_as_it_was() {
+    let this_program = std::env::current_exe().unwrap();
+    let test = [
+        "--ignored",
+        "--exact",
+        "monitor::a_view_that_panics",
+        "--nocapture",
+    ];
+    let command = [&[this_program.to_str().unwrap()], &test[..]].concat();
+    let panicking = AtTerminal::start(&CONTROLLING, &command, "", Path::new("/"));
+    let (behind, code) = panicking.end();
+    assert_eq!(code, Some(101));
+    assert!(behind.contains("a panic on purpose"), "{behind}");
+}
+
+#[test]
+#[ignore = "run at a terminal of its own by the test above"]
+fn a_view_that_panics() {
+    let mut screen = Screen::take().unwrap();
+    screen.draw(|_| ()).unwrap();
+    screen
+        .draw(|frame| assert!(frame.area().height == 0, "a panic on purpose"))
+        .unwrap();
+}
+
+#[test]
+fn standard_input_may_be_the_stream_and_keys_come_all_the_same() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::write(directory.path().join("capture.bin"), CLEAN.repeat(3)).unwrap();
+    let mut monitor = AtTerminal::monitor(&["-"], "< capture.bin", directory.path());
+    monitor.wait_for("ENDED");
+    monitor.type_key("q");
+    let (behind, code) = monitor.end();
+    assert_eq!(code, Some(0), "{behind}");
+    assert!(
+        behind.contains("standard input, bin, rescan: bytes 21, frames 3,"),
+        "{behind}"
+    );
+}
+
+/// Waits until the file is as long, or for ever.
+fn wait_for_length(path: &Path, length: u64) {
+    while std::fs::metadata(path).map_or(0, |data| data.len()) < length {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// What it writes to standard output; it must succeed.
+fn shown(arguments: &[&str], directory: &Path) -> String {
+    let output = framelock(arguments).current_dir(directory).output();
+    let output = output.unwrap();
+    assert!(output.status.success(), "{output:?}");
+    text(output.stdout)
+}
+
+#[test]
+fn what_is_sent_over_a_serial_line_is_watched_and_recorded() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    let mut profile = String::from("pitch,roll,yaw\n");
+    for demand in 0..=255 {
+        // FF and 0 next to each other among them, which are marks of line errors to some.
+        writeln!(profile, "{demand},{},65", 255 - demand).unwrap();
+    }
+    std::fs::write(directory.join("profile.csv"), &profile).unwrap();
+
+    // Two lines, and a cable between them.
+    let (mut from, _near_end, sender_port) = line();
+    let (mut to, _other_near_end, monitor_port) = line();
+    let cable = std::thread::spawn(move || {
+        let mut bytes = [0; 512];
+        let mut carried = 0;
+        while carried < 7 * 256 {
+            let length = from.read(&mut bytes).unwrap();
+            to.write_all(&bytes[..length]).unwrap();
+            carried += length;
+        }
+        (from, to)
+    });
+    let arguments = [monitor_port.as_str(), "--record=capture.bin"];
+    let mut monitor = AtTerminal::monitor(&arguments, "", directory);
+    monitor.wait_for("help");
+    let send = ["send", &sender_port, "--profile=profile.csv"];
+    shown(
+        &[&send[..], &["--no-park", "--rate=1000"]].concat(),
+        directory,
+    );
+    wait_for_length(&directory.join("capture.bin"), 7 * 256);
+    monitor.type_key("q");
+    let (behind, code) = monitor.end();
+    assert_eq!(code, Some(0), "{behind}");
+    for told in [
+        "bytes 1792, frames 256, bytes discarded 0, resynchronisations 0, line errors 0",
+        "1792 bytes recorded in capture.bin",
+    ] {
+        assert!(behind.contains(told), "{behind}");
+    }
+    cable.join().unwrap();
+
+    let decoded = shown(&["decode", "capture.bin", "--format=csv"], directory);
+    let setpoints = decoded.lines().map(|row| row.split_once(',').unwrap().1);
+    assert!(setpoints.eq(profile.lines()), "{decoded}");
+    let traced = shown(&["trace", "capture.bin", "--policy=rescan"], directory);
+    assert!(traced.contains("rescan:  1792 bytes = 7 x 256 committed + 0 discarded"));
+}
+
+#[test]
+fn a_key_begins_a_recording_and_ends_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let (mut monitor, mut far_end, _near_end, _port) = watching(directory.path());
+    monitor.type_key("r");
+    monitor.wait_for("framelock-1.bin");
+    far_end.write_all(b"AB\0\x01\x02\x03\r").unwrap();
+    let file = directory.path().join("framelock-1.bin");
+    wait_for_length(&file, 7);
+    monitor.type_key("rq");
+    let (behind, code) = monitor.end();
+    assert_eq!(code, Some(0), "{behind}");
+    assert!(
+        behind.contains("7 bytes recorded in framelock-1.bin"),
+        "{behind}"
+    );
+    assert_eq!(std::fs::read(file).unwrap(), b"AB\0\x01\x02\x03\r");
+}
+
+#[test]
+fn what_cannot_be_watched_is_told_before_the_terminal_is_taken_over() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    std::fs::write(directory.join("taken.bin"), "precious").unwrap();
+    let (_far_end, _near_end, port) = line();
+    for case in "\
+        - => the terminal that keys are typed at
+        no/such/port => cannot open no/such/port
+        - --hold-after=600 => ramp_after is less than hold_after
+        PORT --record=taken.bin => taken.bin: a new file is wanted
+        /dev/tty => /dev/tty is the terminal that you type at
+        - < /dev/null => no terminal to read keys from"
+        .lines()
+    {
+        let (command, told) = case.trim().split_once(" => ").unwrap();
+        let command = command.replace("PORT", &port);
+        let (arguments, redirected) = command.split_once(" < ").unwrap_or((&command, ""));
+        // Keys come from a controlling terminal, whatever standard input is.
+        let (setsid, redirected) = match redirected {
+            "" => (&CONTROLLING[..], String::new()),
+            file => (&CONTROLLING[1..], format!("< {file}")),
+        };
+        let arguments = [PROGRAM, "monitor"].into_iter().chain(arguments.split(' '));
+        let arguments: Vec<&str> = arguments.collect();
+        let monitor = AtTerminal::start(setsid, &arguments, &redirected, directory);
+        let (all, code) = monitor.finish();
+        assert_eq!(code, Some(2));
+        assert!(all.contains(told) && !all.contains(ENTER), "{all}");
+    }
+    let taken = std::fs::read(directory.join("taken.bin"));
+    assert_eq!(taken.unwrap(), b"precious");
+}

@@ -1,0 +1,86 @@
+//! `framelock` as a process.
+
+use std::io::Write;
+use std::process::{Child, Command, Output, Stdio};
+
+use framelock::{Accounting, Parser, Setpoint};
+
+/// The lecture's worked examples.
+pub(crate) const CLEAN: [u8; 7] = [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
+pub(crate) const LOSSY: [u8; 12] = [
+    0x41, 0x42, 0x00, 0x4A, 0x0D, 0x41, 0x42, 0x00, 0x82, 0xC4, 0x4A, 0x0D,
+];
+
+/// The program, with every standard stream in the test's hands.
+pub(crate) fn framelock(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_framelock"));
+    command
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+pub(crate) fn start(arguments: &[&str]) -> Child {
+    framelock(arguments).spawn().unwrap()
+}
+
+/// Gives it the input, and waits for its end.
+pub(crate) fn feed(mut child: Child, input: &[u8]) -> Output {
+    let mut stdin = child.stdin.take().unwrap();
+    std::thread::scope(|scope| {
+        // It may have had enough before all is written.
+        scope.spawn(move || stdin.write_all(input));
+        child.wait_with_output().unwrap()
+    })
+}
+
+pub(crate) fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
+    feed(start(arguments), input.as_ref())
+}
+
+/// What it writes to standard output; it must succeed, and have nothing to complain of.
+pub(crate) fn written(arguments: &[&str], input: impl AsRef<[u8]>) -> Vec<u8> {
+    let output = run(arguments, input);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
+    assert_eq!(text(output.stderr), "", "{arguments:?}");
+    output.stdout
+}
+
+/// The same, which must be text.
+pub(crate) fn shown(arguments: &[&str], input: impl AsRef<[u8]>) -> String {
+    text(written(arguments, input))
+}
+
+/// What it complains of; it must fail with 2.
+pub(crate) fn complaint(output: Output) -> String {
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    text(output.stderr)
+}
+
+pub(crate) fn text(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes).unwrap()
+}
+
+/// Sends the process a signal, such as `-INT`.
+pub(crate) fn signal(child: &Child, name: &str) {
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args([name, &id]).status().unwrap();
+    assert!(kill.success());
+}
+
+/// What a receiver makes of the bytes; every one must be part of a frame.
+pub(crate) fn received(
+    parser: impl Parser<Message = Setpoint>,
+    bytes: impl AsRef<[u8]>,
+) -> Vec<[u8; 3]> {
+    let mut setpoints = Vec::new();
+    let mut line = Accounting::new(parser);
+    line.feed(bytes.as_ref(), |_, setpoint| {
+        setpoints.push(setpoint.into());
+    });
+    assert_eq!(line.counters().discarded.total(), 0);
+    assert_eq!(line.pending(), 0);
+    setpoints
+}

@@ -1,0 +1,58 @@
+//! Serial lines for tests: pseudo-terminals.
+
+use std::fs::File;
+use std::io::Read;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, Winsize, tcgetattr, tcsetattr, tcsetwinsize};
+
+/// Both ends of a line, and the name of the near one.
+///
+/// The near end is to be held open: a pseudo-terminal that nobody has open counts as disconnected.
+pub(crate) fn line() -> (File, File, String) {
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+    let far_end = openpt(flags).unwrap();
+    unlockpt(&far_end).unwrap();
+    let name = ptsname(&far_end, Vec::new())
+        .unwrap()
+        .into_string()
+        .unwrap();
+    let near_end = File::open(&name).unwrap();
+    // What is sent before the port is opened must not be altered either.
+    let mut settings = tcgetattr(&near_end).unwrap();
+    settings.make_raw();
+    tcsetattr(&near_end, OptionalActions::Now, &settings).unwrap();
+    (far_end.into(), near_end, name)
+}
+
+/// Fills `bytes` with what comes over the line.
+///
+/// It waits a minute at most: the line, which is held open, does not end with its sender.
+pub(crate) fn read_exactly(far_end: &mut File, bytes: &mut [u8]) {
+    let limit = Timespec {
+        tv_sec: 60,
+        tv_nsec: 0,
+    };
+    let mut missing = bytes;
+    while !missing.is_empty() {
+        let ready = poll(&mut [PollFd::new(far_end, PollFlags::IN)], Some(&limit)).unwrap();
+        assert_eq!(ready, 1, "{} bytes are missing", missing.len());
+        let count = far_end.read(missing).unwrap();
+        missing = missing.split_at_mut(count).1;
+    }
+}
+
+/// A terminal of this many columns and rows: its user's end, and the end for programs.
+pub(crate) fn terminal(columns: u16, rows: u16) -> (File, File) {
+    let (user, _raw, name) = line();
+    let near_end = File::options().read(true).write(true).open(name).unwrap();
+    let size = Winsize {
+        ws_row: rows,
+        ws_col: columns,
+        ws_xpixel: 0,
+        ws_ypixel: 0,
+    };
+    tcsetwinsize(&near_end, size).unwrap();
+    (user, near_end)
+}

@@ -1,0 +1,290 @@
+//! `framelock send` as its user meets it: over pipes, serial lines and the loopback network.
+
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Read};
+use std::net::UdpSocket;
+
+use framelock::{Bin, BinCrc8, Receiver};
+
+use crate::process::{complaint, feed, run, signal, start, text};
+use crate::pseudo_terminal::{line, read_exactly};
+
+/// Where the axes are sent at the end.
+const PARK: [u8; 3] = [128, 128, 128];
+
+fn received(bytes: impl AsRef<[u8]>) -> Vec<[u8; 3]> {
+    crate::process::received(Receiver::<Bin>::new(), bytes)
+}
+
+/// What it sends to standard output, and what it tells; it must succeed.
+fn sent(arguments: &[&str], input: &str) -> (Vec<[u8; 3]>, String) {
+    let output = run(&[&["send", "-"], arguments].concat(), input);
+    let told = text(output.stderr);
+    assert!(output.status.success(), "{told}");
+    (received(output.stdout), told)
+}
+
+/// Every setpoint that there is on one axis or another, FF, CR and the sync bytes among them.
+fn profile() -> Vec<[u8; 3]> {
+    (0..=255)
+        .map(|demand| [demand, 255 - demand, 0x41])
+        .collect()
+}
+
+fn csv(setpoints: &[[u8; 3]], time: impl Fn(usize) -> String) -> String {
+    let mut rows = String::new();
+    for (row, [pitch, roll, yaw]) in setpoints.iter().enumerate() {
+        writeln!(rows, "{}{pitch},{roll},{yaw}", time(row)).unwrap();
+    }
+    rows
+}
+
+#[test]
+fn a_profile_arrives_as_it_is_and_then_the_axes_park() {
+    let rows = csv(&profile(), |_| String::new());
+    let (setpoints, told) = sent(&["--profile=-", "--rate=2000"], &rows);
+    assert_eq!(setpoints[..256], profile());
+    // A straight line of a second, and five times park itself.
+    let park = &setpoints[256..];
+    assert_eq!(park.len(), 2005);
+    let approaches = |pair: &[[u8; 3]]| pair[0][0] >= pair[1][0] && pair[0][1] <= pair[1][1];
+    assert!(park.windows(2).all(approaches));
+    assert_eq!(park[1999..], [PARK; 6]);
+    assert!(told.contains(": 256, and 2005 to park"), "{told}");
+    assert!(told.contains("ms late"), "{told}");
+}
+
+#[test]
+fn a_profile_with_times_is_sent_at_these_or_held_at_a_rate() {
+    let rows = "time,yaw,pitch,roll\n1.00,3,1,2\n1.02,6,4,5\n1.05,9,7,8\n";
+    let [first, second, third] = [[1, 2, 3], [4, 5, 6], [7, 8, 9]];
+    let (setpoints, told) = sent(&["--profile=-", "--no-park"], rows);
+    assert_eq!(setpoints, [first, second, third]);
+    assert!(told.contains(": 3, and 0 to park"), "{told}");
+    let held = sent(&["--profile=-", "--no-park", "--rate=100"], rows).0;
+    assert_eq!(held, [first, first, second, second, second, third]);
+}
+
+#[test]
+fn a_mistake_in_a_profile_is_told_before_anything_is_sent() {
+    for (rows, told) in [
+        ("", "standard input: no setpoint in it"),
+        ("pitch,roll,yaw\n", "no setpoint in it"),
+        ("1,2,3\n4,5,256\n", "input: line 2: yaw 256 is not a"),
+    ] {
+        let output = run(&["send", "-", "--profile=-"], rows);
+        assert_eq!(output.stdout, b"");
+        let complaint = complaint(output);
+        assert!(complaint.contains(told), "{rows}: {complaint}");
+    }
+}
+
+#[test]
+fn motions_are_what_they_are_called() {
+    for (motion, expected) in [
+        (
+            "--motion=step --axes=roll,yaw",
+            "128,178,178 128,178,178 128,78,78 128,78,78",
+        ),
+        (
+            "--motion=figure-of-eight",
+            "128,128,128 128,178,128 128,128,128 128,78,128",
+        ),
+        // A quarter of a turn in each frame.
+        (
+            "--motion=sine-sweep --from=25 --to=25",
+            "128,128,128 178,178,178 128,128,128 78,78,78",
+        ),
+    ] {
+        let four = "--period=0.04 --seconds=0.04 --rate=100 --no-park --amplitude=50";
+        let arguments = motion.split(' ').chain(four.split(' '));
+        let (setpoints, _) = sent(&arguments.collect::<Vec<_>>(), "");
+        assert_eq!(
+            csv(&setpoints, |_| String::new()),
+            expected.replace(' ', "\n") + "\n"
+        );
+    }
+}
+
+#[test]
+fn frames_may_have_a_checksum() {
+    let arguments = ["send", "-", "--profile=-", "--frame=bin-crc8", "--no-park"];
+    let output = run(&arguments, "1,2,3\n");
+    let receiver = Receiver::<BinCrc8>::new();
+    assert_eq!(
+        crate::process::received(receiver, output.stdout),
+        [[1, 2, 3]]
+    );
+}
+
+#[test]
+fn faults_are_made_as_the_seed_says_and_counted() {
+    let rows = csv(&profile(), |_| String::new());
+    let faulty = |more: &[&str]| {
+        let arguments = "send - --profile=- --rate=20000 --no-park --flip=0.01 --drop=0.01 \
+                         --duplicate=0.01 --insert=0.01";
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let output = run(&[&arguments, more].concat(), &rows);
+        assert!(output.status.success());
+        (output.stdout, text(output.stderr))
+    };
+    let (bytes, told) = faulty(&[]);
+    let told = told.lines().find(|line| line.contains("seed 1")).unwrap();
+    let numbers: Vec<usize> = told
+        .split(|c: char| !c.is_ascii_digit())
+        .filter_map(|number| number.parse().ok())
+        .collect();
+    let &[1, all, dropped, flipped, twice, inserted] = &numbers[..] else {
+        panic!("{told}");
+    };
+    assert_eq!(all, 7 * 256);
+    assert_eq!(bytes.len(), all - dropped + twice + inserted);
+    assert!(dropped > 0 && flipped > 0 && twice > 0 && inserted > 0);
+    assert_eq!(faulty(&[]).0, bytes);
+    assert_ne!(faulty(&["--seed=2"]).0, bytes);
+}
+
+#[test]
+fn ctrl_c_and_termination_park_first() {
+    for name in ["-INT", "-TERM"] {
+        let motion = "send - --motion=step --rate=1000 --park=10,20,30 --park-seconds=0.1";
+        let mut child = start(&motion.split(' ').collect::<Vec<_>>());
+        let mut output = child.stdout.take().unwrap();
+        let mut bytes = vec![0; 70];
+        output.read_exact(&mut bytes).unwrap();
+        signal(&child, name);
+        output.read_to_end(&mut bytes).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{name}");
+        let setpoints = received(bytes);
+        let motion = setpoints.len() - 105;
+        assert_eq!(setpoints[..motion], vec![[228; 3]; motion]);
+        // The first tenth of the way, and the end of it.
+        assert_eq!(setpoints[motion + 9], [206, 207, 208]);
+        assert_eq!(setpoints[motion + 99..], [[10, 20, 30]; 6]);
+    }
+}
+
+#[test]
+fn a_second_ctrl_c_does_not_wait_for_the_parking() {
+    let mut child = start(&["send", "-", "--motion=step", "--park-seconds=3600"]);
+    let mut output = child.stdout.take().unwrap();
+    output.read_exact(&mut [0; 7]).unwrap();
+    // The handler takes one signal at a time: two that are pending may count as one.
+    loop {
+        signal(&child, "-INT");
+        if let Some(status) = child.try_wait().unwrap() {
+            assert_eq!(status.code(), Some(130));
+            break;
+        }
+    }
+}
+
+#[test]
+fn every_byte_arrives_at_the_other_end_of_a_serial_line() {
+    let (mut far_end, _near_end, port) = line();
+    let rows = csv(&profile(), |row| format!("0.0{row:03},"));
+    let child = start(&["send", &port, "--profile=-", "--no-park", "--baud=1000000"]);
+    let ended = std::thread::spawn(move || feed(child, rows.as_bytes()));
+    let mut bytes = vec![0; 7 * 256];
+    read_exactly(&mut far_end, &mut bytes);
+    assert_eq!(received(bytes), profile());
+    let ended = ended.join().unwrap();
+    let told = text(ended.stderr);
+    assert_eq!(ended.status.code(), Some(0), "{told}");
+    assert!(told.contains(&format!("sent to {port}")), "{told}");
+}
+
+#[test]
+fn a_line_that_is_cut_is_told() {
+    let (mut far_end, _near_end, port) = line();
+    let child = start(&["send", &port, "--motion=step", "--rate=1000"]);
+    read_exactly(&mut far_end, &mut [0; 7]);
+    drop(far_end);
+    let told = complaint(child.wait_with_output().unwrap());
+    assert!(
+        told.contains(&format!("cannot write to {port}: ")),
+        "{told}"
+    );
+    assert!(told.contains("frames sent to"), "{told}");
+}
+
+#[test]
+fn what_the_line_cannot_carry_is_not_begun() {
+    let (_far_end, _near_end, port) = line();
+    let times = "0,1,1,1\n0.02,1,1,1\n0.021,1,1,1\n";
+    for case in "\
+        --motion=step --rate=200 --baud=9600 => 200 frames of 7 bytes in a second need 14000 baud
+        --motion=step --rate=200 --baud=9600 => lower --rate to 137 at most
+        --motion=step --rate=1500 --frame=bin-crc8 => 1500 frames of 8 bytes in a second need 120000
+        --profile=- --baud=9600 => setpoints 2 and 3 of the profile are 1 ms apart, and a frame takes 7.29"
+        .lines()
+    {
+        let (arguments, told) = case.split_once(" => ").unwrap();
+        let arguments = ["send", &port].into_iter().chain(arguments.split_whitespace());
+        let complaint = complaint(run(&arguments.collect::<Vec<_>>(), times));
+        assert!(complaint.contains(told), "{case}: {complaint}");
+    }
+}
+
+#[test]
+fn datagrams_of_every_form_arrive_as_frames() {
+    let udp = ["send", "-", "--udp=127.0.0.1:0", "--rate=1000"];
+    let mut child = start(&[&udp[..], &["--stale-after=3600000", "--park-seconds=0"]].concat());
+    let mut told = BufReader::new(child.stderr.take().unwrap());
+    let mut listening = String::new();
+    told.read_line(&mut listening).unwrap();
+    let address = listening.trim_end().rsplit(' ').next().unwrap();
+    let mut output = child.stdout.take().unwrap();
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let mut bytes = Vec::new();
+    for (datagram, expected) in [
+        (&b"\x01\x02\x03"[..], [1, 2, 3]),
+        (b"127,200,74\n", [127, 200, 74]),
+        (b"not a setpoint", [127, 200, 74]),
+        (b"AB\0\x0D\x41\x42\r", [0x0D, 0x41, 0x42]),
+    ] {
+        socket.send_to(datagram, address).unwrap();
+        // The frame before may come a few times more.
+        loop {
+            let mut frame = [0; 7];
+            output.read_exact(&mut frame).unwrap();
+            bytes.extend_from_slice(&frame);
+            if frame[3..6] == expected {
+                break;
+            }
+        }
+    }
+    signal(&child, "-INT");
+    output.read_to_end(&mut bytes).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let mut setpoints = received(bytes);
+    assert_eq!(setpoints[setpoints.len() - 5..], [PARK; 5]);
+    setpoints.dedup();
+    assert_eq!(
+        setpoints,
+        [[1, 2, 3], [127, 200, 74], [0x0D, 0x41, 0x42], PARK]
+    );
+    let mut report = String::new();
+    told.read_to_string(&mut report).unwrap();
+    for told in [
+        "a bad datagram from 127.0.0.1",
+        "\"not a setpoint\" is not three numbers",
+        "datagrams heard: 4, bad ones among them: 1",
+    ] {
+        assert!(report.contains(told), "{report}");
+    }
+}
+
+#[test]
+fn without_a_datagram_nothing_is_sent_and_an_address_in_use_is_told() {
+    let udp = ["send", "-", "--rate=1000", "--seconds=0.05", "--no-park"];
+    let ended = run(&[&udp[..], &["--udp=127.0.0.1:0"]].concat(), "");
+    assert_eq!((ended.status.code(), ended.stdout), (Some(0), vec![]));
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = socket.local_addr().unwrap().to_string();
+    let told = complaint(run(&["send", "-", "--udp", &address], ""));
+    assert!(
+        told.contains(&format!("cannot listen for datagrams at {address}")),
+        "{told}"
+    );
+}

@@ -1,0 +1,378 @@
+//! `framelock simulate` as its user meets it.
+
+use serde_json::Value;
+
+use crate::process::{self, framelock, text};
+
+/// What it writes to standard output; it must succeed, and have nothing to complain of.
+fn shown(arguments: &[&str]) -> String {
+    process::shown(&[&["simulate"], arguments].concat(), "")
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&shown(&[arguments, &["--format", "json"]].concat())).unwrap()
+}
+
+/// What it complains of; it must fail with 2, and show nothing.
+fn complaint(arguments: &[&str]) -> String {
+    let output = process::run(&[&["simulate"], arguments].concat(), "");
+    assert!(output.stdout.is_empty());
+    process::complaint(output)
+}
+
+/// The four numbers in the row of the table with that name.
+fn row(shown: &str, name: &str) -> Vec<f64> {
+    let line = shown.lines().find_map(|line| line.strip_prefix(name));
+    let line = line.unwrap_or_else(|| panic!("no row '{name}' in\n{shown}"));
+    let numbers = line.split_whitespace().filter(|word| *word != "%");
+    numbers.map(|word| word.parse().unwrap()).collect()
+}
+
+#[test]
+fn without_faults_every_frame_is_delivered() {
+    let shown = shown(&["--trials", "3", "--frames", "100"]);
+    assert_eq!(row(&shown, "frames sent"), [300.0]);
+    assert_eq!(row(&shown, "delivered"), [300.0; 4]);
+    assert_eq!(row(&shown, "  of the frames sent"), [100.0; 4]);
+    assert_eq!(row(&shown, "lost though intact"), [0.0; 4]);
+    assert_eq!(row(&shown, "actuator error, largest"), [0.0; 4]);
+}
+
+#[test]
+fn the_policies_are_told_apart() {
+    let shown = shown(&[
+        "--payload",
+        "00414200",
+        "--lose-one-in",
+        "0",
+        "--rate",
+        "1600",
+        "--trials",
+        "5",
+    ]);
+    assert_eq!(row(&shown, "delivered"), [0.0, 0.0, 4_995.0, 4_995.0]);
+    assert_eq!(row(&shown, "  never"), [5.0, 5.0, 0.0, 0.0]);
+    assert_eq!(
+        row(&shown, "  for each lost byte"),
+        [999.0, 999.0, 0.0, 0.0]
+    );
+}
+
+#[test]
+fn the_same_seed_gives_the_same_results_on_any_number_of_cores() {
+    let arguments = [
+        "--lose",
+        "0.01",
+        "--bit-flip",
+        "0.001",
+        "--format",
+        "json",
+        "--seed",
+        "7",
+    ];
+    let with_threads = |threads| {
+        let mut command = framelock(&[&["simulate"], &arguments[..]].concat());
+        text(
+            command
+                .env("RAYON_NUM_THREADS", threads)
+                .output()
+                .unwrap()
+                .stdout,
+        )
+    };
+    let one = with_threads("1");
+    assert!(one.len() > 1000);
+    assert_eq!(with_threads("5"), one);
+    assert_ne!(
+        shown(&["--lose", "0.01", "--bit-flip", "0.001", "--format", "json"]),
+        one
+    );
+}
+
+#[test]
+fn json_holds_the_parameters_and_the_intervals() {
+    let document = json(&["--lose", "0.02", "--trials", "4", "--sweep", "rate=20,40"]);
+    assert_eq!(document["swept"], serde_json::json!(["rate"]));
+    let points = document["points"].as_array().unwrap();
+    assert_eq!(points.len(), 2);
+    assert_eq!(points[1]["parameters"]["rate"], 40.0);
+    assert_eq!(points[1]["parameters"]["seed"], 1);
+    assert_eq!(points[1]["parameters"]["payload"], "motion");
+    let receivers = points[1]["receivers"].as_array().unwrap();
+    let kinds: Vec<_> = receivers
+        .iter()
+        .map(|receiver| {
+            (
+                receiver["policy"].as_str().unwrap(),
+                receiver["idle_gap"].as_u64(),
+            )
+        })
+        .collect();
+    assert_eq!(
+        kinds,
+        [
+            ("discard", None),
+            ("discard", Some(20)),
+            ("rescan", None),
+            ("rescan", Some(20))
+        ]
+    );
+    for receiver in receivers {
+        let delivered = &receiver["delivered"];
+        let [low, value, high] =
+            ["low", "value", "high"].map(|name| delivered[name].as_f64().unwrap());
+        assert!(low < value && value < high && value < 1.0, "{delivered}");
+    }
+    // One point alone gives what it gave in the sweep.
+    let alone = json(&["--lose", "0.02", "--trials", "4", "--rate", "40"]);
+    assert_eq!(alone["points"][0], points[1]);
+}
+
+#[test]
+fn csv_has_a_row_for_each_point_and_receiver_with_all_parameters() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("results.csv");
+    let path = path.to_str().unwrap();
+    let sweeps = ["--sweep", "baud-error=-2:2:2", "--sweep", "lose=0,0.1"];
+    let rest = [
+        "--trials", "2", "--frames", "50", "--format", "csv", "--output", path,
+    ];
+    assert_eq!(shown(&[&sweeps[..], &rest[..]].concat()), "");
+
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let rows: Vec<_> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 3 * 2 * 4);
+    let column = |name: &str| {
+        let place = header.iter().position(|column| column == name).unwrap();
+        rows.iter()
+            .map(|row| row[place].to_owned())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        column("baud_error")[0..9],
+        ["-2", "-2", "-2", "-2", "-2", "-2", "-2", "-2", "0"]
+    );
+    assert_eq!(column("lose")[3..6], ["0", "0.1", "0.1"]);
+    assert_eq!(
+        column("policy")[0..4],
+        ["discard", "discard", "rescan", "rescan"]
+    );
+    assert_eq!(
+        column("idle_gap_rule")[0..4],
+        ["false", "true", "false", "true"]
+    );
+    for name in [
+        "seed",
+        "frame",
+        "payload",
+        "baud",
+        "hold_after",
+        "full_travel",
+    ] {
+        assert!(column(name).iter().all(|value| !value.is_empty()), "{name}");
+    }
+    assert!(
+        column("delivered_share")[0..4]
+            .iter()
+            .all(|share| share == "1")
+    );
+    let wrong = column("lost_intact_per_lost_byte");
+    assert_eq!(wrong[0], "");
+    assert!(wrong[4].parse::<f64>().unwrap() > 0.0);
+}
+
+#[test]
+fn every_option_is_a_parameter_of_the_simulation() {
+    let options = [
+        ("seed", "7"),
+        ("trials", "2"),
+        ("frames", "11"),
+        ("frame", "bin-crc8"),
+        ("payload", "random:40-43"),
+        ("baud", "9600"),
+        ("rate", "12.5"),
+        ("byte-gap", "3"),
+        ("baud-error", "-1.5"),
+        ("bit-flip", "0.001"),
+        ("burst-rate", "2"),
+        ("burst-length", "1.5"),
+        ("burst-at", "0.5"),
+        ("break-rate", "3"),
+        ("break-length", "13"),
+        ("lose", "0.02"),
+        ("duplicate", "0.03"),
+        ("lose-one-in", "5"),
+        ("idle-gap", "9"),
+        ("hold-after", "80"),
+        ("ramp-after", "90"),
+        ("full-travel", "700"),
+    ];
+    let arguments: Vec<_> = options
+        .iter()
+        .map(|(name, value)| format!("--{name}={value}"))
+        .collect();
+    let mut arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
+    arguments.push("--unreported");
+    let document = json(&arguments);
+    let parameters = document["points"][0]["parameters"].as_object().unwrap();
+    assert_eq!(parameters.len(), options.len() + 1);
+    assert_eq!(parameters["unreported"], true);
+    for (name, value) in options {
+        let parameter = &parameters[&name.replace('-', "_")];
+        match parameter.as_f64() {
+            Some(number) => assert_eq!(value.parse(), Ok(number), "{name}"),
+            None => assert_eq!(parameter, value),
+        }
+    }
+    // The lecture's machine receives frames of format bin only.
+    let receivers = document["points"][0]["receivers"].as_array().unwrap();
+    let policies = receivers.iter().map(|receiver| &receiver["policy"]);
+    assert!(policies.eq(["rescan", "rescan"]));
+}
+
+#[test]
+fn the_table_shows_what_the_json_holds() {
+    let arguments = ["--lose", "0.02", "--trials", "4", "--bit-flip", "0.0001"];
+    let document = json(&arguments);
+    let shown = shown(&arguments);
+    for (name, pointer) in [
+        ("delivered", "/delivered/count"),
+        ("lost though intact", "/lost_intact/count"),
+        ("  for each lost byte", "/lost_intact_per_lost_byte/value"),
+        ("    95 % interval from", "/lost_intact_per_lost_byte/low"),
+        ("    to", "/lost_intact_per_lost_byte/high"),
+        ("wrong setpoints", "/wrong_setpoints/count"),
+        ("false frames", "/false_frames/count"),
+        ("resynchronised", "/resynchronisation/count"),
+        ("  after, median, ms", "/resynchronisation/median_ms"),
+        (
+            "  99 of 100 within, ms",
+            "/resynchronisation/percentile_99_ms",
+        ),
+        ("  at the latest, ms", "/resynchronisation/longest_ms"),
+        ("longest silence, ms", "/longest_silence_ms"),
+        ("failsafe engagements", "/failsafe_engagements"),
+        ("actuator error, largest", "/actuator_error/largest"),
+        ("actuator error, RMS", "/actuator_error/rms"),
+    ] {
+        let receivers = document["points"][0]["receivers"].as_array().unwrap();
+        let expected = receivers
+            .iter()
+            .map(|receiver| receiver.pointer(pointer).unwrap());
+        for (shown, expected) in row(&shown, name).into_iter().zip(expected) {
+            let difference = shown - expected.as_f64().unwrap();
+            assert!(difference.abs() < 0.051, "{name}: {shown} {expected}");
+        }
+    }
+    let row = |name| row(&shown, name)[0];
+    assert!(row("    95 % interval from") < row("  for each lost byte"));
+    assert!(row("  for each lost byte") < row("    to"));
+}
+
+#[test]
+fn impossible_parameters_are_named() {
+    for (arguments, named) in [
+        (
+            &["--bit-flip", "1.5"][..],
+            "--bit-flip is 1.5: a number from 0 to 1",
+        ),
+        (&["--lose", "NaN"], "--lose is NaN"),
+        (&["--trials", "0"], "--trials is 0: a number from 1"),
+        (&["--payload", "AB"], "one of these is wanted: motion"),
+        (
+            &["--rate", "1700"],
+            "need 119000 baud: raise --baud from 115200, or lower --rate to 1645.714",
+        ),
+        (
+            &["--hold-after", "600"],
+            "--ramp-after is 500 ms, less than --hold-after, 600 ms",
+        ),
+        (
+            &["--lose-one-in", "5", "--frames", "5"],
+            "the last of 5 frames is 4",
+        ),
+        (&["--sweep", "lose=0:2:1"], "--lose is 2"),
+        (
+            &["--sweep", "nonsense=1"],
+            "no parameter 'nonsense' can be swept",
+        ),
+        (&["--sweep", "rate=1:2001:500"], "need 140070 baud"),
+        (
+            &["--sweep", "rate=1", "--sweep", "rate=2"],
+            "--sweep rate is there twice",
+        ),
+        (
+            &[
+                "--sweep",
+                "rate=1",
+                "--sweep",
+                "lose=0",
+                "--sweep",
+                "baud=9600",
+            ],
+            "two parameters can be swept, not 3",
+        ),
+        (
+            &["--output", "/nowhere/results"],
+            "cannot write to /nowhere/results",
+        ),
+    ] {
+        let message = complaint(arguments);
+        assert!(message.contains(named), "{arguments:?}: {message}");
+    }
+}
+
+#[test]
+fn a_sweep_is_a_table_for_people_too() {
+    let shown = shown(&["--sweep", "lose=0,0.5", "--trials", "2", "--frames", "20"]);
+    let lines: Vec<_> = shown.lines().collect();
+    assert_eq!(lines.len(), 1 + 2 * 4);
+    assert!(lines[0].contains("lose  policy"));
+    assert!(
+        lines[1].contains("0  discard") && lines[1].contains("100.0000 %"),
+        "{shown}"
+    );
+    assert!(lines[8].contains("0.5  rescan"), "{shown}");
+}
+
+/// With a hundredth of the trials: the files, not the figures in them.
+#[test]
+fn one_command_writes_every_figure_of_the_report() {
+    let directory = tempfile::tempdir().unwrap();
+    let figures = directory.path().join("new/figures");
+    let arguments = [
+        "report",
+        figures.to_str().unwrap(),
+        "--effort",
+        "1",
+        "--seed",
+        "4",
+    ];
+    let names = [
+        "lost-frames",
+        "baud-error",
+        "wrong-setpoints",
+        "resynchronisation",
+        "burst",
+        "failsafe-engagements",
+    ];
+    let told: Vec<_> = names
+        .iter()
+        .map(|name| format!("{}\n", figures.join(name).with_extension("svg").display()))
+        .collect();
+    assert_eq!(shown(&arguments), told.concat());
+    let linked = std::fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../docs/line-faults.md"
+    ))
+    .unwrap();
+    for name in names {
+        let svg = std::fs::read_to_string(figures.join(name).with_extension("svg")).unwrap();
+        assert!(svg.starts_with("<svg "), "{name}");
+        assert!(svg.contains("seed 4"), "{name}");
+        let mut table = csv::Reader::from_path(figures.join(name).with_extension("csv")).unwrap();
+        assert!(table.records().all(|row| &row.unwrap()[0] == "4"), "{name}");
+        assert!(linked.contains(&format!("(figures/{name}.svg)")), "{name}");
+    }
+}

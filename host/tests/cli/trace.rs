@@ -1,0 +1,169 @@
+//! `framelock trace` as its user meets it.
+
+use std::io::{BufRead, BufReader, Write};
+
+use crate::process::{self, CLEAN, framelock, text};
+
+fn shown(arguments: &[&str]) -> String {
+    process::shown(&[&["trace"], arguments].concat(), "")
+}
+
+const FIRST: &str = "\
+offset  byte    policy   state     temp (P R Y)  SP (P R Y)  what happened
+     0  41 'A'  both      A -> B   -- -- --      -- -- --    sync
+     1  42 'B'  both      B -> 1   -- -- --      -- -- --    sync
+     2  00      both      1 -> 2   -- -- --      -- -- --    reserved, not kept
+     3  7F      both      2 -> 3   7F -- --      -- -- --    temp pitch=7F
+     4  C8      both      3 -> 4   7F C8 --      -- -- --    temp roll=C8
+     5  4A 'J'  both      4 -> CR  7F C8 4A      -- -- --    temp yaw=4A
+     6  0D CR   both     CR -> A   7F C8 4A      7F C8 4A    SP=(7F,C8,4A)
+
+both:    7 bytes = 7 x 1 committed + 0 discarded + 0 under way; SP=(7F,C8,4A)
+";
+
+const SECOND: &str = "\
+offset  byte    policy   state     temp (P R Y)  SP (P R Y)  what happened
+     0  41 'A'  both      A -> B   -- -- --      -- -- --    sync
+     1  42 'B'  both      B -> 1   -- -- --      -- -- --    sync
+     2  00      both      1 -> 2   -- -- --      -- -- --    reserved, not kept
+     3  4A 'J'  both      2 -> 3   4A -- --      -- -- --    temp pitch=4A
+     4  0D CR   both      3 -> 4   4A 0D --      -- -- --    temp roll=0D
+     5  41 'A'  both      4 -> CR  4A 0D 41      -- -- --    temp yaw=41
+     6  42 'B'  discard  CR -> A   4A 0D 41      -- -- --    not CR: nothing is implemented, 7 bytes discarded
+     6  42 'B'  rescan   CR -> 1   4A 0D 41      -- -- --    not CR: nothing is implemented, 5 bytes discarded; resynchronised to the AB at offset 5
+     7  00      discard   A -> A   4A 0D 41      -- -- --    no sync: discarded
+     7  00      rescan    1 -> 2   4A 0D 41      -- -- --    reserved, not kept
+     8  82      discard   A -> A   4A 0D 41      -- -- --    no sync: discarded
+     8  82      rescan    2 -> 3   82 0D 41      -- -- --    temp pitch=82
+     9  C4      discard   A -> A   4A 0D 41      -- -- --    no sync: discarded
+     9  C4      rescan    3 -> 4   82 C4 41      -- -- --    temp roll=C4
+    10  4A 'J'  discard   A -> A   4A 0D 41      -- -- --    no sync: discarded
+    10  4A 'J'  rescan    4 -> CR  82 C4 4A      -- -- --    temp yaw=4A
+    11  0D CR   discard   A -> A   4A 0D 41      -- -- --    no sync: discarded
+    11  0D CR   rescan   CR -> A   82 C4 4A      82 C4 4A    SP=(82,C4,4A)
+
+discard: 12 bytes = 7 x 0 committed + 12 discarded (no sync 5, no CR 7) + 0 under way; SP=(--,--,--)
+rescan:  12 bytes = 7 x 1 committed + 5 discarded (no sync 4, no CR 1) + 0 under way; SP=(82,C4,4A)
+";
+
+#[test]
+fn without_arguments_the_lectures_two_examples_are_shown() {
+    let expected = format!(
+        "\
+The lecture's first example: one frame, and the line loses nothing.
+
+  sent      41 42 00 7F C8 4A 0D
+  received  41 42 00 7F C8 4A 0D
+
+{FIRST}
+
+The lecture's second example: two frames, and the line loses 7F and C8 of the first.
+
+  sent      41 42 00 7F C8 4A 0D 41 42 00 82 C4 4A 0D
+  received  41 42 00 -- -- 4A 0D 41 42 00 82 C4 4A 0D
+
+{SECOND}"
+    );
+    assert_eq!(shown(&[]), expected);
+}
+
+#[test]
+fn each_machine_may_be_shown_alone() {
+    let received = "4142004A0D4142 0082C44A0D";
+    assert_eq!(shown(&[received]), SECOND);
+    for (policy, end) in [
+        ("discard", "SP=(--,--,--)\n"),
+        ("rescan", "SP=(82,C4,4A)\n"),
+    ] {
+        let alone = shown(&[received, "--policy", policy]);
+        for row in SECOND.lines().skip(1).take(18) {
+            // The rows that both have in common are the machine's too.
+            let row = row.replace("  both   ", &format!("  {policy:<7}"));
+            let is_of_it = row.contains(&format!("  {policy:<7}  "));
+            assert_eq!(alone.contains(&row), is_of_it, "{row}: {alone}");
+        }
+        assert!(alone.ends_with(end), "{alone}");
+        assert_eq!(alone.lines().count(), 1 + 12 + 2);
+    }
+}
+
+#[test]
+fn what_a_state_does_with_a_wrong_byte_is_said() {
+    // An A in state B, noise in state A, and a failed frame that ends in an A.
+    let rescan = shown(&["41 41 2E 41 42 01 02 03 04 41", "--policy", "rescan"]);
+    let happened: Vec<&str> = rescan
+        .lines()
+        .skip(1)
+        .take(10)
+        .map(|row| &row[61..])
+        .collect();
+    assert_eq!(
+        happened,
+        [
+            "sync",
+            "sync again: the 'A' before it discarded",
+            "no sync: discarded, and the 'A' before it",
+            "sync",
+            "sync",
+            "reserved, not kept",
+            "temp pitch=02",
+            "temp roll=03",
+            "temp yaw=04",
+            "not CR: nothing is implemented, 6 bytes discarded; resynchronised to the A at offset 9",
+        ]
+    );
+    assert!(rescan.ends_with(
+        "10 bytes = 7 x 0 committed + 9 discarded (no sync 6, broken sync 2, no CR 1) + 1 under \
+         way; SP=(--,--,--)\n"
+    ));
+}
+
+#[test]
+fn json_has_an_object_per_byte_and_machine() {
+    let rows = shown(&["4142007FC84A0D", "--format", "jsonl"]);
+    let rows: Vec<&str> = rows.lines().collect();
+    assert_eq!(rows.len(), 14);
+    assert_eq!(
+        rows[13],
+        "{\"offset\":6,\"byte\":13,\"policy\":\"rescan\",\"state_before\":\"CR\",\
+         \"state_after\":\"A\",\"temp\":[127,200,74],\"setpoint\":[127,200,74],\
+         \"discarded\":0,\"what\":\"SP=(7F,C8,4A)\"}"
+    );
+    assert!(rows[0].contains("\"temp\":[null,null,null],\"setpoint\":null,"));
+}
+
+#[test]
+fn files_and_standard_input_are_read_and_hex_is_hex_even_if_a_file_has_that_name() {
+    assert_eq!(process::shown(&["trace", "-"], CLEAN), FIRST);
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::write(directory.path().join("4142"), CLEAN).unwrap();
+    let run = |argument| {
+        let mut command = framelock(&["trace", argument]);
+        let output = command.current_dir(&directory).output().unwrap();
+        assert!(output.status.success());
+        (text(output.stdout), text(output.stderr))
+    };
+    let (rows, told) = run("4142");
+    assert!(rows.contains("2 bytes = "));
+    assert_eq!(
+        told,
+        "framelock: 4142 is taken as hex; for the file write ./4142\n"
+    );
+    assert_eq!(run("./4142"), (FIRST.to_owned(), String::new()));
+}
+
+#[test]
+fn rows_come_as_the_bytes_do() {
+    let mut child = process::start(&["trace", "-", "--policy", "rescan"]);
+    let mut input = child.stdin.take().unwrap();
+    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+    rows.next().unwrap().unwrap();
+    for _ in 0..3 {
+        input.write_all(b"A").unwrap();
+        // Would wait for ever if the row were kept back.
+        assert!(rows.next().unwrap().unwrap().contains("41 'A'"));
+    }
+    drop(input);
+    assert!(rows.last().unwrap().unwrap().starts_with("rescan:"));
+    assert!(child.wait().unwrap().success());
+}

@@ -1,0 +1,267 @@
+//! Has CBMC check a harness, and reads its answer.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result};
+use serde::{Deserialize, Serialize};
+
+use crate::cbmc_setup::Cbmc;
+use crate::harness::Harness;
+use crate::llvm::Module;
+use crate::process::status_within;
+use crate::translate::{COVER, END, INPUT, program};
+
+/// What is known of a harness.
+#[derive(Debug, Serialize)]
+pub(crate) struct Answer {
+    pub(crate) harness: String,
+    pub(crate) verdict: Verdict,
+    /// What fails, and where.
+    pub(crate) failures: Vec<String>,
+    /// A counterexample: a line for each value that was asked for.
+    pub(crate) inputs: Vec<String>,
+    /// Properties that were checked, covers not counted.
+    pub(crate) properties: usize,
+    pub(crate) covers: usize,
+    pub(crate) seconds: f64,
+}
+
+/// What became of a harness; the worst first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Verdict {
+    /// It could not be checked.
+    Error,
+    /// An assertion fails, or the program panics, or does what is undefined.
+    Failed,
+    /// A loop runs more often than `kani::unwind` says.
+    UnwindingTooSmall,
+    CoverUnsatisfied,
+    /// No input reaches the end.
+    Vacuous,
+    NoAnswerInTime,
+    /// Every property holds, every loop ends, every cover is hit, and so is the harness's end.
+    Proved,
+}
+
+/// A part of what CBMC answers.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Part {
+    message_type: Option<String>,
+    message_text: Option<String>,
+    result: Option<Vec<Property>>,
+}
+
+/// A property of the C program.
+#[derive(Deserialize)]
+struct Property {
+    #[serde(rename = "property")]
+    id: String,
+    description: String,
+    status: String,
+    #[serde(default)]
+    trace: Vec<Step>,
+}
+
+/// A step to where a property fails.
+#[derive(Deserialize)]
+struct Step {
+    #[serde(rename = "inputID")]
+    input: Option<String>,
+    #[serde(rename = "outputID")]
+    output: Option<String>,
+    #[serde(default)]
+    values: Vec<Number>,
+}
+
+#[derive(Deserialize)]
+struct Number {
+    #[serde(default)]
+    binary: String,
+}
+
+impl Property {
+    /// There is an execution in which it does not hold.
+    fn fails(&self) -> bool {
+        self.status == "FAILURE"
+    }
+
+    fn holds(&self) -> bool {
+        self.status == "SUCCESS"
+    }
+
+    /// Whether its failing is the point.
+    fn is_goal(&self) -> bool {
+        self.description == END || self.description.starts_with(COVER)
+    }
+}
+
+/// Checks a harness. All that comes of it is left in the folder.
+pub(crate) fn check(
+    cbmc: &Cbmc,
+    module: &Module,
+    harness: &Harness,
+    folder: &Path,
+    limit: Duration,
+) -> Answer {
+    let start = Instant::now();
+    let mut answer = Answer {
+        harness: harness.name.clone(),
+        verdict: Verdict::NoAnswerInTime,
+        failures: Vec::new(),
+        inputs: Vec::new(),
+        properties: 0,
+        covers: harness.covers.len(),
+        seconds: 0.0,
+    };
+    let run = Run {
+        cbmc,
+        harness,
+        source: &folder.join(format!("{}.c", harness.name.replace("::", "."))),
+        end: start + limit,
+    };
+    match run.all(module) {
+        Ok(Some(properties)) => {
+            answer.properties = properties.iter().filter(|one| !one.is_goal()).count();
+            (answer.verdict, answer.failures) = judge(&properties, harness);
+            let broken = properties.iter().find(|one| !one.is_goal() && one.fails());
+            if let Some(broken) = broken {
+                answer.inputs = run.inputs(&broken.id).unwrap_or_default();
+            }
+        }
+        Ok(None) => answer.failures.push(format!(
+            "no answer within {} s; --timeout gives it longer",
+            limit.as_secs()
+        )),
+        Err(error) => {
+            answer.verdict = Verdict::Error;
+            answer.failures.push(format!("{error:#}"));
+        }
+    }
+    answer.seconds = start.elapsed().as_secs_f64();
+    answer
+}
+
+/// The worst that is wrong, and all that is, the worst first.
+fn judge(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>) {
+    // A set: the same is said of each copy of an inlined function.
+    let mut wrong = BTreeSet::new();
+    for broken in properties
+        .iter()
+        .filter(|one| !one.is_goal() && !one.holds())
+    {
+        let verdict = if broken.id.contains(".unwind.") {
+            Verdict::UnwindingTooSmall
+        } else {
+            Verdict::Failed
+        };
+        wrong.insert((verdict, broken.description.clone()));
+    }
+    let hit = |goal: &str| {
+        properties
+            .iter()
+            .any(|one| one.fails() && one.description == goal)
+    };
+    for cover in &harness.covers {
+        if !hit(&format!("{COVER}{cover}")) {
+            let what = format!("no input satisfies the cover {}", place(cover));
+            wrong.insert((Verdict::CoverUnsatisfied, what));
+        }
+    }
+    if !hit(END) {
+        let what = "no input reaches the end of the harness".to_owned();
+        wrong.insert((Verdict::Vacuous, what));
+    }
+    let verdict = wrong
+        .first()
+        .map_or(Verdict::Proved, |(verdict, _)| *verdict);
+    (verdict, wrong.into_iter().map(|(_, what)| what).collect())
+}
+
+/// `kani::cover_in_line::<12, FUNCTION::{closure#0}>` in words.
+fn place(cover: &str) -> String {
+    let words: Vec<&str> = cover.splitn(3, ['<', ',']).collect();
+    let [_, line, function] = words.as_slice() else {
+        return cover.to_owned();
+    };
+    let function = function.split("::{closure").next().unwrap_or(function);
+    format!("in line {line}, in{function}")
+}
+
+/// One harness's runs of CBMC.
+struct Run<'a> {
+    cbmc: &'a Cbmc,
+    harness: &'a Harness,
+    source: &'a Path,
+    end: Instant,
+}
+
+impl Run<'_> {
+    fn all(&self, module: &Module) -> Result<Option<Vec<Property>>> {
+        fs::write(self.source, program(module, &self.harness.symbol)?)?;
+        self.properties(&[])
+    }
+
+    /// The values of a counterexample: for each thing that was asked for, its type, its place and
+    /// the numbers that it is made of.
+    fn inputs(&self, property: &str) -> Result<Vec<String>> {
+        let properties = self.properties(&["--trace", "--property", property])?;
+        let properties = properties.into_iter().flatten();
+        let mut lines: Vec<String> = Vec::new();
+        for step in properties.flat_map(|property| property.trace) {
+            if let Some(place) = step.output.as_deref().and_then(|id| id.strip_prefix(INPUT)) {
+                lines.push(format!("{place} ="));
+            } else if let (Some(_), [value]) = (&step.input, step.values.as_slice())
+                && let (Ok(number), Some(line)) =
+                    (u128::from_str_radix(&value.binary, 2), lines.last_mut())
+            {
+                let _ = write!(line, " {number:#04x}");
+            }
+        }
+        Ok(lines)
+    }
+
+    /// Properties, and whether they hold; `None` without an answer in time.
+    fn properties(&self, more: &[&str]) -> Result<Option<Vec<Property>>> {
+        let answer = self.source.with_extension("json");
+        let mut command = Command::new(&self.cbmc.program);
+        command
+            .arg(self.source)
+            .args(["--json-ui", "--object-bits", "16", "--unwinding-assertions"])
+            // What Rust itself checks is in the program; memory is checked here once more.
+            .args(["--no-standard-checks", "--pointer-check", "--bounds-check"])
+            // Arrays of up to so many elements are followed element by element.
+            .args([
+                "--slice-formula",
+                "--max-field-sensitivity-array-size",
+                "1024",
+            ])
+            .args(more)
+            .stdout(File::create(&answer)?)
+            .stderr(Stdio::null());
+        if let Some(unwind) = self.harness.unwind {
+            command.args(["--unwind", &unwind.to_string()]);
+        }
+        let left = self.end.saturating_duration_since(Instant::now());
+        if status_within(left, &mut command)?.is_none() {
+            return Ok(None);
+        }
+        let see = || format!("CBMC did not check it; see {}", answer.display());
+        let parts: Vec<Part> =
+            serde_json::from_str(&fs::read_to_string(&answer)?).with_context(see)?;
+        let is_error = |part: &&Part| part.message_type.as_deref() == Some("ERROR");
+        let errors = parts.iter().filter(is_error);
+        let errors: Vec<_> = errors
+            .filter_map(|part| part.message_text.clone())
+            .collect();
+        let errors = errors.join("; ");
+        let found = parts.into_iter().find_map(|part| part.result);
+        found.context(errors).with_context(see).map(Some)
+    }
+}

@@ -1,0 +1,168 @@
+//! Compiles the packages with the harnesses, against the stand-in for Kani's library, and reads what
+//! the compiler writes as LLVM's assembly language.
+
+use std::fs;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context as _, Result, ensure};
+use cargo_metadata::{Artifact, Message, MetadataCommand};
+
+use crate::llvm::Module;
+use crate::process::output;
+
+/// In the workspace: of a copy with a seeded bug it is the copy's.
+const STAND_IN: &str = "proofs/offline/stand-in/Cargo.toml";
+
+/// What the compiler does between reading Rust and writing LLVM's assembly: calls become what they
+/// call, and memory that needs no address becomes values. Loops stay as they are written, so that
+/// their counters stay plain numbers to CBMC.
+const PASSES: &str = "-Cpasses=function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),\
+    cgscc(inline,function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>)),\
+    function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),globaldce";
+
+/// The workspace in the current folder, and the packages in it to compile.
+pub(crate) struct Sources<'a> {
+    packages: &'a [String],
+    /// Where everything is built.
+    pub(crate) target: PathBuf,
+    stand_in: Vec<String>,
+}
+
+impl<'a> Sources<'a> {
+    pub(crate) fn new(packages: &'a [String]) -> Result<Self> {
+        let metadata = MetadataCommand::new().no_deps().exec()?;
+        let target = metadata.target_directory.join("prove").into_std_path_buf();
+        let stand_in = metadata.workspace_root.join(STAND_IN);
+        let stand_in = flags_for(stand_in.as_str(), &target.join("stand-in"))?;
+        Ok(Self {
+            packages,
+            target,
+            stand_in,
+        })
+    }
+
+    /// The module before the compiler improves it: nothing that a harness may come to has been
+    /// found to be unreachable.
+    pub(crate) fn as_written(&self) -> Result<Module> {
+        self.module("as-written", None)
+    }
+
+    /// What is checked.
+    pub(crate) fn improved(&self) -> Result<Module> {
+        self.module("improved", Some(PASSES))
+    }
+
+    fn module(&self, folder: &str, passes: Option<&str>) -> Result<Module> {
+        let host = output(Command::new("rustc").args(["--print", "host-tuple"]))?;
+        let mut flags = vec![
+            "--cfg=kani",
+            "-Cdebug-assertions=on",
+            "-Coverflow-checks=on",
+            "-Cpanic=abort",
+            "-Ccodegen-units=1",
+            "-Crelocation-model=static",
+            // Readable names, the same in both modules.
+            "-Csymbol-mangling-version=v0",
+            "-Cllvm-args=-inline-threshold=100000",
+            "-Cno-prepopulate-passes",
+            "--emit=llvm-ir,metadata,link",
+        ];
+        flags.extend(passes);
+        flags.extend(self.stand_in.iter().map(String::as_str));
+        let mut cargo = self.cargo("build", &flags);
+        // Flags for this target only, not for the procedural macros that run here.
+        cargo
+            .args(["--release", "--target", &host, "--target-dir"])
+            .arg(self.target.join(folder))
+            .env("CARGO_PROFILE_RELEASE_LTO", "off")
+            .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "2");
+        let mut module = Module::default();
+        for artifact in artifacts(&mut cargo)? {
+            let Some(path) = file(&artifact, ".rmeta") else {
+                continue;
+            };
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let name = name.strip_prefix("lib").unwrap_or(&name);
+            let path = path.with_file_name(format!("{name}.ll"));
+            if path.exists() {
+                module.add(&fs::read_to_string(path)?)?;
+            }
+        }
+        Ok(module)
+    }
+
+    /// The compiler's and clippy's warnings about the harnesses, as errors.
+    pub(crate) fn clippy(&self) -> Result<()> {
+        let mut flags = vec!["--cfg=kani"];
+        flags.extend(self.stand_in.iter().map(String::as_str));
+        let mut cargo = self.cargo("clippy", &flags);
+        cargo.arg("--target-dir").arg(self.target.join("clippy"));
+        let status = cargo.args(["--", "-Dwarnings"]).status()?;
+        ensure!(
+            status.success(),
+            "the harnesses do not compile without warnings"
+        );
+        Ok(())
+    }
+
+    /// `cargo SUBCOMMAND` for the packages' libraries, with those flags for the compiler.
+    fn cargo(&self, subcommand: &str, flags: &[&str]) -> Command {
+        let mut cargo = cargo();
+        cargo
+            .args([subcommand, "--quiet", "--lib"])
+            .env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
+        for package in self.packages {
+            cargo.args(["--package", package]);
+        }
+        cargo
+    }
+}
+
+fn cargo() -> Command {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
+
+/// Builds the stand-in; returns the compiler's flags that offer it as the crate `kani`.
+fn flags_for(manifest: &str, target: &Path) -> Result<Vec<String>> {
+    let mut cargo = cargo();
+    cargo.args(["build", "--quiet", "--manifest-path", manifest]);
+    let artifacts = artifacts(cargo.arg("--target-dir").arg(target))?;
+    let named = |name: &str, ending: &str| {
+        let mut files = artifacts.iter().filter(|built| built.target.name == name);
+        let file = files.find_map(|built| file(built, ending));
+        file.with_context(|| format!("cargo does not say where {name} is"))
+    };
+    let kani = named("kani", ".rlib")?;
+    let macros = named("kani_macros", std::env::consts::DLL_SUFFIX)?;
+    // Cargo compiles anew when the flags change, so they change with the stand-in.
+    let mut hasher = DefaultHasher::new();
+    fs::read(&kani)?.hash(&mut hasher);
+    Ok(vec![
+        format!("--extern=kani={}", kani.display()),
+        format!("-Ldependency={}", macros.with_file_name("").display()),
+        format!("--cfg=stand_in_{:016x}", hasher.finish()),
+    ])
+}
+
+/// Runs cargo; what it built. The compiler's messages are passed on.
+fn artifacts(cargo: &mut Command) -> Result<Vec<Artifact>> {
+    cargo.arg("--message-format=json-render-diagnostics");
+    let output = cargo.stderr(Stdio::inherit()).output()?;
+    ensure!(output.status.success(), "the harnesses do not compile");
+    let messages = Message::parse_stream(output.stdout.as_slice());
+    let artifacts = messages.filter_map(|message| match message {
+        Ok(Message::CompilerArtifact(artifact)) => Some(Ok(artifact)),
+        Ok(_) => None,
+        Err(error) => Some(Err(error.into())),
+    });
+    artifacts.collect()
+}
+
+/// The file with that ending.
+fn file(artifact: &Artifact, ending: &str) -> Option<PathBuf> {
+    let mut files = artifact.filenames.iter();
+    let file = files.find(|file| file.as_str().ends_with(ending))?;
+    Some(file.clone().into_std_path_buf())
+}

@@ -1,0 +1,108 @@
+//! The harnesses of a compiled module.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use anyhow::{Result, bail};
+use petgraph::algo::has_path_connecting;
+use petgraph::graphmap::DiGraphMap;
+use petgraph::visit::Dfs;
+use serde::Serialize;
+
+use crate::llvm::{Block, Module};
+use crate::translate::readable;
+
+/// The function of the stand-in that asks whether a cover is hit.
+const COVER: &str = "cover";
+
+/// One harness.
+#[derive(Serialize)]
+pub(crate) struct Harness {
+    /// Modules and function, without the crate: what Kani calls it too.
+    pub(crate) name: String,
+    /// What the function is called in the compiled module.
+    #[serde(skip)]
+    pub(crate) symbol: String,
+    /// How often its loops may run; unbounded without `kani::unwind`.
+    pub(crate) unwind: Option<u32>,
+    /// The covers that it may come to, by their functions' readable names.
+    pub(crate) covers: BTreeSet<String>,
+    /// Whether the last thing that it does is a cover. Kani shows that the end is reached only then.
+    pub(crate) ends_with_cover: bool,
+}
+
+/// All harnesses of the module as it was written.
+pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
+    let names = module
+        .functions
+        .iter()
+        .map(|(symbol, function)| Ok((symbol, function.names()?)));
+    let names: Vec<_> = names.collect::<Result<_>>()?;
+    let edges = names.iter().flat_map(|(symbol, names)| {
+        let names = names.iter();
+        names.map(move |name| (symbol.as_str(), name.as_str()))
+    });
+    let graph = DiGraphMap::<&str, ()>::from_edges(edges);
+    let mut harnesses = BTreeMap::new();
+    for symbol in module.functions.keys() {
+        let Some(path) = symbol.strip_prefix("harness:") else {
+            continue;
+        };
+        let name = path.split_once("::").map_or(path, |(_crate, name)| name);
+        let bound = module.constant(&format!("unwind:{path}"))?;
+        let bound = bound.as_ref().and_then(|bound| bound.bytes.first_chunk());
+        let mut reached = Dfs::new(&graph, symbol.as_str());
+        let reached = std::iter::from_fn(|| reached.next(&graph));
+        let covers = reached.filter(|function| graph.contains_edge(function, COVER));
+        let harness = Harness {
+            name: name.to_owned(),
+            symbol: symbol.clone(),
+            unwind: bound.map(|bytes| u32::from_le_bytes(*bytes)),
+            covers: covers.map(readable).collect(),
+            ends_with_cover: ends_with_cover(module, &graph, symbol)?,
+        };
+        if harnesses.insert(name, harness).is_some() {
+            bail!("two crates have a harness {name}: Kani's answer could be either's");
+        }
+    }
+    Ok(harnesses.into_values().collect())
+}
+
+/// Whether the last call on some way to the function's end is of a cover, or of a function for which
+/// that holds; and only jumps without a condition follow it. An input that hits the cover then
+/// reaches the end.
+fn ends_with_cover(module: &Module, graph: &DiGraphMap<&str, ()>, symbol: &str) -> Result<bool> {
+    let Some(function) = module.functions.get(symbol) else {
+        return Ok(false);
+    };
+    let blocks = function.blocks()?;
+    let returns = |block: &&Block| {
+        let last = block.statements.last();
+        last.is_some_and(|last| last.line.starts_with("ret "))
+    };
+    let mut pending: Vec<&Block> = blocks.iter().filter(returns).collect();
+    let mut seen = BTreeSet::new();
+    while let Some(block) = pending.pop() {
+        if !seen.insert(&block.label) {
+            continue;
+        }
+        let mut calls = block
+            .statements
+            .iter()
+            .rev()
+            .filter_map(|last| last.callee());
+        if let Some(last) = calls.find(|name| !name.starts_with("llvm.")) {
+            let recursive = has_path_connecting(graph, last, symbol, None);
+            if graph.contains_edge(last, COVER)
+                || !recursive && ends_with_cover(module, graph, last)?
+            {
+                return Ok(true);
+            }
+            continue;
+        }
+        pending.extend(blocks.iter().filter(|before| {
+            let next: Vec<&str> = before.successors().collect();
+            next == [block.label.as_str()]
+        }));
+    }
+    Ok(false)
+}

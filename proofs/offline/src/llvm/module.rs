@@ -1,0 +1,232 @@
+//! What modules define, by name.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use anyhow::{Context as _, Result, bail, ensure};
+
+use super::cursor::Cursor;
+use super::token::{Token, tokens};
+use super::types::Type;
+
+/// Functions and constants are kept as text: what is not modelled is an error where a harness
+/// reaches it, and nowhere else.
+#[derive(Debug, Default)]
+pub(crate) struct Module {
+    pub(crate) types: HashMap<String, Type>,
+    pub(crate) functions: BTreeMap<String, Function>,
+    constants: HashMap<String, String>,
+    /// Functions that are declared, and never return: all of them panic.
+    never_return: HashSet<String>,
+}
+
+#[derive(Debug)]
+pub(crate) struct Function {
+    header: String,
+    lines: Vec<String>,
+}
+
+/// A part of a function without jumps, but for the one at its end.
+#[derive(Debug)]
+pub(crate) struct Block {
+    pub(crate) label: String,
+    /// The last says where it goes on.
+    pub(crate) statements: Vec<Statement>,
+}
+
+#[derive(Debug)]
+pub(crate) struct Statement {
+    pub(crate) line: String,
+    pub(crate) tokens: Vec<Token>,
+}
+
+/// Data that never changes: its bytes, and at which of them an address stands instead.
+#[derive(Debug, Default)]
+pub(crate) struct Constant {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) addresses: BTreeMap<usize, String>,
+}
+
+impl Module {
+    /// Adds what that text defines.
+    pub(crate) fn add(&mut self, text: &str) -> Result<()> {
+        let noreturn = noreturn_attributes(text);
+        let mut lines = text.lines();
+        while let Some(line) = lines.next() {
+            if line.starts_with("define ") {
+                let lines = lines.by_ref().take_while(|line| *line != "}");
+                let function = Function {
+                    header: line.to_owned(),
+                    lines: lines.map(str::to_owned).collect(),
+                };
+                self.functions.insert(declared_name(line)?, function);
+            } else if line.starts_with("declare ") {
+                if line.split(' ').any(|word| noreturn.contains(word)) {
+                    self.never_return.insert(declared_name(line)?);
+                }
+            } else if line.starts_with('%') {
+                let tokens = tokens(line)?;
+                let [Token::Local(name), _, _, of @ ..] = tokens.as_slice() else {
+                    bail!("{line}: this is no `%name = type …`");
+                };
+                let of = Cursor::new(of, self).of_type();
+                let of = of.with_context(|| line.to_owned())?;
+                let other = self.types.insert(name.clone(), of.clone());
+                let same = other.is_none_or(|other| other == of);
+                ensure!(same, "{line}: another module has another type of this name");
+            } else if line.starts_with('@') {
+                let other = self.constants.insert(declared_name(line)?, line.to_owned());
+                let same = other.is_none_or(|other| other == line);
+                ensure!(
+                    same,
+                    "{line}: another module has another constant of this name"
+                );
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn panics(&self, function: &str) -> bool {
+        self.never_return.contains(function)
+    }
+
+    /// `@name = ATTRIBUTES constant TYPE VALUE, align 1`; `None` if there is none of that name.
+    pub(crate) fn constant(&self, name: &str) -> Result<Option<Constant>> {
+        let Some(line) = self.constants.get(name) else {
+            return Ok(None);
+        };
+        let tokens = tokens(line)?;
+        let keyword = tokens.iter().position(|token| token.is_word("constant"));
+        let keyword = keyword.with_context(|| format!("{line}: only constants are modelled"))?;
+        let mut at = Cursor::new(tokens.get(keyword + 1..).unwrap_or_default(), self);
+        let mut constant = Constant::default();
+        let read = constant.append(&mut at);
+        read.with_context(|| line.to_owned())?;
+        Ok(Some(constant))
+    }
+}
+
+impl Function {
+    pub(crate) fn header(&self) -> Result<Vec<Token>> {
+        tokens(&self.header)
+    }
+
+    /// The blocks; the first is where the function begins.
+    pub(crate) fn blocks(&self) -> Result<Vec<Block>> {
+        let mut blocks: Vec<Block> = Vec::new();
+        for line in &self.lines {
+            // What they say to the compiler is nothing to CBMC.
+            if line.contains("@llvm.lifetime.") || line.contains("@llvm.experimental.noalias.") {
+                continue;
+            }
+            let tokens = tokens(line)?;
+            let [first, ..] = tokens.as_slice() else {
+                continue;
+            };
+            if !line.starts_with(' ') {
+                blocks.push(Block {
+                    label: label(first)?,
+                    statements: Vec::new(),
+                });
+                continue;
+            }
+            let block = blocks.last_mut().context("a statement before any label")?;
+            // A switch's cases stand on lines of their own.
+            let goes_on = line.starts_with("    ") || *first == Token::Sign(']');
+            match block.statements.last_mut() {
+                Some(statement) if goes_on => statement.tokens.extend(tokens),
+                _ => block.statements.push(Statement {
+                    line: line.trim().to_owned(),
+                    tokens,
+                }),
+            }
+        }
+        Ok(blocks)
+    }
+
+    /// The functions and constants that it names.
+    pub(crate) fn names(&self) -> Result<HashSet<String>> {
+        let mut names = HashSet::new();
+        for line in &self.lines {
+            names.extend(tokens(line)?.into_iter().filter_map(global));
+        }
+        Ok(names)
+    }
+}
+
+impl Statement {
+    /// The function that it calls.
+    pub(crate) fn callee(&self) -> Option<&str> {
+        let call = self.tokens.iter().position(|token| token.is_word("call"))?;
+        let mut behind = self.tokens.iter().skip(call);
+        behind.find_map(|token| match token {
+            Token::Global(name) => Some(name.as_str()),
+            _ => None,
+        })
+    }
+}
+
+impl Block {
+    /// The blocks that may follow.
+    pub(crate) fn successors(&self) -> impl Iterator<Item = &str> {
+        let last = self.statements.last().map(|last| last.tokens.windows(2));
+        last.into_iter().flatten().filter_map(|pair| match pair {
+            [word, Token::Local(label)] if word.is_word("label") => Some(label.as_str()),
+            _ => None,
+        })
+    }
+}
+
+impl Constant {
+    /// Appends a type and a value of it. Where rustc wants padding, it writes it.
+    fn append(&mut self, at: &mut Cursor) -> Result<()> {
+        let end = self.bytes.len() + usize::try_from(at.of_type()?.size())?;
+        match at.next()? {
+            Token::Global(name) => {
+                self.addresses.insert(self.bytes.len(), name.clone());
+            }
+            Token::Bytes(bytes) => self.bytes.extend(bytes),
+            Token::Word(zero) if ["null", "zeroinitializer", "undef"].contains(&zero.as_str()) => {}
+            Token::Sign('<') => {
+                at.sign('{')?;
+                while !at.try_sign('}') {
+                    self.append(at)?;
+                    at.try_sign(',');
+                }
+            }
+            other => bail!("the constant {other:?} is not modelled"),
+        }
+        self.bytes.resize(end, 0);
+        Ok(())
+    }
+}
+
+/// `attributes #7 = { … noreturn … }`: the names, `#7`.
+fn noreturn_attributes(text: &str) -> HashSet<&str> {
+    text.lines()
+        .filter_map(|line| line.strip_prefix("attributes ")?.split_once(" = "))
+        .filter(|(_, attributes)| attributes.split(' ').any(|word| word == "noreturn"))
+        .map(|(name, _)| name)
+        .collect()
+}
+
+fn declared_name(line: &str) -> Result<String> {
+    let name = tokens(line)?.into_iter().find_map(global);
+    name.with_context(|| format!("{line}: nothing is named"))
+}
+
+fn global(token: Token) -> Option<String> {
+    match token {
+        Token::Global(name) => Some(name),
+        _ => None,
+    }
+}
+
+/// The name in front of a label's colon, quoted or not.
+fn label(token: &Token) -> Result<String> {
+    Ok(match token {
+        Token::Word(name) => name.clone(),
+        Token::Number(number) => number.to_string(),
+        Token::Bytes(name) => String::from_utf8(name.clone())?,
+        other => bail!("{other:?} is no label"),
+    })
+}

@@ -1,0 +1,197 @@
+//! Calls: of the program's own functions, of LLVM's, of the stand-in for Kani's library, and of what
+//! panics.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use anyhow::{Result, bail, ensure};
+
+use super::function::FunctionWriter;
+use super::statements::operation;
+use super::values::Operand;
+use super::{COVER, INPUT, readable};
+use crate::llvm::{Cursor, Module, Token, Type};
+
+struct Call<'a> {
+    result: Type,
+    function: &'a str,
+    arguments: Vec<Operand<'a>>,
+}
+
+impl FunctionWriter<'_, '_> {
+    /// `ATTRIBUTES TYPE @function(TYPE ATTRIBUTES VALUE, …)`
+    fn read_call<'a>(&mut self, at: &mut Cursor<'a>) -> Result<Call<'a>> {
+        at.skip_attributes();
+        let result = at.of_type()?;
+        let function = at.global()?;
+        at.sign('(')?;
+        let mut arguments = Vec::new();
+        while !at.try_sign(')') {
+            arguments.push(self.operand(at)?);
+            at.try_sign(',');
+        }
+        Ok(Call {
+            result,
+            function,
+            arguments,
+        })
+    }
+
+    pub(super) fn call(&mut self, at: &mut Cursor, to: &str) -> Result<()> {
+        let call = self.read_call(at)?;
+        if let Some(name) = call.function.strip_prefix("llvm.") {
+            return self.built_in(name, &call, to);
+        }
+        if self.module().functions.contains_key(call.function) {
+            let name = self.program.function_name(call.function);
+            let value = format!("{name}({})", call.values().join(", "));
+            return match call.result {
+                Type::Void => self.line(&format!("{value};")),
+                _ => self.assign(to, &call.result, &value),
+            };
+        }
+        if self.module().panics(call.function) {
+            let says = message(&call, &HashMap::new(), self.module());
+            return self.fails(&says);
+        }
+        self.stand_in(&call, to)
+    }
+
+    /// In words, what a call means that panics; `given` are values that are known by the names they
+    /// have here.
+    pub(super) fn panic_message(
+        &mut self,
+        statement: &[Token],
+        given: &HashMap<&str, &Token>,
+    ) -> Result<String> {
+        let mut at = Cursor::new(statement, self.module());
+        while !at.next()?.is_word("call") {}
+        let call = self.read_call(&mut at)?;
+        Ok(message(&call, given, self.module()))
+    }
+
+    /// The functions that the stand-in declares, and those of C that compare bytes.
+    fn stand_in(&mut self, call: &Call, to: &str) -> Result<()> {
+        match (call.function, call.arguments.as_slice()) {
+            ("input", _) => {
+                let what = message(call, &HashMap::new(), self.module());
+                self.line(&format!("__CPROVER_output(\"{INPUT}{what}\", 0);"))
+            }
+            ("assume", [condition]) => self.line(&format!("__CPROVER_assume({});", condition.text)),
+            ("cover", [condition]) => {
+                // The function around it is the place's.
+                let (hit, place) = (&condition.text, readable(self.symbol));
+                self.line(&format!("__CPROVER_assert(!{hit}, \"{COVER}{place}\");"))
+            }
+            (any, []) if any.starts_with("any_") => {
+                let value = format!("nondet_{}()", self.program.type_name(&call.result)?);
+                self.assign(to, &call.result, &value)?;
+                let to = self.name(to);
+                self.line(&format!("__CPROVER_input(\"{any}\", {to});"))
+            }
+            ("memcmp" | "bcmp", [left, right, length]) => {
+                // In which order the first bytes are that differ.
+                let mut text = "0".to_owned();
+                for byte in (0..length.number()?).rev() {
+                    let left = format!("({})[{byte}]", left.text);
+                    let right = format!("({})[{byte}]", right.text);
+                    text = format!("{left} != {right} ? ({left} < {right} ? -1 : 1) : ({text})");
+                }
+                self.assign(to, &call.result, &text)
+            }
+            (other, _) => bail!("{} is not modelled", readable(other)),
+        }
+    }
+
+    /// `name` is the function's, without `llvm.`.
+    fn built_in(&mut self, name: &str, call: &Call, to: &str) -> Result<()> {
+        match (name, call.arguments.as_slice()) {
+            ("assume", [condition, ..]) => self.line(&format!(
+                "__CPROVER_assert({}, \"what the compiler assumes\");",
+                condition.text
+            )),
+            ("memcpy.p0.p0.i64" | "memmove.p0.p0.i64", [to, from, length, _]) => {
+                // All are read before any is written, so the places may overlap.
+                let (mut read, mut write) = (String::new(), String::new());
+                for byte in 0..length.number()? {
+                    write!(read, " u8 m{byte} = ({})[{byte}];", from.text)?;
+                    write!(write, " ({})[{byte}] = m{byte};", to.text)?;
+                }
+                self.line(&format!("{{{read}{write} }}"))
+            }
+            ("memset.p0.i64", [to, value, length, _]) => {
+                for byte in 0..length.number()? {
+                    self.line(&format!("({})[{byte}] = {};", to.text, value.text))?;
+                }
+                Ok(())
+            }
+            (name, [first, ..]) => {
+                // The last part of the name is the type.
+                let name = name.rsplit_once('.').map_or(name, |(name, _)| name);
+                let bits = first.of.bits()?;
+                let operation = operation(name)?;
+                let mut value = format!("{operation}({bits}, {})", call.values().join(", "));
+                if name.ends_with(".with.overflow") {
+                    ensure!(bits <= 64, "overflow of {bits} bits is not modelled");
+                    value = format!("({}){value}", self.program.type_name(&call.result)?);
+                }
+                self.assign(to, &call.result, &value)
+            }
+            _ => bail!("LLVM's function {name} is not modelled"),
+        }
+    }
+}
+
+impl Call<'_> {
+    fn values(&self) -> Vec<String> {
+        let arguments = self.arguments.iter();
+        arguments.map(|argument| argument.text.clone()).collect()
+    }
+}
+
+/// The text that a call is given, as address and length, or else which function it calls; and the
+/// place in the source that it is given. For a string of C.
+fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> String {
+    let mut says = readable(call.function);
+    let mut place = String::new();
+    for (argument, value) in call.arguments.iter().enumerate() {
+        let token = match value.token {
+            Token::Local(name) => given.get(name.as_str()).copied(),
+            token => Some(token),
+        };
+        let Some(Token::Global(name)) = token else {
+            continue;
+        };
+        if let Some(found) = location(module, name) {
+            place = format!(" at {found}");
+        } else if let Some(next) = call.arguments.get(argument + 1)
+            && let Ok(length) = next.number()
+            && let Some(found) = text(module, name, length)
+        {
+            says = found;
+        }
+    }
+    format!("{says}{place}").replace(['"', '\\', '\n'], "'")
+}
+
+/// The first bytes of a constant, as text.
+fn text(module: &Module, name: &str, length: i128) -> Option<String> {
+    let bytes = module.constant(name).ok()??.bytes;
+    let text = bytes.get(..usize::try_from(length).ok()?)?;
+    String::from_utf8(text.to_vec()).ok()
+}
+
+/// A `core::panic::Location`: a file's address and length, line and column.
+fn location(module: &Module, name: &str) -> Option<String> {
+    let constant = module.constant(name).ok()??;
+    if constant.bytes.len() != 24 {
+        return None;
+    }
+    let number = |at: usize| {
+        let bytes = constant.bytes.get(at..)?.first_chunk()?;
+        Some(u32::from_le_bytes(*bytes))
+    };
+    let file = constant.addresses.get(&0)?;
+    let file = text(module, file, number(8)?.into())?;
+    Some(format!("{file}:{}:{}", number(16)?, number(20)?))
+}

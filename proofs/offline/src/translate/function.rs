@@ -1,0 +1,288 @@
+//! Writes a function's blocks, and the jumps between them.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use anyhow::{Context as _, Result};
+
+use super::Program;
+use super::order::{Item, Order, order};
+use super::values::Operand;
+use crate::llvm::{Block, Cursor, Module, Token, Type};
+
+/// Writes one function.
+pub(super) struct FunctionWriter<'p, 'm> {
+    pub(super) program: &'p mut Program<'m>,
+    pub(super) symbol: &'p str,
+    /// The C names of values, by LLVM's.
+    names: HashMap<String, String>,
+    declared: String,
+    text: String,
+}
+
+/// A value that depends on the block that the jump came from.
+struct Phi<'a> {
+    to: &'a str,
+    of: Type,
+    /// By the blocks' labels.
+    incoming: Vec<(&'a str, Operand<'a>)>,
+}
+
+impl<'a> Phi<'a> {
+    /// The value that it has after a jump from that block.
+    fn from(&self, block: &Block) -> Result<&Operand<'a>> {
+        let mut incoming = self.incoming.iter();
+        let found = incoming.find(|(label, _)| *label == block.label);
+        let (_, value) = found.context("no value from this block")?;
+        Ok(value)
+    }
+}
+
+/// A function's blocks, and their order.
+pub(super) struct Graph<'a> {
+    blocks: &'a [Block],
+    places: HashMap<&'a str, usize>,
+    order: Order,
+}
+
+impl<'a> Graph<'a> {
+    fn new(blocks: &'a [Block]) -> Result<Self> {
+        let labels = blocks.iter().map(|block| block.label.as_str());
+        let places: HashMap<&str, usize> = labels.zip(0..).collect();
+        let mut jumps = Vec::new();
+        for (from, block) in blocks.iter().enumerate() {
+            for to in block.successors() {
+                jumps.push((from, *places.get(to).context("a jump to no block")?));
+            }
+        }
+        Ok(Self {
+            blocks,
+            order: order(blocks.len(), &jumps),
+            places,
+        })
+    }
+
+    fn block(&self, label: &str) -> Result<(usize, &'a Block)> {
+        let place = self.places.get(label).context("a jump to no block")?;
+        Ok((*place, self.at(*place)?))
+    }
+
+    fn at(&self, place: usize) -> Result<&'a Block> {
+        self.blocks.get(place).context("no such block")
+    }
+}
+
+impl<'p, 'm> FunctionWriter<'p, 'm> {
+    /// The function's head and body in C.
+    pub(super) fn write(program: &'p mut Program<'m>, symbol: &'p str) -> Result<(String, String)> {
+        let function = program.module.functions.get(symbol);
+        let function = function.context("it is not defined")?;
+        let mut writer = Self {
+            program,
+            symbol,
+            names: HashMap::new(),
+            declared: String::new(),
+            text: String::new(),
+        };
+        let head = writer.head(&function.header()?)?;
+        let blocks = function.blocks()?;
+        let graph = Graph::new(&blocks)?;
+        for item in &graph.order.items {
+            match *item {
+                Item::Block(place) => {
+                    writeln!(writer.text, "block{place}:;")?;
+                    for statement in &graph.at(place)?.statements {
+                        writer
+                            .statement(&statement.tokens, place, &graph)
+                            .with_context(|| statement.line.clone())?;
+                    }
+                }
+                Item::Repeat(head) => writeln!(writer.text, "repeat{head}: goto block{head};")?,
+            }
+        }
+        Ok((head, writer.declared + &writer.text))
+    }
+
+    pub(super) fn module(&self) -> &'m Module {
+        self.program.module
+    }
+
+    /// `define ATTRIBUTES TYPE @name(TYPE ATTRIBUTES %parameter, …)`
+    fn head(&mut self, header: &[Token]) -> Result<String> {
+        let mut at = Cursor::new(header, self.module());
+        at.word("define")?;
+        at.skip_attributes();
+        let result = self.program.type_name(&at.of_type()?)?;
+        let name = self.program.function_name(at.global()?);
+        at.sign('(')?;
+        let mut parameters = Vec::new();
+        while !at.try_sign(')') {
+            let parameter = self.operand(&mut at)?;
+            let of = self.program.type_name(&parameter.of)?;
+            parameters.push(format!("{of} {}", parameter.text));
+            at.try_sign(',');
+        }
+        Ok(format!("static {result} {name}({})", parameters.join(", ")))
+    }
+
+    /// The C name of LLVM's `%local`.
+    pub(super) fn name(&mut self, local: &str) -> String {
+        let new = format!("v{}", self.names.len());
+        self.names.entry(local.to_owned()).or_insert(new).clone()
+    }
+
+    /// Declares the value `to`, and returns its name.
+    pub(super) fn declare(&mut self, to: &str, of: &Type) -> Result<String> {
+        let (name, of) = (self.name(to), self.program.type_name(of)?);
+        writeln!(self.declared, "  {of} {name};")?;
+        Ok(name)
+    }
+
+    /// Declares an array of bytes.
+    pub(super) fn declare_bytes(&mut self, to: &str, bytes: u64) -> Result<()> {
+        let name = self.name(to);
+        writeln!(self.declared, "  u8 {name}[{}];", bytes.max(1))?;
+        Ok(())
+    }
+
+    pub(super) fn line(&mut self, text: &str) -> Result<()> {
+        writeln!(self.text, "  {text}")?;
+        Ok(())
+    }
+
+    /// `%to = phi TYPE [ VALUE, %label ], …`; `None` if it is another statement.
+    fn read_phi<'a>(&mut self, tokens: &'a [Token]) -> Result<Option<Phi<'a>>>
+    where
+        'm: 'a,
+    {
+        let (to, rest) = match tokens {
+            [Token::Local(to), _, word, rest @ ..] if word.is_word("phi") => (to, rest),
+            _ => return Ok(None),
+        };
+        let mut at: Cursor<'a> = Cursor::new(rest, self.module());
+        let of = at.of_type()?;
+        let mut incoming = Vec::new();
+        while at.try_sign('[') {
+            let value = self.value(&mut at, of.clone())?;
+            at.sign(',')?;
+            incoming.push((at.local()?, value));
+            at.sign(']')?;
+            at.try_sign(',');
+        }
+        Ok(Some(Phi { to, of, incoming }))
+    }
+
+    /// A jump here has left the value in a name beside it.
+    pub(super) fn phi(&mut self, tokens: &[Token]) -> Result<()> {
+        let phi = self.read_phi(tokens)?.context("no phi")?;
+        let name = self.declare(phi.to, &phi.of)?;
+        let of = self.program.type_name(&phi.of)?;
+        writeln!(self.declared, "  {of} {name}_next;")?;
+        self.line(&format!("{name} = {name}_next;"))
+    }
+
+    /// How a block ends.
+    pub(super) fn end(
+        &mut self,
+        at: &mut Cursor,
+        operator: &str,
+        from: usize,
+        graph: &Graph,
+    ) -> Result<()> {
+        if operator == "unreachable" {
+            return self.fails("what the compiler takes for unreachable");
+        }
+        if at.try_word("void") {
+            return self.line("return;");
+        }
+        if at.rest.first().is_some_and(|word| word.is_word("label")) {
+            let jump = self.jump(from, at.label()?, graph)?;
+            return self.line(&jump);
+        }
+        let value = self.operand(at)?;
+        if operator == "ret" {
+            return self.line(&format!("return {};", value.text));
+        }
+        at.sign(',')?;
+        let first = at.label()?;
+        if operator == "br" {
+            at.sign(',')?;
+            return self.branch(&value.text, [first, at.label()?], from, graph);
+        }
+        at.sign('[')?;
+        while !at.try_sign(']') {
+            let case = self.operand(at)?.text;
+            at.sign(',')?;
+            let jump = self.jump(from, at.label()?, graph)?;
+            self.line(&format!("if ({} == {case}) {{ {jump} }}", value.text))?;
+        }
+        let jump = self.jump(from, first, graph)?;
+        self.line(&jump)
+    }
+
+    /// It is wrong to come here.
+    pub(super) fn fails(&mut self, says: &str) -> Result<()> {
+        self.line(&format!(
+            "__CPROVER_assert(0, \"{says}\"); __CPROVER_assume(0);"
+        ))
+    }
+
+    /// A branch to a block that does nothing but panic is written as an assertion: CBMC goes on with
+    /// one path then, and not with one for each place that may panic.
+    fn branch(
+        &mut self,
+        condition: &str,
+        [yes, no]: [&str; 2],
+        from: usize,
+        graph: &Graph,
+    ) -> Result<()> {
+        for (not, panicking, other) in [("!", yes, no), ("", no, yes)] {
+            if let Some(says) = self.panic_of(panicking, from, graph)? {
+                let jump = self.jump(from, other, graph)?;
+                return self.line(&format!(
+                    "{{ _Bool holds = {not}{condition}; __CPROVER_assert(holds, \"{says}\"); \
+                     __CPROVER_assume(holds); }} {jump}"
+                ));
+            }
+        }
+        let (yes, no) = (self.jump(from, yes, graph)?, self.jump(from, no, graph)?);
+        self.line(&format!("if ({condition}) {{ {yes} }} else {{ {no} }}"))
+    }
+
+    /// What a block says that, reached from the block `from`, only panics.
+    fn panic_of(&mut self, label: &str, from: usize, graph: &Graph) -> Result<Option<String>> {
+        let [before @ .., call, end] = graph.block(label)?.1.statements.as_slice() else {
+            return Ok(None);
+        };
+        let panics = call.callee().is_some_and(|name| self.module().panics(name));
+        if end.line != "unreachable" || !panics {
+            return Ok(None);
+        }
+        // What the call is given may depend on where the jump came from.
+        let mut given = HashMap::new();
+        for statement in before {
+            let Some(phi) = self.read_phi(&statement.tokens)? else {
+                return Ok(None);
+            };
+            given.insert(phi.to, phi.from(graph.at(from)?)?.token);
+        }
+        self.panic_message(&call.tokens, &given).map(Some)
+    }
+
+    /// Hands over the values that the block `to` takes from this one, and goes there.
+    fn jump(&mut self, from: usize, to: &str, graph: &Graph) -> Result<String> {
+        let (target, block) = graph.block(to)?;
+        let mut text = String::new();
+        for statement in &block.statements {
+            let Some(phi) = self.read_phi(&statement.tokens)? else {
+                break;
+            };
+            let value = &phi.from(graph.at(from)?)?.text;
+            write!(text, "{}_next = {value}; ", self.name(phi.to))?;
+        }
+        let repeats = graph.order.repeats.contains(&(from, target));
+        let kind = if repeats { "repeat" } else { "block" };
+        write!(text, "goto {kind}{target};")?;
+        Ok(text)
+    }
+}

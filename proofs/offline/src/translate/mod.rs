@@ -1,0 +1,168 @@
+//! Writes a harness, and every function it reaches, as one C program for CBMC: a statement of C for
+//! each of LLVM's. What is not modelled is an error, never left out.
+
+mod calls;
+mod function;
+mod order;
+mod statements;
+mod values;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use anyhow::{Context as _, Result, bail};
+
+use crate::llvm::{Constant, Module, Type};
+use function::FunctionWriter;
+
+/// LLVM's operations on whole numbers, in C.
+const PRELUDE: &str = include_str!("llvm.h");
+/// The assertion that must fail: a harness whose end is never reached proves nothing.
+pub(crate) const END: &str = "end of harness";
+/// In front of a cover's name: an assertion that must fail too.
+pub(crate) const COVER: &str = "cover: ";
+/// In front of what the values that follow are for.
+pub(crate) const INPUT: &str = "input: ";
+
+/// The C program that runs the harness named `name`.
+pub(crate) fn program(module: &Module, name: &str) -> Result<String> {
+    let mut program = Program {
+        module,
+        functions: BTreeMap::new(),
+        pending: Vec::new(),
+        constants: BTreeMap::new(),
+        integers: BTreeSet::from([1, 8, 16, 32, 64, 128]),
+        structures: Vec::new(),
+    };
+    let harness = program.function_name(name);
+    let mut prototypes = String::new();
+    let mut bodies = String::new();
+    while let Some(next) = program.pending.pop() {
+        let name = readable(&next);
+        let written = FunctionWriter::write(&mut program, &next);
+        let (head, body) = written.with_context(|| format!("in {name}"))?;
+        writeln!(prototypes, "{head};")?;
+        writeln!(bodies, "/* {name} */\n{head} {{\n{body}}}\n")?;
+    }
+    let declarations = program.declarations()?;
+    Ok(format!(
+        "{declarations}{prototypes}\n{bodies}\
+         int main(void) {{\n  {harness}();\n  __CPROVER_assert(0, \"{END}\");\n}}\n"
+    ))
+}
+
+/// A function's name as its author wrote it.
+pub(crate) fn readable(symbol: &str) -> String {
+    format!("{:#}", rustc_demangle::demangle(symbol))
+}
+
+/// What the whole program needs. The functions, and in the maps the C names, of what was reached.
+struct Program<'a> {
+    module: &'a Module,
+    functions: BTreeMap<String, String>,
+    pending: Vec<String>,
+    constants: BTreeMap<String, (String, Constant)>,
+    integers: BTreeSet<u32>,
+    structures: Vec<Type>,
+}
+
+impl Program<'_> {
+    /// What the function is called in C; it will be written.
+    fn function_name(&mut self, name: &str) -> String {
+        if let Some(known) = self.functions.get(name) {
+            return known.clone();
+        }
+        let new = format!("f{}", self.functions.len());
+        self.functions.insert(name.to_owned(), new.clone());
+        self.pending.push(name.to_owned());
+        new
+    }
+
+    fn constant_name(&mut self, name: &str) -> Result<String> {
+        if let Some((known, _)) = self.constants.get(name) {
+            return Ok(known.clone());
+        }
+        let constant = if self.module.functions.contains_key(name) {
+            // A function's address; what it is called through is not modelled.
+            Constant::default()
+        } else {
+            let constant = self.module.constant(name)?;
+            constant.with_context(|| format!("no constant @{name}"))?
+        };
+        let new = format!("c{}", self.constants.len());
+        self.constants
+            .insert(name.to_owned(), (new.clone(), constant));
+        Ok(new)
+    }
+
+    fn type_name(&mut self, of: &Type) -> Result<String> {
+        Ok(match of {
+            Type::Void => "void".to_owned(),
+            Type::Pointer => "pointer".to_owned(),
+            Type::Integer(bits) => {
+                self.integers.insert(*bits);
+                format!("u{bits}")
+            }
+            Type::Structure { fields, .. } => {
+                // Its fields first, for C wants them declared before.
+                for field in fields {
+                    self.type_name(field)?;
+                }
+                let known = self.structures.iter().position(|other| other == of);
+                let place = known.unwrap_or_else(|| {
+                    self.structures.push(of.clone());
+                    self.structures.len() - 1
+                });
+                format!("t{place}")
+            }
+            Type::Array(..) => bail!("an array as a value is not modelled"),
+        })
+    }
+
+    /// Types and constants, and for each type a function that gives any value of it.
+    fn declarations(&mut self) -> Result<String> {
+        let mut structures = String::new();
+        for (place, of) in self.structures.clone().iter().enumerate() {
+            let Type::Structure { fields, .. } = of else {
+                continue;
+            };
+            write!(structures, "typedef struct {{")?;
+            for (place, field) in fields.iter().enumerate() {
+                write!(structures, " {} f{place};", self.type_name(field)?)?;
+            }
+            writeln!(structures, " }} t{place}; t{place} nondet_t{place}(void);")?;
+        }
+        let mut text =
+            format!("{PRELUDE}\ntypedef unsigned char *pointer; pointer nondet_pointer(void);\n");
+        for bits in &self.integers {
+            // Plain C integers, where there are such: CBMC handles arrays of bytes best.
+            let of = match bits {
+                8 => "char".to_owned(),
+                16 => "short".to_owned(),
+                32 => "int".to_owned(),
+                64 => "long long".to_owned(),
+                128 => "__int128".to_owned(),
+                _ => format!("__CPROVER_bitvector[{bits}]"),
+            };
+            let wide = (*bits).max(32);
+            writeln!(
+                text,
+                "typedef unsigned {of} u{bits}; typedef signed {of} s{bits}; \
+                 u{bits} nondet_u{bits}(void);\n#define w{bits} u{wide}"
+            )?;
+        }
+        text.push_str(&structures);
+        for (name, Constant { bytes, addresses }) in self.constants.values() {
+            let length = bytes.len().max(1);
+            if bytes.is_empty() || !addresses.is_empty() {
+                // Addresses have no bytes: to CBMC this may hold anything.
+                writeln!(text, "extern const u8 {name}[{length}];")?;
+            } else {
+                let list: Vec<String> = bytes.iter().map(u8::to_string).collect();
+                let list = list.join(",");
+                writeln!(text, "static const u8 {name}[{length}] = {{{list}}};")?;
+            }
+        }
+        Ok(text)
+    }
+}

@@ -1,0 +1,87 @@
+//! The types that have "any value".
+
+use core::num::NonZero;
+
+use crate::assume;
+
+/// A type that [`any`](crate::any) can make every value of.
+pub trait Arbitrary: Sized {
+    /// Any value of it.
+    fn any() -> Self;
+}
+
+macro_rules! integers {
+    ($($any:ident: $unsigned:ident $signed:ident,)*) => { $(
+        unsafe extern "Rust" {
+            safe fn $any() -> $unsigned;
+        }
+
+        impl Arbitrary for $unsigned {
+            #[inline]
+            fn any() -> Self {
+                $any()
+            }
+        }
+
+        impl Arbitrary for $signed {
+            #[inline]
+            fn any() -> Self {
+                $any().cast_signed()
+            }
+        }
+
+        impl Arbitrary for NonZero<$unsigned> {
+            #[inline]
+            fn any() -> Self {
+                let value = $any();
+                assume(value != 0);
+                Self::new(value).unwrap_or(Self::MIN)
+            }
+        }
+    )* };
+}
+integers! {
+    any_u8: u8 i8,
+    any_u16: u16 i16,
+    any_u32: u32 i32,
+    any_u64: u64 i64,
+    any_u128: u128 i128,
+    any_usize: usize isize,
+}
+
+impl Arbitrary for bool {
+    #[inline]
+    fn any() -> Self {
+        let bit = u8::any();
+        assume(bit < 2);
+        bit == 1
+    }
+}
+
+impl<T: Arbitrary> Arbitrary for Option<T> {
+    #[inline]
+    fn any() -> Self {
+        // Both are drawn whatever the first is, so that an input always has the same values.
+        let (is_some, value) = (bool::any(), T::any());
+        is_some.then_some(value)
+    }
+}
+
+impl<T: Arbitrary, const LENGTH: usize> Arbitrary for [T; LENGTH] {
+    #[inline]
+    fn any() -> Self {
+        core::array::from_fn(|_| T::any())
+    }
+}
+
+macro_rules! tuples {
+    ($(($($part:ident)*))*) => { $(
+        impl<$($part: Arbitrary),*> Arbitrary for ($($part,)*) {
+            #[inline]
+            fn any() -> Self {
+                ($($part::any(),)*)
+            }
+        }
+    )* };
+}
+tuples! { (A) (A B) (A B C) (A B C D) (A B C D E) (A B C D E F) }

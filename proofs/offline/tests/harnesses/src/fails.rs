@@ -1,0 +1,135 @@
+//! One fault each.
+
+fn sum(bytes: [u8; 16]) -> u32 {
+    let (mut sum, mut i) = (0, 0);
+    while i < 16 {
+        sum += u32::from(bytes[i]);
+        i += 1;
+    }
+    sum
+}
+
+#[kani::proof]
+#[kani::unwind(4)]
+fn bound_that_is_too_small() {
+    assert!(sum(kani::any()) <= 16 * 255);
+    kani::cover!();
+}
+
+#[kani::proof]
+#[kani::unwind(17)]
+fn only_the_last_round_is_wrong() {
+    assert!(sum(kani::any()) < 16 * 255);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn end_that_nothing_reaches() {
+    let byte: u8 = kani::any();
+    kani::assume(byte > 3);
+    kani::assume(byte < 2);
+    assert!(byte == 0x41);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn end_without_cover() {
+    let byte: u8 = kani::any();
+    kani::assume(byte > 3);
+    kani::assume(byte < 2);
+}
+
+#[kani::proof]
+fn cover_that_nothing_hits() {
+    let byte: u8 = kani::any();
+    kani::cover!(u16::from(byte) == 0x141, "no byte");
+    kani::cover!();
+}
+
+#[kani::proof]
+fn cover_in_code_that_nothing_reaches() {
+    let byte: u8 = kani::any();
+    if u16::from(byte) > 0xFF {
+        kani::cover!(true, "not here");
+    }
+    kani::cover!();
+}
+
+/// One of its two instances covers nothing.
+fn covers_in<const LIMIT: u16>(byte: u8) {
+    kani::cover!(u16::from(byte) > LIMIT);
+}
+
+#[kani::proof]
+fn cover_in_one_of_two_instances() {
+    let byte: u8 = kani::any();
+    covers_in::<0xFF>(byte);
+    covers_in::<0xFE>(byte);
+}
+
+#[kani::proof]
+fn false_assertion() {
+    let bytes: [u8; 2] = kani::any();
+    assert!(bytes != [0x41, 0x0D]);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn assumption_that_is_too_weak() {
+    let byte: u8 = kani::any_where(|&byte| byte > 0);
+    assert!(byte > 1);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn overflow() {
+    let count: u8 = kani::any();
+    assert!(count + 1 > 0);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn shift_too_far() {
+    let by: u32 = kani::any();
+    assert!(1_u64 << by != 0);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn division_by_zero() {
+    let divisor: u8 = kani::any();
+    assert!(100 / divisor <= 100);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn index_out_of_bounds() {
+    let bytes: [u8; 7] = kani::any();
+    let index: usize = kani::any_where(|&index| index <= 7);
+    assert!(u16::from(bytes[index]) < 256);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn read_out_of_bounds() {
+    let bytes: [u8; 7] = kani::any();
+    let index: usize = kani::any_where(|&index| index <= 7);
+    // Not sound, and that is what must be found.
+    let byte = unsafe { bytes.as_ptr().add(index).read() };
+    kani::cover!(byte == 0x41);
+}
+
+#[kani::proof]
+fn slice_out_of_bounds() {
+    let bytes: [u8; 7] = kani::any();
+    let start: usize = kani::any();
+    assert!(bytes[start..].len() <= 7);
+    kani::cover!();
+}
+
+#[kani::proof]
+fn unwrap_of_nothing() {
+    let byte: Option<u8> = kani::any();
+    assert!(u16::from(byte.unwrap()) < 256);
+    kani::cover!();
+}

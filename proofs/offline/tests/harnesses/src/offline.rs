@@ -1,0 +1,40 @@
+//! What is a fault to the offline prover, and not to Kani.
+
+#[repr(u8)]
+#[allow(dead_code, reason = "its values are made of numbers")]
+enum Phase {
+    Live,
+    Hold,
+    Ramp,
+    Parked,
+}
+
+#[kani::proof]
+fn value_that_the_enum_does_not_have() {
+    let byte: u8 = kani::any_where(|&byte| byte <= 4);
+    // Not sound, for 4 is none, and that is what must be found.
+    let phase: Phase = unsafe { core::mem::transmute(byte) };
+    let ticks: u8 = match phase {
+        Phase::Live => kani::any_where(|&ticks| ticks > 10),
+        Phase::Hold => kani::any_where(|&ticks| ticks > 20),
+        Phase::Ramp => kani::any(),
+        Phase::Parked => 0,
+    };
+    kani::cover!(ticks == 0);
+}
+
+#[kani::proof]
+fn floating_point() {
+    let byte: u8 = kani::any();
+    assert!(f32::from(byte) * 0.1 < 26.0);
+    kani::cover!();
+}
+
+/// It would be proved, if one could wait for it: the number is prime.
+#[kani::proof]
+fn proof_that_takes_too_long() {
+    let (a, b): (u32, u32) = (kani::any(), kani::any());
+    kani::assume(a > 1 && b > 1);
+    assert!(u64::from(a) * u64::from(b) != 4_611_686_018_427_387_847);
+    kani::cover!();
+}

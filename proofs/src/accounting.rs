@@ -1,0 +1,185 @@
+//! Theorem 9: every byte is in exactly one place (L2). At any time, modulo the counters' width,
+//!
+//! ```text
+//! bytes = frame length * frames + discarded + pending
+//! ```
+//!
+//! Proof by induction: at reset all are 0. Each byte, and each line event, adds the same on both sides,
+//! whatever the counters, which may be about to wrap. A slice does what its bytes do (theorem 6).
+//!
+//! For every format of one to eight bytes: the engine reports, for each byte, a frame or dropped bytes
+//! such that with what is pending they make up what was pending and the byte (`one_byte` in
+//! `core/src/window/verification.rs`), and [each report is counted](each_report_is_counted).
+
+use framelock::{
+    Accounting, Bin, BinCrc8, Counters, Discarded, Event, Lecture, Mismatch, Parser, Receiver,
+    Setpoint,
+};
+
+use crate::states::{any_lecture, any_line_event, any_receiver};
+
+/// A parser in any state, and counters that are all the same number, which may be any: each is counted
+/// on its own.
+fn any_account<P: Parser>(parser: P, start: usize) -> Accounting<P> {
+    let mut counters = Counters::ZERO;
+    counters.bytes = start;
+    counters.frames = start;
+    counters.resynchronisations = start;
+    counters.discarded = Discarded {
+        no_sync: start,
+        broken_sync: start,
+        check: start,
+        terminator: start,
+        line_event: start,
+    };
+    Accounting::resumed(parser, counters)
+}
+
+/// By how much the counters went up: those of frames as bytes, and those of discarded bytes.
+fn placed<P: Parser>(counters: &Counters, start: usize) -> u8 {
+    let up = |counter: usize| {
+        let up = counter.wrapping_sub(start).to_le_bytes()[0];
+        assert!(counter == start.wrapping_add(usize::from(up)));
+        up
+    };
+    let discarded = &counters.discarded;
+    up(counters.frames) * P::FRAME_LENGTH.to_le_bytes()[0]
+        + up(discarded.no_sync)
+        + up(discarded.broken_sync)
+        + up(discarded.check)
+        + up(discarded.terminator)
+        + up(discarded.line_event)
+}
+
+/// What was pending and the new byte are what was placed and what is pending now.
+fn byte_is_placed<P: Parser<Message = Setpoint>>(parser: P) {
+    let start = kani::any();
+    let mut line = any_account(parser, start);
+    let before = line.pending();
+    let committed = line.push(kani::any()).is_some();
+    let after = line.counters();
+    assert!(after.bytes == start.wrapping_add(1));
+    assert!(after.frames == start.wrapping_add(usize::from(committed)));
+    let placed = placed::<P>(after, start);
+    assert!(before + 1 == usize::from(placed) + line.pending());
+    kani::cover!(committed, "a commit");
+    kani::cover!(!committed && placed > 1, "bytes are discarded");
+}
+
+/// What was pending is placed.
+fn event_places_what_is_pending<P: Parser<Message = Setpoint>>(parser: P) {
+    let start = kani::any();
+    let mut line = any_account(parser, start);
+    let before = line.pending();
+    line.line_event(any_line_event());
+    assert!(line.counters().bytes == start && line.pending() == 0);
+    assert!(before == usize::from(placed::<P>(line.counters(), start)));
+    kani::cover!(before == P::FRAME_LENGTH - 1, "bytes are discarded");
+}
+
+fn reset_is_balanced<P: Parser>(parser: P) {
+    let line = Accounting::new(parser);
+    assert!(*line.counters() == Counters::default() && line.pending() == 0);
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn each_starts_balanced() {
+    reset_is_balanced(Lecture::new());
+    reset_is_balanced(Receiver::<Bin>::new());
+    reset_is_balanced(Receiver::<BinCrc8>::new());
+    kani::cover!(true, "each");
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn lecture_places_bytes() {
+    byte_is_placed(any_lecture());
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn lecture_is_emptied_by_events() {
+    event_places_what_is_pending(any_lecture());
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn receiver_of_bin_is_emptied_by_events() {
+    event_places_what_is_pending(any_receiver::<Bin, 7>());
+}
+
+#[kani::proof]
+#[kani::unwind(34)]
+fn receiver_of_bin_crc8_is_emptied_by_events() {
+    event_places_what_is_pending(any_receiver::<BinCrc8, 8>());
+}
+
+/// A parser that reports these two events of each slice.
+struct Reports([Event<()>; 2]);
+
+impl Parser for Reports {
+    type Message = ();
+    const FRAME_LENGTH: usize = 7;
+
+    fn push(&mut self, _: u8) -> Option<()> {
+        None
+    }
+
+    fn feed_events(&mut self, _: &[u8], mut event: impl FnMut(Event<()>)) {
+        event(self.0[0]);
+        event(self.0[1]);
+    }
+
+    fn pending(&self) -> usize {
+        0
+    }
+
+    fn reset(&mut self) {}
+}
+
+fn any_event() -> Event<()> {
+    let count = kani::any_where(|&count| count < 64);
+    let dropped = |why| Event::Dropped { count, why };
+    match kani::any::<u8>() {
+        0 => dropped(Mismatch::NoSync),
+        1 => dropped(Mismatch::BrokenSync),
+        2 => dropped(Mismatch::Check),
+        3 => dropped(Mismatch::Terminator),
+        _ => Event::Frame {
+            index: 0,
+            message: (),
+        },
+    }
+}
+
+/// Two, so that the second may be the first frame after a loss.
+#[kani::proof]
+#[kani::unwind(9)]
+fn each_report_is_counted() {
+    let events = [any_event(), any_event()];
+    let start = kani::any();
+    let mut line = any_account(Reports(events), start);
+    let mut frames = 0;
+    line.feed(&[0], |_, ()| frames += 1);
+    let counters = line.counters();
+    assert!(counters.bytes == start.wrapping_add(1));
+    assert!(counters.frames == start.wrapping_add(frames));
+    let is_frame = |event| matches!(event, Event::Frame { .. });
+    let is_resynchronised = !is_frame(events[0]) && is_frame(events[1]);
+    let resynchronisations = start.wrapping_add(usize::from(is_resynchronised));
+    assert!(counters.resynchronisations == resynchronisations);
+    // Each for its own reason.
+    let dropped_as = |event, reason| match event {
+        Event::Dropped { count, why } if why == reason => count,
+        _ => 0,
+    };
+    let of_reason = |reason| dropped_as(events[0], reason) + dropped_as(events[1], reason);
+    let discarded = &counters.discarded;
+    assert!(discarded.no_sync == start.wrapping_add(of_reason(Mismatch::NoSync)));
+    assert!(discarded.broken_sync == start.wrapping_add(of_reason(Mismatch::BrokenSync)));
+    assert!(discarded.check == start.wrapping_add(of_reason(Mismatch::Check)));
+    assert!(discarded.terminator == start.wrapping_add(of_reason(Mismatch::Terminator)));
+    kani::cover!(frames == 2, "frames");
+    kani::cover!(is_resynchronised, "a frame after a loss");
+}

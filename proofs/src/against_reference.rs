@@ -1,0 +1,125 @@
+//! Theorem 5: what is committed, and what is pending at the end, is what the naive whole-buffer
+//! [`reference`] says, for a stream of any length (R2, R3).
+//!
+//! Proof by induction over the reference's loop. It tries one place after the other at which a frame
+//! may begin; the machine is then as at reset, or as if it were. The bytes that follow are pushed one
+//! by one, up to a frame's length or the end of the stream:
+//!
+//! * If they are a frame, the machine commits it with the last of them and is as at reset: the
+//!   reference goes on behind them.
+//! * If they are not, it has committed nothing. Under Rescan the reference drops one byte, and the
+//!   receiver goes on as one that has received only what is behind that byte. Under Discard the
+//!   reference drops all up to the byte that fails; with that byte the machine is as at reset.
+//! * If the stream ends before that shows, all of them are pending.
+//!
+//! As a check of this argument the reference itself is run on whole streams, of up to 16 bytes.
+
+use framelock::{Bin, BinCrc8, Format, Frame, Lecture, Parser, Receiver, Setpoint, State};
+
+use crate::reference::{self, Event, Policy, whole_buffer};
+use crate::states::{any_setpoint, setpoint_of};
+
+fn rescan<F, R, const N: usize>()
+where
+    F: Format<Frame = [u8; N], Message = Setpoint>,
+    R: reference::Format,
+    [u8; N]: Frame,
+{
+    let bytes: [u8; N] = kani::any();
+    let length: usize = kani::any_where(|&length| length > 0 && length <= N);
+    let (mut receiver, mut behind) = (Receiver::<F>::new(), Receiver::<F>::new());
+    let (mut failed, mut committed) = (None, None);
+    let mut place = 0;
+    while place < N {
+        if place < length {
+            assert!(committed.is_none());
+            committed = receiver.push(bytes[place]);
+            assert!(place == 0 || behind.push(bytes[place]).is_none());
+            failed = R::fails_at(&bytes[..=place]);
+        }
+        place += 1;
+    }
+    if failed.is_some() {
+        assert!(committed.is_none() && receiver == behind);
+    } else if length < N {
+        assert!(committed.is_none() && receiver.pending() == length);
+    } else {
+        assert!(committed == Some(setpoint_of(bytes)));
+        assert!(receiver == Receiver::new());
+    }
+    kani::cover!(failed == Some(N - 1), "it fails at its end");
+    kani::cover!(committed.is_some(), "a frame");
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn rescan_of_bin() {
+    rescan::<Bin, reference::Bin, 7>();
+}
+
+#[kani::proof]
+#[kani::unwind(34)]
+fn rescan_of_bin_crc8() {
+    rescan::<BinCrc8, reference::BinCrc8, 8>();
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn discard_by_the_lectures_machine() {
+    let bytes: [u8; 7] = kani::any();
+    let mut machine = Lecture {
+        state: State::SyncA,
+        temp: any_setpoint(),
+    };
+    let (mut failed, mut committed) = (None, None);
+    let mut length = 1;
+    while length <= 7 {
+        if failed.is_none() {
+            committed = machine.push(bytes[length - 1]);
+            failed = <reference::Bin as reference::Format>::fails_at(&bytes[..length]);
+            let is_over = failed.is_some() || length == 7;
+            assert!(failed.is_none_or(|place| place == length - 1));
+            assert!(machine.pending() == if is_over { 0 } else { length });
+            let is_frame = failed.is_none() && is_over;
+            assert!(committed == is_frame.then(|| setpoint_of(bytes)));
+        }
+        length += 1;
+    }
+    kani::cover!(failed == Some(6), "it fails at its end");
+    kani::cover!(committed.is_some(), "a frame");
+}
+
+/// Every stream of `N` bytes, and with it every shorter one.
+fn whole_streams<P, F, const N: usize>(mut parser: P, policy: Policy)
+where
+    P: Parser<Message = Setpoint>,
+    F: reference::Format,
+{
+    let bytes: [u8; N] = kani::any();
+    let mut expected = [None; N];
+    let pending = whole_buffer::<F>(&bytes, policy, |event| {
+        if let Event::Frame { index, setpoint } = event {
+            expected[index] = Some(Setpoint::from(setpoint));
+        }
+    });
+    let mut place = 0;
+    while place < N {
+        assert!(parser.push(bytes[place]) == expected[place]);
+        place += 1;
+    }
+    assert!(parser.pending() == pending);
+    kani::cover!(pending == F::LENGTH - 1, "it ends a byte before a frame");
+    kani::cover!(expected[N - 1].is_some(), "it ends with a frame");
+}
+
+#[kani::proof]
+#[kani::unwind(17)]
+fn whole_streams_by_the_receiver() {
+    whole_streams::<_, reference::Bin, 16>(Receiver::<Bin>::new(), Policy::Rescan);
+}
+
+#[kani::proof]
+#[kani::unwind(17)]
+fn whole_streams_by_the_lectures_machine() {
+    whole_streams::<_, reference::Bin, 16>(Lecture::new(), Policy::Discard);
+}

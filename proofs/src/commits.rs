@@ -1,0 +1,80 @@
+//! Theorems 3 and 4. A receiver commits exactly when its last bytes are a frame that shares no byte
+//! with an earlier committed frame, in the step that takes the last of them, and gives that frame's
+//! setpoint (R1, R2, R4). The lecture's machine commits only such frames (M2), but not all of them.
+//!
+//! Proof by induction: take any history and a machine whose state matches it; push any byte; the
+//! machine commits exactly when the theorem says so, and its state matches again. It matches at reset,
+//! hence after every stream. For every format: `commits` in `core/src/window/verification.rs`.
+
+use framelock::{Bin, BinCrc8, Format, Frame, Lecture, Setpoint};
+
+use crate::states::{History, any_lecture, is_bin, is_bin_crc8, setpoint_of};
+
+fn commits_exactly_the_frames<F, const N: usize>(is_frame: fn([u8; N]) -> bool)
+where
+    F: Format<Frame = [u8; N], Message = Setpoint>,
+    [u8; N]: Frame,
+{
+    let history = History::<N>::any();
+    let byte = kani::any();
+    let mut receiver = history.receiver::<F>();
+    let setpoint = receiver.push(byte);
+
+    let next = history.then(byte, false);
+    let frame = usize::from(next.since) == N && is_frame(next.last);
+    assert!(setpoint == frame.then(|| setpoint_of(next.last)));
+    assert!(receiver == history.then(byte, frame).receiver());
+    kani::cover!(frame, "a frame is committed");
+    kani::cover!(
+        !frame && is_frame(next.last),
+        "a frame overlaps one committed before"
+    );
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn bin() {
+    commits_exactly_the_frames::<Bin, 7>(is_bin);
+}
+
+#[kani::proof]
+#[kani::unwind(34)]
+fn bin_crc8() {
+    commits_exactly_the_frames::<BinCrc8, 8>(is_bin_crc8);
+}
+
+/// As many bytes as the machine's state counts came since the last commit; they begin a frame, and the
+/// temporary setpoints are theirs.
+fn matches(machine: Lecture, history: History<7>) -> bool {
+    let taken = machine.state.bytes_taken();
+    let at = |place: usize| history.last[7 - taken + place];
+    taken <= usize::from(history.since)
+        && (taken < 1 || at(0) == b'A')
+        && (taken < 2 || at(1) == b'B')
+        && (taken < 4 || at(3) == machine.temp.pitch)
+        && (taken < 5 || at(4) == machine.temp.roll)
+        && (taken < 6 || at(5) == machine.temp.yaw)
+}
+
+#[kani::proof]
+#[kani::unwind(8)]
+fn lecture() {
+    let reset = History {
+        last: kani::any(),
+        since: 0,
+    };
+    assert!(matches(Lecture::new(), reset));
+
+    let history = History::any();
+    let mut machine = any_lecture();
+    kani::assume(matches(machine, history));
+    let byte = kani::any();
+    let committed = machine.push(byte);
+
+    let next = history.then(byte, false);
+    let is_frame = next.since == 7 && is_bin(next.last);
+    assert!(committed.is_none_or(|setpoint| is_frame && setpoint == setpoint_of(next.last)));
+    assert!(matches(machine, history.then(byte, committed.is_some())));
+    kani::cover!(committed.is_some(), "a frame is committed");
+    kani::cover!(committed.is_none() && is_frame, "a frame is missed");
+}

@@ -1,0 +1,89 @@
+//! Theorem 1: no panic, no overflow, nothing out of bounds, in every public function of the core, from
+//! any state, with any arguments (F1, M1, R1, L1). The engine's parts and the failsafe: in `core`.
+
+use framelock::{
+    Accounting, Bin, BinCrc8, Counters, Discarded, Format, LineEvents, Parser, Setpoint, crc8,
+};
+
+use crate::states::{any_lecture, any_line_event, any_receiver, any_setpoint};
+
+/// Every operation of a parser, from the state that it is in.
+fn any_operations<P: Parser<Message = Setpoint> + Copy + PartialEq>(parser: P) {
+    let mut reset = parser;
+    reset.reset();
+    assert!(reset.pending() == 0);
+    let mut pushed = parser;
+    let committed = pushed.push(kani::any()).is_some();
+    assert!(pushed.pending() < P::FRAME_LENGTH);
+    assert!(!committed || pushed.pending() == 0);
+    kani::cover!(pushed.pending() == P::FRAME_LENGTH - 1, "one byte missing");
+    kani::cover!(committed, "a commit");
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn lecture() {
+    let machine = any_lecture();
+    assert!(!machine.state.lecture_name().is_empty());
+    any_operations(machine);
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn receiver_of_bin() {
+    any_operations(any_receiver::<Bin, 7>());
+}
+
+#[kani::proof]
+#[kani::unwind(34)]
+fn receiver_of_bin_crc8() {
+    any_operations(any_receiver::<BinCrc8, 8>());
+}
+
+/// With any counters.
+#[kani::proof]
+#[kani::unwind(9)]
+fn accounting() {
+    let [bytes, frames, resynchronisations] = kani::any();
+    let [no_sync, broken_sync, check, terminator, line_event] = kani::any();
+    let [framing, parity, overrun, line_break, idle] = kani::any();
+    let counters = Counters {
+        bytes,
+        frames,
+        discarded: Discarded {
+            no_sync,
+            broken_sync,
+            check,
+            terminator,
+            line_event,
+        },
+        resynchronisations,
+        events: LineEvents {
+            framing,
+            parity,
+            overrun,
+            line_break,
+            idle,
+        },
+    };
+    let _ = counters.discarded.total();
+    let mut line = Accounting::resumed(any_lecture(), counters);
+    line.push(kani::any());
+    line.line_event(any_line_event());
+    assert!(line.pending() == 0 && line.parser().pending() == 0);
+    assert!(Accounting::new(any_lecture()).counters().bytes == 0);
+    kani::cover!(line.counters().bytes == 0, "a counter wraps");
+}
+
+#[kani::proof]
+#[kani::unwind(34)]
+fn formats() {
+    let setpoint = any_setpoint();
+    assert!(Setpoint::from(<[u8; 3]>::from(setpoint)) == setpoint);
+    assert!(Bin::decode(Bin::encode(setpoint)) == setpoint);
+    assert!(BinCrc8::decode(BinCrc8::encode(setpoint)) == setpoint);
+    let payload: [u8; 4] = kani::any();
+    let checksum = crc8(payload);
+    assert!(checksum == crate::reference::crc8(&payload));
+    kani::cover!(checksum == 0, "a checksum of 0");
+}

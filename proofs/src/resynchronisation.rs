@@ -1,0 +1,81 @@
+//! Theorem 7: from any state, whatever came before, a frame sent in full is delivered with its last
+//! byte, or a commit has just been made within its payload (R1). So in any frame's length of bytes
+//! that are a frame something is committed: the receiver is never deaf. At reset, and so after a line
+//! event, the very next frame is delivered (L1). The lecture's machine can stay deaf for ever (M1).
+//!
+//! No receiver of BIN can promise more: what came before, together with the frame's first bytes, may
+//! itself be a frame (N2).
+
+use framelock::{Bin, BinCrc8, Format, Frame, Lecture, Setpoint};
+
+use crate::states::{
+    any_lecture, any_receiver, any_setpoint, is_bin, is_bin_crc8, receive, setpoint_of,
+};
+
+fn delivers_or_has_just_committed<F, const N: usize>(is_frame: fn([u8; N]) -> bool)
+where
+    F: Format<Frame = [u8; N], Message = Setpoint>,
+    [u8; N]: Frame,
+{
+    let mut receiver = any_receiver::<F, N>();
+    let frame: [u8; N] = kani::any();
+    kani::assume(is_frame(frame));
+    let (before, delivered) = receive(&mut receiver, frame);
+    assert!(before <= 1);
+    assert!(delivered == (before == 0).then(|| setpoint_of(frame)));
+    let mut return_in_payload = false;
+    let mut place = 2;
+    while place < N - 1 {
+        return_in_payload = return_in_payload || frame[place] == b'\r';
+        place += 1;
+    }
+    assert!(before == 0 || return_in_payload);
+    kani::cover!(before == 1, "such a frame can be lost");
+    kani::cover!(before == 0 && return_in_payload, "or delivered");
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn bin_delivers_or_has_just_committed() {
+    delivers_or_has_just_committed::<Bin, 7>(is_bin);
+}
+
+#[kani::proof]
+#[kani::unwind(34)]
+fn bin_crc8_delivers_or_has_just_committed() {
+    delivers_or_has_just_committed::<BinCrc8, 8>(is_bin_crc8);
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn the_frame_after_a_reset_is_delivered() {
+    let (mut receiver, mut machine) = (any_receiver::<Bin, 7>(), any_lecture());
+    let pending = (receiver.pending(), machine.pending());
+    receiver.reset();
+    machine.reset();
+    let setpoint = any_setpoint();
+    assert!(receive(&mut receiver, Bin::encode(setpoint)) == (0, Some(setpoint)));
+    assert!(receive(&mut machine, Bin::encode(setpoint)) == (0, Some(setpoint)));
+    kani::cover!(pending == (6, 6), "a byte before a frame's end");
+}
+
+/// A parked simulator repeats one frame, and its first byte is lost once. The machine commits nothing,
+/// and after each frame is in the same state again.
+#[kani::proof]
+#[kani::unwind(8)]
+fn the_lectures_machine_stays_deaf() {
+    let frame = [b'A', b'B', 0, b'A', b'B', 0, b'\r'];
+    let (mut machine, mut receiver) = (Lecture::new(), any_receiver::<Bin, 7>());
+    let mut place = 1;
+    while place < 7 {
+        assert!(machine.push(frame[place]).is_none());
+        receiver.push(frame[place]);
+        place += 1;
+    }
+    let nothing = (0, None);
+    assert!(receive(&mut machine, frame) == nothing);
+    let deaf = machine;
+    assert!(receive(&mut machine, frame) == nothing && machine == deaf);
+    assert!(receive(&mut receiver, frame) == (0, Some(setpoint_of(frame))));
+    kani::cover!(true, "the receiver does not");
+}

@@ -1,0 +1,113 @@
+//! What harnesses begin with: any stream so far, any state, any setpoint.
+
+use framelock::{Format, Frame, Lecture, LineEvent, Parser, Receiver, Setpoint, State};
+
+/// The end of a stream: its last bytes, newest last, as many as a frame has; and how many of them came
+/// since the last commit (all of them, or all but the first, make no difference to a receiver).
+#[derive(Clone, Copy)]
+pub(crate) struct History<const N: usize> {
+    pub(crate) last: [u8; N],
+    pub(crate) since: u8,
+}
+
+impl<const N: usize> History<N> {
+    pub(crate) fn any() -> Self {
+        Self {
+            last: kani::any(),
+            since: kani::any_where(|&since| usize::from(since) <= N),
+        }
+    }
+
+    /// The stream goes on by a byte.
+    pub(crate) fn then(mut self, byte: u8, committed: bool) -> Self {
+        let mut place = 1;
+        while place < N {
+            self.last[place - 1] = self.last[place];
+            place += 1;
+        }
+        self.last[N - 1] = byte;
+        if committed {
+            self.since = 0;
+        } else if usize::from(self.since) < N {
+            self.since += 1;
+        }
+        self
+    }
+
+    /// The receiver after that stream: a commit leaves it as at reset, and of the bytes since then only
+    /// the last matter, one fewer than a frame has. (Theorem 4 shows it: `commits` in the engine.)
+    pub(crate) fn receiver<F: Format>(&self) -> Receiver<F> {
+        let mut receiver = Receiver::new();
+        let mut place = 1;
+        while place < N {
+            if place + usize::from(self.since) >= N {
+                receiver.push(self.last[place]);
+            }
+            place += 1;
+        }
+        receiver
+    }
+}
+
+/// Any state of a receiver: after any stream.
+pub(crate) fn any_receiver<F: Format<Frame = [u8; N]>, const N: usize>() -> Receiver<F>
+where
+    [u8; N]: Frame,
+{
+    History::<N>::any().receiver()
+}
+
+/// Any state of the lecture's machine: each value of the type is one.
+pub(crate) fn any_lecture() -> Lecture {
+    let state: usize = kani::any_where(|&state| state < State::ALL.len());
+    Lecture {
+        state: State::ALL[state],
+        temp: any_setpoint(),
+    }
+}
+
+pub(crate) fn any_setpoint() -> Setpoint {
+    kani::any::<[u8; 3]>().into()
+}
+
+pub(crate) fn any_line_event() -> LineEvent {
+    match kani::any::<u8>() {
+        0 => LineEvent::Framing,
+        1 => LineEvent::Parity,
+        2 => LineEvent::Overrun,
+        3 => LineEvent::Break,
+        _ => LineEvent::Idle,
+    }
+}
+
+/// Whether seven bytes are a frame of BIN (F1).
+pub(crate) fn is_bin(frame: [u8; 7]) -> bool {
+    frame[0] == b'A' && frame[1] == b'B' && frame[6] == b'\r'
+}
+
+/// Whether eight bytes are a frame of BIN-CRC8 (F2).
+pub(crate) fn is_bin_crc8(frame: [u8; 8]) -> bool {
+    frame[0] == b'A'
+        && frame[1] == b'B'
+        && frame[6] == crate::reference::crc8(&frame[2..6])
+        && frame[7] == b'\r'
+}
+
+/// The setpoint at its places in a frame of BIN or BIN-CRC8.
+pub(crate) fn setpoint_of<const N: usize>(frame: [u8; N]) -> Setpoint {
+    [frame[3], frame[4], frame[5]].into()
+}
+
+/// Commits while a frame is received: how many before its last byte, and with it.
+pub(crate) fn receive<P: Parser<Message = Setpoint>, const N: usize>(
+    parser: &mut P,
+    frame: [u8; N],
+) -> (u8, Option<Setpoint>) {
+    let mut before = 0;
+    let mut place = 0;
+    while place < N - 1 {
+        before += u8::from(parser.push(frame[place]).is_some());
+        place += 1;
+    }
+    (before, parser.push(frame[N - 1]))
+}

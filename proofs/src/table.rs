@@ -1,0 +1,43 @@
+//! Theorem 2: bounded state. From any of the lecture's seven states each byte leads to one of the
+//! seven, as the table says (M1); any stream leads a receiver to a state with fewer bytes pending than
+//! a frame has (in `no_panic`).
+
+use framelock::State;
+
+use crate::states::any_lecture;
+
+#[kani::proof]
+#[kani::unwind(8)]
+fn states_are_numbered() {
+    let index: usize = kani::any_where(|&index| index < 7);
+    assert!(State::ALL[index].bytes_taken() == index);
+    kani::cover!(index == 6, "the last state");
+}
+
+#[kani::proof]
+#[kani::unwind(8)]
+fn lecture_steps_by_it() {
+    let before = any_lecture();
+    let byte: u8 = kani::any();
+    let mut after = before;
+    let committed = after.push(byte);
+    let taken = before.state.bytes_taken();
+    let next = match (taken, byte) {
+        (0, b'A') => 1,
+        (1, b'B') => 2,
+        (2..=5, _) => taken + 1,
+        _ => 0,
+    };
+    assert!(after.state.bytes_taken() == next);
+    let stored = |place, otherwise| if taken == place { byte } else { otherwise };
+    assert!(after.temp.pitch == stored(3, before.temp.pitch));
+    assert!(after.temp.roll == stored(4, before.temp.roll));
+    assert!(after.temp.yaw == stored(5, before.temp.yaw));
+    let complete = before.state == State::Terminator && byte == b'\r';
+    assert!(committed == complete.then_some(before.temp));
+    kani::cover!(
+        before.state == State::SyncB && byte == b'A',
+        "the row that Rescan changes"
+    );
+    kani::cover!(complete, "a commit");
+}

@@ -1,0 +1,66 @@
+//! A serial line simulated bit by bit, its faults, and framelock's receivers at its end.
+//!
+//! Nothing here waits, draws or opens anything: time is counted in bits, randomness comes from a
+//! seed, and the same parameters give the same numbers on every computer. So it runs in a command
+//! line, in a test and, compiled for `wasm32-unknown-unknown`, in a browser.
+//!
+//! ```text
+//!  sender ─► line ─► uart ─► byte faults ─► station: receiver ─► failsafe ─► tally
+//!   motion    ▲                      │          ▲
+//!           noise                    └────► what really arrived
+//! ```
+//!
+//! # Example
+//!
+//! What one lost byte in a hundred costs the lecture's machine and the receiver:
+//!
+//! ```
+//! use framelock_simulation::{Parameters, Tally, run};
+//!
+//! # fn main() -> anyhow::Result<()> {
+//! let parameters = Parameters { lose: 0.01, ..Parameters::DEFAULT };
+//! let mut tally = Tally::default();
+//! for trial in 0..4 {
+//!     tally = tally.and(run(&parameters, trial, false)?.tally());
+//! }
+//! let [discard, .., rescan] = &tally.receivers[..] else { panic!("four receivers") };
+//! assert!(discard.lost_intact > 100);
+//! assert_eq!(rescan.lost_intact, 0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`run`] runs one trial; a program that wants to watch, byte by byte, steps through a [`Trial`].
+//! The feature `clap` makes frame formats, motions and axes values of options.
+
+#![forbid(unsafe_code)]
+
+mod byte_faults;
+mod frame;
+mod kind;
+mod line;
+mod motion;
+mod parameters;
+mod payload;
+mod random;
+mod rate;
+mod sender;
+mod station;
+mod statistics;
+mod tally;
+pub mod theory;
+mod trial;
+mod uart;
+
+pub use byte_faults::{ByteFaults, FaultCounts, FaultRates};
+pub use frame::Origin;
+pub use kind::{Kind, Policy};
+pub use motion::{Axis, LEVEL, Motion, Shape, SmoothMotion, between};
+pub use parameters::{Number, Parameters};
+pub use payload::{Frame, FrameFormat, Payload};
+pub use random::Seed;
+pub use rate::{check_rate, time_on_line};
+pub use station::{Outcome, Station};
+pub use statistics::{Mean, Share};
+pub use tally::{LineTally, ReceiverTally, Tally};
+pub use trial::{Event, Trial, run};

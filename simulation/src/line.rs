@@ -1,0 +1,214 @@
+//! The sender's end of the line: characters, bit by bit, with the sender's own clock, and what
+//! disturbs them.
+//!
+//! What comes out at the other end is what the [`Uart`] makes of the levels. Noise is drawn in
+//! advance, so that a quiet line costs little.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::parameters::Parameters;
+use crate::random::{Occurrences, Purpose, Seed, whole};
+use crate::uart::{BIT, BITS_PER_BYTE, Uart};
+
+/// The line, with the noise on it and the receiving UART at its end.
+///
+/// Places on the line are counted in the sender's bits, idle ones included; times in steps of the
+/// receiver's clock.
+#[derive(Debug)]
+pub(crate) struct Line {
+    pub(crate) uart: Uart,
+    noise: Noise,
+    /// A bit of the sender's, in time steps.
+    bit: u64,
+    /// When the sender's bit 0 begins: the clocks know nothing of each other.
+    phase: u64,
+    /// Bits sent, idle ones included.
+    pub(crate) sent: u64,
+}
+
+impl Line {
+    /// `phase`: when the sender's first bit begins, less than a tick of the receiver's.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "between half a bit and two"
+    )]
+    pub(crate) fn new(parameters: &Parameters, seed: Seed, phase: u64) -> Self {
+        let mut uart = Uart::default();
+        uart.advance(true, phase);
+        Self {
+            uart,
+            noise: Noise::new(parameters, seed),
+            bit: (BIT as f64 / (1.0 + parameters.baud_error / 100.0)).round() as u64,
+            phase,
+            sent: 0,
+        }
+    }
+
+    /// When all that was sent so far has been.
+    pub(crate) fn now(&self) -> u64 {
+        self.instant(self.sent)
+    }
+
+    /// The bit that is on the line at that time.
+    pub(crate) fn bit_at(&self, time: u64) -> u64 {
+        time.saturating_sub(self.phase) / self.bit
+    }
+
+    /// When that bit begins.
+    pub(crate) fn instant(&self, bit: u64) -> u64 {
+        self.phase + bit * self.bit
+    }
+
+    /// Sends nothing up to that bit.
+    pub(crate) fn idle_until(&mut self, bit: u64) {
+        while self.sent < bit {
+            let quiet = self.noise.quiet_until(self.sent).min(bit);
+            if quiet == self.sent {
+                self.send_bit(true);
+            } else {
+                self.uart.advance(true, self.instant(quiet));
+                self.sent = quiet;
+            }
+        }
+    }
+
+    /// Sends a byte.
+    pub(crate) fn send(&mut self, byte: u8) {
+        character(byte).for_each(|bit| self.send_bit(bit));
+    }
+
+    fn send_bit(&mut self, level: bool) {
+        let bit = self.sent;
+        self.sent += 1;
+        if self.noise.quiet_until(bit) > bit {
+            self.uart.advance(level, self.now());
+        } else {
+            let [first, second] = self.noise.disturbed(bit, level);
+            self.uart.advance(first, self.instant(bit) + self.bit / 2);
+            self.uart.advance(second, self.now());
+        }
+    }
+}
+
+/// The levels of a character: low, the bits from the lowest on, high.
+fn character(byte: u8) -> impl Iterator<Item = bool> {
+    let levels = 1 << (BITS_PER_BYTE - 1) | u16::from(byte) << 1;
+    (0..BITS_PER_BYTE).map(move |bit| levels >> bit & 1 == 1)
+}
+
+/// Inverted bits, bursts of noise and breaks.
+#[derive(Debug)]
+struct Noise {
+    flips: Occurrences,
+    bursts: Occurrences,
+    breaks: Occurrences,
+    /// What the line does in a burst.
+    levels: ChaCha8Rng,
+    /// No bit before this one is disturbed, except those that have been asked about.
+    quiet_until: u64,
+}
+
+impl Noise {
+    fn new(parameters: &Parameters, seed: Seed) -> Self {
+        let baud = f64::from(parameters.baud);
+        let per_bit = |per_second: f64| (per_second / baud).min(1.0);
+        let occurrences = |purpose, rate, length| Occurrences::new(seed, purpose, rate, length);
+        let burst_length = whole(parameters.burst_length / 1000.0 * baud);
+        let [bursts, breaks] = [parameters.burst_rate, parameters.break_rate].map(per_bit);
+        let mut noise = Self {
+            flips: occurrences(Purpose::BitFlips, parameters.bit_flip, 1),
+            bursts: occurrences(Purpose::Bursts, bursts, burst_length),
+            breaks: occurrences(Purpose::Breaks, breaks, parameters.break_length.into()),
+            levels: seed.random(Purpose::BurstLevels),
+            quiet_until: 0,
+        };
+        if let Some(seconds) = parameters.burst_at {
+            noise.bursts.begin = whole(seconds * baud);
+        }
+        noise
+    }
+
+    /// The first bit from `bit` on that is disturbed; ask for ever later ones.
+    fn quiet_until(&mut self, bit: u64) -> u64 {
+        if self.quiet_until <= bit {
+            let [flips, bursts, breaks] =
+                [&mut self.flips, &mut self.bursts, &mut self.breaks].map(|each| each.next(bit));
+            self.quiet_until = flips.min(bursts).min(breaks);
+        }
+        self.quiet_until
+    }
+
+    /// Both halves of a bit that is sent as `level`.
+    fn disturbed(&mut self, bit: u64, level: bool) -> [bool; 2] {
+        let is_flipped = self.flips.happens(bit);
+        if self.breaks.happens(bit) {
+            [false; 2]
+        } else if self.bursts.happens(bit) {
+            self.levels.random()
+        } else {
+            [level != is_flipped; 2]
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SEED: Seed = Seed { seed: 1, trial: 0 };
+
+    /// Of a million bits sent high, how many halves arrive low.
+    fn low_halves(parameters: &Parameters) -> usize {
+        let mut noise = Noise::new(parameters, SEED);
+        let mut low = 0;
+        let mut bit = noise.quiet_until(0);
+        while bit < 1_000_000 {
+            let halves = noise.disturbed(bit, true);
+            low += halves.iter().filter(|high| !**high).count();
+            bit = noise.quiet_until(bit + 1);
+        }
+        low
+    }
+
+    #[test]
+    fn a_quiet_line_is_never_disturbed() {
+        assert_eq!(
+            Noise::new(&Parameters::DEFAULT, SEED).quiet_until(0),
+            u64::MAX
+        );
+    }
+
+    #[test]
+    fn faults_come_as_often_and_last_as_long_as_asked_for() {
+        let quiet = Parameters::DEFAULT;
+        let flipped = low_halves(&Parameters {
+            bit_flip: 0.01,
+            ..quiet
+        });
+        assert!((19_400..20_600).contains(&flipped), "{flipped}");
+        assert_eq!(
+            low_halves(&Parameters {
+                bit_flip: 1.0,
+                ..quiet
+            }),
+            2_000_000
+        );
+        // 86.8 breaks of 20 bits in a million bits; the next waits for the end of the last.
+        let broken = low_halves(&Parameters {
+            break_rate: 10.0,
+            ..quiet
+        });
+        assert!((2_500..4_500).contains(&broken), "{broken}");
+        assert_eq!(broken % 40, 0);
+        // One burst of 0.1 s, in which every half bit is one or the other.
+        let burst = low_halves(&Parameters {
+            burst_at: Some(1.0),
+            burst_length: 100.0,
+            ..quiet
+        });
+        assert!((11_520 - 400..11_520 + 400).contains(&burst), "{burst}");
+    }
+}

@@ -1,0 +1,299 @@
+//! Motion: where each axis is at a time.
+
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+use framelock::Setpoint;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::random::{Purpose, Seed};
+
+/// The middle of every axis.
+pub const LEVEL: Setpoint = Setpoint {
+    pitch: 0x80,
+    roll: 0x80,
+    yaw: 0x80,
+};
+
+/// Smooth pitch, roll and yaw from one random point to the next, as a motion PC sends them. Time is
+/// counted in slots, a frame each: ask for each slot in turn.
+#[derive(Debug)]
+pub struct SmoothMotion {
+    random: ChaCha8Rng,
+    from: Setpoint,
+    to: Setpoint,
+    begin: u64,
+    length: u64,
+    slots_per_leg: u64,
+}
+
+impl SmoothMotion {
+    /// Starts at level. Each next point is reached after `slots_per_leg`.
+    #[must_use]
+    pub fn new(seed: Seed, slots_per_leg: u64) -> Self {
+        Self {
+            random: seed.random(Purpose::Sender),
+            from: LEVEL,
+            to: LEVEL,
+            begin: 0,
+            length: 0,
+            slots_per_leg,
+        }
+    }
+
+    /// Where it is in the slot; where a leg has ended the next begins.
+    pub fn setpoint(&mut self, slot: u64) -> Setpoint {
+        if slot >= self.begin + self.length {
+            let to = [(); 3]
+                .map(|()| self.random.random_range(0x28..=0xD8))
+                .into();
+            self.go(slot, to, self.slots_per_leg);
+        }
+        self.here(slot)
+    }
+
+    /// Leaves for `to`, which is reached after `slots`, starting and ending at rest.
+    pub fn go(&mut self, slot: u64, to: Setpoint, slots: u64) {
+        self.from = self.here(slot);
+        self.to = to;
+        self.begin = slot;
+        self.length = slots;
+    }
+
+    /// Where it is in the slot, on the way that it is going already. The same on every computer:
+    /// thousandths of the way, and nothing is rounded before the end.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "at most 1024")]
+    pub fn here(&self, slot: u64) -> Setpoint {
+        let elapsed = (slot - self.begin).min(self.length);
+        let part = (elapsed * 1024).checked_div(self.length).unwrap_or(1024) as f64 / 1024.0;
+        // Flat at both ends.
+        between(self.from, self.to, part * part * (3.0 - 2.0 * part))
+    }
+}
+
+/// The shape of a motion.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Shape {
+    /// A sine whose frequency rises steadily from --from to --to and falls back, once each period
+    SineSweep,
+    /// Up for half a period, down for the other half
+    Step,
+    /// Once around in each period: pitch and roll draw an 8, yaw stays level
+    FigureOfEight,
+}
+
+impl Shape {
+    /// How long a period is unless chosen otherwise, in seconds.
+    #[must_use]
+    pub const fn usual_period(self) -> f64 {
+        match self {
+            Self::SineSweep => 20.0,
+            Self::Step | Self::FigureOfEight => 4.0,
+        }
+    }
+}
+
+/// An axis of the simulator.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Axis {
+    /// Actuator 1
+    Pitch,
+    /// Actuator 2
+    Roll,
+    /// Actuator 3
+    Yaw,
+}
+
+/// A motion around level, without end.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Motion {
+    /// Its shape.
+    pub shape: Shape,
+    /// The way from level to either end, in units of demand: at most 127.
+    pub amplitude: u8,
+    /// In seconds.
+    pub period: f64,
+    /// The sweep's lowest and highest frequency, in hertz.
+    pub frequencies: [f64; 2],
+    /// The axes that move; the others stay level.
+    pub axes: Vec<Axis>,
+}
+
+impl Motion {
+    /// Where the axes are at `time` after the beginning.
+    #[must_use]
+    pub fn at(&self, time: Duration) -> Setpoint {
+        let time = time.as_secs_f64();
+        let part = (time / self.period).fract();
+        let [pitch, roll, yaw] = match self.shape {
+            Shape::SineSweep => [self.sweep(time); 3],
+            Shape::Step => [if part < 0.5 { 1.0 } else { -1.0 }; 3],
+            Shape::FigureOfEight => [(2.0 * TAU * part).sin(), (TAU * part).sin(), 0.0],
+        };
+        let place = |(axis, way)| {
+            let moves = self.axes.contains(&axis);
+            nearest(
+                128.0
+                    + if moves {
+                        way * f64::from(self.amplitude)
+                    } else {
+                        0.0
+                    },
+            )
+        };
+        [(Axis::Pitch, pitch), (Axis::Roll, roll), (Axis::Yaw, yaw)]
+            .map(place)
+            .into()
+    }
+
+    /// The phase is the frequency's integral, so that the sine has no jumps.
+    fn sweep(&self, time: f64) -> f64 {
+        let [from, to] = self.frequencies;
+        let rise = |time: f64| from * time + (to - from) * time * time / self.period;
+        let whole = 2.0 * rise(self.period / 2.0);
+        let periods = (time / self.period).floor();
+        let into = time - periods * self.period;
+        let turns = if into < self.period / 2.0 {
+            rise(into)
+        } else {
+            whole - rise(self.period - into)
+        };
+        (TAU * (periods * whole + turns).fract()).sin()
+    }
+}
+
+/// The setpoint at a part, 0 to 1, of the straight way from one to another.
+#[must_use]
+pub fn between(from: Setpoint, to: Setpoint, part: f64) -> Setpoint {
+    let axis = |from, to| nearest(f64::from(from) + (f64::from(to) - f64::from(from)) * part);
+    Setpoint {
+        pitch: axis(from.pitch, to.pitch),
+        roll: axis(from.roll, to.roll),
+        yaw: axis(from.yaw, to.yaw),
+    }
+}
+
+/// The nearest demand that there is.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "it is brought into range before"
+)]
+fn nearest(position: f64) -> u8 {
+    position.round().clamp(0.0, 255.0) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::indexing_slicing, reason = "a panic fails the test")]
+
+    use super::*;
+
+    fn eight() -> Motion {
+        Motion {
+            shape: Shape::FigureOfEight,
+            amplitude: 100,
+            period: 4.0,
+            frequencies: [0.5, 2.0],
+            axes: vec![Axis::Pitch, Axis::Roll, Axis::Yaw],
+        }
+    }
+
+    fn at(motion: &Motion, seconds: f64) -> [u8; 3] {
+        motion.at(Duration::from_secs_f64(seconds)).into()
+    }
+
+    #[test]
+    fn the_figure_of_eight_goes_through_its_points() {
+        for turn in [0.0, 4.0, 400.0] {
+            assert_eq!(at(&eight(), turn), [128, 128, 128]);
+            assert_eq!(at(&eight(), turn + 0.5), [228, 199, 128]);
+            assert_eq!(at(&eight(), turn + 1.0), [128, 228, 128]);
+            assert_eq!(at(&eight(), turn + 1.5), [28, 199, 128]);
+            assert_eq!(at(&eight(), turn + 3.0), [128, 28, 128]);
+        }
+    }
+
+    #[test]
+    fn the_step_is_up_and_then_down() {
+        let step = Motion {
+            shape: Shape::Step,
+            amplitude: 127,
+            axes: vec![Axis::Roll],
+            ..eight()
+        };
+        for (seconds, roll) in [(0.0, 255), (1.99, 255), (2.0, 1), (3.99, 1), (4.0, 255)] {
+            assert_eq!(at(&step, seconds), [128, roll, 128], "{seconds}");
+        }
+    }
+
+    /// Counts the sine's crossings of level, downwards: one in the middle of each turn.
+    #[test]
+    fn the_sweep_goes_up_and_down_in_frequency_without_jumps() {
+        let sweep = Motion {
+            shape: Shape::SineSweep,
+            period: 40.0,
+            ..eight()
+        };
+        let pitch = |millisecond: u32| at(&sweep, f64::from(millisecond) / 1000.0)[0];
+        let turns_between = |from: u32, to: u32| {
+            (from * 1000..to * 1000)
+                .filter(|&now| pitch(now) >= 128 && pitch(now + 1) < 128)
+                .count()
+        };
+        // 0.5 to 2 Hz and back: 25 turns each way, the first 8.75 of them in the first quarter.
+        assert_eq!(turns_between(0, 40), 50);
+        assert_eq!(turns_between(0, 10), 9);
+        assert_eq!(turns_between(10, 20), 16);
+        assert_eq!(turns_between(40, 80), 50);
+        // Of this one a period is no whole number of turns.
+        let odd = Motion {
+            period: 7.3,
+            ..sweep.clone()
+        };
+        for motion in [sweep, odd] {
+            for millisecond in 0..80_000 {
+                let [now, next] = [millisecond, millisecond + 1]
+                    .map(|millisecond| at(&motion, f64::from(millisecond) / 1000.0)[0]);
+                // 100 units at 2 Hz: at most 1.26 in a millisecond.
+                assert!(now.abs_diff(next) <= 2, "{millisecond}: {now} to {next}");
+            }
+        }
+    }
+
+    #[test]
+    fn smooth_motion_is_smooth_and_gets_somewhere() {
+        for seed in 0..20 {
+            let mut motion = SmoothMotion::new(Seed { seed, trial: 0 }, 100);
+            let setpoints = (0..2_600).map(|slot| motion.setpoint(slot));
+            let setpoints: Vec<[u8; 3]> = setpoints.map(<[u8; 3]>::from).collect();
+            for pair in setpoints.windows(2) {
+                let step = (0..3)
+                    .map(|axis| pair[0][axis].abs_diff(pair[1][axis]))
+                    .max();
+                assert!(step <= Some(3), "{pair:?}");
+            }
+            for axis in 0..3 {
+                let places = setpoints.iter().map(|setpoint| setpoint[axis]);
+                let (least, most) = (places.clone().min(), places.max());
+                assert!(
+                    least < Some(80) && most > Some(170),
+                    "{seed}: {least:?} {most:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn an_axis_that_is_not_named_stays_level() {
+        let pitch_only = Motion {
+            axes: vec![Axis::Pitch],
+            ..eight()
+        };
+        assert_eq!(at(&pitch_only, 0.5), [228, 128, 128]);
+    }
+}

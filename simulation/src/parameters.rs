@@ -1,0 +1,222 @@
+//! All that determines a simulation, in one list.
+
+use std::ops::RangeInclusive;
+
+use anyhow::{Result, ensure};
+use serde::Serialize;
+
+use crate::payload::{FrameFormat, Payload};
+use crate::rate::check_rate;
+
+/// A parameter that is a number: what a program needs to offer it, and what a sweep goes through.
+#[derive(Debug)]
+pub struct Number {
+    /// Its name, words separated by hyphens.
+    pub name: &'static str,
+    /// What it is.
+    pub help: &'static str,
+    /// What it is counted in.
+    pub unit: &'static str,
+    /// The heading it belongs under.
+    pub group: &'static str,
+    range: RangeInclusive<f64>,
+    get: fn(&Parameters) -> Option<f64>,
+    set: fn(&mut Parameters, f64),
+}
+
+impl Number {
+    /// Its value, if it has one.
+    #[must_use]
+    pub fn get(&self, parameters: &Parameters) -> Option<f64> {
+        (self.get)(parameters)
+    }
+
+    /// Sets it.
+    ///
+    /// # Errors
+    /// The value is out of its range.
+    pub fn set(&self, parameters: &mut Parameters, value: f64) -> Result<()> {
+        self.check(value)?;
+        (self.set)(parameters, value);
+        let (name, is_set) = (self.name, self.get(parameters) == Some(value));
+        ensure!(is_set, "--{name} is {value}: a whole number is wanted");
+        Ok(())
+    }
+
+    fn check(&self, value: f64) -> Result<()> {
+        let (name, least, most) = (self.name, self.range.start(), self.range.end());
+        ensure!(
+            self.range.contains(&value),
+            "--{name} is {value}: a number from {least} to {most} is wanted"
+        );
+        Ok(())
+    }
+}
+
+/// Makes the type, its default and the table of numbers from one list.
+macro_rules! parameters {
+    ($($group:literal {$(
+        $(#[doc = $help:literal])+
+        $field:ident: $type:ty = $default:expr, $name:literal $unit:literal $number:ident $least:literal to $most:literal;
+    )+})+) => {
+        /// All that determines what comes out. Times, rates and lengths are in the units that users
+        /// think in.
+        #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+        pub struct Parameters {
+            /// Seed of everything random: the same seed gives the same numbers
+            pub seed: u64,
+            /// The frame format
+            pub frame: FrameFormat,
+            /// What is sent
+            pub payload: Payload,
+            /// Receivers are not informed of framing errors and breaks
+            pub unreported: bool,
+            $($($(#[doc = $help])+ pub $field: $type,)+)+
+        }
+
+        impl Parameters {
+            /// A line without faults; the failsafe as the firmware has it.
+            pub const DEFAULT: Self = Self {
+                seed: 1,
+                frame: FrameFormat::Bin,
+                payload: Payload::Motion,
+                unreported: false,
+                $($($field: $default,)+)+
+            };
+
+            /// Every parameter that is a number, except the seed.
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "all are within their ranges"
+            )]
+            pub const NUMBERS: &[Number] = &[$($(Number {
+                name: $name,
+                help: concat!($($help),+),
+                unit: $unit,
+                group: $group,
+                range: $least..=$most,
+                get: |parameters| Option::<$number>::from(parameters.$field).map(f64::from),
+                set: |parameters, value| parameters.$field = (value as $number).into(),
+            },)+)+];
+        }
+    };
+}
+
+parameters! {
+    "Run" {
+        /// Runs that know nothing of each other; each begins with receivers at reset
+        trials: u32 = 32, "trials" "NUMBER" u32 1.0 to 1e9;
+        /// Frames sent in each trial
+        frames: u32 = 1_000, "frames" "NUMBER" u32 1.0 to 1e9;
+    }
+    "Sender" {
+        /// Bits in a second on the line, ten for each byte
+        baud: u32 = 115_200, "baud" "NUMBER" u32 300.0 to 1e7;
+        /// Frames in a second
+        rate: f64 = 50.0, "rate" "NUMBER" f64 0.01 to 1e5;
+        /// Idle bits between the bytes of a frame
+        byte_gap: u32 = 0, "byte-gap" "BITS" u32 0.0 to 1e6;
+    }
+    "Line" {
+        /// By how much the sender's clock is faster than the receiver's
+        baud_error: f64 = 0.0, "baud-error" "PERCENT" f64 -50.0 to 50.0;
+        /// Probability that a bit on the line is inverted, 0 to 1; idle bits too
+        bit_flip: f64 = 0.0, "bit-flip" "PROBABILITY" f64 0.0 to 1.0;
+        /// Bursts of noise in a second, in which each half bit is high or low at random
+        burst_rate: f64 = 0.0, "burst-rate" "NUMBER" f64 0.0 to 1e6;
+        /// How long a burst lasts
+        burst_length: f64 = 5.0, "burst-length" "MILLISECONDS" f64 0.1 to 1e6;
+        /// One burst in each trial at this time; those at random come behind it
+        burst_at: Option<f64> = None, "burst-at" "SECONDS" f64 0.0 to 1e6;
+        /// Breaks in a second: the line is held low
+        break_rate: f64 = 0.0, "break-rate" "NUMBER" f64 0.0 to 1e6;
+        /// How long a break lasts
+        break_length: u32 = 20, "break-length" "BITS" u32 1.0 to 1e6;
+        /// Probability that a byte is lost behind the UART and nothing reports it, 0 to 1
+        lose: f64 = 0.0, "lose" "PROBABILITY" f64 0.0 to 1.0;
+        /// Probability that a byte is delivered twice, 0 to 1
+        duplicate: f64 = 0.0, "duplicate" "PROBABILITY" f64 0.0 to 1.0;
+        /// Lose one byte in each trial, at a random place of this frame, counted from 0
+        lose_one_in: Option<u32> = None, "lose-one-in" "FRAME" u32 0.0 to 1e9;
+    }
+    "Receivers and failsafe" {
+        /// Byte times without a byte after which the receivers with an idle-gap rule drop the
+        /// frame under way
+        idle_gap: u32 = 20, "idle-gap" "BYTES" u32 1.0 to 1e6;
+        /// Silence after which the failsafe holds the output
+        hold_after: f64 = 100.0, "hold-after" "MILLISECONDS" f64 0.001 to 1e6;
+        /// Silence after which it moves the output to park, the middle of each axis
+        ramp_after: f64 = 500.0, "ramp-after" "MILLISECONDS" f64 0.001 to 1e6;
+        /// How long it takes from one end of an axis to the other
+        full_travel: f64 = 1_000.0, "full-travel" "MILLISECONDS" f64 1.0 to 1e6;
+    }
+}
+
+impl Parameters {
+    /// Checks every number, and what they say together. Errors name parameters as the command line
+    /// names its options.
+    ///
+    /// # Errors
+    /// A number is out of its range, or two contradict each other.
+    pub fn check(&self) -> Result<()> {
+        for number in Self::NUMBERS {
+            if let Some(value) = number.get(self) {
+                number.check(value)?;
+            }
+        }
+        let length = self.frame.length();
+        check_rate(self.rate, length, self.byte_gap, self.baud, 1e3)?;
+        ensure!(
+            self.ramp_after >= self.hold_after,
+            "--ramp-after is {} ms, less than --hold-after, {} ms: raise the one or lower the other",
+            self.ramp_after,
+            self.hold_after
+        );
+        ensure!(
+            self.lose_one_in.is_none_or(|frame| frame < self.frames),
+            "--lose-one-in is {}, but the last of {} frames is {}: raise --frames",
+            self.lose_one_in.unwrap_or_default(),
+            self.frames,
+            self.frames - 1
+        );
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use super::*;
+
+    #[test]
+    fn each_number_is_set_alone_and_within_its_range() {
+        for number in Parameters::NUMBERS {
+            let mut parameters = Parameters::DEFAULT;
+            let (least, most) = (*number.range.start(), *number.range.end());
+            for value in [least, most] {
+                number.set(&mut parameters, value).unwrap();
+                assert_eq!(number.get(&parameters), Some(value), "{}", number.name);
+            }
+            for other in Parameters::NUMBERS
+                .iter()
+                .filter(|other| other.name != number.name)
+            {
+                assert_eq!(other.get(&parameters), other.get(&Parameters::DEFAULT));
+            }
+            for value in [least - 1.0, most + 1.0, f64::NAN] {
+                let complaint = number.set(&mut parameters, value).unwrap_err().to_string();
+                assert!(complaint.starts_with(&format!("--{} is ", number.name)));
+            }
+        }
+        let trials = Parameters::NUMBERS
+            .iter()
+            .find(|number| number.name == "trials");
+        let mut parameters = Parameters::DEFAULT;
+        let complaint = trials.unwrap().set(&mut parameters, 1.5);
+        let complaint = complaint.unwrap_err().to_string();
+        assert_eq!(complaint, "--trials is 1.5: a whole number is wanted");
+        Parameters::DEFAULT.check().unwrap();
+    }
+}

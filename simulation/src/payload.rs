@@ -1,0 +1,179 @@
+//! What is sent: frame formats, payloads, frames.
+
+use std::fmt;
+use std::str::FromStr;
+
+use anyhow::{Context, Error, Result};
+use framelock::Setpoint;
+use serde::Serialize;
+
+/// A frame format.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
+pub enum FrameFormat {
+    /// 'A' 'B' reserved pitch roll yaw CR
+    Bin,
+    /// 'A' 'B' reserved pitch roll yaw crc CR
+    BinCrc8,
+}
+
+impl FrameFormat {
+    /// Bytes in a frame.
+    #[must_use]
+    pub const fn length(self) -> usize {
+        match self {
+            Self::Bin => 7,
+            Self::BinCrc8 => 8,
+        }
+    }
+}
+
+/// What the four bytes between sync and terminator are: reserved, pitch, roll, yaw.
+///
+/// As text: `motion`, `random`, `random:40-43`, `repeated`, `repeated:40-43`, `00414200`,
+/// `ambiguous` or `noise`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Payload {
+    /// Smooth motion; the reserved byte is 0.
+    Motion,
+    /// Every byte at random from one to the other, both included, anew for each frame.
+    Random(u8, u8),
+    /// The same in every frame of a trial: every byte at random from one to the other, both
+    /// included, drawn for each trial.
+    Repeated(u8, u8),
+    /// The same in every frame.
+    Constant([u8; 4]),
+    /// The same in every frame of a trial: one of the 512 payloads of clause N2, drawn for each
+    /// trial.
+    Ambiguous,
+    /// No frames at all: as many random bytes in the place of each.
+    Noise,
+}
+
+impl FromStr for Payload {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let (kind, range) = text.split_once(':').unwrap_or((text, "00-FF"));
+        let bytes = || {
+            let (from, to) = range.split_once('-')?;
+            let ([from], [to]) = (hexadecimal(from)?, hexadecimal(to)?);
+            (from <= to).then_some((from, to))
+        };
+        let payload = match kind {
+            "random" => bytes().map(|(from, to)| Self::Random(from, to)),
+            "repeated" => bytes().map(|(from, to)| Self::Repeated(from, to)),
+            _ => match text {
+                "motion" => Some(Self::Motion),
+                "ambiguous" => Some(Self::Ambiguous),
+                "noise" => Some(Self::Noise),
+                _ => hexadecimal(text).map(Self::Constant),
+            },
+        };
+        payload.context(
+            "one of these is wanted: motion, random, repeated, random:40-43 or repeated:40-43 \
+             (from one byte to another, in hexadecimal), 00414200 (the four payload bytes, in \
+             hexadecimal), ambiguous or noise",
+        )
+    }
+}
+
+/// Exactly that many bytes, two digits each.
+fn hexadecimal<const COUNT: usize>(text: &str) -> Option<[u8; COUNT]> {
+    // A sign, which the standard library would take, is no digit.
+    if text.len() != 2 * COUNT || text.starts_with('+') {
+        return None;
+    }
+    let number = u32::from_str_radix(text, 16).ok()?;
+    number.to_be_bytes().last_chunk().copied()
+}
+
+impl fmt::Display for Payload {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Motion => f.write_str("motion"),
+            Self::Random(0x00, 0xFF) => f.write_str("random"),
+            Self::Random(from, to) => write!(f, "random:{from:02X}-{to:02X}"),
+            Self::Repeated(0x00, 0xFF) => f.write_str("repeated"),
+            Self::Repeated(from, to) => write!(f, "repeated:{from:02X}-{to:02X}"),
+            Self::Constant(bytes) => bytes.iter().try_for_each(|byte| write!(f, "{byte:02X}")),
+            Self::Ambiguous => f.write_str("ambiguous"),
+            Self::Noise => f.write_str("noise"),
+        }
+    }
+}
+
+impl Serialize for Payload {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// The bytes of a frame, or noise in its place.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Frame {
+    /// What is sent.
+    pub bytes: Vec<u8>,
+    /// The setpoint it carries; none if it is noise.
+    pub setpoint: Option<Setpoint>,
+}
+
+impl Frame {
+    /// The format's frame with that payload.
+    #[must_use]
+    pub fn new(format: FrameFormat, payload: [u8; 4]) -> Self {
+        let [reserved, pitch, roll, yaw] = payload;
+        let mut bytes = vec![b'A', b'B', reserved, pitch, roll, yaw];
+        if format == FrameFormat::BinCrc8 {
+            bytes.push(framelock::crc8(payload));
+        }
+        bytes.push(b'\r');
+        Self {
+            bytes,
+            setpoint: Some(Setpoint { pitch, roll, yaw }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use super::*;
+
+    #[test]
+    fn payloads_are_written_as_they_are_read() {
+        for text in [
+            "motion",
+            "random",
+            "random:40-43",
+            "repeated",
+            "repeated:40-43",
+            "00414200",
+            "ambiguous",
+            "noise",
+        ] {
+            assert_eq!(text.parse::<Payload>().unwrap().to_string(), text);
+        }
+        assert_eq!(
+            "0d4142ff".parse::<Payload>().unwrap(),
+            Payload::Constant([0x0D, 0x41, 0x42, 0xFF])
+        );
+        for text in [
+            "",
+            "00",
+            "0041420",
+            "0041420000",
+            "random:43-40",
+            "repeated:4-5",
+            "noise:00-01",
+            "+0041420",
+            "random:+4-43",
+            "ä0000000",
+        ] {
+            let complaint = text.parse::<Payload>().unwrap_err().to_string();
+            assert!(complaint.contains("random:40-43"), "{text}: {complaint}");
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! A station at the end of the line: a receiver, the failsafe behind it, and what becomes of each
+//! frame.
+
+use std::num::NonZeroU32;
+
+use anyhow::{Result, bail};
+use framelock::{
+    Accounting, Bin, BinCrc8, Failsafe, FailsafeParameters, Lecture, LineEvent, Output, Parser,
+    Phase, Receiver, Setpoint,
+};
+
+use crate::frame::SentFrame;
+use crate::kind::{Kind, Policy};
+use crate::motion::LEVEL;
+use crate::parameters::Parameters;
+use crate::payload::FrameFormat;
+use crate::random::whole;
+use crate::statistics::Ratio;
+use crate::tally::ReceiverTally;
+use crate::uart::{BIT, BITS_PER_BYTE};
+
+/// What a receiver has made of what it was given.
+struct Received {
+    /// The setpoint of the frame that the last byte completed.
+    setpoint: Option<Setpoint>,
+    /// Bytes that a frame may yet include.
+    pending: usize,
+    /// Bytes that are part of no frame.
+    discarded: usize,
+}
+
+/// A receiver: takes a byte, or an event in place of one.
+type Machine = Box<dyn FnMut(Result<u8, LineEvent>) -> Received>;
+
+fn machine<P: Parser<Message = Setpoint> + 'static>(parser: P) -> Machine {
+    let mut parser = Accounting::new(parser);
+    Box::new(move |heard| Received {
+        setpoint: match heard {
+            Ok(byte) => parser.push(byte),
+            Err(event) => {
+                parser.line_event(event);
+                None
+            }
+        },
+        pending: parser.pending(),
+        discarded: parser.counters().discarded.total(),
+    })
+}
+
+/// Time steps to microseconds, on a line of `baud`.
+pub(crate) fn microseconds(time: u64, baud: u32) -> u64 {
+    let steps_per_second = u128::from(baud) * u128::from(BIT);
+    let microseconds = u128::from(time) * 1_000_000 / steps_per_second;
+    u64::try_from(microseconds).unwrap_or(u64::MAX)
+}
+
+/// The failsafe, which counts microseconds.
+fn failsafe(parameters: &Parameters) -> Result<Failsafe> {
+    let microseconds = |milliseconds: f64| {
+        let rounded = (milliseconds * 1000.0).round();
+        u32::try_from(whole(rounded)).unwrap_or(u32::MAX)
+    };
+    let per_unit = microseconds(parameters.full_travel / f64::from(u8::MAX));
+    let parameters = FailsafeParameters {
+        hold_after: microseconds(parameters.hold_after),
+        ramp_after: microseconds(parameters.ramp_after),
+        park: LEVEL,
+        ticks_per_unit: [NonZeroU32::new(per_unit).unwrap_or(NonZeroU32::MIN); 3],
+    };
+    Ok(Failsafe::new(parameters, 0)?)
+}
+
+/// What a byte made of a station.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Outcome {
+    /// It committed nothing, and has this many bytes of a frame.
+    Pending(usize),
+    /// It committed the setpoint of the frame that the byte ends.
+    Delivered,
+    /// It committed something else.
+    Wrong,
+}
+
+/// A receiver and its failsafe.
+pub struct Station {
+    receiver: Machine,
+    /// How many bytes of a frame the receiver has.
+    pub pending: usize,
+    failsafe: Failsafe,
+    baud: u32,
+    hears_errors: bool,
+    /// How long after a byte the next one may end at the latest, and until when it may now.
+    idle_limit: u64,
+    idle_from: u64,
+    committed: u64,
+    /// The frame that was delivered last, and when.
+    delivered: Option<(u64, u64)>,
+    is_following: bool,
+    /// A frame was not delivered, and none has been since: intact frames lost, and when the first of
+    /// them began.
+    outage: Option<(u64, Option<u64>)>,
+    tally: ReceiverTally,
+}
+
+impl Station {
+    pub(crate) fn new(parameters: &Parameters, kind: Kind) -> Result<Self> {
+        // The byte that ends the gap takes one byte time to come in.
+        let limit = (u64::from(parameters.idle_gap) + 1) * BITS_PER_BYTE * BIT;
+        let receiver = match (kind.policy, parameters.frame) {
+            (Policy::Discard, FrameFormat::Bin) => machine(Lecture::new()),
+            (Policy::Rescan, FrameFormat::Bin) => machine(Receiver::<Bin>::new()),
+            (Policy::Rescan, FrameFormat::BinCrc8) => machine(Receiver::<BinCrc8>::new()),
+            (Policy::Discard, FrameFormat::BinCrc8) => {
+                bail!("policy discard is the lecture's machine, which receives frame bin only")
+            }
+        };
+        Ok(Self {
+            receiver,
+            pending: 0,
+            failsafe: failsafe(parameters)?,
+            baud: parameters.baud,
+            hears_errors: !parameters.unreported,
+            idle_limit: if kind.has_idle_gap { limit } else { u64::MAX },
+            idle_from: u64::MAX,
+            committed: 0,
+            delivered: None,
+            is_following: false,
+            outage: None,
+            tally: ReceiverTally {
+                kind,
+                ..ReceiverTally::default()
+            },
+        })
+    }
+
+    /// Takes a byte. `ended`: the frame that it ends, if every byte of that frame came.
+    pub(crate) fn push(&mut self, at: u64, byte: u8, ended: Option<&SentFrame>) -> Outcome {
+        // Nothing notices the gap before the byte that ends it.
+        if at > self.idle_from {
+            self.take(Err(LineEvent::Idle));
+        }
+        self.idle_from = at.saturating_add(self.idle_limit);
+        let Some(setpoint) = self.take(Ok(byte)) else {
+            return Outcome::Pending(self.pending);
+        };
+        self.poll(at);
+        self.tally.longest_silence = self.longest_silence(at);
+        self.committed = at;
+        self.failsafe.frame(self.ticks(at), setpoint);
+        self.poll(at);
+        match ended {
+            Some(sent) if sent.frame.setpoint == Some(setpoint) => {
+                self.delivered = Some((sent.number, at));
+                return Outcome::Delivered;
+            }
+            Some(_) => self.tally.wrong_setpoints += 1,
+            None => self.tally.false_frames += 1,
+        }
+        Outcome::Wrong
+    }
+
+    /// The UART reports an error.
+    pub(crate) fn line_error(&mut self, event: LineEvent) {
+        if self.hears_errors {
+            self.take(Err(event));
+        }
+    }
+
+    fn take(&mut self, heard: Result<u8, LineEvent>) -> Option<Setpoint> {
+        let received = (self.receiver)(heard);
+        self.pending = received.pending;
+        self.tally.bytes_discarded = received.discarded as u64;
+        received.setpoint
+    }
+
+    /// The failsafe's time: a counter that wraps.
+    fn ticks(&self, at: u64) -> u32 {
+        let [a, b, c, d, ..] = microseconds(at, self.baud).to_le_bytes();
+        u32::from_le_bytes([a, b, c, d])
+    }
+
+    fn poll(&mut self, at: u64) -> Output {
+        let output = self.failsafe.poll(self.ticks(at));
+        self.tally.engagements += self.engagement(output);
+        self.is_following = is_following(output);
+        output
+    }
+
+    /// 1 if the failsafe has taken over.
+    fn engagement(&self, output: Output) -> u64 {
+        u64::from(self.is_following && !is_following(output))
+    }
+
+    /// The output at that time.
+    pub(crate) fn output(&self, at: u64) -> Output {
+        // Of a copy: at a given time it is the same however often it is asked for.
+        { self.failsafe }.poll(self.ticks(at))
+    }
+
+    /// The output now, compared with `demand`.
+    pub(crate) fn look(&mut self, at: u64, demand: Setpoint) -> Output {
+        let output = self.poll(at);
+        let [actual, demanded] = [output.setpoint, demand].map(<[u8; 3]>::from);
+        for (actual, demanded) in actual.into_iter().zip(demanded) {
+            let difference = actual.abs_diff(demanded);
+            self.tally.largest_error = self.tally.largest_error.max(difference);
+            self.tally.error_squares += u64::from(difference).pow(2);
+        }
+        self.tally.looks += 1;
+        output
+    }
+
+    fn longest_silence(&self, at: u64) -> u64 {
+        let silence = microseconds(at - self.committed, self.baud);
+        self.tally.longest_silence.max(silence)
+    }
+
+    /// Nothing more of the frame, which began at that time, can come. Frames come in their order,
+    /// each before the next ends.
+    pub(crate) fn settle(&mut self, frame: &SentFrame, began: u64) {
+        let began = frame.is_intact.then_some(began);
+        let delivered = self.delivered.filter(|(number, _)| *number == frame.number);
+        let Some((_, at)) = delivered else {
+            let (lost, since) = self.outage.unwrap_or_default();
+            let more = u64::from(frame.is_intact);
+            self.tally.lost_intact += more;
+            self.outage = Some((lost + more, since.or(began)));
+            return;
+        };
+        self.tally.delivered += 1;
+        // A frame that is delivered though it is not intact proves nothing.
+        if let Some((lost, since)) = self.outage.take()
+            && let Some(since) = since.or(began)
+        {
+            let time = microseconds(at - since, self.baud);
+            *self.tally.back_by_frames.entry(lost).or_default() += 1;
+            *self.tally.back_by_microseconds.entry(time).or_default() += 1;
+        }
+    }
+
+    /// What has been counted until then. `bytes_lost`: how many the line has lost in the trial.
+    pub(crate) fn tally(&self, at: u64, bytes_lost: u64) -> ReceiverTally {
+        let mut tally = self.tally.clone();
+        tally.never_back = u64::from(matches!(self.outage, Some((_, Some(_)))));
+        tally.engagements += self.engagement(self.output(at));
+        tally.longest_silence = self.longest_silence(at);
+        tally.lost_per_byte = Ratio::of(tally.lost_intact, bytes_lost);
+        tally
+    }
+}
+
+/// Whether the output is the setpoint's, or on its way there.
+fn is_following(output: Output) -> bool {
+    matches!(output.phase, Phase::Live | Phase::Approach)
+}

@@ -1,0 +1,113 @@
+//! What the measured figures should be, where that can be worked out.
+
+use crate::payload::FrameFormat;
+
+/// The probability that a frame with a pause in front of it is committed with a wrong setpoint, if
+/// each bit is inverted with the probability `flip`.
+///
+/// The bits of sync and terminator, start and stop bits and nine idle bits in front must arrive as
+/// they were sent; those of the setpoint must not, in a way that the checksum does not notice. Left
+/// out is what takes two coincidences, and that a receiver which has missed a start bit may be in
+/// step again two bytes later: together less than a twentieth as long as no more than one bit in a
+/// hundred is inverted.
+#[must_use]
+pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
+    let kept = |bits| (1.0 - flip).powi(bits);
+    match format {
+        // 24 fixed bits, 14 start and stop bits, 9 idle bits; 1 - (1 - flip)^24 without the loss of
+        // small numbers.
+        FrameFormat::Bin => kept(24 + 14 + 9) * -libm::expm1(24.0 * libm::log1p(-flip)),
+        FrameFormat::BinCrc8 => kept(24 + 16 + 9) * unnoticed(flip),
+    }
+}
+
+/// The probability that an error in payload and checksum goes unnoticed and changes the setpoint.
+///
+/// A linear code lets through the errors that are words of it: their probability is the mean, over
+/// the 256 words of its dual, of (1 - 2 flip)^weight (`MacWilliams`). Of these, errors that are 0 or
+/// change nothing but the reserved byte and the checksum leave the setpoint as it is.
+fn unnoticed(flip: f64) -> f64 {
+    let crc =
+        |payload: u32| u32::from(framelock::crc8(payload.to_be_bytes()) ^ framelock::crc8([0; 4]));
+    let columns = (0..32)
+        .map(|bit| crc(1 << bit))
+        .chain((0..8).map(|bit| 1 << bit));
+    let columns: Vec<u32> = columns.collect();
+    let (mut let_through, mut harmless) = (0.0, 0.0);
+    for word in 0..256 {
+        let odd = columns
+            .iter()
+            .filter(|column| (word & **column).count_ones() % 2 == 1);
+        let weight = i32::try_from(odd.count()).unwrap_or(i32::MAX);
+        let_through += (1.0 - 2.0 * flip).powi(weight) / 256.0;
+        let ones = (word.count_ones() + crc(word << 24).count_ones()).cast_signed();
+        harmless += flip.powi(ones) * (1.0 - flip).powi(40 - ones);
+    }
+    let_through - harmless
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(
+        clippy::indexing_slicing,
+        clippy::float_cmp,
+        reason = "a panic fails the test"
+    )]
+
+    use super::*;
+
+    /// By trying all errors of up to four bits in payload and checksum: of fewer than four none goes
+    /// unnoticed, and those of four are what theory says while errors are rare.
+    #[test]
+    fn theory_is_what_trying_all_errors_finds() {
+        let goes_unnoticed = |error: u64| {
+            let [_, _, _, reserved, pitch, roll, yaw, crc] = error.to_be_bytes();
+            let change = framelock::crc8([reserved, pitch, roll, yaw]) ^ framelock::crc8([0; 4]);
+            change == crc && pitch | roll | yaw != 0
+        };
+        let bits: Vec<u64> = (0..40).map(|bit| 1 << bit).collect();
+        let mut four = 0_u32;
+        for a in 0..40 {
+            for b in a..40 {
+                for c in b..40 {
+                    let error = bits[a] | bits[b] | bits[c];
+                    assert!(!goes_unnoticed(error));
+                    let further = if a < b && b < c { c + 1..40 } else { 0..0 };
+                    for d in further {
+                        four += u32::from(goes_unnoticed(error | bits[d]));
+                    }
+                }
+            }
+        }
+        assert!(four > 0);
+        let flip = 1e-3_f64;
+        let rare = f64::from(four) * flip.powi(4) * (1.0 - flip).powi(36);
+        let theory = unnoticed(flip);
+        // Errors of five bits and more.
+        assert!(rare < theory && theory < 1.02 * rare, "{rare} {theory}");
+        // If every bit is as likely 0 as 1, one in 256 of all errors goes unnoticed, but for the
+        // 256 harmless ones.
+        let expected = 1.0 / 256.0 - 256.0 * 0.5_f64.powi(40);
+        assert!((unnoticed(0.5) / expected - 1.0).abs() < 1e-9);
+    }
+
+    /// Worked out by hand: (1 - p)^47 (1 - (1 - p)^24), in wrong setpoints of a million frames.
+    #[test]
+    fn of_bin_it_is_the_formula() {
+        for (flip, wrong) in [(1e-5, 240), (1e-4, 2_386), (1e-3, 22_636), (1e-2, 133_635)] {
+            let expected = f64::from(wrong);
+            let theory = 1e6 * wrong_setpoint(FrameFormat::Bin, flip);
+            assert!((theory - expected).abs() < 0.5, "{flip}: {theory}");
+        }
+    }
+
+    #[test]
+    fn rare_flips_make_wrong_setpoints_in_proportion() {
+        assert_eq!(wrong_setpoint(FrameFormat::Bin, 0.0), 0.0);
+        let rare = wrong_setpoint(FrameFormat::Bin, 1e-12);
+        assert!((rare / 24e-12 - 1.0).abs() < 1e-9, "{rare}");
+        let [more, less] = [2e-3, 1e-3]
+            .map(|flip| wrong_setpoint(FrameFormat::BinCrc8, flip) / (1.0 - flip).powi(85));
+        assert!((more / less - 16.0).abs() < 0.5, "{more} {less}");
+    }
+}

@@ -1,0 +1,85 @@
+//! What is known about the protocol, measured by the simulation.
+//!
+//! Seeds are fixed, so a test passes always or never. What is measured must agree with what is
+//! expected unless that is less likely than one in a thousand million: another seed, or another
+//! order of the random numbers, passes too. A commit has few trials; `FRAMELOCK_STATISTICS=full` has
+//! many, and takes minutes.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+mod findings;
+mod limits;
+
+use framelock_simulation::{Kind, Parameters, Policy, ReceiverTally, Tally, run};
+
+fn simulated(parameters: &Parameters) -> Tally {
+    (0..parameters.trials)
+        .map(|number| run(parameters, number.into(), false).unwrap().tally())
+        .fold(Tally::default(), Tally::and)
+}
+
+/// What the receiver of that policy made of it.
+fn receiver(tally: &Tally, policy: Policy, has_idle_gap: bool) -> &ReceiverTally {
+    let kind = Kind {
+        policy,
+        has_idle_gap,
+    };
+    tally
+        .receivers
+        .iter()
+        .find(|receiver| receiver.kind == kind)
+        .unwrap()
+}
+
+/// How many trials: as many as a commit has, or all.
+fn trials(commit: u32, full: u32) -> u32 {
+    match std::env::var("FRAMELOCK_STATISTICS").as_deref() {
+        Ok("full") => full,
+        _ => commit,
+    }
+}
+
+/// Whether a count of independent events, of which from `low` to `high` are expected, is more
+/// likely than one in a thousand million (Poisson).
+#[expect(clippy::cast_precision_loss, reason = "counts are small")]
+fn is_plausible(count: u64, low: f64, high: f64) -> bool {
+    let expected = (count as f64).clamp(low, high);
+    let probability = |count: u64| {
+        let factorial: f64 = (1..=count).map(|factor| (factor as f64).ln()).sum();
+        (count as f64 * expected.ln() - expected - factorial).exp()
+    };
+    let mut tail = 0.0;
+    let mut term = probability(count);
+    let mut place = count as f64;
+    let rises = place > expected;
+    while term > 1e-12 && place >= 0.0 {
+        tail += term;
+        term *= if rises {
+            expected / (place + 1.0)
+        } else {
+            place / expected
+        };
+        place += if rises { 1.0 } else { -1.0 };
+    }
+    tail > 1e-9
+}
+
+#[test]
+fn a_count_is_plausible_near_what_is_expected() {
+    for (count, expected, is) in [
+        (0, 3.0, true),
+        (0, 20.0, true),
+        (0, 21.0, false),
+        (18, 3.0, true),
+        (19, 3.0, false),
+        (10_590, 10_000.0, true),
+        (10_700, 10_000.0, false),
+        (9_410, 10_000.0, true),
+        (9_300, 10_000.0, false),
+    ] {
+        assert_eq!(
+            is_plausible(count, expected, expected),
+            is,
+            "{count} {expected}"
+        );
+    }
+}

@@ -1,0 +1,226 @@
+//! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources; what is named for it
+//! must notice. What nothing can break proves nothing.
+
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context as _, Result, ensure};
+use serde::Deserialize;
+
+use crate::firmware::test_passes;
+use crate::prove::{Engine, Prover};
+use crate::report::Report;
+use crate::workspace::Workspace;
+
+const PROOFS: &str = "proofs/seeded-bugs.toml";
+const FIRMWARE: &str = "firmware/seeded-bugs.toml";
+/// The packages of the copy for the proofs.
+const PROOFS_MEMBERS: &[&str] = &[
+    "core",
+    "proofs",
+    "proofs/offline/stand-in",
+    "proofs/offline/stand-in/macros",
+    "proofs/offline/tests/harnesses",
+];
+/// The checker's own harnesses: those that must hold, and those that must fail.
+const CHECKED: &str = "framelock-checked-harnesses";
+
+/// Put the seeded bugs into a copy of the sources, one at a time: each must be caught.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// What checks harnesses; by default Kani where it is set up, and else the offline prover.
+    #[arg(long)]
+    engine: Option<Engine>,
+
+    /// Only the bugs whose mistake, file or harness contains this. With `checker`, also whether the
+    /// engine finds what must fail; without names, that and all bugs.
+    names: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Bugs {
+    /// Harnesses that show something that no mistake in the sources can break.
+    #[cfg(test)]
+    #[serde(default)]
+    unbreakable: Vec<String>,
+    bug: Vec<Bug>,
+}
+
+/// A mistake that someone might make.
+#[derive(Deserialize)]
+struct Bug {
+    mistake: String,
+    file: String,
+    /// Stands once in the file, and is replaced.
+    right: String,
+    wrong: String,
+    /// The harnesses that must fail.
+    #[serde(default)]
+    harnesses: Vec<String>,
+    /// The test of the firmware that must fail.
+    test: Option<String>,
+}
+
+fn read(root: &Path, file: &str) -> Result<Bugs> {
+    let text = fs::read_to_string(root.join(file))?;
+    toml::from_str(&text).with_context(|| file.to_owned())
+}
+
+impl Bug {
+    /// The file's text without and with the mistake.
+    fn texts(&self, root: &Path) -> Result<(String, String)> {
+        let right = fs::read_to_string(root.join(&self.file))?;
+        let places = right.matches(&self.right).count();
+        let (file, mistake) = (&self.file, &self.mistake);
+        ensure!(
+            places == 1,
+            "\"{mistake}\": its `right` stands {places} times in {file}"
+        );
+        let wrong = right.replace(&self.right, &self.wrong);
+        Ok((right, wrong))
+    }
+
+    fn is_wanted(&self, names: &[String]) -> bool {
+        let mut says = [&self.mistake, &self.file]
+            .into_iter()
+            .chain(&self.harnesses);
+        names.is_empty() || says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
+    }
+}
+
+/// The stage of `verify --all`.
+pub(crate) fn stage(_: &Workspace, _: &mut Report) -> Result<()> {
+    let (engine, names) = (None, Vec::new());
+    bugs(&Arguments { engine, names }).map(|_| ())
+}
+
+pub(crate) fn bugs(arguments: &Arguments) -> Result<ExitCode> {
+    let workspace = Workspace::load()?;
+    let root = &workspace.root;
+    let mut prover = Prover::new(&workspace, arguments.engine)?;
+    prover.packages.push(CHECKED);
+    let names = &arguments.names;
+    let mut missed = Vec::new();
+    if names.is_empty() || names.iter().any(|name| name == "checker") {
+        let checked = ["fails::".to_owned(), "holds::".to_owned()];
+        missed.extend(judged(&prover, &checked, true)?);
+    }
+    let bugs = read(root, PROOFS)?.bug.into_iter();
+    let bugs = bugs.chain(read(root, FIRMWARE)?.bug);
+    for bug in bugs.filter(|bug| bug.is_wanted(names)) {
+        if prover.engine == Engine::Kani && bug.file.starts_with("proofs/offline/") {
+            continue;
+        }
+        println!("\n=== {} ===", bug.mistake);
+        // The firmware is a workspace of its own.
+        let (folder, members): (_, &[&str]) = match bug.test {
+            Some(_) => ("firmware", &["core"]),
+            None => ("proofs", PROOFS_MEMBERS),
+        };
+        let copy = workspace.target_directory.join("bugs").join(folder);
+        workspace.copy(&copy, &["core", folder], members)?;
+        let (_, wrong) = bug.texts(root)?;
+        fs::write(copy.join(&bug.file), wrong)?;
+        prover.root.clone_from(&copy);
+        let survived = match &bug.test {
+            Some(test) if test_passes(&workspace, &copy, test)? => vec![test.clone()],
+            Some(_) => Vec::new(),
+            None => judged(&prover, &bug.harnesses, false)?,
+        };
+        missed.extend(
+            survived
+                .iter()
+                .map(|by| format!("\"{}\" by {by}", bug.mistake)),
+        );
+    }
+    ensure!(missed.is_empty(), "not caught: {}", missed.join("; "));
+    println!("All were caught");
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The harnesses that do not come out as they must; or with a bug, those that come out as if there
+/// were none. One in `fails` must fail, every other must hold.
+fn judged(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<String>> {
+    let mut answers = prover.check(harnesses)?;
+    for answer in &answers {
+        println!(
+            "{}: {} {:?}",
+            answer.harness, answer.verdict, answer.failures
+        );
+    }
+    answers.retain(|answer| {
+        if answer.harness.starts_with("fails::") == sound {
+            !answer.is_refuted()
+        } else {
+            !answer.is_proved()
+        }
+    });
+    Ok(answers.into_iter().map(|answer| answer.harness).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether a harness is called that, with or without modules.
+    fn is_called(harness: &str, end: &str) -> bool {
+        format!("::{harness}").ends_with(&format!("::{end}"))
+    }
+
+    /// The harnesses of the theorems, and of the checker.
+    fn harnesses(workspace: &Workspace) -> (Vec<String>, Vec<String>) {
+        let mut prover = Prover::new(workspace, Some(Engine::Offline)).expect("it is there");
+        let mut list = || {
+            let harnesses = prover.list(&[]).expect("they compile");
+            prover.packages = vec![CHECKED];
+            harnesses.into_iter().map(|harness| harness.name).collect()
+        };
+        (list(), list())
+    }
+
+    #[test]
+    fn every_mistake_fits_the_sources_and_every_harness_is_broken_by_one() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let root = &workspace.root;
+        let (theorems, checked) = harnesses(&workspace);
+        let proofs = read(root, PROOFS).expect("a list");
+        let firmware = read(root, FIRMWARE).expect("a list");
+        for bug in proofs.bug.iter().chain(&firmware.bug) {
+            let (right, wrong) = bug.texts(root).expect("it stands there once");
+            assert_ne!(right, wrong, "{}", bug.mistake);
+            assert_eq!(
+                bug.test.is_some(),
+                bug.harnesses.is_empty(),
+                "{}",
+                bug.mistake
+            );
+            for end in &bug.harnesses {
+                let all = theorems.iter().chain(&checked);
+                assert_eq!(all.filter(|one| is_called(one, end)).count(), 1, "{end}");
+            }
+        }
+        let broken = proofs.bug.iter().flat_map(|bug| &bug.harnesses);
+        let broken: Vec<&String> = broken.chain(&proofs.unbreakable).collect();
+        for harness in &theorems {
+            let is_broken = broken.iter().any(|end| is_called(harness, end));
+            assert!(is_broken, "{PROOFS} has no mistake that {harness} catches");
+        }
+    }
+
+    #[test]
+    fn every_theorem_of_the_table_has_a_harness() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let (theorems, _) = harnesses(&workspace);
+        let readme = fs::read_to_string(workspace.root.join("proofs/README.md")).expect("a table");
+        let rows = readme.lines().filter_map(|line| line.strip_prefix("| "));
+        for row in rows.filter(|row| row.starts_with(|first: char| first.is_ascii_digit())) {
+            let mut names = row.split('`').skip(1).step_by(2);
+            let is_shown = |name: &str| {
+                let mut theorems = theorems.iter();
+                theorems.any(|one| is_called(one, name) || one.contains(&format!("{name}::")))
+            };
+            assert!(names.any(is_shown), "no harness: {row}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The stages that check sources, tests and documentation on this machine.
+
+use anyhow::{Context as _, Result};
+use xshell::cmd;
+
+use crate::bare_metal::Compiler;
+use crate::report::{Report, run_tests};
+use crate::workspace::{CORE, Workspace};
+use crate::{firmware, prove};
+
+/// From the smallest to the largest: no atomic compare-and-swap, a floating-point unit, not Arm.
+const MICROCONTROLLERS: [&str; 3] = [
+    "thumbv6m-none-eabi",
+    firmware::TARGET,
+    "riscv32imac-unknown-none-elf",
+];
+
+/// The sources are formatted by rustfmt.
+pub(crate) fn format(workspace: &Workspace, _: &mut Report) -> Result<()> {
+    let sh = workspace.shell()?;
+    for folder in [".", "firmware", "fuzz"] {
+        let _here = sh.push_dir(folder);
+        cmd!(sh, "cargo fmt --all --check")
+            .run()
+            .context("`cargo fmt --all` settles it; rustfmt: rustup component add rustfmt")?;
+    }
+    Ok(())
+}
+
+/// No warning from the compiler or clippy, in libraries, programs, tests, benchmarks and harnesses.
+pub(crate) fn clippy(workspace: &Workspace, _: &mut Report) -> Result<()> {
+    let sh = workspace.shell()?;
+    cmd!(
+        sh,
+        "cargo clippy --workspace --all-targets --all-features -- -Dwarnings"
+    )
+    .run()
+    .context("clippy: rustup component add clippy")?;
+    prove::clippy(workspace)
+}
+
+/// Unit and integration tests, and each benchmark once, untimed.
+pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let mut cargo = workspace.cargo();
+    cargo.args(["test", "--workspace", "--all-targets", "--all-features"]);
+    // These need the firmware's images, and have a stage of their own.
+    cargo.args(["--no-fail-fast", "--exclude", firmware::TESTS]);
+    run_tests(&mut cargo, &mut report.tests)
+}
+
+/// As many trials of the simulator as its findings stand on.
+pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let mut cargo = workspace.cargo();
+    cargo.args(["test", "--package", "framelock-simulation"]);
+    run_tests(cargo.env("FRAMELOCK_STATISTICS", "full"), &mut report.tests)
+}
+
+/// The examples in the documentation, and that it builds without warnings.
+pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let packages = ["--package", CORE, "--package", "framelock-proofs"];
+    let mut cargo = workspace.cargo();
+    cargo
+        .args(["test", "--doc", "--all-features"])
+        .args(packages);
+    run_tests(&mut cargo, &mut report.tests)?;
+    let sh = workspace.shell()?;
+    cmd!(sh, "cargo doc --no-deps --all-features {packages...}")
+        .env("RUSTDOCFLAGS", "-Dwarnings")
+        .run()?;
+    Ok(())
+}
+
+/// The core compiles for microcontrollers, without a warning under any subset of its features.
+pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let compiler = Compiler::of(&MICROCONTROLLERS)?;
+    let subsets = subsets(&workspace.core_features);
+    report.says = format!("{} sets of features, by {}", subsets.len(), compiler.says);
+    let sh = workspace.shell()?;
+    // Its own folder: another compiler and other flags would have all others compiled again.
+    let folder = workspace.target_directory.join("microcontrollers");
+    for (index, features) in subsets.iter().enumerate() {
+        // Under none and all of them for each microcontroller, else for one.
+        let is_end = index == 0 || features.len() == workspace.core_features.len();
+        let targets = if is_end {
+            &MICROCONTROLLERS[..]
+        } else {
+            &[firmware::TARGET]
+        };
+        let targets = targets.iter().flat_map(|target| ["--target", target]);
+        let features = features.join(",");
+        let cargo = cmd!(
+            sh,
+            "cargo check --package {CORE} --no-default-features --features={features} --target-dir {folder} {targets...}"
+        );
+        compiler
+            .with(&sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
+            .run()?;
+    }
+    Ok(())
+}
+
+/// Every subset, the empty one first.
+fn subsets(features: &[String]) -> Vec<Vec<&str>> {
+    let mut subsets = vec![vec![]];
+    for feature in features {
+        for mut subset in subsets.clone() {
+            subset.push(feature.as_str());
+            subsets.push(subset);
+        }
+    }
+    subsets
+}

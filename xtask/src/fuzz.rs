@@ -1,0 +1,133 @@
+//! `cargo xtask fuzz`: the fuzz targets, with everything they need set up.
+
+use std::process::ExitCode;
+
+use anyhow::{Context as _, Result, ensure};
+use xshell::{Cmd, Shell, cmd};
+
+use crate::report::Report;
+use crate::workspace::Workspace;
+
+const CARGO_FUZZ: &str = "0.13.2";
+
+/// The longest input, in bytes.
+const LONGEST_INPUT: u32 = 256;
+
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask fuzz                                  every target for a minute
+  cargo xtask fuzz parser --seconds 900 --jobs 2    one, for longer, on two cores
+
+New inputs are kept in fuzz/corpus-found, inputs that show a bug in fuzz/artifacts. The exit code is 1 \
+if there is one. The committed corpora are replayed by `cargo test -p framelock-fuzz-oracles`.";
+
+/// Try to break what is proved: compare it with the reference on inputs that a fuzzer makes up.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// The target; all of them unless given.
+    target: Option<String>,
+
+    /// How long each target is tried for, in seconds.
+    #[arg(long, value_name = "N", default_value_t = 60)]
+    seconds: u64,
+
+    /// How many processes try it at the same time.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    jobs: u32,
+}
+
+pub(crate) fn fuzz(arguments: &Arguments) -> Result<ExitCode> {
+    let fuzzer = Fuzzer::set_up(&Workspace::load()?)?;
+    let targets = match &arguments.target {
+        Some(target) => vec![target.clone()],
+        None => fuzzer.targets()?,
+    };
+    for target in targets {
+        fuzzer.run(&target, arguments.seconds, arguments.jobs)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The stage of `verify --all`: every target for a minute.
+pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let fuzzer = Fuzzer::set_up(workspace)?;
+    let targets = fuzzer.targets()?;
+    ensure!(!targets.is_empty(), "there is no target");
+    report.says = format!("{} targets", targets.len());
+    for target in targets {
+        fuzzer.run(&target, 60, 1)?;
+    }
+    Ok(())
+}
+
+/// cargo-fuzz and a nightly compiler: the compiler's coverage counters are unstable options.
+struct Fuzzer {
+    sh: Shell,
+}
+
+impl Fuzzer {
+    fn set_up(workspace: &Workspace) -> Result<Self> {
+        let sh = workspace.shell_with("cargo-fuzz", CARGO_FUZZ)?;
+        let fuzzer = Self { sh };
+        if fuzzer
+            .nightly("rustc", ["--version"])
+            .quiet()
+            .read()
+            .is_err()
+        {
+            cmd!(
+                fuzzer.sh,
+                "rustup toolchain install nightly --profile minimal"
+            )
+            .run()
+            .context("fuzzing needs a nightly compiler")?;
+        }
+        Ok(fuzzer)
+    }
+
+    /// A command of the nightly toolchain. What `cargo xtask` says about its own is not for that one.
+    fn nightly<const N: usize>(&self, program: &str, arguments: [&str; N]) -> Cmd<'_> {
+        ["CARGO", "RUSTC", "RUSTUP_TOOLCHAIN", "LD_LIBRARY_PATH"]
+            .into_iter()
+            .fold(
+                cmd!(self.sh, "rustup run nightly {program}"),
+                Cmd::env_remove,
+            )
+            .args(arguments)
+    }
+
+    fn targets(&self) -> Result<Vec<String>> {
+        let list = self.nightly("cargo", ["fuzz", "list"]).read()?;
+        Ok(list.lines().map(str::to_owned).collect())
+    }
+
+    /// No sanitizer: the core and what checks it forbid `unsafe`, and without it there is no memory
+    /// error for one to find. Comparisons are not traced, which takes more than half of the time: what
+    /// the receivers compare with is in the dictionary and the seeds.
+    fn run(&self, target: &str, seconds: u64, jobs: u32) -> Result<()> {
+        let found = format!("fuzz/corpus-found/{target}");
+        self.sh.create_dir(&found)?;
+        let dictionary = format!("fuzz/{target}.dict");
+        let dictionary = self
+            .sh
+            .path_exists(&dictionary)
+            .then(|| format!("-dict={dictionary}"));
+        self.nightly(
+            "cargo",
+            ["fuzz", "run", "--sanitizer=none", "--no-trace-compares"],
+        )
+        .arg(format!("--jobs={jobs}"))
+        .args([target, &found, &format!("fuzz/corpus/{target}"), "--"])
+        .arg(format!("-max_total_time={seconds}"))
+        .arg(format!("-max_len={LONGEST_INPUT}"))
+        .args(dictionary)
+        .run()
+        .with_context(|| {
+            format!(
+                "if an input shows a bug, it is in fuzz/artifacts/{target}; once that is mended, \
+                     keep it in fuzz/corpus/{target} under a name that says what it is"
+            )
+        })
+    }
+}

@@ -1,0 +1,146 @@
+//! Kani itself: whether it is set up, and what it answers.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead as _, BufReader};
+use std::os::unix::process::CommandExt as _;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
+use std::{env, fs};
+
+use anyhow::{Context as _, Result, ensure};
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::Pid;
+
+use crate::answer::{Answer, Harness};
+
+/// Name and version, or why it cannot be used. Found out from files: whatever one asks a `cargo kani`
+/// that is installed and not set up, it begins to set itself up.
+pub(crate) fn version() -> Result<String> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let mut programs = env::split_paths(&path).map(|folder| folder.join("cargo-kani"));
+    let program = programs.find(|program| program.is_file());
+    let program = program.context("there is no `cargo kani`")?;
+    let content = fs::read(&program)?;
+    let content = String::from_utf8_lossy(&content);
+    if !content.contains("Running Kani first-time setup") {
+        return Ok(format!("a developer's Kani, {}", program.display()));
+    }
+    let home = env::var_os("KANI_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(env::home_dir()?.join(".kani")));
+    let files = fs::read_dir(home.unwrap_or_default()).into_iter().flatten();
+    let names = files.filter_map(|file| file.ok()?.file_name().into_string().ok());
+    let names: Vec<String> = names.collect();
+    // A bundle that is still there was not unpacked to the end.
+    let unfinished = names.iter().any(|name| name.ends_with(".tar.gz"));
+    let mut versions = names.iter().filter_map(|name| name.strip_prefix("kani-"));
+    let version = versions.find(|version| !unfinished && content.contains(*version));
+    let version = version.context("Kani is not set up: `cargo kani setup`")?;
+    Ok(format!("Kani {version}"))
+}
+
+/// Has Kani check these harnesses, in one call.
+pub(crate) fn check(command: &mut Command, harnesses: &[Harness]) -> Result<Vec<Answer>> {
+    command.arg("--exact").env("NO_COLOR", "1");
+    for harness in harnesses {
+        command.args(["--harness", &harness.name]);
+    }
+    let mut answers = answers(&lines_of_group(command)?);
+    ensure!(
+        !answers.is_empty(),
+        "Kani checked nothing; it says why above"
+    );
+    let judged = harnesses.iter().map(|harness| {
+        let mut answer = answers.remove(&harness.name).unwrap_or_default();
+        harness.name.clone_into(&mut answer.harness);
+        if answer.verdict.is_empty() {
+            answer.fail("error", "Kani did not report on it");
+        } else if answer.is_proved() && !harness.ends_with_cover {
+            let what = "nothing shows that its end is reached: let it end with `kani::cover!`";
+            answer.fail("vacuous", what);
+        }
+        answer
+    });
+    Ok(judged.collect())
+}
+
+/// Reads Kani's terse output. Several threads write it; a report's first line says which.
+fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
+    let mut answers = BTreeMap::<String, Answer>::new();
+    let mut harness_of = BTreeMap::new();
+    let mut thread = "";
+    for line in lines {
+        let named = line
+            .strip_prefix("Thread ")
+            .and_then(|rest| rest.split_once(": "));
+        let line = match named {
+            Some((number, rest)) => {
+                thread = number;
+                rest.trim()
+            }
+            None => line.trim(),
+        };
+        if let Some(name) = line.strip_prefix("Checking harness ") {
+            harness_of.insert(thread, name.trim_end_matches("..."));
+        }
+        let Some(&name) = harness_of.get(thread) else {
+            continue;
+        };
+        let answer = answers.entry(name.to_owned()).or_default();
+        if line.starts_with("Failed Checks: ") {
+            let bound = line.contains("unwinding assertion");
+            answer.fail(
+                if bound {
+                    "unwinding_too_small"
+                } else {
+                    "failed"
+                },
+                line,
+            );
+        } else if line.starts_with("File: ")
+            && let Some(last) = answer.failures.last_mut()
+        {
+            *last = format!("{last} {line}");
+        } else if line.starts_with("** ") && line.contains("cover properties satisfied") {
+            // `** 1 of 2 cover properties satisfied (1 unreachable)`
+            let words: Vec<&str> = line.split(' ').collect();
+            if !matches!(words.as_slice(), ["**", satisfied, "of", all, ..] if satisfied == all) {
+                answer.fail("cover_unsatisfied", line);
+            }
+        } else if line.starts_with("CBMC timed out") {
+            answer.fail("no_answer_in_time", line);
+        } else if line.starts_with("CBMC failed") || line.contains("undetermined") {
+            answer.fail("error", line);
+        } else if line == "VERIFICATION:- SUCCESSFUL" && answer.failures.is_empty() {
+            "proved".clone_into(&mut answer.verdict);
+        }
+    }
+    answers
+}
+
+/// Runs it in a process group of its own, shows and returns what it writes. Whatever it has started
+/// ends with it, and with this program.
+fn lines_of_group(command: &mut Command) -> Result<Vec<String>> {
+    static GROUP: Mutex<Option<Pid>> = Mutex::new(None);
+    let group = || GROUP.lock().unwrap_or_else(PoisonError::into_inner);
+    // An error says that the group has ended.
+    let end = move || group().take().map(|group| killpg(group, Signal::SIGKILL));
+    // An error says that there is a handler already.
+    let _ = ctrlc::set_handler(move || {
+        end();
+        std::process::exit(130);
+    });
+    let mut running = group();
+    let mut child = command.process_group(0).stdout(Stdio::piped()).spawn()?;
+    *running = Some(Pid::from_raw(child.id().cast_signed()));
+    drop(running);
+    let output = child.stdout.take().into_iter();
+    let lines = output.flat_map(|output| BufReader::new(output).lines());
+    let lines = lines
+        .map_while(Result::ok)
+        .inspect(|line| println!("{line}"));
+    let lines = lines.collect();
+    child.wait()?;
+    end();
+    Ok(lines)
+}

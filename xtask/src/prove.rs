@@ -1,0 +1,205 @@
+//! `cargo xtask prove`: has Kani or the offline prover check the theorems.
+
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::path::PathBuf;
+use std::process::{Command, ExitCode, Stdio};
+use std::{env, fs};
+
+use anyhow::{Context as _, Result, ensure};
+use clap::ValueEnum;
+use serde::de::DeserializeOwned;
+
+use crate::answer::{Answer, Harness};
+use crate::kani;
+use crate::report::Report;
+use crate::workspace::{Workspace, cargo_in, files};
+
+/// The packages with the theorems.
+pub(crate) const THEOREMS: &[&str] = &["framelock", "framelock-proofs"];
+const OFFLINE_PROVER: &str = "framelock-offline-prover";
+
+/// Check the theorems: Kani's harnesses in `core` and `proofs`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// What checks them; by default Kani where it is set up, and else the offline prover.
+    #[arg(long)]
+    engine: Option<Engine>,
+
+    /// Only the harnesses of this name, or if there are none, those whose names contain it.
+    #[arg(long = "harness", value_name = "NAME")]
+    harnesses: Vec<String>,
+
+    /// How long each harness may take, in seconds.
+    #[arg(long, value_name = "SECONDS", default_value_t = 600)]
+    timeout: u32,
+
+    /// How many are checked at the same time; by default as many as there are cores.
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Engine {
+    Kani,
+    Offline,
+}
+
+pub(crate) fn prove(arguments: &Arguments) -> Result<ExitCode> {
+    let mut prover = Prover::new(&Workspace::load()?, arguments.engine)?;
+    prover.timeout = arguments.timeout;
+    prover.jobs = arguments.jobs;
+    Ok(match report(&prover.check(&arguments.harnesses)?) {
+        0 => ExitCode::SUCCESS,
+        _ => ExitCode::FAILURE,
+    })
+}
+
+/// Shows what was not proved, and the sum; returns how many were not.
+fn report(answers: &[Answer]) -> usize {
+    let failed: Vec<&Answer> = answers.iter().filter(|one| !one.is_proved()).collect();
+    for answer in &failed {
+        println!("FAILED {} ({})", answer.harness, answer.verdict);
+        for line in answer.failures.iter().chain(&answer.inputs) {
+            println!("  {line}");
+        }
+    }
+    let proved = answers.len() - failed.len();
+    println!("{proved} proved, {} failed", failed.len());
+    failed.len()
+}
+
+/// The stage of `verify`: every theorem. What was proved on this machine and has not changed since is
+/// not proved again, but on hosted machines, which set CI.
+pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let prover = Prover::new(workspace, None)?;
+    report.says.clone_from(&prover.says);
+    let (now, kept) = (
+        prover.fingerprint()?,
+        workspace.target_directory.join("proved"),
+    );
+    if env::var_os("CI").is_none() && fs::read_to_string(&kept).is_ok_and(|then| then == now) {
+        report.says += "; proved before, and unchanged";
+        return Ok(());
+    }
+    let answers = prover.check(&[])?;
+    let failed = self::report(&answers);
+    report.tests.failed = failed;
+    report.tests.passed = answers.len() - failed;
+    ensure!(failed == 0, "{failed} harnesses failed");
+    Ok(fs::write(kept, now)?)
+}
+
+/// The compiler and clippy have no warning about the harnesses.
+pub(crate) fn clippy(workspace: &Workspace) -> Result<()> {
+    let prover = Prover::new(workspace, Some(Engine::Offline))?;
+    let status = prover.offline_command().arg("clippy").status()?;
+    ensure!(status.success(), "the harnesses have warnings: see above");
+    Ok(())
+}
+
+/// An engine that is there, and what it is to look at.
+pub(crate) struct Prover {
+    pub(crate) engine: Engine,
+    /// Which engine it is, and why.
+    says: String,
+    timeout: u32,
+    jobs: Option<usize>,
+    /// The workspace's, or a copy of it.
+    pub(crate) root: PathBuf,
+    pub(crate) packages: Vec<&'static str>,
+    /// The workspace's, which has the offline prover.
+    manifest: PathBuf,
+}
+
+impl Prover {
+    /// The engine that is asked for, or that there is.
+    pub(crate) fn new(workspace: &Workspace, engine: Option<Engine>) -> Result<Self> {
+        let (engine, says) = match (engine, kani::version()) {
+            (None | Some(Engine::Kani), Ok(says)) => (Engine::Kani, says),
+            (Some(Engine::Kani), Err(why)) => return Err(why),
+            (None, Err(why)) => (Engine::Offline, format!("the offline prover, since {why}")),
+            (Some(Engine::Offline), _) => (Engine::Offline, "the offline prover".to_owned()),
+        };
+        println!("Engine: {says}");
+        Ok(Self {
+            engine,
+            says,
+            timeout: 600,
+            jobs: None,
+            root: workspace.root.clone(),
+            packages: THEOREMS.to_vec(),
+            manifest: workspace.root.join("Cargo.toml"),
+        })
+    }
+
+    /// Of all that a proof depends on: the sources, the libraries' versions, the engine, the compiler.
+    fn fingerprint(&self) -> Result<String> {
+        let mut hasher = DefaultHasher::new();
+        for part in [
+            "core/src",
+            "core/Cargo.toml",
+            "proofs",
+            "Cargo.toml",
+            "Cargo.lock",
+        ] {
+            for file in files(&self.root.join(part))? {
+                (&file, fs::read(&file)?).hash(&mut hasher);
+            }
+        }
+        let compiler = Command::new("rustc").arg("-vV").output()?;
+        (&self.says, compiler.stdout).hash(&mut hasher);
+        Ok(hasher.finish().to_string())
+    }
+
+    /// The harnesses of those names, or all.
+    pub(crate) fn list(&self, names: &[String]) -> Result<Vec<Harness>> {
+        self.offline("list", names)
+    }
+
+    /// Checks them.
+    pub(crate) fn check(&self, names: &[String]) -> Result<Vec<Answer>> {
+        match self.engine {
+            Engine::Offline => self.offline("prove", names),
+            Engine::Kani => {
+                let mut command = cargo_in(&self.root);
+                command
+                    .args(["kani", "--output-format", "terse", "-Zunstable-options"])
+                    .arg(format!("--harness-timeout={}s", self.timeout))
+                    .arg("--jobs")
+                    .args(self.jobs.map(|jobs| jobs.to_string()));
+                for package in &self.packages {
+                    command.args(["--package", package]);
+                }
+                kani::check(&mut command, &self.list(names)?)
+            }
+        }
+    }
+
+    /// What the offline prover answers.
+    fn offline<T: DeserializeOwned>(&self, action: &str, names: &[String]) -> Result<T> {
+        let mut command = self.offline_command();
+        command
+            .args([action, "--format=json"])
+            .arg(format!("--timeout={}", self.timeout))
+            .arg(format!("--jobs={}", self.jobs.unwrap_or(0)));
+        for name in names {
+            command.args(["--harness", name]);
+        }
+        let output = command.stderr(Stdio::inherit()).output()?;
+        serde_json::from_slice(&output.stdout)
+            .context("the offline prover gave no answer; see above")
+    }
+
+    fn offline_command(&self) -> Command {
+        let mut command = cargo_in(&self.root);
+        command
+            .args(["run", "--quiet", "--package", OFFLINE_PROVER])
+            .arg("--manifest-path")
+            .arg(&self.manifest)
+            .arg("--");
+        for package in &self.packages {
+            command.args(["--package", package]);
+        }
+        command
+    }
+}

@@ -1,0 +1,100 @@
+//! What a stage of `verify` says about itself, and the tests that it runs and counts.
+
+use std::io::{BufRead as _, BufReader};
+use std::ops::AddAssign;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context as _, Result, ensure};
+
+/// What a stage says about itself while it runs. It counts even if the stage then fails.
+#[derive(Default)]
+pub(crate) struct Report {
+    /// What did the work, or how much there was, if that is worth a line.
+    pub(crate) says: String,
+    pub(crate) tests: TestCount,
+}
+
+/// Runs tests, and counts them. Success of the command is not enough: a test that ends its program
+/// with exit code 0 takes the rest along.
+pub(crate) fn run_tests(command: &mut Command, count: &mut TestCount) -> Result<()> {
+    eprintln!("$ {command:?}");
+    let mut child = command.stdout(Stdio::piped()).spawn();
+    let child = child.as_mut().ok().context("cargo could not be started")?;
+    for line in BufReader::new(child.stdout.take().context("it is piped")?).lines() {
+        let line = line?;
+        println!("{line}");
+        *count += TestCount::of_line(&line);
+    }
+    let status = child.wait()?;
+    ensure!(status.success(), "`{command:?}` ended with {status}");
+    ensure!(
+        count.without_result == 0,
+        "{} tests have no result: their program ended before them",
+        count.without_result
+    );
+    ensure!(count.passed > 0, "no test was run");
+    Ok(())
+}
+
+/// What became of tests.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct TestCount {
+    pub(crate) passed: usize,
+    pub(crate) failed: usize,
+    /// Announced, and then neither passed, failed nor ignored.
+    without_result: isize,
+}
+
+impl TestCount {
+    /// What a line such as `running 5 tests` or `test result: ok. 5 passed; 0 failed; …` says.
+    fn of_line(line: &str) -> Self {
+        let words: Vec<&str> = line.split([' ', ';']).collect();
+        let number_before = |label| {
+            let at = words.iter().position(|word| *word == label)?;
+            words.get(at.checked_sub(1)?)?.parse::<usize>().ok()
+        };
+        let mut count = Self::default();
+        if line.starts_with("running ") {
+            let tests = number_before("tests").or_else(|| number_before("test"));
+            count.without_result = tests.unwrap_or(0).cast_signed();
+        } else if line.starts_with("test result: ") {
+            count.passed = number_before("passed").unwrap_or(0);
+            count.failed = number_before("failed").unwrap_or(0);
+            let ended = count.passed + count.failed + number_before("ignored").unwrap_or(0);
+            count.without_result = -ended.cast_signed();
+        }
+        count
+    }
+}
+
+impl AddAssign for TestCount {
+    fn add_assign(&mut self, other: Self) {
+        self.passed += other.passed;
+        self.failed += other.failed;
+        self.without_result += other.without_result;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tests_are_counted_and_those_without_a_result_are_noticed() {
+        let mut count = TestCount::default();
+        for line in [
+            "running 8 tests",
+            "test result: FAILED. 4 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out",
+            "running 1 test",
+            "test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out",
+        ] {
+            count += TestCount::of_line(line);
+        }
+        let expected = TestCount {
+            passed: 5,
+            failed: 1,
+            without_result: 1,
+        };
+        assert_eq!(count, expected);
+    }
+}
