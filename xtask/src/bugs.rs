@@ -22,6 +22,8 @@ const PROOFS_MEMBERS: &[&str] = &[
     "proofs/offline/stand-in",
     "proofs/offline/stand-in/macros",
     "proofs/offline/tests/harnesses",
+    // For the core's tests, which are not run.
+    "fuzz/oracles",
 ];
 /// The checker's own harnesses: those that must hold, and those that must fail.
 const CHECKED: &str = "framelock-checked-harnesses";
@@ -119,7 +121,7 @@ pub(crate) fn bugs(arguments: &Arguments) -> Result<ExitCode> {
             None => ("proofs", PROOFS_MEMBERS),
         };
         let copy = workspace.target_directory.join("bugs").join(folder);
-        workspace.copy(&copy, &["core", folder], members)?;
+        workspace.copy(&copy, &["core", folder, "fuzz/oracles"], members)?;
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);
