@@ -17,7 +17,7 @@ use anyhow::Result;
 
 use crate::output::Output;
 use crate::screen;
-pub use arguments::Arguments;
+pub(crate) use arguments::Arguments;
 use demonstration::Demonstration;
 
 /// Runs `framelock demo`.
@@ -25,7 +25,7 @@ use demonstration::Demonstration;
 /// # Errors
 /// If the frames do not fit on the line, or if the terminal or standard output fails. That the
 /// reader of the output has gone is no error.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut demonstration = Demonstration::new(*arguments)?;
     let is_live = !arguments.plain && screen::is_there();
     if is_live {

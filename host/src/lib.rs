@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod decode;
-pub mod demo;
+mod demo;
 mod encode;
 mod hex;
 mod input;
@@ -20,7 +20,7 @@ pub mod screen;
 mod send;
 mod serial;
 mod setpoints;
-pub mod simulate;
+mod simulate;
 mod standard;
 mod trace;
 mod view_parts;

@@ -23,7 +23,7 @@ use arguments::Experiment;
 /// idle-gap rule and with a failsafe behind it.
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/simulate.txt"), args_conflicts_with_subcommands = true)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
 
@@ -52,7 +52,7 @@ enum Command {
 
 /// How results are written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub enum OutputFormat {
+pub(crate) enum OutputFormat {
     /// Tables for people to read
     Text,
     /// Comma-separated values under a header: a row for each point and receiver
@@ -65,7 +65,7 @@ pub enum OutputFormat {
 ///
 /// # Errors
 /// A parameter is out of its range or contradicts another, or what came of it cannot be written.
-pub fn run(arguments: &Arguments) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(Command::Report(arguments)) = &arguments.command {
         return report::run(arguments);
     }

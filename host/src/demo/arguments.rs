@@ -12,7 +12,7 @@ use crate::numbers::{number, probability};
 /// one lost byte makes the lecture's machine deaf; motion. It ends with a table.
 #[derive(clap::Args, Clone, Copy, Debug)]
 #[command(after_help = include_str!("../help/demo.txt"))]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Seed of the motion and of the line's faults: the same seed gives the same table
     #[arg(long, default_value_t = 1, value_name = "NUMBER")]
     pub(super) seed: u64,
