@@ -12,5 +12,5 @@ const CARGO_MUTANTS: &str = "27.1.0";
 pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell_with("cargo-mutants", CARGO_MUTANTS)?;
     let output = &workspace.target_directory;
-    Ok(cmd!(sh, "cargo mutants --output {output}").run()?)
+    Ok(cmd!(sh, "cargo mutants --workspace --output {output}").run()?)
 }
