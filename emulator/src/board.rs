@@ -182,7 +182,8 @@ impl Board {
         }
         self.now += cycles;
         self.look(pc, before, after)?;
-        if self.asleep && !self.shared.touched.load(Relaxed) {
+        // A core that has just gone to sleep may wake at once: what masks hold back wakes it too.
+        if slept_on && !self.shared.touched.load(Relaxed) {
             let hold_off = self.hold_offs.front().map_or(u64::MAX, |(at, _)| *at);
             let wake = self.quiet_until.min(until).min(hold_off);
             if wake > self.now {

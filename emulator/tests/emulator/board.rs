@@ -24,13 +24,19 @@ fn load(register: u16, value: u32) -> [u16; 4] {
     [a, b, c, d]
 }
 
-/// Main: enables TIMER0's interrupt and sleeps for ever. Handler: clears COMPARE[0], counts in RAM.
-fn ticking() -> Board {
+/// Enables TIMER0's interrupt and sleeps for ever.
+fn sleep_until_timer0() -> Vec<u16> {
     let mut main = Vec::new();
     main.extend(load(0, NVIC_ISER0));
     main.extend(load(1, 1 << 8));
     main.push(0x6001); // str r1, [r0]
     main.extend([0xBF30, 0xE7FD]); // wfi; b .-2
+    main
+}
+
+/// Handler: clears COMPARE[0], counts in RAM.
+fn ticking() -> Board {
+    let main = sleep_until_timer0();
     let mut handler = Vec::new();
     handler.extend(load(0, COMPARE0));
     handler.push(0x2100); // movs r1, #0
@@ -86,6 +92,21 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
         assert_eq!(activation.cycles, 10 + 3 + (12 + 8) + (10 + 8));
     }
     assert_eq!(activations[1].at - activations[0].at, 100 * MICROSECOND);
+}
+
+#[test]
+fn an_interrupt_that_is_pending_and_masked_wakes_the_core_from_the_sleep_that_it_goes_into() {
+    let mut main = Vec::new();
+    main.extend(load(0, NVIC_ISER0));
+    main.extend(load(1, 1 << 8));
+    main.extend(load(2, RAM_START));
+    main.push(0xB672); // cpsid i
+    main.extend([0x6001, 0xF8C0, 0x1100]); // str r1, [r0]; str.w r1, [r0, #0x100]: pending
+    main.extend([0xBF30, 0x6011, 0xE7FE]); // wfi; str r1, [r2]; b .
+    let image = Image::of_code(program(&main, &[]), Vec::new());
+    let mut board = Board::new(image).unwrap();
+    board.run_for(MILLISECOND).unwrap();
+    assert_eq!(board.memory().word(RAM_START), Some(1 << 8));
 }
 
 #[test]
@@ -175,16 +196,11 @@ fn a_reset_starts_the_program_again() {
 
 /// TIMER0's handler asks for a soft reset.
 fn resets_itself() -> Board {
-    let mut main = Vec::new();
-    main.extend(load(0, NVIC_ISER0));
-    main.extend(load(1, 1 << 8));
-    main.push(0x6001); // str r1, [r0]
-    main.extend([0xBF30, 0xE7FD]); // wfi; b .-2
     let mut handler = Vec::new();
     handler.extend(load(0, 0xE000_ED0C));
     handler.extend(load(1, 0x05FA_0004));
     handler.extend([0x6001, 0xE7FE]); // str r1, [r0]; b .
-    let image = Image::of_code(program(&main, &handler), Vec::new());
+    let image = Image::of_code(program(&sleep_until_timer0(), &handler), Vec::new());
     let mut board = Board::new(image).unwrap();
     board.run_for(100).unwrap();
     board
