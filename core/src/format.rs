@@ -238,11 +238,14 @@ impl<F: Frame> Shape<F> {
     /// How many bytes at the head of `bytes` cannot be the first of a frame, counted in whole words.
     #[inline]
     pub(crate) fn run_without_start(&self, bytes: &[u8]) -> usize {
+        let Some(start) = self.start else {
+            return 0;
+        };
         let mut run = 0_usize;
-        while let Some(start) = self.start
-            && let Some(word) = bytes.get(run..).and_then(F::Word::load)
-            && !(word ^ F::Word::filled_with(start)).has_zero_byte()
-        {
+        while let Some(word) = bytes.get(run..).and_then(F::Word::load) {
+            if (word ^ F::Word::filled_with(start)).has_zero_byte() {
+                break;
+            }
             run = run.wrapping_add(F::Word::BYTES);
         }
         run

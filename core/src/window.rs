@@ -66,9 +66,6 @@ pub trait Word:
     /// The word whose highest byte is the first of `bytes`; `None` if there are too few.
     fn load(bytes: &[u8]) -> Option<Self>;
 
-    /// The word's bytes, highest first.
-    fn to_be_bytes(self) -> impl AsRef<[u8]>;
-
     /// The same byte in every place.
     fn filled_with(byte: u8) -> Self;
 
@@ -104,11 +101,6 @@ macro_rules! word {
             #[inline]
             fn load(bytes: &[u8]) -> Option<Self> {
                 bytes.first_chunk().map(|bytes| Self::from_be_bytes(*bytes))
-            }
-
-            #[inline]
-            fn to_be_bytes(self) -> impl AsRef<[u8]> {
-                self.to_be_bytes()
             }
 
             #[inline]
@@ -168,8 +160,8 @@ impl<F: Frame> Window<F> {
     /// Bytes held at most: with one more a frame may be complete.
     const MOST: usize = F::LENGTH - 1;
 
-    /// One step: the next state, and the frame that `byte` completes, which is the lowest bytes of the
-    /// word.
+    /// One step: takes `byte`, and returns the frame that it completes, which is the lowest bytes of
+    /// the word.
     ///
     /// `check` is asked only about a frame whose fixed bytes agree. Apart from it, a step costs the
     /// same few operations whatever the state and the byte: a masked comparison, a shift, a look
@@ -273,9 +265,10 @@ impl<F: Frame> Window<F> {
         };
         let missing = F::LENGTH.wrapping_sub(self.count());
         let (mut extended, mut taken) = (*self, 0_usize);
-        while taken < missing
-            && let Some(&next) = bytes.get(at.wrapping_add(taken))
-        {
+        while let Some(&next) = bytes.get(at.wrapping_add(taken)) {
+            if taken == missing {
+                break;
+            }
             extended = Self(extended.with(next));
             taken = taken.wrapping_add(1);
         }
@@ -295,39 +288,28 @@ impl<F: Frame> Window<F> {
                 return taken;
             }
         }
-        self.drop_starts(shape, byte, &check, |why| {
-            event(Event::Dropped { count: 1, why });
-        });
-        if let Some(message) = self.push(shape, byte, check) {
-            event(Event::Frame { index: at, message });
+        let before = *self;
+        match self.push(shape, byte, check) {
+            Some(message) => event(Event::Frame { index: at, message }),
+            None => before.drop_starts(shape, byte, |why| {
+                event(Event::Dropped { count: 1, why });
+            }),
         }
         1
     }
 
     /// Says why each of the bytes held, and `byte`, that were pending until now can no longer be part
-    /// of a frame: oldest first, up to one that can.
-    fn drop_starts(
-        self,
-        shape: &Shape<F>,
-        byte: u8,
-        check: impl FnOnce(F::Word) -> bool,
-        mut dropped: impl FnMut(Mismatch),
-    ) {
+    /// of a frame: oldest first, up to one that can. `byte` completed none.
+    fn drop_starts(self, shape: &Shape<F>, byte: u8, mut dropped: impl FnMut(Mismatch)) {
         let with_byte = self.with(byte);
         let oldest = self.pending(shape).wrapping_add(1);
-        if oldest == F::LENGTH && shape.agrees(with_byte, F::LENGTH) {
-            if check(with_byte) {
-                return;
-            }
-            dropped(Mismatch::Check);
-        }
         let mut known = F::LENGTH;
         while known > 0 {
             if known <= oldest {
                 match shape.mismatch(with_byte, known) {
                     Some(why) => dropped(why),
                     None if known < F::LENGTH => return,
-                    None => {}
+                    None => dropped(Mismatch::Check),
                 }
             }
             known = known.wrapping_sub(1);

@@ -71,11 +71,8 @@ impl Drop for Screen {
     }
 }
 
-/// Waits for the time to pass or for a key that means something; only while a [`Screen`] lives.
-pub(crate) fn key_within<Key>(
-    time: Duration,
-    meaning: impl Fn(KeyEvent) -> Option<Key>,
-) -> io::Result<Option<Key>> {
+/// Waits for the time to pass or for a key; only while a [`Screen`] lives.
+pub(crate) fn key_within(time: Duration) -> io::Result<Option<KeyEvent>> {
     let until = Instant::now() + time;
     loop {
         let left = until.saturating_duration_since(Instant::now());
@@ -83,11 +80,7 @@ pub(crate) fn key_within<Key>(
             return Ok(None);
         }
         match event::read()? {
-            Event::Key(key) if key.kind != KeyEventKind::Release => {
-                if let Some(key) = meaning(key) {
-                    return Ok(Some(key));
-                }
-            }
+            Event::Key(key) if key.kind != KeyEventKind::Release => return Ok(Some(key)),
             // To be drawn anew at once.
             Event::Resize(..) => return Ok(None),
             _ => {}

@@ -92,17 +92,19 @@ impl Bug {
 }
 
 /// The stage of `verify --all`.
-pub(crate) fn stage(_: &Workspace, _: &mut Report) -> Result<()> {
-    let (engine, names) = (None, Vec::new());
-    bugs(&Arguments { engine, names }).map(|_| ())
+pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
+    run(workspace, None, &[])
 }
 
 pub(crate) fn bugs(arguments: &Arguments) -> Result<ExitCode> {
-    let workspace = Workspace::load()?;
+    run(&Workspace::load()?, arguments.engine, &arguments.names)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Result<()> {
     let root = &workspace.root;
-    let mut prover = Prover::new(&workspace, arguments.engine)?;
+    let mut prover = Prover::new(workspace, engine)?;
     prover.packages.push(CHECKED);
-    let names = &arguments.names;
     let mut missed = Vec::new();
     if names.is_empty() || names.iter().any(|name| name == "checker") {
         let checked = ["fails::".to_owned(), "holds::".to_owned()];
@@ -126,7 +128,7 @@ pub(crate) fn bugs(arguments: &Arguments) -> Result<ExitCode> {
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);
         let survived = match &bug.test {
-            Some(test) if test_passes(&workspace, &copy, test)? => vec![test.clone()],
+            Some(test) if test_passes(workspace, &copy, test)? => vec![test.clone()],
             Some(_) => Vec::new(),
             None => judged(&prover, &bug.harnesses, false)?,
         };
@@ -138,7 +140,7 @@ pub(crate) fn bugs(arguments: &Arguments) -> Result<ExitCode> {
     }
     ensure!(missed.is_empty(), "not caught: {}", missed.join("; "));
     println!("All were caught");
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// The harnesses that do not come out as they must; or with a bug, those that come out as if there

@@ -57,7 +57,8 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
 
 /// The examples in the documentation, and that it builds without warnings.
 pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let packages = ["--package", CORE, "--package", "framelock-proofs"];
+    let libraries = [CORE, "framelock-proofs", "framelock-simulation"];
+    let packages = &libraries.map(|library| ["--package", library]).concat();
     let mut cargo = workspace.cargo();
     cargo
         .args(["test", "--doc", "--all-features"])

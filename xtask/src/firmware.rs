@@ -79,46 +79,38 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
 
 /// The stage: the release images do what they should, in the emulator.
 pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    build_all(workspace, &workspace.root)?;
-    let mut tests = tests(workspace, &images(workspace, &workspace.root));
+    let mut tests = tests(workspace, &workspace.root)?;
     report::run_tests(&mut tests, &mut report.tests)
 }
 
 /// The stage: they do it with many more random streams.
 pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    build_all(workspace, &workspace.root)?;
-    let mut tests = tests(workspace, &images(workspace, &workspace.root));
-    tests.args(["--", "random::"]);
+    let mut tests = tests(workspace, &workspace.root)?;
     if std::env::var_os("FRAMELOCK_RANDOM_RUNS").is_none() {
         tests.env("FRAMELOCK_RANDOM_RUNS", "20000");
     }
-    report::run_tests(&mut tests, &mut report.tests)
+    report::run_tests(tests.args(["--", "random::"]), &mut report.tests)
 }
 
 /// Whether that one test passes on the images of the sources at `root`.
 pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
-    build_all(workspace, root)?;
-    let mut tests = tests(workspace, &images(workspace, root));
+    let mut tests = tests(workspace, root)?;
     let mut count = TestCount::default();
     let outcome = report::run_tests(tests.args(["--", test]), &mut count);
     ensure!(count.passed + count.failed == 1, "{test} is not one test");
     Ok(outcome.is_ok())
 }
 
-/// The tests, of the images in that folder.
-fn tests(workspace: &Workspace, images: &Path) -> Command {
-    let mut tests = workspace.cargo();
-    tests.args(["test", "--package", TESTS]);
-    tests.env("FRAMELOCK_IMAGES", images);
-    tests
-}
-
-fn build_all(workspace: &Workspace, root: &Path) -> Result<()> {
+/// The tests, of the images of the sources at `root`, which are built now.
+fn tests(workspace: &Workspace, root: &Path) -> Result<Command> {
     let compiler = Compiler::of(&[TARGET])?;
     for build in &BUILDS {
         build_image(workspace, root, &compiler, build)?;
     }
-    Ok(())
+    let mut tests = workspace.cargo();
+    tests.args(["test", "--package", TESTS]);
+    tests.env("FRAMELOCK_IMAGES", images(workspace, root));
+    Ok(tests)
 }
 
 /// Builds an image of the sources at `root`, and keeps it under its own name: the next would

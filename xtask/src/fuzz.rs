@@ -38,27 +38,33 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn fuzz(arguments: &Arguments) -> Result<ExitCode> {
-    let fuzzer = Fuzzer::set_up(&Workspace::load()?)?;
-    let targets = match &arguments.target {
-        Some(target) => vec![target.clone()],
-        None => fuzzer.targets()?,
-    };
-    for target in targets {
-        fuzzer.run(&target, arguments.seconds, arguments.jobs)?;
-    }
+    run_all(&Workspace::load()?, arguments)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// The stage of `verify --all`: every target for a minute.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let fuzzer = Fuzzer::set_up(workspace)?;
-    let targets = fuzzer.targets()?;
-    ensure!(!targets.is_empty(), "there is no target");
-    report.says = format!("{} targets", targets.len());
-    for target in targets {
-        fuzzer.run(&target, 60, 1)?;
-    }
+    let arguments = Arguments {
+        target: None,
+        seconds: 60,
+        jobs: 1,
+    };
+    report.says = format!("{} targets", run_all(workspace, &arguments)?);
     Ok(())
+}
+
+/// Returns how many targets there were.
+fn run_all(workspace: &Workspace, arguments: &Arguments) -> Result<usize> {
+    let fuzzer = Fuzzer::set_up(workspace)?;
+    let targets = match &arguments.target {
+        Some(target) => vec![target.clone()],
+        None => fuzzer.targets()?,
+    };
+    ensure!(!targets.is_empty(), "there is no target");
+    for target in &targets {
+        fuzzer.run(target, arguments.seconds, arguments.jobs)?;
+    }
+    Ok(targets.len())
 }
 
 /// cargo-fuzz and a nightly compiler: the compiler's coverage counters are unstable options.

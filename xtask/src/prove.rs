@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 
 use crate::answer::{Answer, Harness};
 use crate::kani;
-use crate::report::Report;
+use crate::report::{Report, run_tests};
 use crate::workspace::{Workspace, cargo_in, files};
 
 /// The packages with the theorems.
@@ -87,6 +87,13 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     report.tests.passed = answers.len() - failed;
     ensure!(failed == 0, "{failed} harnesses failed");
     Ok(fs::write(kept, now)?)
+}
+
+/// The stage that checks the offline prover itself: its tests, which take CBMC.
+pub(crate) fn prover_stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let mut cargo = workspace.cargo();
+    cargo.args(["test", "--package", OFFLINE_PROVER, "--", "--ignored"]);
+    run_tests(&mut cargo, &mut report.tests)
 }
 
 /// The compiler and clippy have no warning about the harnesses.

@@ -18,8 +18,10 @@ pub(crate) struct Report {
 /// with exit code 0 takes the rest along.
 pub(crate) fn run_tests(command: &mut Command, count: &mut TestCount) -> Result<()> {
     eprintln!("$ {command:?}");
-    let mut child = command.stdout(Stdio::piped()).spawn();
-    let child = child.as_mut().ok().context("cargo could not be started")?;
+    let mut child = command
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("cargo could not be started")?;
     for line in BufReader::new(child.stdout.take().context("it is piped")?).lines() {
         let line = line?;
         println!("{line}");

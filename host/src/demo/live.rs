@@ -21,7 +21,7 @@ pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
     let mut is_paused = false;
     while !demonstration.is_over() && !screen.is_ended() {
         screen.draw(|frame| view::draw(frame, demonstration, is_paused))?;
-        if let Some(key) = key_within(DRAW_EVERY, Some)?
+        if let Some(key) = key_within(DRAW_EVERY)?
             && !goes_on(key, &mut is_paused)
         {
             break;

@@ -53,7 +53,7 @@ pub(super) fn run(session: &mut Session, input: Input<'static>) -> Result<()> {
         // What came behind this time waits for the next round.
         session.advance_to(now.saturating_duration_since(beginning));
         screen.draw(|frame| view::draw(frame, session))?;
-        if let Some(key) = key_within(DRAW_EVERY, Some)?
+        if let Some(key) = key_within(DRAW_EVERY)?
             && !session.key(key)
         {
             break;

@@ -87,7 +87,7 @@ const FAULTS: [(&str, &str, &str); 18] = [
 ];
 
 #[test]
-#[ignore = "takes CBMC, and a minute: `cargo xtask verify` runs it"]
+#[ignore = "takes CBMC, and a minute: `cargo xtask verify --all` runs it"]
 fn every_fault_is_found_and_nothing_else() {
     let all_but_one = ["fails::", "holds::", "offline::value", "offline::floating"];
     let answers = answers(&all_but_one.map(|name| ["--harness", name]).concat());
@@ -108,7 +108,7 @@ fn every_fault_is_found_and_nothing_else() {
 }
 
 #[test]
-#[ignore = "takes CBMC: `cargo xtask verify` runs it"]
+#[ignore = "takes CBMC: `cargo xtask verify --all` runs it"]
 fn without_an_answer_in_time_nothing_is_left_running() {
     let answers = answers(&["--harness", "takes_too_long", "--timeout", "2"]);
     let answer = &answers["offline::proof_that_takes_too_long"];
