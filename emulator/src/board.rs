@@ -18,6 +18,7 @@ use crate::handlers::{Handlers, Step};
 use crate::image::Image;
 use crate::memory::{FLASH_SIZE, Memory};
 use crate::trace::{Change, Trace};
+use crate::uarte::Assumptions;
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
 const LINE_PIN: u32 = 8;
@@ -62,6 +63,9 @@ pub struct Board {
     watches: Vec<Watch>,
     trace: Trace,
     faults_stop: bool,
+    /// Of [`Assumptions`], and the hundredths of a cycle that it still owes.
+    slowness: u32,
+    owed: u64,
 }
 
 impl Board {
@@ -95,6 +99,8 @@ impl Board {
             watches: Vec::new(),
             trace: Trace::default(),
             faults_stop: true,
+            slowness: Assumptions::default().slowness,
+            owed: 0,
         })
     }
 
@@ -165,6 +171,8 @@ impl Board {
         let cycles = self.core.step();
         let after = self.see_core();
         let slept_on = std::mem::replace(&mut self.asleep, self.core.is_asleep()) && self.asleep;
+        let entered_again = before == after && self.entered_again(after, cycles);
+        let cycles = if slept_on { cycles } else { self.slow(cycles) };
         if slept_on {
             self.slept += cycles;
         } else if std::mem::replace(&mut self.booted, true) {
@@ -172,7 +180,7 @@ impl Board {
                 before,
                 after,
                 before_active: before != after && self.is_active(before),
-                entered_again: before == after && self.entered_again(after, cycles),
+                entered_again,
                 at: self.now,
                 cycles,
             };
@@ -192,6 +200,17 @@ impl Board {
             }
         }
         Ok(())
+    }
+
+    /// What a step takes on a core that is slower by [`Assumptions::slowness`].
+    fn slow(&mut self, cycles: u64) -> u64 {
+        self.owed += cycles * u64::from(self.slowness.saturating_sub(100));
+        let more = self.owed / 100;
+        self.owed %= 100;
+        if more > 0 {
+            self.core.with_sys(|sys| sys.tick_cyccnt(more));
+        }
+        cycles + more
     }
 
     /// Remembers where the core is; returns the exception that is active.

@@ -2,26 +2,15 @@
 
 use std::collections::VecDeque;
 
-use crate::clock::{Clock, RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
+use crate::clock::{RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
 use crate::error::{Access, Refusal};
 use crate::gpio::{Pins, Port};
 use crate::memory::Memory;
+use crate::nonvolatile::{FICR, NVMC, Nonvolatile, UICR, UNPROTECTED};
 use crate::peripheral::{Common, Context, Peripheral};
+use crate::peripherals::{BASES, Peripherals, WDT, number};
 use crate::ppi::{self, Ppi};
-use crate::pwm::Pwm;
-use crate::timer::Timer;
-use crate::uarte::Uarte;
-use crate::watchdog::Watchdog;
 
-const CLOCK: u32 = 0x4000_0000;
-const UARTE0: u32 = 0x4000_2000;
-const TIMER0: u32 = 0x4000_8000;
-const TIMER1: u32 = 0x4000_9000;
-const TIMER2: u32 = 0x4000_A000;
-const WDT: u32 = 0x4001_0000;
-const TIMER3: u32 = 0x4001_A000;
-const TIMER4: u32 = 0x4001_B000;
-const PWM0: u32 = 0x4001_C000;
 const GPIO: u32 = 0x5000_0000;
 /// P1's registers lie so far behind P0's, in the same block.
 const P1: u32 = 0x300;
@@ -50,64 +39,15 @@ impl std::fmt::Display for ResetCause {
     }
 }
 
-/// The peripherals that have tasks and events.
-#[derive(Clone, Debug)]
-pub(crate) struct Peripherals {
-    clock: Clock,
-    pub(crate) uarte: Uarte,
-    timers: [Timer; 5],
-    pub(crate) watchdog: Watchdog,
-    pub(crate) pwm: Pwm,
-}
-
-/// Where their registers are, in the order in which [`Peripherals::all`] has them.
-const BASES: [u32; 9] = [
-    CLOCK, UARTE0, WDT, PWM0, TIMER0, TIMER1, TIMER2, TIMER3, TIMER4,
-];
-
-impl Peripherals {
-    /// As after power-on.
-    fn new(line_pin: u32) -> Self {
-        Self {
-            clock: Clock::new(),
-            uarte: Uarte::new(line_pin),
-            timers: [
-                Timer::new("TIMER0", 4),
-                Timer::new("TIMER1", 4),
-                Timer::new("TIMER2", 4),
-                Timer::new("TIMER3", 6),
-                Timer::new("TIMER4", 6),
-            ],
-            watchdog: Watchdog::new(),
-            pwm: Pwm::new(),
-        }
-    }
-
-    fn all(&self) -> [&dyn Peripheral; 9] {
-        let [t0, t1, t2, t3, t4] = &self.timers;
-        let (clock, uarte, watchdog, pwm) = (&self.clock, &self.uarte, &self.watchdog, &self.pwm);
-        [clock, uarte, watchdog, pwm, t0, t1, t2, t3, t4]
-    }
-
-    fn get_mut(&mut self, n: usize) -> Option<&mut dyn Peripheral> {
-        Some(match n {
-            0 => &mut self.clock,
-            1 => &mut self.uarte,
-            2 => &mut self.watchdog,
-            3 => &mut self.pwm,
-            _ => self.timers.get_mut(n - 4)?,
-        })
-    }
-}
-
 #[derive(Clone, Debug)]
 pub(crate) struct Chip {
     pub(crate) now: u64,
     memory: Memory,
     pub(crate) peripherals: Peripherals,
     /// Their events, shorts and interrupts.
-    common: [Common; 9],
+    common: [Common; 10],
     ppi: Ppi,
+    pub(crate) nonvolatile: Nonvolatile,
     ports: [Port; 2],
     /// Every change of the outputs, and when.
     pub(crate) pin_changes: Vec<(u64, Pins)>,
@@ -129,6 +69,7 @@ impl Chip {
             common: peripherals.all().map(Peripheral::common),
             peripherals,
             ppi: Ppi::default(),
+            nonvolatile: Nonvolatile::default(),
             ports: [Port::new(), Port::new()],
             pin_changes: Vec::new(),
             last_pins: Pins::default(),
@@ -137,8 +78,8 @@ impl Chip {
         }
     }
 
-    /// Section "Reset behavior": a soft reset leaves the watchdog running, the others do not; RAM
-    /// and RESETREAS survive all of them.
+    /// Section "Reset behavior": a soft reset leaves the watchdog running, the others do not; RAM,
+    /// UICR and RESETREAS survive all of them.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let new = Peripherals::new(self.peripherals.uarte.line_pin);
         let old = std::mem::replace(&mut self.peripherals, new);
@@ -149,9 +90,11 @@ impl Chip {
                 ResetCause::Watchdog => RESETREAS_WATCHDOG,
                 ResetCause::Soft => RESETREAS_SOFT,
             };
-        // The line and who sends on it are outside the chip, as are those who look at the pins.
+        // Outside the chip: the crystal, the line and who sends on it, those who look at the pins.
+        new.clock.crystal_startup = old.clock.crystal_startup;
         new.uarte.line = old.uarte.line;
         new.uarte.assumptions = old.uarte.assumptions;
+        new.transmitter.wired_pin = old.transmitter.wired_pin;
         new.pwm.periods = old.pwm.periods;
         let keeps_watchdog = cause == ResetCause::Soft;
         if keeps_watchdog {
@@ -163,6 +106,7 @@ impl Chip {
                 *common = new;
             }
         }
+        self.nonvolatile.reset();
         self.ppi = Ppi::default();
         self.ports = [Port::new(), Port::new()];
         self.note_pins();
@@ -208,6 +152,9 @@ impl Chip {
         match address & !0xFFF {
             ppi::BASE => "PPI",
             GPIO => "GPIO",
+            FICR => "FICR",
+            UICR => "UICR",
+            NVMC => "NVMC",
             base => number(base)
                 .and_then(|n| self.common.get(n))
                 .map_or("peripheral", |common| common.name),
@@ -224,9 +171,15 @@ impl Chip {
         let mut context = Context::new(self.now, &self.memory);
         let done = act(self.peripherals.get_mut(n)?, &mut context);
         let Context {
-            raised, refusal, ..
+            raised,
+            low,
+            refusal,
+            ..
         } = context;
         self.refusal = self.refusal.take().or(refusal);
+        for (at, cycles) in low {
+            self.peripherals.uarte.line.invert(at, cycles);
+        }
         for event in raised {
             self.common.get_mut(n)?.raise(event);
             self.raised.push_back((n, event));
@@ -244,6 +197,7 @@ impl Chip {
         match base {
             ppi::BASE => self.ppi.read(offset),
             GPIO => self.read_port(offset),
+            FICR | UICR | NVMC => self.nonvolatile.read(base, offset),
             _ if Common::owns(offset) => self.common.get(number(base)?)?.read(offset),
             _ => self.peripherals.all().get(number(base)?)?.read(offset),
         }
@@ -272,6 +226,11 @@ impl Chip {
                 self.note_pins();
                 done
             }
+            UICR if !self.nonvolatile.is_writable() => {
+                self.refuse(Refusal::UicrNotWritable { address });
+                None
+            }
+            UICR | NVMC => self.nonvolatile.write(base, offset, value),
             _ if offset < 0x100 => {
                 if value & 1 == 1 {
                     // It refuses by itself what it does not know.
@@ -296,6 +255,11 @@ impl Chip {
         });
         self.follow();
         done
+    }
+
+    /// Whether the debug port is open on a chip of build code F or later.
+    pub(crate) fn debug_port_is_open(&self) -> bool {
+        self.nonvolatile.protection == UNPROTECTED && self.peripherals.clock.opens_debug_port()
     }
 
     /// Triggers a task.
@@ -371,11 +335,6 @@ impl Chip {
             .filter(|(_, common)| common.interrupts())
             .fold(0, |lines, (base, _)| lines | 1 << (base >> 12 & 0x3F))
     }
-}
-
-/// The number of the peripheral with registers there, if it has tasks and events.
-fn number(base: u32) -> Option<usize> {
-    BASES.iter().position(|known| *known == base)
 }
 
 /// Which port, and the offset as if it were P0.

@@ -1,8 +1,9 @@
 //! The crystal's start: nRF52840 Product Specification, section "CLOCK".
 //!
-//! CLOCK and POWER share one block of registers and one interrupt, and so they do here: RESETREAS is
-//! POWER's. The low-frequency clock is not modelled: the watchdog starts it by itself.
+//! CLOCK, POWER and APPROTECT share one block of registers and one interrupt, and so they do here:
+//! RESETREAS is POWER's, and the debug port's protection is described in "Debug and trace". The low-frequency clock is not modelled: the watchdog starts it by itself.
 
+use crate::nonvolatile::UNPROTECTED;
 use crate::peripheral::{Common, Context, Peripheral};
 use crate::time::MICROSECOND;
 
@@ -12,6 +13,8 @@ const HFCLKSTARTED: u32 = 0x100;
 const RESETREAS: u32 = 0x400;
 const HFCLKRUN: u32 = 0x408;
 const HFCLKSTAT: u32 = 0x40C;
+const FORCEPROTECT: u32 = 0x550;
+const DISABLE: u32 = 0x558;
 
 /// HFXO's start-up time: 360 us at most by the section's "64 MHz crystal oscillator (HFXO)".
 const HFXO_STARTUP: u64 = 360 * MICROSECOND;
@@ -27,8 +30,13 @@ pub(crate) struct Clock {
     crystal_requested: bool,
     crystal_runs_at: Option<u64>,
     crystal_runs: bool,
+    /// How long it takes to start; nothing if it never does: [`crate::Board::break_crystal`].
+    pub(crate) crystal_startup: Option<u64>,
     /// Survives every reset but power-on: the bits of RESETREAS add up.
     pub(crate) reset_reason: u32,
+    /// APPROTECT.DISABLE, and whether FORCEPROTECT overrules it until the next reset.
+    protection: u32,
+    forces_protection: bool,
 }
 
 impl Clock {
@@ -37,8 +45,16 @@ impl Clock {
             crystal_requested: false,
             crystal_runs_at: None,
             crystal_runs: false,
+            crystal_startup: Some(HFXO_STARTUP),
             reset_reason: 0,
+            protection: 0,
+            forces_protection: false,
         }
+    }
+
+    /// Whether the firmware has opened the debug port.
+    pub(crate) fn opens_debug_port(&self) -> bool {
+        self.protection == UNPROTECTED && !self.forces_protection
     }
 }
 
@@ -53,27 +69,34 @@ impl Peripheral for Clock {
             HFCLKRUN => u32::from(self.crystal_requested),
             // One of them always runs: state running, source by what has started.
             HFCLKSTAT => 1 << 16 | u32::from(self.crystal_runs),
+            FORCEPROTECT if self.forces_protection => 0,
+            FORCEPROTECT => u32::MAX,
+            DISABLE => self.protection,
             _ => return None,
         })
     }
 
     fn write(&mut self, offset: u32, value: u32, _: &mut Context) -> Option<()> {
-        // "A field is cleared by writing '1' to it."
-        (offset == RESETREAS).then(|| self.reset_reason &= !value)
+        match offset {
+            // "A field is cleared by writing '1' to it."
+            RESETREAS => self.reset_reason &= !value,
+            FORCEPROTECT => self.forces_protection |= value == 0,
+            DISABLE => self.protection = value,
+            _ => return None,
+        }
+        Some(())
     }
 
     fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
         match offset {
             HFCLKSTART => {
                 self.crystal_requested = true;
-                self.crystal_runs_at = Some(context.now + HFXO_STARTUP);
+                self.crystal_runs_at = self.crystal_startup.map(|time| context.now + time);
             }
             HFCLKSTOP => {
-                let reset_reason = self.reset_reason;
-                *self = Self {
-                    reset_reason,
-                    ..Self::new()
-                };
+                self.crystal_requested = false;
+                self.crystal_runs_at = None;
+                self.crystal_runs = false;
             }
             _ => return None,
         }

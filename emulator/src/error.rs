@@ -97,6 +97,10 @@ pub enum Refusal {
     EmptyTransfer,
     #[error("UARTE0: FLUSHRX while the receiver runs; it is for after RXTO")]
     FlushWhileReceiving,
+    #[error("UARTE1: {0}; what happens then is not modelled")]
+    Transmitter(&'static str),
+    #[error("UICR at {address:#010x}: written while NVMC.CONFIG does not enable writing")]
+    UicrNotWritable { address: u32 },
     #[error("PWM0: started with settings that are not modelled: {0}")]
     Pwm(&'static str),
     #[error("WDT: settings that are not modelled: {0}")]

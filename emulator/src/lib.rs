@@ -22,13 +22,15 @@
 //! | Part | File | What |
 //! | --- | --- | --- |
 //! | UARTE0 | `uarte.rs`, `uarte/receiver.rs` | reception: EasyDMA, FIFO, shorts, all error causes, sampled bit by bit |
-//! | what its specification leaves open | `uarte/assumptions.rs` | how a test chooses it: [`Assumptions`] |
+//! | what is not known of the chip | `uarte/assumptions.rs` | how a test chooses it: [`Assumptions`] |
+//! | UARTE1 | `uarte/transmitter.rs` | transmission, which a wire may bring to UARTE0 |
 //! | line and sender | `line.rs` | baud rate of its own, parity, breaks, missing stop bits, noise |
 //! | TIMER0 to 4 | `timer.rs` | timer and counter, captures, compares, shorts |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
 //! | PWM0 | `pwm.rs` | sequences from RAM; the pulses that come out |
 //! | WDT | `watchdog.rs` | reload, timeout, reset |
-//! | CLOCK, POWER | `clock.rs` | the crystal's start, RESETREAS |
+//! | CLOCK, POWER, APPROTECT | `clock.rs` | the crystal's start, RESETREAS, the debug port |
+//! | UICR, NVMC | `nonvolatile.rs` | words written, the instruction cache switched (without effect) |
 //! | GPIO | `gpio.rs` | outputs, and the input buffer |
 //! | RTT, defmt | `rtt.rs`, `log.rs` | logs, as a debug probe fetches them |
 //!
@@ -49,7 +51,7 @@
 //! a taken branch (`rsemu`'s table). Entering an exception takes 20 and leaving it 18, where the
 //! Cortex-M4's manual says 12 and 10 for memory without wait states: stacking is charged twice. There
 //! are no flash wait states, no bus contention, no write buffer: silicon may be slower, by how much
-//! only a board shows. While the core sleeps, SysTick and the cycle counter stand still.
+//! only a board shows, and [`Assumptions::slowness`] sets. While the core sleeps, SysTick and the cycle counter stand still.
 //!
 //! Build `rsemu` and this crate optimised in tests too, and `rsemu` without debug assertions
 //! (`[profile.dev.package.rsemu]`): then a busy core is emulated about as fast as the chip runs.
@@ -65,7 +67,9 @@ mod image;
 mod line;
 mod log;
 mod memory;
+mod nonvolatile;
 mod peripheral;
+mod peripherals;
 mod ppi;
 mod pwm;
 mod rtt;

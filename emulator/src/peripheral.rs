@@ -42,6 +42,8 @@ pub(crate) struct Context<'a> {
     pub(crate) memory: &'a Memory,
     /// Offsets of the events that it raised.
     pub(crate) raised: Vec<u32>,
+    /// When its output is low, and for how many cycles each time.
+    pub(crate) low: Vec<(u64, u64)>,
     /// What it was made to do wrong, if anything.
     pub(crate) refusal: Option<Refusal>,
 }
@@ -52,6 +54,7 @@ impl<'a> Context<'a> {
             now,
             memory,
             raised: Vec::new(),
+            low: Vec::new(),
             refusal: None,
         }
     }

@@ -1,22 +1,26 @@
 //! UARTE0's receiver: nRF52840 Product Specification, section "UARTE".
 //!
-//! EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO of six bytes, the shorts
-//! from ENDRX, stopping and flushing, and all four causes of ERROR. The transmitter and hardware
-//! flow control are not modelled: their registers are refused, the PSEL of unused pins apart.
+//! EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX,
+//! stopping and flushing, and all four causes of ERROR. The transmitter and hardware flow control
+//! are not modelled: their registers are refused, the PSEL of unused pins apart. UARTE1 has only a
+//! transmitter: `uarte/transmitter.rs`.
 //!
-//! Where the specification is silent, [`Assumptions`] says what is assumed.
+//! Where the specification is silent or doubted, [`Assumptions`] says what is assumed.
 
 mod assumptions;
 mod receiver;
+mod settings;
+mod transmitter;
 
 use std::collections::VecDeque;
 
 use crate::error::Refusal;
 use crate::line::Line;
 use crate::peripheral::{Common, Context, Peripheral};
-use crate::time::MICROSECOND;
 pub use assumptions::Assumptions;
 use receiver::{Heard, Receiver};
+use settings::{CONFIG_PARITY, ENABLE, Settings};
+pub(crate) use transmitter::Transmitter;
 
 const STARTRX: u32 = 0x000;
 const STOPRX: u32 = 0x004;
@@ -27,16 +31,9 @@ const ERROR: u32 = 0x124;
 const RXTO: u32 = 0x144;
 const RXSTARTED: u32 = 0x14C;
 const ERRORSRC: u32 = 0x480;
-const ENABLE: u32 = 0x500;
-const PSEL_RTS: u32 = 0x508;
-const PSEL_TXD: u32 = 0x50C;
-const PSEL_CTS: u32 = 0x510;
-const PSEL_RXD: u32 = 0x514;
-const BAUDRATE: u32 = 0x524;
 const RXD_PTR: u32 = 0x534;
 const RXD_MAXCNT: u32 = 0x538;
 const RXD_AMOUNT: u32 = 0x53C;
-const CONFIG: u32 = 0x56C;
 
 const SHORT_ENDRX_STARTRX: u32 = 1 << 5;
 const SHORT_ENDRX_STOPRX: u32 = 1 << 6;
@@ -44,11 +41,7 @@ const OVERRUN: u32 = 1;
 const PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
-const ENABLED: u32 = 8;
-const CONFIG_PARITY: u32 = 7 << 1;
 
-/// Bytes that the receiver holds while no transfer is open.
-const FIFO: usize = 6;
 /// Character times from STOPRX to RXTO: up to four more bytes are received, then it times out.
 const STOP_AFTER: u64 = 5;
 
@@ -58,6 +51,14 @@ struct Transfer {
     pointer: u32,
     size: u32,
     done: u32,
+}
+
+/// Bytes on their way from the FIFO to RAM after FLUSHRX.
+#[derive(Clone, Debug)]
+struct Flush {
+    ends_at: u64,
+    pointer: u32,
+    bytes: Vec<u8>,
 }
 
 #[derive(Clone, Debug)]
@@ -70,13 +71,12 @@ pub(crate) struct Uarte {
     transfer: Option<Transfer>,
     /// Bytes, and from when on EasyDMA may take them.
     fifo: VecDeque<(u64, u8)>,
+    /// When the RXDRDY that is still to come does.
+    ready_at: Option<u64>,
     stops_at: Option<u64>,
+    flush: Option<Flush>,
     error_source: u32,
-    enable: u32,
-    /// RTS, TXD, CTS, RXD.
-    pins: [u32; 4],
-    baud: u32,
-    configuration: u32,
+    settings: Settings,
     pointer: u32,
     size: u32,
     amount: u32,
@@ -91,27 +91,20 @@ impl Uarte {
             receiver: Receiver::new(),
             transfer: None,
             fifo: VecDeque::new(),
+            ready_at: None,
             stops_at: None,
+            flush: None,
             error_source: 0,
-            enable: 0,
-            pins: [u32::MAX; 4],
-            baud: 0x0400_0000,
-            configuration: 0,
+            // No flow control, one stop bit.
+            settings: Settings::new(CONFIG_PARITY),
             pointer: 0,
             size: 0,
             amount: 0,
         }
     }
 
-    /// Cycles of a bit. The "actual rates" that the section lists beside the values of BAUDRATE are
-    /// those of whole cycles of 16 MHz: 115 108 baud for 0x01D60000.
-    fn bit(&self) -> u64 {
-        let cycles_of_16_mhz = (1 << 32) / u64::from(self.baud.max(1));
-        cycles_of_16_mhz.max(1) * (MICROSECOND / 16)
-    }
-
     fn start(&mut self, context: &mut Context) -> Result<(), Refusal> {
-        if self.enable != ENABLED {
+        if !self.settings.is_enabled() {
             return Ok(());
         }
         if self.transfer.is_some() {
@@ -132,30 +125,74 @@ impl Uarte {
             done: 0,
         });
         self.stops_at = None;
-        let connected = self.pins.last() == Some(&self.line_pin);
+        let connected = self.settings.pins.last() == Some(&self.line_pin);
         if !self.receiver.runs() && connected {
-            let parity = self.configuration & CONFIG_PARITY != 0;
             self.line.forget_before(context.now);
-            self.receiver.start(context.now, self.bit(), parity);
+            let (bit, parity) = (self.settings.bit(), self.settings.has_parity());
+            self.receiver.start(context.now, bit, parity);
         }
         context.raise(RXSTARTED);
         Ok(())
     }
 
-    /// After RXTO: what is left in the FIFO goes to RXD.PTR. AMOUNT keeps its old value when nothing
-    /// is left, which drivers in the field work around.
+    /// After RXTO: what is left in the FIFO goes to RXD.PTR.
     fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
         if self.receiver.runs() {
             return Err(Refusal::FlushWhileReceiving);
         }
         let room = (self.size as usize).min(self.fifo.len());
-        let bytes: Vec<u8> = self.fifo.drain(..room).map(|(_, byte)| byte).collect();
-        context.memory.dma_write(self.pointer, &bytes)?;
+        let bytes = (0..room).filter_map(|_| self.pop(context)).collect();
+        self.flush = Some(Flush {
+            ends_at: context.now + self.assumptions.slow_flush,
+            pointer: self.pointer,
+            bytes,
+        });
+        if self.assumptions.slow_flush == 0 {
+            self.end_flush(context)?;
+        }
+        Ok(())
+    }
+
+    /// AMOUNT keeps its old value when nothing was left, which drivers in the field work around.
+    fn end_flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
+        let Some(Flush { pointer, bytes, .. }) = self.flush.take() else {
+            return Ok(());
+        };
+        context.memory.dma_write(pointer, &bytes)?;
         if let Ok(amount @ 1..) = u32::try_from(bytes.len()) {
             self.amount = amount;
+        } else if self.assumptions.lost_empty_flush_end {
+            return Ok(());
         }
-        context.raise(ENDRX);
+        if !lost(&mut self.assumptions.lost_flush_end) {
+            context.raise(ENDRX);
+        }
         Ok(())
+    }
+
+    /// Lets RXDRDY come, now or after its lag.
+    fn ready(&mut self, context: &mut Context) {
+        self.overdue_ready(context);
+        self.ready_at = Some(context.now + self.assumptions.ready_lag);
+        if self.assumptions.ready_lag == 0 {
+            self.overdue_ready(context);
+        }
+    }
+
+    /// The RXDRDY that is still to come, if any, comes now.
+    fn overdue_ready(&mut self, context: &mut Context) {
+        if self.ready_at.take().is_some() {
+            context.raise(RXDRDY);
+        }
+    }
+
+    /// Takes the byte at the head of the FIFO.
+    fn pop(&mut self, context: &mut Context) -> Option<u8> {
+        let (_, byte) = self.fifo.pop_front()?;
+        if self.assumptions.ready_at_head && !self.fifo.is_empty() {
+            self.ready(context);
+        }
+        Some(byte)
     }
 
     fn error(&mut self, cause: u32, context: &mut Context) {
@@ -164,24 +201,27 @@ impl Uarte {
     }
 
     fn hear(&mut self, heard: Heard, context: &mut Context) {
+        self.overdue_ready(context);
         match heard {
             Heard::FramingError => {
                 if self.assumptions.ready_on_framing_error {
-                    context.raise(RXDRDY);
+                    self.ready(context);
                 }
                 self.error(FRAMING, context);
             }
             Heard::Break => self.error(BREAK, context),
             Heard::Byte { byte, parity_error } => {
-                if self.fifo.len() >= FIFO {
+                if self.fifo.len() >= self.assumptions.fifo {
                     if self.assumptions.ready_on_overrun {
-                        context.raise(RXDRDY);
+                        self.ready(context);
                     }
                     return self.error(OVERRUN, context);
                 }
                 self.fifo
                     .push_back((context.now + self.assumptions.dma_lag, byte));
-                context.raise(RXDRDY);
+                if !self.assumptions.ready_at_head || self.fifo.len() == 1 {
+                    self.ready(context);
+                }
                 if parity_error {
                     self.error(PARITY, context);
                 }
@@ -198,7 +238,7 @@ impl Uarte {
         if ready > now {
             return;
         }
-        self.fifo.pop_front();
+        self.pop(context);
         let address = transfer.pointer + transfer.done;
         let written = context.memory.dma_write(address, &[byte]);
         context.check(written);
@@ -211,29 +251,48 @@ impl Uarte {
 
     fn end_transfer(&mut self, context: &mut Context) {
         if let Some(transfer) = self.transfer.take() {
-            self.amount = transfer.done;
+            if transfer.done > 0 || !self.assumptions.stale_amount {
+                self.amount = transfer.done;
+            }
             context.raise(ENDRX);
+            if self.assumptions.spurious_timeout && self.stops_at.is_none() {
+                context.raise(RXTO);
+            }
         }
     }
 
     /// RXTO. What is in the FIFO goes into the open transfer as far as there is room, and the
     /// transfer ends, full or not.
     fn stopped(&mut self, context: &mut Context) {
-        self.stops_at = None;
         while self.transfer.is_some() && !self.fifo.is_empty() {
             self.transfer_byte(u64::MAX, context);
         }
+        self.overdue_ready(context);
         self.end_transfer(context);
+        self.stops_at = None;
         self.receiver.stop();
-        context.raise(RXTO);
+        if !lost(&mut self.assumptions.lost_timeout) {
+            context.raise(RXTO);
+        }
     }
 
     fn disable(&mut self) {
         self.receiver.stop();
         self.transfer = None;
         self.fifo.clear();
+        self.ready_at = None;
         self.stops_at = None;
+        self.flush = None;
     }
+}
+
+/// Whether one of those that are lost is lost.
+fn lost(count: &mut u32) -> bool {
+    let lost = *count > 0;
+    if *count < u32::MAX {
+        *count = count.saturating_sub(1);
+    }
+    lost
 }
 
 impl Peripheral for Uarte {
@@ -245,14 +304,10 @@ impl Peripheral for Uarte {
     fn read(&self, offset: u32) -> Option<u32> {
         Some(match offset {
             ERRORSRC => self.error_source,
-            ENABLE => self.enable,
-            PSEL_RTS..=PSEL_RXD => *self.pins.get(((offset - PSEL_RTS) / 4) as usize)?,
-            BAUDRATE => self.baud,
             RXD_PTR => self.pointer,
             RXD_MAXCNT => self.size,
             RXD_AMOUNT => self.amount,
-            CONFIG => self.configuration,
-            _ => return None,
+            _ => return self.settings.read(offset),
         })
     }
 
@@ -260,21 +315,14 @@ impl Peripheral for Uarte {
         match offset {
             // "A '1' clears."
             ERRORSRC => self.error_source &= !value,
-            ENABLE if value == 0 || value == ENABLED => {
-                self.enable = value;
-                if value == 0 {
+            RXD_PTR => self.pointer = value,
+            RXD_MAXCNT if value <= 0xFFFF => self.size = value,
+            _ => {
+                self.settings.write(offset, value)?;
+                if offset == ENABLE && value == 0 {
                     self.disable();
                 }
             }
-            PSEL_RTS | PSEL_TXD | PSEL_CTS | PSEL_RXD => {
-                *self.pins.get_mut(((offset - PSEL_RTS) / 4) as usize)? = value;
-            }
-            BAUDRATE if value != 0 => self.baud = value,
-            RXD_PTR => self.pointer = value,
-            RXD_MAXCNT if value <= 0xFFFF => self.size = value,
-            // No flow control, one stop bit.
-            CONFIG if value & !CONFIG_PARITY == 0 => self.configuration = value,
-            _ => return None,
         }
         Some(())
     }
@@ -284,9 +332,12 @@ impl Peripheral for Uarte {
             STARTRX => self.start(context),
             STOPRX => {
                 if self.transfer.is_some() || self.receiver.runs() {
-                    let character = 10 * self.bit();
+                    let character = 10 * self.settings.bit();
                     let stops_at = context.now + STOP_AFTER * character;
                     self.stops_at.get_or_insert(stops_at);
+                    if self.assumptions.early_end {
+                        self.end_transfer(context);
+                    }
                 }
                 Ok(())
             }
@@ -311,17 +362,31 @@ impl Peripheral for Uarte {
             .and(self.fifo.front())
             .map(|(ready, _)| *ready);
         let heard = self.receiver.next(&self.line);
-        [byte, heard, self.stops_at].into_iter().flatten().min()
+        let flushed = self.flush.as_ref().map(|flush| flush.ends_at);
+        let due = [byte, self.ready_at, heard, self.stops_at, flushed];
+        due.into_iter().flatten().min()
     }
 
     fn advance(&mut self, context: &mut Context) {
         let now = context.now;
+        if self
+            .flush
+            .as_ref()
+            .is_some_and(|flush| flush.ends_at <= now)
+        {
+            let ended = self.end_flush(context);
+            context.check(ended);
+            return;
+        }
         if self.stops_at.is_some_and(|at| at <= now) {
             return self.stopped(context);
         }
         let ready = self.fifo.front().is_some_and(|(ready, _)| *ready <= now);
         if self.transfer.is_some() && ready {
             return self.transfer_byte(now, context);
+        }
+        if self.ready_at.is_some_and(|at| at <= now) {
+            return self.overdue_ready(context);
         }
         if let Some(at) = self.receiver.next(&self.line).filter(|at| *at <= now)
             && let Some(heard) = self.receiver.advance(at, &mut self.line)

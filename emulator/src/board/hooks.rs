@@ -36,14 +36,26 @@ impl Board {
         })
     }
 
-    /// Sets what the specification leaves open about the receiver.
+    /// Sets what is not known for certain about the chip, from now on.
     pub fn assume(&mut self, assumptions: Assumptions) {
+        self.slowness = assumptions.slowness;
         self.shared.chip().peripherals.uarte.assumptions = assumptions;
     }
 
     /// Wires the line to another pin than P0.08: 32 * port + pin.
     pub fn wire_line_to(&mut self, pin: u32) {
         self.shared.chip().peripherals.uarte.line_pin = pin;
+    }
+
+    /// Wires that pin to the line as well: what UARTE1 sends there is heard by UARTE0. It is a wire
+    /// instead of the sender, which should be silent.
+    pub fn wire_loopback(&mut self, pin: u32) {
+        self.shared.chip().peripherals.transmitter.wired_pin = Some(pin);
+    }
+
+    /// Breaks the crystal: it does not start from now on.
+    pub fn break_crystal(&mut self) {
+        self.shared.chip().peripherals.clock.crystal_startup = None;
     }
 
     /// Takes the core away from the firmware at that instant, for that many cycles, as if a handler of

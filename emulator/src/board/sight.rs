@@ -89,6 +89,20 @@ impl Board {
         self.shared.chip().pins()
     }
 
+    /// Whether the firmware has turned the instruction cache on.
+    #[must_use]
+    pub fn instruction_cache_is_on(&self) -> bool {
+        self.shared.chip().nonvolatile.caches()
+    }
+
+    /// Whether a debugger gets in, on a chip of build code F or later: UICR.APPROTECT was 0x5A at
+    /// the last reset, and the firmware has written 0x5A to APPROTECT.DISABLE since. Section "Debug
+    /// and trace", "Access port protection controlled by hardware and software".
+    #[must_use]
+    pub fn debug_port_is_open(&self) -> bool {
+        self.shared.chip().debug_port_is_open()
+    }
+
     /// What happened so far.
     pub fn trace(&mut self) -> &mut Trace {
         let mut chip = self.shared.chip();

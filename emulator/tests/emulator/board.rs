@@ -13,7 +13,7 @@ const NVIC_ISER0: u32 = 0xE000_E100;
 const TIMER0_EXCEPTION: u16 = 16 + 8;
 
 /// `ldr r0, [pc, #off]`-free constants: `movw`/`movt` of a register.
-fn load(register: u16, value: u32) -> [u16; 4] {
+pub(crate) fn load(register: u16, value: u32) -> [u16; 4] {
     let half = |opcode: u16, imm: u32| {
         let imm = u16::try_from(imm & 0xFFFF).unwrap();
         let (imm4, i, imm3, imm8) = (imm >> 12, imm >> 11 & 1, imm >> 8 & 7, imm & 0xFF);
@@ -35,7 +35,7 @@ fn sleep_until_timer0() -> Vec<u16> {
 }
 
 /// Handler: clears COMPARE[0], counts in RAM.
-fn ticking() -> Board {
+pub(crate) fn ticking() -> Board {
     let main = sleep_until_timer0();
     let mut handler = Vec::new();
     handler.extend(load(0, COMPARE0));

@@ -1,10 +1,13 @@
 //! The board's hooks, its peripherals register by register, and the runner's command line.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
+mod assumptions;
 mod board;
+mod nonvolatile;
 mod pwm_watchdog;
 mod registers;
 #[cfg(feature = "runner")]
 mod runner;
 mod timer_ppi;
+mod transmitter;
 mod uarte;

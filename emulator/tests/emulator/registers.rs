@@ -101,11 +101,16 @@ pub(crate) fn receiving(size: u32) -> Board {
 pub(crate) fn receiving_at(register: u32, millibaud: u64, size: u32) -> Board {
     let mut board = asleep();
     board.line(|line| line.set_millibaud(millibaud));
+    start_receiving(&mut board, register, size);
+    board
+}
+
+/// What firmware does after each reset.
+pub(crate) fn start_receiving(board: &mut Board, baud: u32, size: u32) {
     board.set(PSEL_RXD, 8);
-    board.set(BAUDRATE, register);
+    board.set(BAUDRATE, baud);
     board.set(UARTE_ENABLE, 8);
     board.set(RXD_PTR, BUFFER);
     board.set(RXD_MAXCNT, size);
     board.set(STARTRX, 1);
-    board
 }

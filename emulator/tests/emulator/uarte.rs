@@ -1,7 +1,7 @@
 //! The receiver of UARTE0, register by register.
 
 use crate::registers::*;
-use nrf52840_emulator::{Assumptions, Board, Error, LineSymbol, MICROSECOND, Parity, Refusal};
+use nrf52840_emulator::{Board, Error, LineSymbol, MICROSECOND, Parity, Refusal};
 
 /// A byte at 1 Mbaud.
 const BYTE: u64 = 10 * MICROSECOND;
@@ -243,20 +243,6 @@ fn a_sender_at_half_the_rate_gives_framing_errors() {
     let end = board.send(b"AB\0\x7F\xC8\x4A\r");
     board.run_until(end + 200 * MICROSECOND).unwrap();
     assert_eq!(board.get(ERRORSRC) & FRAMING, FRAMING);
-}
-
-#[test]
-fn what_the_specification_leaves_open_can_be_assumed_either_way() {
-    for ready_on_framing_error in [false, true] {
-        let mut board = receiving(8);
-        board.assume(Assumptions {
-            ready_on_framing_error,
-            ..Assumptions::default()
-        });
-        board.send_symbols(&[LineSymbol::BadStop(b'b')]);
-        run(&mut board, 2 * BYTE);
-        assert_eq!(board.take_event(RXDRDY), ready_on_framing_error);
-    }
 }
 
 #[test]

@@ -1,0 +1,304 @@
+//! What the chip may do, one behaviour at a time.
+
+use crate::board::{load, ticking};
+use crate::registers::*;
+use nrf52840_emulator::{
+    Assumptions, Board, Image, LineSymbol, MICROSECOND, MILLISECOND, RAM_START,
+};
+
+/// A byte at 1 Mbaud.
+const BYTE: u64 = 10 * MICROSECOND;
+const TIMER1: u32 = 0x4000_9000;
+const COUNT: u32 = TIMER1 + 0x008;
+const CAPTURE: u32 = TIMER1 + 0x040;
+const CC: u32 = TIMER1 + 0x540;
+const PPI: u32 = 0x4001_F000;
+
+fn assuming(size: u32, change: impl FnOnce(&mut Assumptions)) -> Board {
+    let mut board = receiving(size);
+    let mut assumptions = Assumptions::default();
+    change(&mut assumptions);
+    board.assume(assumptions);
+    // TIMER1 counts RXDRDY in CC[0]; CC[1] is what it was at ENDRX.
+    board.set(TIMER1 + 0x504, 1);
+    board.set(TIMER1, 1);
+    let channels = [(RXDRDY, COUNT), (RXDRDY, CAPTURE), (ENDRX, CAPTURE + 4)];
+    for (n, (event, task)) in (0..).zip(channels) {
+        board.set(PPI + 0x510 + 8 * n, event);
+        board.set(PPI + 0x514 + 8 * n, task);
+    }
+    board.set(PPI + 0x504, 7);
+    board
+}
+
+/// RXDRDY so far.
+fn ready(board: &mut Board) -> u32 {
+    board.set(CAPTURE, 1);
+    board.get(CC)
+}
+
+fn stop(board: &mut Board) {
+    board.set(STOPRX, 1);
+    board.run_for(6 * BYTE).unwrap();
+}
+
+#[test]
+fn endrx_may_come_before_the_last_rxdrdy() {
+    for (end_first, lag) in [(false, 0), (false, 31), (true, 32), (true, 600)] {
+        let mut board = assuming(4, |a| a.ready_lag = lag);
+        board.send(b"abcd");
+        board.run_for(6 * BYTE).unwrap();
+        assert!(board.take_event(ENDRX));
+        assert_eq!(board.get(CC + 4), if end_first { 3 } else { 4 }, "{lag}");
+        assert_eq!(ready(&mut board), 4);
+    }
+}
+
+#[test]
+fn a_late_rxdrdy_comes_before_the_next_byte() {
+    let mut board = assuming(8, |a| a.ready_lag = 100 * BYTE);
+    let end = board.send(b"abc");
+    board.run_until(end).unwrap();
+    assert_eq!(ready(&mut board), 2);
+    let end = board.send_symbols(&[LineSymbol::BadStop(b'd')]);
+    board.run_until(end).unwrap();
+    assert_eq!(ready(&mut board), 3, "or what is no byte");
+    board.send(b"e");
+    board.run_for(2 * BYTE).unwrap();
+    stop(&mut board);
+    assert_eq!(ready(&mut board), 4, "and before RXTO");
+}
+
+#[test]
+fn rxdrdy_may_wait_for_the_head_of_the_fifo() {
+    for (at_head, first) in [(false, 4), (true, 2)] {
+        let mut board = assuming(1, |a| a.ready_at_head = at_head);
+        board.send(b"abcd");
+        board.run_for(5 * BYTE).unwrap();
+        assert_eq!(ready(&mut board), first);
+        board.set(RXD_MAXCNT, 3);
+        board.set(STARTRX, 1);
+        board.run_for(BYTE).unwrap();
+        assert_eq!(ready(&mut board), 4);
+    }
+}
+
+#[test]
+fn rxdrdy_may_count_what_is_not_stored() {
+    for counted in [false, true] {
+        let mut board = assuming(8, |a| a.ready_on_framing_error = counted);
+        board.send_symbols(&[LineSymbol::BadStop(b'b')]);
+        board.run_for(2 * BYTE).unwrap();
+        assert_eq!(ready(&mut board), u32::from(counted));
+
+        let mut board = assuming(1, |a| a.ready_on_overrun = counted);
+        board.send(b"0abcdefg");
+        board.run_for(10 * BYTE).unwrap();
+        assert_eq!(board.get(ERRORSRC), OVERRUN);
+        assert_eq!(ready(&mut board), 7 + u32::from(counted));
+    }
+}
+
+#[test]
+fn rxto_may_be_lost() {
+    for (lost, came) in [
+        (0, [true, true]),
+        (1, [false, true]),
+        (u32::MAX, [false; 2]),
+    ] {
+        let mut board = assuming(4, |a| a.lost_timeout = lost);
+        for came in came {
+            stop(&mut board);
+            assert!(board.take_event(ENDRX));
+            assert_eq!(board.take_event(RXTO), came, "{lost}");
+            board.reset();
+            start_receiving(&mut board, BAUD_1M, 4);
+        }
+    }
+}
+
+#[test]
+fn rxto_may_come_unasked() {
+    for spurious in [false, true] {
+        let mut board = assuming(1, |a| a.spurious_timeout = spurious);
+        board.send(b"a");
+        board.run_for(2 * BYTE).unwrap();
+        assert!(board.take_event(ENDRX));
+        assert_eq!(board.take_event(RXTO), spurious);
+        board.send(b"b");
+        board.set(STARTRX, 1);
+        board.run_for(2 * BYTE).unwrap();
+        assert_eq!(board.bytes(BUFFER, 1), b"b", "it receives as before");
+    }
+    let mut board = assuming(4, |a| {
+        a.spurious_timeout = true;
+        a.early_end = true;
+    });
+    board.set(STOPRX, 1);
+    assert!(board.take_event(ENDRX));
+    assert!(
+        !board.take_event(RXTO),
+        "it was stopped: RXTO is still to come"
+    );
+}
+
+/// What two flushes do: whether their ENDRX comes. The first finds a byte.
+fn flushes(change: impl FnOnce(&mut Assumptions)) -> [bool; 2] {
+    let mut board = assuming(1, change);
+    board.send(b"ab");
+    board.run_for(3 * BYTE).unwrap();
+    stop(&mut board);
+    board.take_event(ENDRX);
+    let ends = [(); 2].map(|()| {
+        board.set(FLUSHRX, 1);
+        board.take_event(ENDRX)
+    });
+    assert_eq!(board.bytes(BUFFER, 1), b"b");
+    ends
+}
+
+#[test]
+fn endrx_of_a_flush_may_be_lost() {
+    assert_eq!(flushes(|_| ()), [true, true]);
+    assert_eq!(flushes(|a| a.lost_flush_end = 1), [false, true]);
+    assert_eq!(flushes(|a| a.lost_flush_end = u32::MAX), [false, false]);
+    assert_eq!(flushes(|a| a.lost_empty_flush_end = true), [true, false]);
+}
+
+#[test]
+fn the_amount_may_be_stale() {
+    for stale in [false, true] {
+        let mut board = assuming(2, |a| a.stale_amount = stale);
+        board.send(b"ab");
+        board.run_for(3 * BYTE).unwrap();
+        board.take_event(ENDRX);
+        board.set(STARTRX, 1);
+        stop(&mut board);
+        assert!(board.take_event(ENDRX));
+        assert_eq!(board.get(RXD_AMOUNT), if stale { 2 } else { 0 });
+    }
+}
+
+#[test]
+fn a_flush_may_take_its_time() {
+    let mut board = assuming(1, |a| a.slow_flush = BYTE);
+    board.send(b"ab");
+    board.run_for(3 * BYTE).unwrap();
+    stop(&mut board);
+    board.take_event(ENDRX);
+    board.set(FLUSHRX, 1);
+    board.run_for(BYTE - 1).unwrap();
+    assert!(!board.take_event(ENDRX));
+    assert_eq!(board.bytes(BUFFER, 1), b"a");
+    board.run_for(1).unwrap();
+    assert!(board.take_event(ENDRX));
+    assert_eq!(board.bytes(BUFFER, 1), b"b");
+}
+
+#[test]
+fn stoprx_may_end_the_transfer_at_once() {
+    let mut board = assuming(8, |a| a.early_end = true);
+    board.send(b"abc");
+    board.run_for(5 * BYTE / 2).unwrap();
+    board.set(STOPRX, 1);
+    assert!(board.take_event(ENDRX));
+    assert_eq!(board.get(RXD_AMOUNT), 2);
+    board.run_for(6 * BYTE).unwrap();
+    assert!(board.take_event(RXTO));
+    assert!(!board.take_event(ENDRX));
+    assert_eq!(board.bytes(BUFFER, 3), b"ab\0", "the third is in the FIFO");
+    board.set(FLUSHRX, 1);
+    assert_eq!(board.bytes(BUFFER, 2), b"cb");
+}
+
+#[test]
+fn the_fifo_may_hold_five() {
+    for (fifo, error) in [(6, 0), (5, OVERRUN)] {
+        let mut board = assuming(1, |a| a.fifo = fifo);
+        board.send(b"0abcdef");
+        board.run_for(9 * BYTE).unwrap();
+        assert_eq!(board.get(ERRORSRC), error);
+    }
+}
+
+/// Starts the cycle counter, and copies it to RAM for ever.
+fn copies_the_cycle_counter() -> Board {
+    let mut main = Vec::new();
+    for (address, value) in [(0xE000_EDFC, 1 << 24), (0xE000_1000, 1)] {
+        main.extend(load(0, address));
+        main.extend(load(1, value));
+        main.push(0x6001); // str r1, [r0]
+    }
+    main.extend(load(0, 0xE000_1004));
+    main.extend(load(1, RAM_START));
+    main.extend([0x6802, 0x600A, 0xE7FC]); // ldr r2, [r0]; str r2, [r1]; b .-4
+    let image = Image::of_code(program(&main, &[0x4770]), Vec::new());
+    let mut board = Board::new(image).unwrap();
+    board.run_for(100).unwrap();
+    board
+}
+
+#[test]
+fn a_slow_core_does_less_in_the_same_time_and_its_cycle_counter_knows() {
+    let run = |slowness| {
+        let mut board = copies_the_cycle_counter();
+        board.assume(Assumptions {
+            slowness,
+            ..Assumptions::default()
+        });
+        let read = |board: &Board| u64::from(board.memory().word(RAM_START).unwrap());
+        let (instructions, cycles, began) = (board.instructions(), read(&board), board.now());
+        board.run_for(30_000).unwrap();
+        let took = board.now() - began;
+        assert!(took.abs_diff(read(&board) - cycles) < 30, "{slowness}");
+        board.instructions() - instructions
+    };
+    let full = run(100);
+    assert!(run(150).abs_diff(full * 2 / 3) < 3);
+    assert!(run(200).abs_diff(full / 2) < 3);
+}
+
+#[test]
+fn a_slow_core_is_awake_for_longer_and_wakes_as_often() {
+    let run = |slowness| {
+        let mut board = ticking();
+        board.assume(Assumptions {
+            slowness,
+            ..Assumptions::default()
+        });
+        let (slept, began) = (board.slept(), board.now());
+        board.run_for(10 * MILLISECOND).unwrap();
+        let awake = (board.now() - began) - (board.slept() - slept);
+        (awake, board.trace().activations.len())
+    };
+    let (awake, ticks) = run(100);
+    let (awake_when_slow, ticks_when_slow) = run(300);
+    assert_eq!(ticks_when_slow, ticks);
+    assert!(awake_when_slow.abs_diff(3 * awake) < 10);
+}
+
+#[test]
+fn assumptions_come_one_by_one_and_mixed() {
+    let each = Assumptions::each();
+    for (n, (name, assumptions)) in each.iter().enumerate() {
+        assert_ne!(*assumptions, Assumptions::default(), "{name}");
+        let others = each.iter().skip(n + 1);
+        assert!(others.clone().all(|other| other.0 != *name), "{name}");
+        assert!(
+            others.clone().all(|other| other.1 != *assumptions),
+            "{name}"
+        );
+    }
+    let mut end_first = 0;
+    for seed in 0..200 {
+        let mixed = Assumptions::mixed(seed);
+        assert_eq!(mixed, Assumptions::mixed(seed));
+        assert_ne!(mixed, Assumptions::mixed(seed + 1));
+        assert!(mixed.dma_lag < 2 * BYTE, "{mixed:?}");
+        assert!(mixed.lost_timeout < 4 && mixed.lost_flush_end < 4);
+        assert!((100..=150).contains(&mixed.slowness));
+        assert!(mixed.fifo == 5 || mixed.fifo == 6);
+        end_first += u32::from(mixed.ready_lag >= mixed.dma_lag);
+    }
+    assert!((40..120).contains(&end_first), "{end_first} of 200");
+}

@@ -1,0 +1,79 @@
+//! UICR, NVMC, and the debug port's protection.
+
+use crate::registers::*;
+use nrf52840_emulator::{Board, Error, Refusal};
+
+const FICR_VARIANT: u32 = 0x1000_0104;
+const UICR_PSELRESET: u32 = 0x1000_1200;
+const UICR_APPROTECT: u32 = 0x1000_1208;
+const FORCEPROTECT: u32 = 0x4000_0550;
+const DISABLE: u32 = 0x4000_0558;
+const NVMC_READY: u32 = 0x4001_E400;
+const NVMC_CONFIG: u32 = 0x4001_E504;
+const NVMC_ICACHECNF: u32 = 0x4001_E540;
+const UNPROTECTED: u32 = 0x5A;
+
+fn write_uicr(board: &mut Board, address: u32, value: u32) {
+    board.set(NVMC_CONFIG, 1);
+    board.set(address, value);
+    assert_eq!(board.get(NVMC_READY), 1);
+    board.set(NVMC_CONFIG, 0);
+}
+
+#[test]
+fn uicr_is_written_as_flash_is_and_survives_a_reset() {
+    let mut board = asleep();
+    assert_eq!(board.get(UICR_PSELRESET), u32::MAX, "erased");
+    write_uicr(&mut board, UICR_PSELRESET, 18);
+    write_uicr(&mut board, UICR_PSELRESET + 4, 0xFFFF_FF0F);
+    write_uicr(&mut board, UICR_PSELRESET + 4, 0xFFFF_FFF0);
+    board.reset();
+    assert_eq!(board.get(UICR_PSELRESET), 18);
+    assert_eq!(board.get(UICR_PSELRESET + 4), 0xFFFF_FF00, "1 to 0 only");
+}
+
+#[test]
+fn uicr_is_not_written_unless_nvmc_enables_it() {
+    let mut board = asleep();
+    write_uicr(&mut board, UICR_PSELRESET, 18);
+    board.set(NVMC_CONFIG, 1);
+    board.reset();
+    let error = board.set_register(UICR_PSELRESET, 0).unwrap_err();
+    let refusal = Refusal::UicrNotWritable {
+        address: UICR_PSELRESET,
+    };
+    assert!(matches!(error, Error::Refused { refusal: r, .. } if r == refusal));
+    assert_eq!(board.get(UICR_PSELRESET), 18);
+    // Erasing is not modelled.
+    assert!(board.set_register(NVMC_CONFIG, 2).is_err());
+}
+
+#[test]
+fn the_instruction_cache_is_off_after_a_reset() {
+    let mut board = asleep();
+    assert!(!board.instruction_cache_is_on());
+    board.set(NVMC_ICACHECNF, 1);
+    assert!(board.instruction_cache_is_on());
+    board.reset();
+    assert!(!board.instruction_cache_is_on());
+}
+
+#[test]
+fn the_debug_port_opens_if_uicr_and_the_firmware_both_say_so_after_a_reset() {
+    let mut board = asleep();
+    assert_eq!(board.get(FICR_VARIANT) >> 8 & 0xFF, u32::from(b'F'));
+    board.set(DISABLE, UNPROTECTED);
+    assert!(!board.debug_port_is_open(), "UICR is erased");
+    write_uicr(&mut board, UICR_APPROTECT, UNPROTECTED);
+    assert!(!board.debug_port_is_open(), "it counts from a reset on");
+    board.reset();
+    assert!(!board.debug_port_is_open(), "each reset closes it");
+    board.set(DISABLE, UNPROTECTED);
+    assert!(board.debug_port_is_open());
+    // Stopping the crystal, in the same block of registers, does not close it.
+    board.set(0x4000_0004, 1);
+    assert!(board.debug_port_is_open());
+    board.set(FORCEPROTECT, 0);
+    board.set(DISABLE, UNPROTECTED);
+    assert!(!board.debug_port_is_open());
+}

@@ -1,0 +1,181 @@
+//! UARTE1's transmitter, wired to UARTE0.
+
+use crate::board::load;
+use crate::registers::*;
+use nrf52840_emulator::{Board, Error, Image, MICROSECOND, RAM_START, Refusal};
+
+const UARTE1: u32 = 0x4002_8000;
+const STARTTX: u32 = UARTE1 + 0x008;
+const STOPTX: u32 = UARTE1 + 0x00C;
+const TXDRDY: u32 = UARTE1 + 0x11C;
+const ENDTX: u32 = UARTE1 + 0x120;
+const TXSTARTED: u32 = UARTE1 + 0x150;
+const TXSTOPPED: u32 = UARTE1 + 0x158;
+const INTENSET: u32 = UARTE1 + 0x304;
+const ENABLE: u32 = UARTE1 + 0x500;
+const PSEL_TXD: u32 = UARTE1 + 0x50C;
+const TX_BAUDRATE: u32 = UARTE1 + 0x524;
+const TXD_PTR: u32 = UARTE1 + 0x544;
+const TXD_MAXCNT: u32 = UARTE1 + 0x548;
+const TXD_AMOUNT: u32 = UARTE1 + 0x54C;
+const CONFIG: u32 = UARTE1 + 0x56C;
+
+const PIN: u32 = 33;
+const SOURCE: u32 = RAM_START + 0x800;
+/// A bit and a byte at 1 Mbaud.
+const BIT: u64 = MICROSECOND;
+const BYTE: u64 = 10 * BIT;
+const BAUD_500K: u32 = 0x0800_0000;
+
+/// Sets UARTE1 up at 1 Mbaud, to send these bytes.
+fn prepare(board: &mut Board, bytes: &[u8]) {
+    board.memory().write(SOURCE, bytes).unwrap();
+    board.set(PSEL_TXD, PIN);
+    board.set(TX_BAUDRATE, BAUD_1M);
+    board.set(ENABLE, 8);
+    board.set(TXD_PTR, SOURCE);
+    board.set(TXD_MAXCNT, u32::try_from(bytes.len()).unwrap());
+}
+
+/// UARTE0 receives at 1 Mbaud, and UARTE1 is ready to send to it.
+fn wired(bytes: &[u8]) -> Board {
+    let mut board = receiving(8);
+    board.wire_loopback(PIN);
+    prepare(&mut board, bytes);
+    board
+}
+
+#[test]
+fn what_uarte1_sends_is_heard_by_uarte0() {
+    let mut board = wired(b"hello\0\xFF");
+    let began = board.now();
+    board.set(STARTTX, 1);
+    assert!(board.take_event(TXSTARTED));
+    board.run_until(began + BYTE).unwrap();
+    assert!(board.take_event(TXDRDY));
+    board.run_until(began + 7 * BYTE - 1).unwrap();
+    assert!(!board.take_event(ENDTX));
+    board.run_until(began + 7 * BYTE).unwrap();
+    assert!(board.take_event(ENDTX));
+    assert_eq!(board.get(TXD_AMOUNT), 7);
+    assert_eq!(board.bytes(BUFFER, 8), b"hello\0\xFF\0");
+    assert_eq!(board.get(ERRORSRC), 0);
+    // The wire stays where it is, whatever the chip does.
+    board.reset();
+    start_receiving(&mut board, BAUD_1M, 3);
+    prepare(&mut board, b"abc");
+    board.set(STARTTX, 1);
+    board.run_for(4 * BYTE).unwrap();
+    assert!(board.take_event(ENDRX));
+    assert_eq!(board.bytes(BUFFER, 3), b"abc");
+}
+
+#[test]
+fn without_the_wire_uarte0_hears_the_sender_only() {
+    for pin in [None, Some(PIN + 1)] {
+        let mut board = receiving(8);
+        if let Some(pin) = pin {
+            board.wire_loopback(pin);
+        }
+        prepare(&mut board, b"xyz");
+        board.set(STARTTX, 1);
+        board.send(b"ab");
+        board.run_for(5 * BYTE).unwrap();
+        assert!(board.take_event(ENDTX));
+        assert_eq!(board.bytes(BUFFER, 3), b"ab\0");
+    }
+}
+
+#[test]
+fn another_baud_rate_and_an_unexpected_parity_bit_are_framing_errors() {
+    let mut slow = wired(&[0]);
+    slow.set(TX_BAUDRATE, BAUD_500K);
+    slow.set(STARTTX, 1);
+    slow.run_for(3 * BYTE).unwrap();
+    assert_eq!(slow.get(ERRORSRC), FRAMING | BREAK);
+
+    // Two ones: the parity bit is 0, where UARTE0 expects the stop bit.
+    let mut parity = wired(&[0x03]);
+    parity.set(CONFIG, 7 << 1);
+    parity.set(STARTTX, 1);
+    parity.run_for(3 * BYTE).unwrap();
+    assert_eq!(parity.get(ERRORSRC), FRAMING);
+
+    // One: it is 1, which UARTE0 takes for a longer stop bit.
+    let mut parity = wired(&[0x01]);
+    parity.set(CONFIG, 7 << 1);
+    parity.set(STARTTX, 1);
+    parity.run_for(3 * BYTE).unwrap();
+    assert_eq!(parity.get(ERRORSRC), 0);
+    assert_eq!(parity.bytes(BUFFER, 1), [0x01]);
+}
+
+#[test]
+fn a_second_stop_bit_takes_a_bit() {
+    let mut board = wired(b"ab");
+    board.set(CONFIG, 1 << 4);
+    let began = board.now();
+    board.set(STARTTX, 1);
+    board.run_until(began + 22 * BIT - 1).unwrap();
+    assert!(!board.take_event(ENDTX));
+    board.run_for(1).unwrap();
+    assert!(board.take_event(ENDTX));
+    assert_eq!(board.bytes(BUFFER, 3), b"ab\0");
+}
+
+#[test]
+fn stopping_ends_after_the_byte_under_way() {
+    let mut board = wired(b"abcdef");
+    board.set(STARTTX, 1);
+    board.run_for(3 * BYTE / 2).unwrap();
+    board.set(STOPTX, 1);
+    board.run_for(3 * BYTE).unwrap();
+    assert!(board.take_event(ENDTX));
+    assert!(board.take_event(TXSTOPPED));
+    assert_eq!(board.get(TXD_AMOUNT), 2);
+    assert_eq!(board.bytes(BUFFER, 3), b"ab\0");
+    board.set(STOPTX, 1);
+    assert!(board.take_event(TXSTOPPED), "at once when nothing is sent");
+}
+
+#[test]
+fn a_string_in_flash_and_a_second_start_are_errors() {
+    let mut board = wired(b"abc");
+    let refusal = |board: &mut Board| match board.set_register(STARTTX, 1) {
+        Err(Error::Refused { refusal, .. }) => refusal,
+        other => panic!("{other:?}"),
+    };
+    board.set(TXD_PTR, 0x1000);
+    let outside = Refusal::DmaOutsideRam { address: 0x1000 };
+    assert_eq!(refusal(&mut board), outside);
+    board.set(TXD_PTR, SOURCE);
+    board.set(STARTTX, 1);
+    assert!(matches!(refusal(&mut board), Refusal::Transmitter(_)));
+    // UARTE0's own transmitter is not modelled.
+    assert!(board.set_register(STARTRX + 8, 1).is_err());
+}
+
+#[test]
+fn the_end_is_interrupt_40() {
+    let mut main = Vec::new();
+    main.extend(load(0, 0xE000_E104));
+    main.extend(load(1, 1 << (40 - 32)));
+    main.extend([0x6001, 0xBF30, 0xE7FD]); // str r1, [r0]; wfi; b .-2
+    let mut handler = Vec::new();
+    handler.extend(load(0, ENDTX));
+    handler.extend([0x2100, 0x6001, 0x4770]); // movs r1, #0; str r1, [r0]; bx lr
+    let image = Image::of_code(program(&main, &handler), Vec::new());
+    let mut board = Board::new(image).unwrap();
+    board.run_for(100).unwrap();
+    prepare(&mut board, b"ab");
+    board.set(INTENSET, 1 << 8);
+    board.set(STARTTX, 1);
+    board.run_for(3 * BYTE).unwrap();
+    let ran: Vec<u16> = board
+        .trace()
+        .activations
+        .iter()
+        .map(|a| a.exception)
+        .collect();
+    assert_eq!(ran, [16 + 40]);
+}
