@@ -169,6 +169,19 @@ impl Failsafe {
     /// # Errors
     /// If the parameters contradict themselves: see [`FailsafeError`].
     pub fn new(parameters: FailsafeParameters, now: u32) -> Result<Self, FailsafeError> {
+        Self::resumed(parameters, now, parameters.park)
+    }
+
+    /// As [`new`](Self::new), but the output begins at `output` and moves to park from there: for
+    /// actuators that are known to be elsewhere, as after a reset.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn resumed(
+        parameters: FailsafeParameters,
+        now: u32,
+        output: Setpoint,
+    ) -> Result<Self, FailsafeError> {
         if parameters.hold_after == 0 {
             return Err(FailsafeError::HoldAtOnce);
         }
@@ -180,7 +193,7 @@ impl Failsafe {
             now,
             silence: u32::MAX,
             demand: parameters.park,
-            axes: setpoint_axes(parameters.park),
+            axes: setpoint_axes(output),
         })
     }
 
@@ -208,12 +221,8 @@ impl Failsafe {
         self.now = now;
         self.silence = before.saturating_add(elapsed);
 
-        if before < hold_after {
-            self.approach(
-                self.demand,
-                self.silence.min(hold_after).saturating_sub(before),
-            );
-        }
+        let held_for = hold_after.saturating_sub(before);
+        self.approach(self.demand, elapsed.min(held_for));
         let setpoint = self.position();
         if self.silence < hold_after {
             let phase = if setpoint == self.demand {

@@ -10,6 +10,7 @@
 //!
 //! So the handler, however late it comes, knows what had been received when each thing happened.
 
+use nrf52840_hal::pac::timer0::EVENTS_COMPARE;
 use nrf52840_hal::pac::{PPI, TIMER1, TIMER2, TIMER3, UARTE0};
 use nrf52840_hal::ppi::{ConfigurablePpi as _, Parts, Ppi as _};
 
@@ -17,12 +18,12 @@ use crate::settings::{BYTE_TIME, FLUSH_AFTER, GAP_AFTER};
 
 /// TIMER1's registers for its count: now, and when something happened.
 const NOW: usize = 0;
-const AT_IDLE: usize = 1;
+const AT_SILENCE: usize = 1;
 const AT_ERROR: usize = 2;
 const AT_END: usize = 3;
 
 /// TIMER2's two times.
-const IDLE: usize = 0;
+const SILENT: usize = 0;
 const GAP: usize = 1;
 /// TIMER2's register for the time since the last byte, when an error came.
 const SINCE_BYTE: usize = 2;
@@ -56,7 +57,7 @@ impl LineTimers {
         // SAFETY: 16 MHz / 2^4: a count is a microsecond. Any value is a time.
         unsafe {
             silence.prescaler.write(|w| w.prescaler().bits(4));
-            silence.cc[IDLE].write(|w| w.bits(FLUSH_AFTER));
+            silence.cc[SILENT].write(|w| w.bits(FLUSH_AFTER));
             silence.cc[GAP].write(|w| w.bits(GAP_AFTER));
         }
         silence.shorts.write(|w| w.compare1_stop().enabled());
@@ -80,8 +81,8 @@ impl LineTimers {
         ppi1.set_event_endpoint(&uarte.events_rxdrdy);
         ppi1.set_task_endpoint(&silence.tasks_start);
         // Silence.
-        ppi2.set_event_endpoint(&silence.events_compare[IDLE]);
-        ppi2.set_task_endpoint(&bytes.tasks_capture[AT_IDLE]);
+        ppi2.set_event_endpoint(&silence.events_compare[SILENT]);
+        ppi2.set_task_endpoint(&bytes.tasks_capture[AT_SILENCE]);
         // A line error.
         ppi3.set_event_endpoint(&uarte.events_error);
         ppi3.set_task_endpoint(&bytes.tasks_capture[AT_ERROR]);
@@ -135,25 +136,21 @@ impl LineTimers {
         self.errors.cc[NOW].read().bits()
     }
 
-    /// If the line was idle since last asked: how many bytes had been received by then.
+    /// Bytes received when the line had last been silent for three byte times.
     #[inline]
-    pub(crate) fn idle(&self) -> Option<u32> {
-        let event = &self.silence.events_compare[IDLE];
-        if event.read().bits() == 0 {
-            return None;
-        }
-        event.reset();
-        Some(self.bytes.cc[AT_IDLE].read().bits())
+    pub(crate) fn count_at_silence(&self) -> u32 {
+        self.bytes.cc[AT_SILENCE].read().bits()
     }
 
-    /// Whether there was a gap since last asked.
+    /// The event of three byte times of silence.
     #[inline]
-    pub(crate) fn gap(&self) -> bool {
-        let event = &self.silence.events_compare[GAP];
-        let set = event.read().bits() != 0;
-        if set {
-            event.reset();
-        }
-        set
+    pub(crate) fn silent(&self) -> &EVENTS_COMPARE {
+        &self.silence.events_compare[SILENT]
+    }
+
+    /// The event of a gap.
+    #[inline]
+    pub(crate) fn gap(&self) -> &EVENTS_COMPARE {
+        &self.silence.events_compare[GAP]
     }
 }

@@ -10,6 +10,8 @@
 #![no_main]
 
 mod clock;
+mod debug_port;
+mod last_output;
 mod leds;
 mod line_timers;
 mod panic;
@@ -51,24 +53,32 @@ fn main() -> ! {
     else {
         SCB::sys_reset()
     };
-    // The crystal: the UARTE's baud rate is only as accurate as this clock.
+    debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
+    // It is off after a reset, and flash has wait states.
+    chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
+    // Before anything is waited for.
+    let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
+        SCB::sys_reset()
+    };
+    // The crystal: the UARTE's baud rate is only as accurate as this clock. If it does not start, the
+    // watchdog bites.
     let _clocks = Clocks::new(chip.CLOCK).enable_ext_hfosc();
-    telemetry::booted(watchdog::reset_cause(&chip.POWER));
+    let reset_cause = watchdog::reset_cause(&chip.POWER);
+    telemetry::booted(reset_cause);
 
     let pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     let clock = Clock::start(chip.TIMER0);
-    let Ok(mut failsafe) = Failsafe::new(FAILSAFE, clock.now()) else {
+    let output = last_output::before_reset(reset_cause).unwrap_or(FAILSAFE.park);
+    let now = clock.now();
+    let Ok(mut failsafe) = Failsafe::resumed(FAILSAFE, now, output) else {
         SCB::sys_reset() // The settings assert the same at compile time.
     };
-    let mut servos = Servos::new(chip.PWM0, pins.servos, WIDTHS);
+    let mut servos = Servos::start(chip.PWM0, pins.servos, WIDTHS, (now, output));
     let mut leds = Leds::new(pins.leds);
     let timers = (chip.TIMER1, chip.TIMER2, chip.TIMER3);
     let timers = LineTimers::start(timers, chip.PPI, &chip.UARTE0);
     receive::start(chip.UARTE0, pins.receive, timers, LINE);
     unmask_interrupts(&mut core.NVIC);
-    let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
-        SCB::sys_reset()
-    };
 
     let mut seen = Published::now();
     let mut lock = Lock::default();
@@ -83,12 +93,13 @@ fn main() -> ! {
             failsafe.frame(now, published.setpoint());
         }
         let output = failsafe.poll(now);
-        servos.show(output.setpoint);
+        servos.show(now, output.setpoint);
+        last_output::keep(output.setpoint);
 
         if now.wrapping_sub(ticked_at) >= TICK {
             ticked_at = now;
             clock.wake_at(now.wrapping_add(TICK));
-            let rounds = receive::show_counters();
+            let rounds = receive::tick();
             lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
             leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
             watchdog.feed(rounds, now);

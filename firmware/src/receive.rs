@@ -1,38 +1,19 @@
 //! Receiving without end: UARTE0 with EasyDMA into two halves by turns.
 //!
-//! When a half is full the UARTE goes on with the other by itself (short ENDRX to STARTRX). The
-//! handler takes the full half, and names the half after next: until the other one is full, so as
-//! long as a half takes to fill, it may be late. If it is later, the UARTE has begun to overwrite
-//! what nobody has read, and says nothing; so the handler compares counts, and if it was too late
-//! it counts that, drops the frame under way and starts anew.
-//!
-//! ```text
-//!              ┌──────────── a half is full: take it, name the next ◄──┐
-//!              ▼                                                       │
-//!        ┌───────────┐ ─────────────────────────────────────────────►──┘
-//!  ────► │ Receiving │ ── silence: take what has come ──► (Receiving)
-//!        └───────────┘ ◄───────────────────────────────────────────────┐
-//!              │ late handler, overrun, or silence after a line error  │
-//!              ▼                                                       │
-//!        ┌───────────┐  receiver has stopped   ┌───────────┐  emptied  │
-//!        │ Stopping  ├────────────────────────►│ Flushing  ├───────────┘
-//!        └───────────┘                         └───────────┘
-//! ```
-//!
-//! After a line error the count of bytes is trusted no longer, since it is not written whether a
-//! byte that was not stored is counted. It is set right when the half is full; or, if the line
-//! falls silent first, by stopping the UARTE, which then tells how many bytes it has stored.
+//! What is decided, and why it is right, is in [`framelock_reception`]; here are the registers behind
+//! it, the handlers, and the way to the parser.
 
 use core::cell::RefCell;
 
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::NVIC;
 use framelock::{Accounting, Counters, LineEvent};
+use framelock_reception::{Causes, Event, FIFO, Half, Moment, Reception, Registers};
 use nrf52840_hal::gpio::{Input, Pin, PullUp};
-use nrf52840_hal::pac::{self, Interrupt, UARTE0, interrupt};
+use nrf52840_hal::pac::{Interrupt, UARTE0, interrupt};
 
 use crate::line_timers::LineTimers;
-use crate::receive_buffer::{Half, LEFTOVER, ReceiveBuffer};
+use crate::receive_buffer::ReceiveBuffer;
 use crate::setpoint;
 use crate::settings::{HALF, Parser, baud_register};
 use crate::telemetry::COUNTERS;
@@ -41,7 +22,10 @@ static BUFFER: ReceiveBuffer = ReceiveBuffer::new();
 
 /// The receiver and all that it owns. Its two handlers have one priority, so neither interrupts the
 /// other; the main loop looks with interrupts off. The cells check both, at no risk and little cost.
-static RECEPTION: Mutex<RefCell<Option<Reception>>> = Mutex::new(RefCell::new(None));
+static RECEIVER: Mutex<RefCell<Receiver>> = Mutex::new(RefCell::new(Receiver {
+    reception: Reception::new(),
+    hardware: None,
+}));
 
 /// What has come over the line, and what became of it.
 pub(crate) type Line = Accounting<Parser>;
@@ -50,53 +34,16 @@ pub(crate) type Line = Accounting<Parser>;
 /// take more flash than the receiver does.
 pub(crate) const NOTHING_YET: Line = Accounting::resumed(Parser::new(), Counters::ZERO);
 
-/// The UARTE, and how far what it has received has been taken.
-struct Reception {
+struct Receiver {
+    reception: Reception<HALF>,
+    hardware: Option<Hardware>,
+}
+
+struct Hardware {
     uarte: UARTE0,
     timers: LineTimers,
     line: &'static mut Line,
-    state: State,
-    /// The half that is being filled, the bytes of it that have been taken, and how many bytes had
-    /// been counted when it was begun.
-    open: Half,
-    taken: u32,
-    begun_at: u32,
-    /// The half to name next.
-    next: Half,
-    /// There was a line error since `begun_at` was set.
-    in_doubt: bool,
-    errors_seen: u32,
     sequence: u8,
-    late: u32,
-    skipped: u32,
-    rounds: u32,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum State {
-    Receiving,
-    /// Until the receiver times out. `exact`: what it has stored is yet to be taken.
-    Stopping {
-        exact: bool,
-    },
-    Flushing,
-}
-
-/// Line errors since they were last asked for.
-struct LineErrors {
-    /// How many bytes of the open half had been received when the last one came.
-    at: u32,
-    causes: pac::uarte0::errorsrc::R,
-    several: bool,
-}
-
-impl LineErrors {
-    /// Whether no count says which bytes are sound: at an overrun what was counted last still waits to
-    /// be stored; and of several errors only the last one's place is known, which may be in the next
-    /// half while others are in the full one.
-    fn are_placeless(&self, half_is_full: bool) -> bool {
-        self.causes.overrun().bit_is_set() || half_is_full && self.several && self.at >= HALF
-    }
 }
 
 /// Begins to receive. Bytes come from here on, and to the handlers once they are unmasked.
@@ -114,48 +61,45 @@ pub(crate) fn start(
         .write(|w| w.baudrate().variant(baud_register()));
     uarte
         .intenset
-        .write(|w| w.rxstarted().set().endrx().set().error().set().rxto().set());
+        .write(|w| w.rxstarted().set().endrx().set().rxto().set());
     uarte.enable.write(|w| w.enable().enabled());
-    let mut reception = Reception {
+    let hardware = Hardware {
         uarte,
         timers,
         line,
-        state: State::Receiving,
-        open: Half::First,
-        taken: 0,
-        begun_at: 0,
-        next: Half::Second,
-        in_doubt: false,
-        errors_seen: 0,
         sequence: 0,
-        late: 0,
-        skipped: 0,
-        rounds: 0,
     };
-    reception.begin();
     free(|token| {
-        if let Ok(mut place) = RECEPTION.borrow(token).try_borrow_mut() {
-            *place = Some(reception);
+        if let Ok(mut receiver) = RECEIVER.borrow(token).try_borrow_mut() {
+            let Receiver {
+                reception,
+                hardware: place,
+            } = &mut *receiver;
+            reception.begin(place.insert(hardware));
         }
     });
 }
 
-/// Writes down the counters for those who look. Returns how often the handler has run.
-pub(crate) fn show_counters() -> u32 {
+/// Once a tick: writes down the counters for those who look, and makes the handler run if it waits for
+/// something that may not happen. Returns how often it has run while receiving.
+pub(crate) fn tick() -> u32 {
     free(|token| {
-        let Ok(reception) = RECEPTION.borrow(token).try_borrow() else {
+        let Ok(mut receiver) = RECEIVER.borrow(token).try_borrow_mut() else {
             return 0;
         };
-        reception.as_ref().map_or(0, |reception| {
-            let pending = reception.line.pending();
-            COUNTERS.show(
-                reception.line.counters(),
-                pending,
-                reception.late,
-                reception.skipped,
-            );
-            reception.rounds
-        })
+        let Receiver {
+            reception,
+            hardware: Some(hardware),
+        } = &mut *receiver
+        else {
+            return 0;
+        };
+        if reception.tick(hardware) {
+            ask_for_a_round();
+        }
+        let (line, late, skipped) = (&hardware.line, reception.late(), reception.skipped());
+        COUNTERS.show(line.counters(), line.pending(), late, skipped);
+        reception.rounds()
     })
 }
 
@@ -176,270 +120,166 @@ fn TIMER2() {
 
 fn service() {
     free(|token| {
-        if let Ok(mut reception) = RECEPTION.borrow(token).try_borrow_mut()
-            && let Some(reception) = reception.as_mut()
+        if let Ok(mut receiver) = RECEIVER.borrow(token).try_borrow_mut()
+            && let Receiver {
+                reception,
+                hardware: Some(hardware),
+            } = &mut *receiver
         {
-            reception.service();
+            reception.service(hardware);
         }
     });
 }
 
-impl Reception {
+/// Whether the event is set; clears it if so.
+macro_rules! take {
+    ($event:expr) => {{
+        let set = $event.read().bits() != 0;
+        if set {
+            $event.reset();
+        }
+        set
+    }};
+}
+
+impl Hardware {
+    /// Gives bytes to the parser, and publishes each setpoint that they commit.
     #[inline]
-    fn service(&mut self) {
-        self.rounds = self.rounds.wrapping_add(1);
-        match self.state {
-            State::Receiving => self.receive(),
-            State::Stopping { exact } => self.finish_stopping(exact),
-            State::Flushing => {
-                self.drop_what_the_timers_say();
-                if self.take_end() {
-                    self.begin();
-                }
-            }
-        }
-    }
-
-    #[inline]
-    fn receive(&mut self) {
-        // In this order: if the next half was started, the last one's end is seen too.
-        let started = self.take_started();
-        let ended = self.take_end();
-        if started {
-            self.name_next();
-        }
-        // Read behind that: if the half that was started is full by now, the UARTE may have begun to
-        // overwrite it before the next was named. It shows as one end more than was seen.
-        let end = self.timers.count_at_end();
-        let halves = end.wrapping_sub(self.begun_at) / HALF;
-        if (started || ended) && halves > u32::from(ended) {
-            self.late = self.late.wrapping_add(1);
-            return self.stop(false);
-        }
-
-        let mut errors = self.line_errors();
-        if let Some(placeless) = errors.take_if(|errors| errors.are_placeless(ended)) {
-            self.count_causes(&placeless.causes);
-            return self.stop(false);
-        }
-        if ended {
-            if let Some(in_full_half) = errors.take_if(|errors| errors.at < HALF) {
-                self.report(&in_full_half);
-            }
-            self.take(HALF);
-            if let Some(errors) = &mut errors {
-                errors.at = errors.at.wrapping_sub(end.wrapping_sub(self.begun_at));
-            }
-            self.open = self.open.other();
-            self.taken = 0;
-            self.begun_at = end;
-            self.in_doubt = false;
-        }
-        if let Some(errors) = errors {
-            self.report(&errors);
-        }
-        if let Some(count) = self.timers.idle() {
-            let received = count.wrapping_sub(self.begun_at);
-            if self.in_doubt {
-                self.stop(true);
-            } else if received <= HALF {
-                self.take(received);
-            }
-        }
-        if self.timers.gap() {
-            self.line.line_event(LineEvent::Idle);
-        }
-    }
-
-    /// Takes the bytes of the open half up to `to`, all of which have been stored.
-    #[inline(never)]
-    fn take(&mut self, to: u32) {
-        let from = self.taken;
-        if to <= from {
-            return;
-        }
-        self.taken = to;
-        // SAFETY: stored, as the caller knows from the half's end, the UARTE's own count or three
-        // byte times of silence. The UARTE writes to this half again no sooner than the other is
-        // full; it was not when the check for late handlers looked, just before, and a byte is read
-        // in less time than the line takes to bring one, whatever it is.
-        let bytes = unsafe { BUFFER.received(self.open, from, to) };
-        let sequence = &mut self.sequence;
-        self.line.feed(bytes, |_, in_force| {
+    fn parse(line: &mut Line, sequence: &mut u8, bytes: &[u8]) {
+        line.feed(bytes, |_, setpoint| {
             *sequence = sequence.wrapping_add(1);
-            setpoint::publish(*sequence, in_force);
+            setpoint::publish(*sequence, setpoint);
         });
     }
+}
 
-    /// Reports errors to the parser, behind the bytes of the open half that came before them.
-    #[cold]
-    fn report(&mut self, errors: &LineErrors) {
-        let at = errors.at.min(HALF);
-        if errors.several && self.taken < at {
-            // Only the last one's place is known: no byte in front of it is.
-            self.skipped = self.skipped.wrapping_add(at - self.taken);
-            self.taken = at;
-        } else {
-            self.take(at);
-        }
-        self.count_causes(&errors.causes);
-        self.in_doubt = true;
-    }
-
-    fn count_causes(&mut self, causes: &pac::uarte0::errorsrc::R) {
-        for (present, event) in [
-            (causes.overrun().bit_is_set(), LineEvent::Overrun),
-            (causes.parity().bit_is_set(), LineEvent::Parity),
-            (causes.framing().bit_is_set(), LineEvent::Framing),
-            (causes.break_().bit_is_set(), LineEvent::Break),
-        ] {
-            if present {
-                self.line.line_event(event);
-            }
-        }
-    }
-
-    /// Stops the UARTE, to start it anew. `exact`: to take all that it has stored first.
-    #[cold]
-    #[inline(never)]
-    fn stop(&mut self, exact: bool) {
-        self.uarte.shorts.reset();
-        self.uarte
-            .tasks_stoprx
-            .write(|w| w.tasks_stoprx().set_bit());
-        self.state = State::Stopping { exact };
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn finish_stopping(&mut self, exact: bool) {
-        self.drop_what_the_timers_say();
-        self.take_started();
-        if self.take_end() && exact {
-            let stored = self.uarte.rxd.amount.read().bits();
-            self.take(stored.min(HALF));
-            // They are stored, so they were counted.
-            self.state = State::Stopping { exact: false };
-        }
-        if self.uarte.events_rxto.read().bits() != 0 {
-            self.uarte.events_rxto.reset();
-            // SAFETY: the buffer's own place for what is left over, and its size.
-            unsafe {
-                let address = BUFFER.leftover_address();
-                self.uarte.rxd.ptr.write(|w| w.ptr().bits(address));
-                self.uarte.rxd.maxcnt.write(|w| w.bits(LEFTOVER));
-            }
-            self.uarte
-                .tasks_flushrx
-                .write(|w| w.tasks_flushrx().set_bit());
-            self.state = State::Flushing;
-        }
-    }
-
-    /// Starts the UARTE with empty halves. What came since the last byte that was taken is lost.
-    #[cold]
-    #[inline(never)]
-    fn begin(&mut self) {
-        let count = self.timers.count();
-        let lost = count.wrapping_sub(self.begun_at.wrapping_add(self.taken));
-        // What was counted and not stored makes no difference: too few is none.
-        let is_lost = lost != 0 && lost < u32::MAX / 2;
-        if is_lost {
-            self.skipped = self.skipped.wrapping_add(lost);
-        }
-        // While the UARTE stood still, bytes may have passed uncounted: no frame reaches across that.
-        if is_lost || self.line.pending() != 0 {
-            self.line.line_event(LineEvent::Overrun);
-        }
-        self.state = State::Receiving;
-        self.open = Half::First;
-        self.next = Half::Second;
-        self.taken = 0;
-        self.begun_at = count;
-        self.in_doubt = false;
-        self.uarte.events_rxto.reset();
-        self.uarte.events_rxstarted.reset();
-        self.uarte.events_endrx.reset();
-        let address = BUFFER.address(Half::First);
-        // SAFETY: the first half and its size.
-        unsafe {
-            self.uarte.rxd.ptr.write(|w| w.ptr().bits(address));
-            self.uarte.rxd.maxcnt.write(|w| w.bits(HALF));
-        }
-        self.uarte.shorts.write(|w| w.endrx_startrx().enabled());
-        self.uarte
-            .tasks_startrx
-            .write(|w| w.tasks_startrx().set_bit());
-        // It starts within a few cycles. From then on the next half may be named, and it is, so that
-        // no end of a half finds none.
-        for _ in 0..100 {
-            if self.take_started() {
-                break;
-            }
-        }
-        self.name_next();
-    }
-
-    /// Names the half to be filled when the one that was started is full.
+impl Registers for Hardware {
     #[inline]
-    fn name_next(&mut self) {
-        let address = BUFFER.address(self.next);
-        // SAFETY: a half of the buffer, which is no longer read: it was taken before the one that
-        // was just started began.
-        self.uarte
-            .rxd
-            .ptr
-            .write(|w| unsafe { w.ptr().bits(address) });
-        self.next = self.next.other();
-    }
-
-    /// While nothing is received only causes count, and the interrupts must not come again.
-    fn drop_what_the_timers_say(&mut self) {
-        if let Some(errors) = self.line_errors() {
-            self.count_causes(&errors.causes);
+    fn happened(&mut self, event: Event) -> bool {
+        match event {
+            Event::Started => take!(self.uarte.events_rxstarted),
+            Event::Ended => take!(self.uarte.events_endrx),
+            Event::TimedOut => take!(self.uarte.events_rxto),
+            Event::Error => take!(self.uarte.events_error),
+            Event::Silent => take!(self.timers.silent()),
+            Event::Gap => take!(self.timers.gap()),
         }
-        self.timers.idle();
-        self.timers.gap();
     }
 
-    /// Reads and clears the causes of errors.
     #[inline]
-    fn line_errors(&mut self) -> Option<LineErrors> {
-        if self.uarte.events_error.read().bits() == 0 {
-            return None;
+    fn clear(&mut self, event: Event) {
+        match event {
+            Event::Started => self.uarte.events_rxstarted.reset(),
+            Event::Ended => self.uarte.events_endrx.reset(),
+            Event::TimedOut => self.uarte.events_rxto.reset(),
+            Event::Error => self.uarte.events_error.reset(),
+            Event::Silent => self.timers.silent().reset(),
+            Event::Gap => self.timers.gap().reset(),
         }
-        // The event first: an error that comes between is seen twice, never missed.
-        self.uarte.events_error.reset();
+    }
+
+    #[inline]
+    fn count(&mut self, moment: Moment) -> u32 {
+        match moment {
+            Moment::Now => self.timers.count(),
+            Moment::End => self.timers.count_at_end(),
+            Moment::Error => self.timers.count_at_error(),
+            Moment::Silent => self.timers.count_at_silence(),
+        }
+    }
+
+    fn errors(&mut self) -> u32 {
+        self.timers.errors()
+    }
+
+    fn causes(&mut self) -> Causes {
         let causes = self.uarte.errorsrc.read();
         // SAFETY: writing 1 to a cause clears it.
         self.uarte
             .errorsrc
             .write(|w| unsafe { w.bits(causes.bits()) });
-        let count = self.timers.errors();
-        let several = count.wrapping_sub(self.errors_seen) > 1 || self.in_doubt;
-        self.errors_seen = count;
-        Some(LineErrors {
-            at: self.timers.count_at_error().wrapping_sub(self.begun_at),
-            causes,
-            several,
-        })
+        Causes {
+            overrun: causes.overrun().bit(),
+            parity: causes.parity().bit(),
+            framing: causes.framing().bit(),
+            line_break: causes.break_().bit(),
+        }
+    }
+
+    fn amount(&mut self) -> u32 {
+        self.uarte.rxd.amount.read().bits()
+    }
+
+    fn listen_to_errors(&mut self, listen: bool) {
+        if listen {
+            self.uarte.intenset.write(|w| w.error().set());
+        } else {
+            self.uarte.intenclr.write(|w| w.error().clear());
+        }
     }
 
     #[inline]
-    fn take_started(&mut self) -> bool {
-        let set = self.uarte.events_rxstarted.read().bits() != 0;
-        if set {
-            self.uarte.events_rxstarted.reset();
-        }
-        set
+    fn name(&mut self, half: Half) {
+        let address = BUFFER.address(half);
+        // SAFETY: a half of the buffer that is no longer read: see `framelock_reception`.
+        self.uarte
+            .rxd
+            .ptr
+            .write(|w| unsafe { w.ptr().bits(address) });
     }
 
-    #[inline]
-    fn take_end(&mut self) -> bool {
-        let set = self.uarte.events_endrx.read().bits() != 0;
-        if set {
-            self.uarte.events_endrx.reset();
+    fn start(&mut self) {
+        self.name(Half::First);
+        // SAFETY: the size of a half.
+        self.uarte.rxd.maxcnt.write(|w| unsafe { w.bits(HALF) });
+        self.uarte.shorts.write(|w| w.endrx_startrx().enabled());
+        self.uarte
+            .tasks_startrx
+            .write(|w| w.tasks_startrx().set_bit());
+    }
+
+    fn last_half(&mut self) {
+        self.uarte.shorts.reset();
+    }
+
+    fn stop(&mut self) {
+        self.uarte
+            .tasks_stoprx
+            .write(|w| w.tasks_stoprx().set_bit());
+    }
+
+    fn flush(&mut self) {
+        // SAFETY: the buffer's own place for what is flushed, and its size.
+        unsafe {
+            let address = BUFFER.flushed_address();
+            self.uarte.rxd.ptr.write(|w| w.ptr().bits(address));
+            self.uarte.rxd.maxcnt.write(|w| w.bits(FIFO));
         }
-        set
+        self.uarte
+            .tasks_flushrx
+            .write(|w| w.tasks_flushrx().set_bit());
+    }
+
+    fn switch_off_and_on(&mut self) {
+        self.uarte.enable.write(|w| w.enable().disabled());
+        self.uarte.enable.write(|w| w.enable().enabled());
+    }
+
+    #[inline(never)]
+    fn feed(&mut self, half: Half, from: u32, to: u32) {
+        // SAFETY: `Reception` hands on only what has been stored, and names a half to the UARTE only
+        // when all of it has been handed on: theorem 12.
+        let bytes = unsafe { BUFFER.received(half, from, to) };
+        Self::parse(self.line, &mut self.sequence, bytes);
+    }
+
+    fn feed_flushed(&mut self, count: u32) {
+        // SAFETY: the flush is over, and there is no other before these are read.
+        let bytes = unsafe { BUFFER.flushed(count) };
+        Self::parse(self.line, &mut self.sequence, bytes);
+    }
+
+    fn report(&mut self, event: LineEvent) {
+        self.line.line_event(event);
     }
 }

@@ -2,7 +2,10 @@
 
 use core::cell::UnsafeCell;
 use core::ptr::addr_of;
+use core::slice;
 use core::sync::atomic::{Ordering, compiler_fence};
+
+use framelock_reception::{FIFO, Half};
 
 use crate::settings::HALF;
 
@@ -13,38 +16,19 @@ pub(crate) struct ReceiveBuffer(UnsafeCell<Memory>);
 #[repr(C)]
 struct Memory {
     halves: [[u8; HALF as usize]; 2],
-    /// What the UARTE still holds when it is stopped: at most five bytes, which are not used.
-    leftover: [u8; LEFTOVER as usize],
+    /// What the UARTE still held when it was stopped.
+    flushed: [u8; FIFO as usize],
 }
 
-/// Room for [`Memory::leftover`].
-pub(crate) const LEFTOVER: u32 = 8;
-
-// SAFETY: the program never writes to it, and reads it through `received` only, whose caller
-// promises that the UARTE does not write there meanwhile.
+// SAFETY: the program never writes to it, and reads it through `received` and `flushed` only, whose
+// callers promise that the UARTE does not write there meanwhile.
 unsafe impl Sync for ReceiveBuffer {}
-
-/// One of the two.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Half {
-    First,
-    Second,
-}
-
-impl Half {
-    pub(crate) fn other(self) -> Self {
-        match self {
-            Self::First => Self::Second,
-            Self::Second => Self::First,
-        }
-    }
-}
 
 impl ReceiveBuffer {
     pub(crate) const fn new() -> Self {
         Self(UnsafeCell::new(Memory {
             halves: [[0; HALF as usize]; 2],
-            leftover: [0; LEFTOVER as usize],
+            flushed: [0; FIFO as usize],
         }))
     }
 
@@ -57,8 +41,8 @@ impl ReceiveBuffer {
         }
     }
 
-    /// Where the UARTE is to write what is left over.
-    pub(crate) fn leftover_address(&self) -> u32 {
+    /// Where the UARTE is to write what it still holds.
+    pub(crate) fn flushed_address(&self) -> u32 {
         self.0.get() as u32 + 2 * HALF
     }
 
@@ -70,14 +54,25 @@ impl ReceiveBuffer {
     pub(crate) unsafe fn received(&self, half: Half, from: u32, to: u32) -> &[u8] {
         // What was read of them before is out of date from here on.
         compiler_fence(Ordering::SeqCst);
-        // SAFETY: inside the memory; initialised since the start; not written meanwhile, as the
-        // caller promises. A pointer to this half only, so the other may be written.
-        let half: &[u8; HALF as usize] = unsafe {
-            match half {
-                Half::First => &*addr_of!((*self.0.get()).halves[0]),
-                Half::Second => &*addr_of!((*self.0.get()).halves[1]),
-            }
+        let first = self.0.get().cast::<u8>();
+        let (from, to) = (from.min(HALF) as usize, to.min(HALF) as usize);
+        let start = match half {
+            Half::First => from,
+            Half::Second => from + HALF as usize,
         };
-        half.get(from as usize..to as usize).unwrap_or_default()
+        // SAFETY: inside the half, whose bytes are initialised since the start; not written meanwhile, as
+        // the caller promises. The slice covers these bytes only, so the others may be written.
+        unsafe { slice::from_raw_parts(first.add(start), to.saturating_sub(from)) }
+    }
+
+    /// The first `count` bytes of what the UARTE still held.
+    ///
+    /// # Safety
+    /// As [`Self::received`].
+    pub(crate) unsafe fn flushed(&self, count: u32) -> &[u8] {
+        compiler_fence(Ordering::SeqCst);
+        // SAFETY: as there.
+        let flushed = unsafe { &*addr_of!((*self.0.get()).flushed) };
+        flushed.get(..count as usize).unwrap_or_default()
     }
 }

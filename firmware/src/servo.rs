@@ -6,7 +6,14 @@ use framelock::Setpoint;
 use nrf52840_hal::gpio::{Output, Pin, PushPull};
 use nrf52840_hal::pac::PWM0;
 
-use crate::settings::{PULSE, PULSE_PERIOD};
+use crate::settings::{PULSE, PULSE_PERIOD, TICK};
+
+/// How long before the end of a period new widths are handed over, in microseconds, and how much later
+/// it may be: late, so that they are new, but not so late that the next period may have begun.
+const HANDOVER: u32 = 2 * TICK;
+const HANDOVER_DELAY: u32 = TICK + TICK / 2;
+
+const PERIOD: u32 = PULSE_PERIOD as u32;
 
 /// One sequence of one step: a pulse width for each of the four channels.
 type Widths = [u16; 4];
@@ -21,15 +28,18 @@ pub(crate) struct Servos {
     widths: &'static mut [Widths; 2],
     /// The one that the PWM was given last.
     given: usize,
-    shown: Option<Setpoint>,
+    shown: Setpoint,
+    /// When widths are to be handed over next.
+    handover_at: u32,
 }
 
 impl Servos {
-    /// Pins and times are set; no pulse yet.
-    pub(crate) fn new(
+    /// The pulses begin now.
+    pub(crate) fn start(
         pwm: PWM0,
         pins: [Pin<Output<PushPull>>; 3],
         widths: &'static mut [Widths; 2],
+        (now, setpoint): (u32, Setpoint),
     ) -> Self {
         for (out, pin) in pwm.psel.out.iter().zip(pins) {
             // SAFETY: the value is a pin's own, and the pin is given up here.
@@ -45,20 +55,35 @@ impl Servos {
             .write(|w| w.load().individual().mode().refresh_count());
         // SAFETY: the four widths of one step.
         pwm.seq0.cnt.write(|w| unsafe { w.cnt().bits(4) });
-        Self {
+        let mut servos = Self {
             pwm,
             widths,
             given: 0,
-            shown: None,
+            shown: setpoint,
+            handover_at: now.wrapping_add(PERIOD - HANDOVER),
+        };
+        servos.hand_over(setpoint);
+        servos
+    }
+
+    /// The next pulses say this, if it is time to hand it over: once a period, since what a second
+    /// SEQSTART in a period does is not specified.
+    pub(crate) fn show(&mut self, now: u32, setpoint: Setpoint) {
+        let late = now.wrapping_sub(self.handover_at);
+        if late > u32::MAX / 2 {
+            return; // It is early.
+        }
+        // The PWM and the clock count one crystal's oscillations, so periods stay where they are.
+        self.handover_at = self.handover_at.wrapping_add(PERIOD);
+        if late <= HANDOVER_DELAY && setpoint != self.shown {
+            self.shown = setpoint;
+            self.hand_over(setpoint);
         }
     }
 
-    /// From the next period on, the pulses say this.
-    pub(crate) fn show(&mut self, setpoint: Setpoint) {
-        if self.shown == Some(setpoint) {
-            return;
-        }
-        self.shown = Some(setpoint);
+    /// Gives the PWM the widths for the next period.
+    #[inline(never)]
+    fn hand_over(&mut self, setpoint: Setpoint) {
         self.given ^= 1;
         let Some(widths) = self.widths.get_mut(self.given) else {
             return;
@@ -68,8 +93,8 @@ impl Servos {
         // SAFETY: ours, by the mutable reference; volatile, since the PWM reads it.
         unsafe { addr_of_mut!(*widths).write_volatile([pitch, roll, yaw, PULSE_FIRST]) };
         let address = addr_of!(*widths) as u32;
-        // SAFETY: the widths are in RAM and are never moved. They are not written before the PWM was given the
-        // other two: at the earliest while it fetches those.
+        // SAFETY: the widths are in RAM and are never moved. They are not written before the PWM was given
+        // the others, a period from now.
         self.pwm.seq0.ptr.write(|w| unsafe { w.bits(address) });
         self.pwm.tasks_seqstart[0].write(|w| w.tasks_seqstart().set_bit());
     }

@@ -23,7 +23,7 @@ pub(crate) type Parser = framelock::Lecture;
 
 /// Bytes in each half of the receive buffer, a power of two. While the line brings that many,
 /// interrupt handlers may be held off. Setpoints on a line without pauses come this late.
-pub(crate) const HALF: u32 = if BAUD > 460_800 { 64 } else { 32 };
+pub(crate) const HALF: u32 = if BAUD > 460_800 { 128 } else { 32 };
 
 /// How long interrupt handlers may be held off without loss, in microseconds.
 const HOLD_OFF: u32 = 250;
@@ -51,7 +51,8 @@ pub(crate) const FAILSAFE: FailsafeParameters = FailsafeParameters {
 /// The main loop runs at least this often, in microseconds, also in silence.
 pub(crate) const TICK: u32 = 2_000;
 
-/// The watchdog resets the chip if it was not fed for this long, in milliseconds.
+/// The watchdog resets the chip if it was not fed for this long, in milliseconds. A change counts
+/// from the first reset that ends the watchdog: power-on, pin, or its own.
 pub(crate) const WATCHDOG: u32 = 250;
 
 /// Width of a servo's pulse at demand 0 and at 255, in microseconds.
@@ -59,6 +60,13 @@ pub(crate) const PULSE: [u16; 2] = [1_000, 2_000];
 
 /// From one pulse to the next, in microseconds: 50 Hz.
 pub(crate) const PULSE_PERIOD: u16 = 20_000;
+
+/// Whether the debug port and the reset button are kept working, for which UICR is written: see
+/// `debug_port.rs`.
+pub(crate) const KEEP_DEBUGGABLE: bool = !cfg!(feature = "leave-debug-port");
+
+/// The reset button's pin, P0.18: the number is written to UICR as it is.
+pub(crate) const RESET_PIN: u32 = 18;
 
 /// The pins in use. Each can be given away only once.
 pub(crate) struct Pins {
@@ -134,4 +142,8 @@ const _: () = {
     );
     assert!(WATCHDOG * 1_000 > 4 * TICK && WATCHDOG <= 60_000);
     assert!(PULSE[0] < PULSE[1] && PULSE[1] < PULSE_PERIOD && PULSE_PERIOD < 1 << 15);
+    assert!(
+        PULSE_PERIOD as u32 >= 2 * TICK,
+        "new pulses are handed over by one of a period's last ticks"
+    );
 };

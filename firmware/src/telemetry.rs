@@ -81,22 +81,19 @@ impl Shown {
 
     /// All line errors, modulo 2^32. A gap is none.
     pub(crate) fn line_errors(&self) -> u32 {
-        [&self.framing, &self.parity, &self.overrun, &self.line_break]
-            .iter()
-            .fold(0, |sum, count| sum.wrapping_add(count.get()))
+        (self.framing.get())
+            .wrapping_add(self.parity.get())
+            .wrapping_add(self.overrun.get())
+            .wrapping_add(self.line_break.get())
     }
 
     /// All bytes that are part of no frame, modulo 2^32.
     pub(crate) fn discarded(&self) -> u32 {
-        [
-            &self.no_sync,
-            &self.broken_sync,
-            &self.check,
-            &self.terminator,
-            &self.line_event,
-        ]
-        .iter()
-        .fold(0, |sum, count| sum.wrapping_add(count.get()))
+        (self.no_sync.get())
+            .wrapping_add(self.broken_sync.get())
+            .wrapping_add(self.check.get())
+            .wrapping_add(self.terminator.get())
+            .wrapping_add(self.line_event.get())
     }
 }
 

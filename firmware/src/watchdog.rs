@@ -14,17 +14,20 @@ pub(crate) struct Watchdog {
 
 impl Watchdog {
     /// From here on it bites, and nothing but a reset ends it. It goes on in sleep, and halts with a
-    /// debugger: that is how it comes out of reset. `None` if someone else has started it in another
-    /// way.
+    /// debugger: that is how it comes out of reset. Asks the receiver for the first round.
+    ///
+    /// A soft reset does not end it, and its settings cannot be changed while it runs: after
+    /// flashing, the time is still the old program's, until another reset. `None` if that program fed
+    /// it in another way; then resets help, since at last the watchdog's own is among them.
     pub(crate) fn start(watchdog: WDT) -> Option<Self> {
         let parts = wdt::Watchdog::try_new(watchdog)
             .map(|mut watchdog| {
                 watchdog.set_lfosc_ticks(WATCHDOG * 32_768 / 1_000);
                 watchdog.activate::<One>()
             })
-            // A soft reset does not stop it: it goes on with these settings.
             .or_else(wdt::Watchdog::try_recover::<One>);
         let (handle,) = parts.ok()?.handles;
+        receive::ask_for_a_round();
         Some(Self {
             handle,
             fed_at: (0, 0),
@@ -45,10 +48,14 @@ impl Watchdog {
     }
 }
 
-/// Why the chip was reset last: the bits of RESETREAS, which are cleared. 0: power came on.
+/// Why the chip was reset last: the bits of RESETREAS, which are cleared. 0: power came on. With the
+/// reset pin's bit others may be set that should not be (erratum 136): it alone counts.
 pub(crate) fn reset_cause(power: &POWER) -> u32 {
-    let cause = power.resetreas.read().bits();
+    let cause = power.resetreas.read();
     // SAFETY: writing 1 to a bit clears it.
-    power.resetreas.write(|w| unsafe { w.bits(cause) });
-    cause
+    power.resetreas.write(|w| unsafe { w.bits(cause.bits()) });
+    if cause.resetpin().is_detected() {
+        return 1;
+    }
+    cause.bits()
 }

@@ -230,8 +230,7 @@ fn noise(figures: &mut Figures, image: &str, baud: u64) {
 fn latency(figures: &mut Figures, image: &str, baud: u64) {
     let mut firmware = Firmware::booted(image);
     let setpoint = firmware.board.watch("SETPOINT").unwrap();
-    let widths = firmware.board.watch("WIDTHS").unwrap();
-    let (mut to_setpoint, mut to_pulse) = (0, 0);
+    let mut to_setpoint = 0;
     for n in 0..200_u8 {
         let pitch = 100 + n % 50;
         let end = firmware.board.send(&frame([pitch, 1, 2]));
@@ -243,22 +242,10 @@ fn latency(figures: &mut Figures, image: &str, baud: u64) {
         let changes = &firmware.board.trace().changes;
         let mut committed = changes.iter().filter(|change| change.watch == setpoint);
         to_setpoint = to_setpoint.max(committed.next_back().unwrap().at - end);
-        // Live, the output is the demand at once; before that it moves at its own rate.
-        if n > 150
-            && let Some(change) = changes.iter().find(|change| change.watch == widths)
-        {
-            to_pulse = to_pulse.max(change.at - end);
-        }
     }
-    let microseconds = |cycles: u64| cycles / MICROSECOND;
     figures.add(
         &format!("{baud} baud: last stop bit to commit, us, worst"),
-        microseconds(to_setpoint),
-        None,
-    );
-    figures.add(
-        &format!("{baud} baud: last stop bit to PWM's new values, us, worst"),
-        microseconds(to_pulse),
+        to_setpoint / MICROSECOND,
         None,
     );
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use framelock_proofs::reference::{Bin, Event, Policy, whole_buffer};
-use nrf52840_emulator::{Board, Image, LogTable, MICROSECOND, MILLISECOND};
+use nrf52840_emulator::{Assumptions, Board, Image, LogTable, MICROSECOND, MILLISECOND};
 
 /// Pitch, roll, yaw.
 pub(crate) type Setpoint = [u8; 3];
@@ -24,12 +24,31 @@ pub(crate) fn image(name: &str) -> Image {
     Image::parse(&image_file(name)).unwrap()
 }
 
+/// What the firmware writes to UICR: the reset pin, twice, and APPROTECT.
+pub(crate) const UICR: [(u32, u32); 3] =
+    [(0x1000_1200, 18), (0x1000_1204, 18), (0x1000_1208, 0x5A)];
+/// With 1 in it, UICR can be written.
+pub(crate) const NVMC_CONFIG: u32 = 0x4001_E504;
+
 /// A board that runs an image, and what is watched on it.
 pub(crate) struct Firmware {
     /// The board.
     pub(crate) board: Board,
     watch: usize,
     seen: usize,
+    /// What is assumed about the chip.
+    pub(crate) assumptions: Assumptions,
+}
+
+/// What is assumed about the chip unless a test says otherwise: the variable `FRAMELOCK_ASSUMPTION` names
+/// one of [`Assumptions::each`].
+fn assumed() -> Assumptions {
+    let Ok(name) = std::env::var("FRAMELOCK_ASSUMPTION") else {
+        return Assumptions::default();
+    };
+    let mut each = Assumptions::each().into_iter();
+    let found = each.find(|(known, _)| *known == name);
+    found.unwrap_or_else(|| panic!("no assumption {name}")).1
 }
 
 /// The counters by name, in the order in which the firmware shows them.
@@ -53,8 +72,25 @@ const COUNTERS: [&str; 16] = [
 ];
 
 impl Firmware {
-    /// At power-on; the sender has the baud rate that the image expects.
+    /// At power-on, on a chip that the firmware has run on before; the sender has the baud rate that the
+    /// image expects.
     pub(crate) fn at_power_on(image: &str) -> Self {
+        let mut firmware = Self::on_an_erased_chip(image);
+        firmware.write_uicr(UICR);
+        firmware
+    }
+
+    /// Writes words of UICR, as a debugger does.
+    pub(crate) fn write_uicr(&mut self, words: [(u32, u32); 3]) {
+        self.board.set_register(NVMC_CONFIG, 1).unwrap();
+        for (word, value) in words {
+            self.board.set_register(word, value).unwrap();
+        }
+        self.board.set_register(NVMC_CONFIG, 0).unwrap();
+    }
+
+    /// At power-on, on a chip with nothing in UICR.
+    pub(crate) fn on_an_erased_chip(image: &str) -> Self {
         let mut board = Board::new(self::image(image)).unwrap();
         let watch = board.watch("SETPOINT").unwrap();
         if image == "megabaud" {
@@ -64,7 +100,21 @@ impl Firmware {
             board,
             watch,
             seen: 0,
+            assumptions: Assumptions::default(),
         }
+        .assuming(assumed())
+    }
+
+    /// The same, assuming that.
+    pub(crate) fn assuming(mut self, assumptions: Assumptions) -> Self {
+        self.assume(|all| *all = assumptions);
+        self
+    }
+
+    /// Assumes something else about the chip from here on.
+    pub(crate) fn assume(&mut self, change: impl FnOnce(&mut Assumptions)) {
+        change(&mut self.assumptions);
+        self.board.assume(self.assumptions);
     }
 
     /// Booted, and quiet.
@@ -169,8 +219,9 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
     commits.iter().all(|commit| rest.any(|one| one == commit))
 }
 
-/// Long enough for a gap to end what was sent before it, and for the counters to show it.
-pub(crate) const GAP: u64 = 8 * MILLISECOND;
+/// Long enough for a gap to end what was sent before it, for a UARTE that does not stop to be switched
+/// off and on, and for the counters to show it.
+pub(crate) const GAP: u64 = 24 * MILLISECOND;
 
 /// Long enough for the bytes to be looked at, too short for a gap.
 pub(crate) const PAUSE: u64 = 600 * MICROSECOND;

@@ -7,9 +7,9 @@ use crate::firmware::{image, image_file};
 
 /// What each image may take of the flash, in bytes.
 pub(crate) const MOST_FLASH: [(&str, u64); 4] = [
-    ("default", 16 * 1024),
-    ("megabaud", 16 * 1024),
-    ("discard", 16 * 1024),
+    ("default", 12 * 1024),
+    ("megabaud", 12 * 1024),
+    ("discard", 12 * 1024),
     ("small", 6_656),
 ];
 

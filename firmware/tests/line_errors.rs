@@ -1,17 +1,19 @@
 //! Errors on the line: each is counted, and no frame reaches across one (L1).
 
 use crate::firmware::{Firmware, GAP, PAUSE, Setpoint, frame, setpoints};
-use nrf52840_emulator::{Assumptions, LineSymbol, MILLISECOND, Parity};
+use nrf52840_emulator::{LineSymbol, MILLISECOND, Parity};
 
 /// What the specification leaves open: whether a byte that is not stored is counted.
 const EITHER: [bool; 2] = [false, true];
 
+/// Cycles of a byte at 115 200 baud.
+const BYTE: u64 = 10 * 64_000_000 / 115_200;
+
 fn booted(counted: bool) -> Firmware {
     let mut firmware = Firmware::booted("default");
-    firmware.board.assume(Assumptions {
-        ready_on_framing_error: counted,
-        ready_on_overrun: counted,
-        ..Assumptions::default()
+    firmware.assume(|all| {
+        all.ready_on_framing_error = counted;
+        all.ready_on_overrun = counted;
     });
     firmware
 }
@@ -79,7 +81,8 @@ fn an_error_in_a_flood_costs_one_frame() {
                 .collect();
             line[hit] = LineSymbol::BadStop(0xFF);
             let end = firmware.board.send_symbols(&line);
-            firmware.board.run_until(end + 3 * MILLISECOND).unwrap();
+            // The last byte before a silence is taken when it is certain that it is none.
+            firmware.board.run_until(end + GAP).unwrap();
             let expected: Vec<Setpoint> = sent
                 .iter()
                 .enumerate()
@@ -116,6 +119,56 @@ fn bytes_that_were_never_stored_are_never_taken() {
     }
 }
 
+/// After an error the UARTE is started anew, but only when the line has been silent for so long that no
+/// frame is cut.
+#[test]
+fn traffic_soon_after_an_error_loses_nothing() {
+    for counted in EITHER {
+        for early_end in EITHER {
+            for idle in (10..170).step_by(4) {
+                let mut firmware = booted(counted);
+                firmware.assume(|all| all.early_end = early_end);
+                let sent: Vec<_> = setpoints(13).collect();
+                let mut line: Vec<_> = symbols(&frame(sent[0])).collect();
+                line.extend([LineSymbol::BadStop(0xFF), LineSymbol::Idle(idle)]);
+                line.extend(
+                    sent[1..]
+                        .iter()
+                        .flat_map(|one| frame(*one))
+                        .map(LineSymbol::Byte),
+                );
+                let end = firmware.board.send_symbols(&line);
+                firmware.board.run_until(end + GAP).unwrap();
+                let commits = firmware.commits();
+                let what = format!("counted {counted}, early end {early_end}, {idle} bits");
+                assert_eq!(commits, sent, "{what}");
+            }
+        }
+    }
+}
+
+/// Nothing is stored between the start and the error: what AMOUNT says may be of the time before.
+#[test]
+fn an_error_alone_replays_nothing() {
+    for stale_amount in EITHER {
+        for counted in EITHER {
+            let mut firmware = booted(counted);
+            firmware.assume(|all| all.stale_amount = stale_amount);
+            // Both halves are full of frames.
+            let mut bytes: Vec<u8> = setpoints(9).flat_map(frame).collect();
+            bytes.push(b'x');
+            firmware.send_and_wait(&bytes, GAP);
+            assert_eq!(firmware.commits().len(), 9);
+            for _ in 0..3 {
+                let end = firmware.board.send_symbols(&[LineSymbol::BadStop(b'x')]);
+                firmware.board.run_until(end + GAP).unwrap();
+                firmware.send_and_wait(b"y", GAP);
+                assert!(firmware.commits().is_empty(), "counted {counted}");
+            }
+        }
+    }
+}
+
 /// Handlers that come late cause none, since the UARTE goes on to the next half by itself. What
 /// does is EasyDMA that is kept from RAM for longer than its FIFO lasts: then six bytes are counted
 /// and not stored, and what lies in their place is older.
@@ -123,30 +176,44 @@ fn bytes_that_were_never_stored_are_never_taken() {
 fn bytes_in_front_of_an_overrun_are_not_taken() {
     for counted in EITHER {
         let mut firmware = booted(counted);
+        // With it a byte that EasyDMA stores only after three byte times of silence is taken too soon:
+        // see the next test for all shorter times.
+        firmware.assume(|all| all.ready_at_head = false);
         // The buffer is full of terminators; then six bytes of a frame, which are stored.
         firmware.send_and_wait(&[b'\r'; 64], PAUSE);
         let stored = firmware.board.send(&frame([1, 2, 3])[..6]);
         firmware.board.run_until(stored).unwrap();
-        let assumed = Assumptions {
-            ready_on_framing_error: counted,
-            ready_on_overrun: counted,
-            ..Assumptions::default()
-        };
-        firmware.board.assume(Assumptions {
-            dma_lag: MILLISECOND,
-            ..assumed
-        });
+        let dma_lag = firmware.assumptions.dma_lag;
+        firmware.assume(|all| all.dma_lag = MILLISECOND);
         // Six of these fill the FIFO.
-        firmware.send_and_wait(b"xxxxxxx", 3 * MILLISECOND);
+        firmware.send_and_wait(b"xxxxxxx", GAP);
         assert!(firmware.commits().is_empty(), "counted {counted}");
         assert!(firmware.counter("overrun") > 0, "counted {counted}");
         let (late, skipped) = firmware.losses();
         assert!(late == 0 && skipped > 0, "the loss is counted");
 
         // It is over: the next frame is taken.
-        firmware.board.assume(assumed);
+        firmware.assume(|all| all.dma_lag = dma_lag);
         firmware.send_and_wait(&frame([4, 5, 6]), GAP);
         assert_eq!(firmware.commits(), [[4, 5, 6]], "counted {counted}");
+    }
+}
+
+/// A byte is stored before the line has been silent for three byte times, however RXDRDY counts it.
+#[test]
+fn what_is_stored_late_is_taken_when_it_is_stored() {
+    for ready_at_head in EITHER {
+        for lag in (0..3 * BYTE).step_by(97) {
+            let mut firmware = booted(false);
+            firmware.assume(|all| all.ready_at_head = ready_at_head);
+            firmware.send_and_wait(&[b'\r'; 64], PAUSE);
+            firmware.assume(|all| all.dma_lag = lag);
+            firmware.send_and_wait(&frame([1, 2, 3])[..6], PAUSE);
+            firmware.send_and_wait(b"x", PAUSE);
+            assert!(firmware.commits().is_empty(), "{ready_at_head}, {lag}");
+            firmware.send_and_wait(&frame([4, 5, 6]), PAUSE);
+            assert_eq!(firmware.commits(), [[4, 5, 6]], "{ready_at_head}, {lag}");
+        }
     }
 }
 

@@ -4,6 +4,9 @@
 //! `FRAMELOCK_IMAGES` where they are. Without it the tests fail; they are never skipped.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
+mod assumptions;
+mod board;
+mod error_floods;
 mod figures;
 mod firmware;
 mod held_off_handlers;
@@ -12,3 +15,4 @@ mod line_errors;
 mod outputs;
 mod random;
 mod receiving;
+mod self_test;

@@ -5,14 +5,14 @@ use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
 use crate::firmware::{Firmware, GAP, frame};
 
 /// The pulse for a demand, in microseconds.
-fn pulse(demand: u64) -> u64 {
+pub(crate) fn pulse(demand: u64) -> u64 {
     1_000 + 1_000 * demand / 255
 }
 
 const PARK: u64 = 128;
 
 /// The pulses of pitch, roll and yaw in every period since that time, in microseconds.
-fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
+pub(crate) fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
     firmware
         .board
         .trace()

@@ -69,7 +69,11 @@ pub(crate) fn open_if_port(path: &Path, baud: Option<u32>) -> Result<Option<Port
     };
     let name = path.to_string_lossy();
     let baud = baud.unwrap_or(DEFAULT_BAUD);
-    let port = serialport::new(name.clone(), baud).timeout(TIMEOUT).open();
+    let port = serialport::new(name.clone(), baud)
+        .timeout(TIMEOUT)
+        // Debug probes connect their UART only then. Linux does it by itself, Windows does not.
+        .dtr_on_open(true)
+        .open();
     let port = port.map_err(|error| {
         anyhow!(
             "cannot open the serial port {name} at {baud} baud: {error}; \

@@ -22,6 +22,7 @@ const PROOFS_MEMBERS: &[&str] = &[
     "proofs/offline/stand-in",
     "proofs/offline/stand-in/macros",
     "proofs/offline/tests/harnesses",
+    "firmware/reception",
     // For the core's tests, which are not run.
     "fuzz/oracles",
 ];
@@ -119,11 +120,15 @@ fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Resul
         println!("\n=== {} ===", bug.mistake);
         // The firmware is a workspace of its own.
         let (folder, members): (_, &[&str]) = match bug.test {
-            Some(_) => ("firmware", &["core"]),
+            Some(_) => ("firmware", &["core", "firmware/reception"]),
             None => ("proofs", PROOFS_MEMBERS),
         };
         let copy = workspace.target_directory.join("bugs").join(folder);
-        workspace.copy(&copy, &["core", folder, "fuzz/oracles"], members)?;
+        workspace.copy(
+            &copy,
+            &["core", folder, "firmware/reception", "fuzz/oracles"],
+            members,
+        )?;
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);

@@ -22,13 +22,27 @@ pub(crate) const TESTS: &str = "framelock-firmware-tests";
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
 /// All that the tests run. The others share the first one's dependencies, so each takes a second or
-/// two. The last has single steps of the parsers, for the figures.
-pub(crate) const BUILDS: [Build; 5] = [
+/// two. `discard` also leaves the debug port as it is; the last has single steps of the parsers, for the
+/// figures.
+pub(crate) const BUILDS: [Build; 7] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
-    ("discard", "framelock-firmware", &["--features=discard"]),
+    (
+        "discard",
+        "framelock-firmware",
+        &["--features=discard,leave-debug-port"],
+    ),
     ("small", "framelock-firmware", &["--no-default-features"]),
-    ("parser-steps", "parser-steps", &["--no-default-features"]),
+    ("self-test", "self-test", &[]),
+    ("self-test-megabaud", "self-test", &["--features=megabaud"]),
+    (
+        "parser-steps",
+        "parser-steps",
+        &[
+            "--no-default-features",
+            "--config=profile.release.package.framelock-firmware.opt-level='s'",
+        ],
+    ),
 ];
 
 const EXAMPLES: &str = "\
@@ -83,13 +97,16 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
     report::run_tests(&mut tests, &mut report.tests)
 }
 
-/// The stage: they do it with many more random streams.
+/// The stage: they do it with many more random streams and mixes of what the chip may do, and under
+/// each such assumption alone.
 pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let mut tests = tests(workspace, &workspace.root)?;
+    let mut random = tests(workspace, &workspace.root)?;
     if std::env::var_os("FRAMELOCK_RANDOM_RUNS").is_none() {
-        tests.env("FRAMELOCK_RANDOM_RUNS", "20000");
+        random.env("FRAMELOCK_RANDOM_RUNS", "20000");
     }
-    report::run_tests(tests.args(["--", "random::"]), &mut report.tests)
+    report::run_tests(random.args(["--", "random::"]), &mut report.tests)?;
+    let mut each = tests(workspace, &workspace.root)?;
+    report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
 }
 
 /// Whether that one test passes on the images of the sources at `root`.

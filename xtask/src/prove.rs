@@ -15,7 +15,7 @@ use crate::report::{Report, run_tests};
 use crate::workspace::{Workspace, cargo_in, files};
 
 /// The packages with the theorems.
-pub(crate) const THEOREMS: &[&str] = &["framelock", "framelock-proofs"];
+pub(crate) const THEOREMS: &[&str] = &["framelock", "framelock-proofs", "framelock-reception"];
 const OFFLINE_PROVER: &str = "framelock-offline-prover";
 
 /// Check the theorems: Kani's harnesses in `core` and `proofs`.
@@ -146,6 +146,7 @@ impl Prover {
             "core/src",
             "core/Cargo.toml",
             "proofs",
+            "firmware/reception",
             "Cargo.toml",
             "Cargo.lock",
         ] {

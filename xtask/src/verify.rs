@@ -49,7 +49,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "emulated", when: Always, run: firmware::in_the_emulator,
         checks: "the firmware's release images, run in the emulator" },
     Stage { name: "random", when: Nightly, run: firmware::random_streams,
-        checks: "the firmware with many more random streams" },
+        checks: "the firmware with many more random streams, and under each assumption about the chip" },
     Stage { name: "statistics", when: Nightly, run: checks::statistics,
         checks: "the simulator's findings, with all trials" },
     Stage { name: "prover", when: Nightly, run: prove::prover_stage,

@@ -199,13 +199,19 @@ fn each_axis_has_its_rate() {
     kani::cover!(moving < elapsed, "part of the time");
 }
 
-/// A frame moves nothing at once unless the output was live.
+/// A frame moves nothing at once unless the output was live; nor does a start from any output.
 #[kani::proof]
 #[kani::unwind(9)]
 fn frame_is_no_step() {
     let mut failsafe = any_failsafe([kani::any(), NonZeroU32::MIN, NonZeroU32::MIN]);
     let now = failsafe.now;
+    let output = any_setpoint();
+    let is_resumed: bool = kani::any();
+    if is_resumed {
+        failsafe = Failsafe::resumed(failsafe.parameters, now, output).unwrap();
+    }
     let before = failsafe.poll(now);
+    assert!(!is_resumed || before.setpoint == output && before.phase != Phase::Live);
     let setpoint = any_setpoint();
     failsafe.frame(now, setpoint);
     let after = failsafe.poll(now);
@@ -216,6 +222,7 @@ fn frame_is_no_step() {
     assert!(is_live == (expected == setpoint) && (is_live || after.phase == Phase::Approach));
     kani::cover!(was_live, "live");
     kani::cover!(before.phase == Phase::Parked && !is_live, "back from park");
+    kani::cover!(is_resumed && before.phase == Phase::Ramp, "resumed");
 }
 
 #[kani::proof]

@@ -56,6 +56,29 @@ fn parameters_are_checked() {
     );
 }
 
+#[test]
+fn resumed_it_begins_at_the_output_and_moves_at_its_rate() {
+    let output = Setpoint {
+        pitch: 130,
+        roll: 100,
+        yaw: 3,
+    };
+    let mut failsafe = Failsafe::resumed(parameters(), 7, output).expect("valid");
+    let outputs = [7, 8, 9, 16, 17, 37].map(|now| failsafe.poll(now));
+    let [at_once, .., parked] = outputs;
+    assert_eq!(at_once.setpoint, output);
+    assert_eq!(
+        outputs.map(|output| output.setpoint.pitch),
+        [130, 129, 128, 128, 128, 128]
+    );
+    assert_eq!(
+        outputs.map(|output| output.setpoint.yaw),
+        [3, 3, 3, 3, 2, 0]
+    );
+    assert_eq!(at_once.phase, Phase::Ramp);
+    assert_eq!((parked.setpoint, parked.phase), (PARK, Phase::Parked));
+}
+
 /// The rules, one tick at a time, on signed numbers that do not wrap.
 struct Model {
     parameters: FailsafeParameters,

@@ -1,0 +1,495 @@
+//! The chip behind [`Registers`]: UARTE0's receiver, EasyDMA, the timers that count, and memory.
+//!
+//! It moves in small steps. Which comes next, if any, `kani::any` says, between any two accesses of
+//! the handler and any two bytes that it reads.
+
+use framelock::LineEvent;
+
+use crate::{Causes, Event, Half, Moment, Registers};
+
+/// Bytes of a half in the model.
+pub(super) const HALF: u8 = 2;
+/// Bytes that the model's FIFO holds.
+pub(super) const FIFO: u8 = 3;
+/// The model counts from 0 to 255. To the handler its counts wrap.
+const BASE: u32 = u32::MAX - 100;
+
+/// Before a step or a round the model's counts are less.
+pub(super) const MANY: u8 = 150;
+
+/// The handler's count for one of the model's.
+pub(super) fn wide(count: u8) -> u32 {
+    BASE.wrapping_add(count.into())
+}
+
+/// The model's count for one of the handler's, if it has it.
+pub(super) fn narrow(count: u32) -> Option<u8> {
+    count.wrapping_sub(BASE).try_into().ok()
+}
+
+/// A byte that was received. It is known by its number.
+#[derive(Clone, Copy, kani::Arbitrary)]
+pub(super) struct Byte {
+    pub(super) number: u8,
+    /// Something was lost just before it, or it is spoilt itself.
+    pub(super) broken: bool,
+}
+
+/// EasyDMA.
+#[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
+pub(super) enum Dma {
+    Closed,
+    Open,
+    /// The last byte of a half is stored; ENDRX is to come.
+    Full,
+    /// ENDRX has come and triggered STARTRX; RXSTARTED is to come.
+    Restarting,
+}
+
+/// `ERRORS`: bytes may be spoilt. `MOVING`: the chip goes on while the handler runs.
+#[expect(clippy::struct_excessive_bools, reason = "a chip's flags")]
+#[derive(Clone, Copy)]
+pub(super) struct Chip<const ERRORS: bool, const MOVING: bool> {
+    /// The number of the next byte, and whether something is lost before it.
+    pub(super) number: u8,
+    pub(super) broken: bool,
+    pub(super) fifo: [Byte; FIFO as usize],
+    pub(super) held: u8,
+    /// RXDRDY of the last byte is to come.
+    pub(super) ready_due: bool,
+    /// The receiver is on; STOPRX has been triggered; FLUSHRX has.
+    pub(super) runs: bool,
+    pub(super) stopping: bool,
+    pub(super) flushing: bool,
+
+    pub(super) dma: Dma,
+    /// PTR, and the half that is written; how many bytes of it are.
+    pub(super) named: Half,
+    pub(super) writing: Half,
+    pub(super) done: u8,
+    pub(super) short: bool,
+    pub(super) amount: u8,
+    pub(super) memory: [[Byte; HALF as usize]; 2],
+
+    pub(super) started: bool,
+    pub(super) ended: bool,
+    /// How many ENDRX have come since it was cleared.
+    pub(super) ends: u8,
+    pub(super) timed_out: bool,
+    pub(super) error: bool,
+    pub(super) listening: bool,
+    pub(super) overrun: bool,
+    pub(super) silent: bool,
+    pub(super) gap: bool,
+    /// The silence has been noticed; as a gap too.
+    pub(super) silence_seen: bool,
+    pub(super) gap_seen: bool,
+
+    pub(super) count: u8,
+    pub(super) at_end: u8,
+    pub(super) at_error: u8,
+    pub(super) at_silence: u8,
+    pub(super) errors: u8,
+
+    /// The number of the byte that is next if none is left out; whether there was an event since the
+    /// last byte; how many were handed on.
+    pub(super) expected: u8,
+    pub(super) reported: bool,
+    pub(super) fed: u8,
+}
+
+impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
+    /// After a reset.
+    pub(super) fn new() -> Self {
+        let count = kani::any_where(|&count| count < MANY);
+        let nothing = Byte {
+            number: u8::MAX,
+            broken: false,
+        };
+        Self {
+            number: 0,
+            broken: false,
+            fifo: [nothing; FIFO as usize],
+            held: 0,
+            ready_due: false,
+            runs: false,
+            stopping: false,
+            flushing: false,
+            dma: Dma::Closed,
+            named: Half::First,
+            writing: Half::First,
+            done: 0,
+            short: false,
+            amount: 0,
+            memory: [[nothing; HALF as usize]; 2],
+            started: false,
+            ended: false,
+            ends: 0,
+            timed_out: false,
+            error: false,
+            listening: true,
+            overrun: false,
+            silent: false,
+            gap: false,
+            silence_seen: true,
+            gap_seen: true,
+            count,
+            at_end: count,
+            at_error: count,
+            at_silence: count,
+            errors: 0,
+            expected: 0,
+            reported: true,
+            fed: 0,
+        }
+    }
+
+    /// One thing happens, or none.
+    fn step(&mut self) {
+        if kani::any() {
+            self.arrive();
+        } else {
+            self.go_on();
+        }
+    }
+
+    /// What has come leads to something, or time passes.
+    pub(super) fn go_on(&mut self) {
+        match kani::any::<u8>() {
+            0 => self.ready(),
+            1 => self.store(),
+            2 => self.end(),
+            3 => self.restart(),
+            4 => self.fall_silent(),
+            5 => self.time_out(),
+            6 => self.time_out_unasked(),
+            7 => self.end_flush(),
+            _ => {}
+        }
+    }
+
+    fn access(&mut self) {
+        if MOVING {
+            self.step();
+        }
+    }
+
+    /// A byte comes. All that the one before has led to has happened, so EasyDMA does not stall.
+    pub(super) fn arrive(&mut self) {
+        let in_time = match self.dma {
+            Dma::Open => self.held == 0,
+            Dma::Full | Dma::Restarting => false,
+            Dma::Closed => true,
+        };
+        if !in_time {
+            return;
+        }
+        self.ready();
+        if !self.runs {
+            // Nobody hears it.
+            self.broken = true;
+            return;
+        }
+        if self.held == FIFO && !ERRORS {
+            // No byte comes.
+            return;
+        }
+        if self.held == FIFO {
+            self.overrun = true;
+            return self.spoil();
+        }
+        if ERRORS && kani::any() {
+            if kani::any() {
+                return self.spoil();
+            }
+            // Parity: it is stored.
+            self.broken = true;
+            self.accept();
+            return self.fail();
+        }
+        self.accept();
+    }
+
+    fn accept(&mut self) {
+        let byte = Byte {
+            number: self.number,
+            broken: self.broken,
+        };
+        for at in 0..FIFO {
+            if at == self.held {
+                self.fifo[usize::from(at)] = byte;
+            }
+        }
+        self.held = self.held.wrapping_add(1);
+        self.number = self.number.wrapping_add(1);
+        self.broken = false;
+        self.ready_due = true;
+    }
+
+    /// It is not stored; and perhaps counted.
+    fn spoil(&mut self) {
+        self.broken = true;
+        self.ready_due = kani::any();
+        self.fail();
+    }
+
+    /// ERROR. RXDRDY may have come before.
+    fn fail(&mut self) {
+        // Without the spoilt byte.
+        self.at_error = self.count;
+        if kani::any() {
+            self.ready();
+        }
+        self.error = true;
+        self.errors = self.errors.wrapping_add(1);
+    }
+
+    /// RXDRDY.
+    fn ready(&mut self) {
+        if self.ready_due {
+            self.ready_due = false;
+            self.count = self.count.wrapping_add(1);
+            self.silence_seen = false;
+            self.gap_seen = false;
+        }
+    }
+
+    /// EasyDMA stores a byte.
+    fn store(&mut self) {
+        if self.dma != Dma::Open || self.held == 0 {
+            return;
+        }
+        for half in [Half::First, Half::Second] {
+            for at in 0..HALF {
+                if half == self.writing && at == self.done {
+                    self.memory[half as usize][usize::from(at)] = self.fifo[0];
+                }
+            }
+        }
+        self.fifo[0] = self.fifo[1];
+        self.fifo[1] = self.fifo[2];
+        self.held = self.held.wrapping_sub(1);
+        self.done = self.done.wrapping_add(1);
+        if self.done == HALF {
+            self.dma = Dma::Full;
+        }
+    }
+
+    /// ENDRX of a full half; or of one that is stopped, perhaps with bytes left in the FIFO.
+    fn end(&mut self) {
+        if self.dma == Dma::Full || self.stopping && self.dma == Dma::Open {
+            self.say_ended(self.done);
+            self.dma = if self.short {
+                Dma::Restarting
+            } else {
+                Dma::Closed
+            };
+        }
+    }
+
+    /// ENDRX. If there was no byte AMOUNT may keep its value.
+    fn say_ended(&mut self, amount: u8) {
+        if amount > 0 || kani::any() {
+            self.amount = amount;
+        }
+        self.ended = true;
+        self.ends = self.ends.wrapping_add(1);
+        self.at_end = self.count;
+    }
+
+    /// RXSTARTED.
+    fn restart(&mut self) {
+        if self.dma == Dma::Restarting {
+            self.writing = self.named;
+            self.done = 0;
+            self.dma = Dma::Open;
+            self.started = true;
+        }
+    }
+
+    /// Three byte times of silence; and then a gap.
+    fn fall_silent(&mut self) {
+        let is_settled = match self.dma {
+            Dma::Open => self.held == 0,
+            Dma::Closed => true,
+            Dma::Full | Dma::Restarting => false,
+        };
+        if self.ready_due || !is_settled {
+            return;
+        }
+        if !self.silence_seen {
+            self.silence_seen = true;
+            self.silent = true;
+            self.at_silence = self.count;
+        } else if !self.gap_seen {
+            self.gap_seen = true;
+            self.gap = true;
+        }
+    }
+
+    /// RXTO.
+    fn time_out(&mut self) {
+        if self.stopping && self.dma == Dma::Closed {
+            self.ready();
+            self.stopping = false;
+            self.runs = false;
+            self.timed_out = true;
+        }
+    }
+
+    /// RXTO while nobody has stopped the UARTE.
+    fn time_out_unasked(&mut self) {
+        if self.short {
+            self.timed_out = true;
+        }
+    }
+
+    /// ENDRX of the flush.
+    fn end_flush(&mut self) {
+        if self.flushing {
+            self.flushing = false;
+            self.say_ended(self.held);
+        }
+    }
+
+    /// No interrupt comes before something happens.
+    pub(super) fn is_quiet(&self) -> bool {
+        let error = self.error && self.listening;
+        !(self.started || self.ended || self.timed_out || error || self.silent || self.gap)
+    }
+
+    fn hand_on(&mut self, byte: Byte) {
+        assert!(self.expected <= byte.number, "S1: in order, none twice");
+        let follows = byte.number == self.expected && !byte.broken;
+        assert!(follows || self.reported, "S2: a loss is reported");
+        self.expected = byte.number.wrapping_add(1);
+        self.reported = false;
+        self.fed = self.fed.wrapping_add(1);
+    }
+}
+
+impl<const ERRORS: bool, const MOVING: bool> Registers for Chip<ERRORS, MOVING> {
+    fn happened(&mut self, event: Event) -> bool {
+        self.access();
+        let flag = match event {
+            Event::Started => &mut self.started,
+            Event::Ended => {
+                self.ends = 0;
+                &mut self.ended
+            }
+            Event::TimedOut => &mut self.timed_out,
+            Event::Error => &mut self.error,
+            Event::Silent => &mut self.silent,
+            Event::Gap => &mut self.gap,
+        };
+        core::mem::take(flag)
+    }
+
+    fn count(&mut self, moment: Moment) -> u32 {
+        self.access();
+        match moment {
+            Moment::Now => wide(self.count),
+            Moment::End => wide(self.at_end),
+            Moment::Error => wide(self.at_error),
+            Moment::Silent => wide(self.at_silence),
+        }
+    }
+
+    fn errors(&mut self) -> u32 {
+        self.access();
+        wide(self.errors)
+    }
+
+    fn causes(&mut self) -> Causes {
+        self.access();
+        Causes {
+            overrun: core::mem::take(&mut self.overrun),
+            ..Causes::default()
+        }
+    }
+
+    fn amount(&mut self) -> u32 {
+        self.access();
+        self.amount.into()
+    }
+
+    fn listen_to_errors(&mut self, listen: bool) {
+        self.access();
+        self.listening = listen;
+    }
+
+    fn name(&mut self, half: Half) {
+        self.access();
+        self.named = half;
+    }
+
+    fn start(&mut self) {
+        self.access();
+        let is_off = !self.runs && !self.stopping && !self.flushing && self.dma == Dma::Closed;
+        assert!(is_off, "the UARTE is started when it is off");
+        self.held = 0;
+        self.runs = true;
+        self.short = true;
+        self.named = Half::First;
+        self.dma = Dma::Restarting;
+        self.restart();
+    }
+
+    fn last_half(&mut self) {
+        self.access();
+        self.short = false;
+    }
+
+    fn stop(&mut self) {
+        self.access();
+        self.stopping = true;
+    }
+
+    fn flush(&mut self) {
+        self.access();
+        assert!(!self.runs, "the UARTE is flushed when the receiver is off");
+        self.flushing = true;
+    }
+
+    fn switch_off_and_on(&mut self) {
+        self.access();
+        self.runs = false;
+        self.stopping = false;
+        self.flushing = false;
+        self.short = false;
+        self.ready_due = false;
+        self.dma = Dma::Closed;
+    }
+
+    fn feed(&mut self, half: Half, from: u32, to: u32) {
+        assert!(from <= to && to <= HALF.into(), "bytes of the half");
+        for at in 0..HALF {
+            if from <= at.into() && u32::from(at) < to {
+                self.access();
+                assert!(self.named != half, "S1: it cannot be overwritten");
+                let is_stored = self.writing != half || at < self.done;
+                assert!(is_stored, "S1: it is stored");
+                let [first, second] = self.memory;
+                self.hand_on(match half {
+                    Half::First => first[usize::from(at)],
+                    Half::Second => second[usize::from(at)],
+                });
+            }
+        }
+    }
+
+    fn feed_flushed(&mut self, count: u32) {
+        assert!(count <= self.held.into(), "S1: it is stored");
+        for at in 0..FIFO {
+            if u32::from(at) < count {
+                self.access();
+                self.hand_on(self.fifo[at as usize]);
+            }
+        }
+    }
+
+    fn report(&mut self, event: LineEvent) {
+        let _ = event;
+        self.reported = true;
+    }
+}

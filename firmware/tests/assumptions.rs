@@ -1,0 +1,23 @@
+//! All tests again, for each thing that is not known for certain about the chip.
+
+use std::process::Command;
+
+use nrf52840_emulator::Assumptions;
+
+/// Takes minutes: `cargo xtask verify --all` runs it. Figures are of the model as it is.
+#[test]
+#[ignore = "takes minutes"]
+fn every_test_passes_under_each_assumption() {
+    let tests = std::env::current_exe().unwrap();
+    let failed: Vec<_> = Assumptions::each()
+        .into_iter()
+        .filter(|(name, _)| {
+            println!("{name}");
+            let mut all = Command::new(&tests);
+            all.args(["--skip", "figures::"]);
+            all.env("FRAMELOCK_ASSUMPTION", name);
+            !all.status().unwrap().success()
+        })
+        .collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+}

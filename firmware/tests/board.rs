@@ -1,0 +1,214 @@
+//! Start-up and resets: the debug port, the cache, the crystal, where the outputs begin, and how
+//! often they are handed to the PWM.
+
+use nrf52840_emulator::{MILLISECOND, ResetCause};
+
+use crate::firmware::{Firmware, NVMC_CONFIG, UICR, frame};
+use crate::outputs::{pulse, pulses};
+
+const SERVO: [u64; 3] = [1_784, 1_196, 1_501];
+/// The frame that leads to these pulses.
+const DEMAND: [u8; 3] = [200, 50, 128];
+/// Where the servos park.
+const PARK: [u64; 3] = [1_501; 3];
+
+fn causes(firmware: &mut Firmware) -> Vec<ResetCause> {
+    let resets = &firmware.board.trace().resets;
+    resets.iter().map(|reset| reset.cause).collect()
+}
+
+fn uicr(firmware: &mut Firmware) -> [u32; 3] {
+    UICR.map(|(word, _)| firmware.board.register(word).unwrap())
+}
+
+/// One reset of the kind that a fault leads to.
+fn reset_by_software(firmware: &mut Firmware) {
+    firmware.board.let_faults_be_handled();
+    let handler = firmware.board.image().symbol("TIMER0").unwrap().address;
+    let mut code = [0; 2];
+    firmware.board.memory().read(handler, &mut code).unwrap();
+    // `udf`, an instruction that is none.
+    firmware.board.patch(handler, &[0x00, 0xDE]).unwrap();
+    let resets = causes(firmware).len();
+    while causes(firmware).len() == resets {
+        firmware.run_for(20);
+    }
+    firmware.board.patch(handler, &code).unwrap();
+}
+
+/// A hundred frames a second until the outputs follow them.
+fn live(firmware: &mut Firmware) {
+    for _ in 0..60 {
+        firmware.send_and_wait(&frame(DEMAND), 9 * MILLISECOND);
+    }
+    let now = firmware.board.now();
+    assert_eq!(pulses(firmware, now - 25 * MILLISECOND), [SERVO]);
+}
+
+#[test]
+fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
+    let mut firmware = Firmware::on_an_erased_chip("default");
+    firmware.run_for(5 * MILLISECOND);
+    // What was written counts from a reset on.
+    let mut expected = vec![ResetCause::Soft];
+    assert_eq!(causes(&mut firmware), expected);
+    assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
+    assert!(firmware.board.debug_port_is_open());
+
+    firmware.board.reset();
+    firmware.run_for(5 * MILLISECOND);
+    assert!(firmware.board.debug_port_is_open());
+    reset_by_software(&mut firmware);
+    assert!(!firmware.board.debug_port_is_open(), "each reset closes it");
+    firmware.run_for(5 * MILLISECOND);
+    assert!(firmware.board.debug_port_is_open());
+    firmware.board.stick_main_loop().unwrap();
+    firmware.run_for(300 * MILLISECOND);
+    assert!(firmware.board.debug_port_is_open());
+    expected.extend([ResetCause::Pin, ResetCause::Soft, ResetCause::Watchdog]);
+    assert_eq!(causes(&mut firmware), expected, "no further writes");
+    assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0);
+}
+
+#[test]
+fn with_the_setting_off_nothing_is_written() {
+    let mut firmware = Firmware::on_an_erased_chip("discard");
+    firmware.run_for(5 * MILLISECOND);
+    assert_eq!(uicr(&mut firmware), [u32::MAX; 3]);
+    assert!(!firmware.board.debug_port_is_open());
+    assert!(causes(&mut firmware).is_empty());
+}
+
+#[test]
+fn what_someone_else_wrote_to_uicr_stays() {
+    let mut firmware = Firmware::on_an_erased_chip("default");
+    let [reset, again, protection] = UICR.map(|(word, _)| word);
+    let others = [21, 22, 0];
+    firmware.write_uicr([(reset, 21), (again, 22), (protection, 0)]);
+    firmware.run_for(5 * MILLISECOND);
+    assert_eq!(uicr(&mut firmware), others);
+    assert!(causes(&mut firmware).is_empty());
+}
+
+#[test]
+fn the_instruction_cache_is_on() {
+    let mut firmware = Firmware::at_power_on("default");
+    assert!(!firmware.board.instruction_cache_is_on());
+    firmware.run_for(3 * MILLISECOND);
+    assert!(firmware.board.instruction_cache_is_on());
+}
+
+#[test]
+fn with_a_dead_crystal_the_watchdog_resets_the_chip() {
+    let mut firmware = Firmware::at_power_on("default");
+    firmware.board.break_crystal();
+    firmware.run_for(600 * MILLISECOND);
+    assert_eq!(causes(&mut firmware), [ResetCause::Watchdog; 2]);
+    assert!(firmware.board.debug_port_is_open());
+}
+
+#[test]
+fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
+    for reset in [
+        reset_by_software,
+        |firmware: &mut Firmware| firmware.board.reset(),
+        |firmware: &mut Firmware| {
+            firmware.board.stick_main_loop().unwrap();
+            firmware.run_for(260 * MILLISECOND);
+        },
+    ] {
+        let mut firmware = Firmware::booted("default");
+        live(&mut firmware);
+        reset(&mut firmware);
+        let from = firmware.board.trace().resets[0].at;
+        firmware.run_for(400 * MILLISECOND);
+        let pulses = pulses(&mut firmware, from);
+        assert_eq!(pulses[0], SERVO, "{:?}", causes(&mut firmware));
+        for pair in pulses.windows(2) {
+            // The full travel in a second is 20 us of pulse in a period; a unit is 4.
+            assert!(pair[1][0] <= pair[0][0] && pair[0][0] - pair[1][0] <= 24);
+        }
+        assert_eq!(pulses.last(), Some(&PARK));
+    }
+}
+
+/// RAM has anything then, also what looks like an output.
+#[test]
+fn after_power_on_the_outputs_begin_at_park() {
+    let mut firmware = Firmware::booted("default");
+    live(&mut firmware);
+    let kept = firmware
+        .board
+        .image()
+        .symbol("LAST_OUTPUT")
+        .unwrap()
+        .address;
+    let mut bytes = [0; 8];
+    firmware.board.memory().read(kept, &mut bytes).unwrap();
+    let [demand @ .., _] = bytes.first_chunk::<4>().unwrap();
+    assert_eq!(*demand, DEMAND);
+
+    let mut firmware = Firmware::at_power_on("default");
+    firmware.board.patch(kept, &bytes).unwrap();
+    firmware.run_for(30 * MILLISECOND);
+    assert_eq!(pulses(&mut firmware, 0), [PARK; 2]);
+
+    // Nor is it believed after another reset if the check word is another's.
+    bytes[4] ^= 1;
+    let from = firmware.board.now();
+    firmware.board.reset();
+    firmware.board.patch(kept, &bytes).unwrap();
+    firmware.run_for(30 * MILLISECOND);
+    assert_eq!(pulses(&mut firmware, from), [PARK; 2]);
+}
+
+/// New pulses are handed over once in a period, and are as new as that allows.
+#[test]
+fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
+    let mut firmware = Firmware::booted("megabaud");
+    live(&mut firmware);
+    // One of the two in turn: it changes every second time.
+    let widths = firmware.board.watch("WIDTHS").unwrap();
+    let from = firmware.board.now();
+    for n in 0..1_000_u32 {
+        let pitch = n.to_le_bytes()[0];
+        firmware.send_and_wait(&frame([pitch, 0, 0]), MILLISECOND / 2);
+    }
+    let trace = firmware.board.trace();
+    let changes = |watch| {
+        trace
+            .changes
+            .iter()
+            .filter(move |change| change.watch == watch)
+    };
+    // Written by several instructions.
+    let mut times: Vec<u64> = changes(widths).map(|change| change.at).collect();
+    times.dedup_by(|later, earlier| *later - *earlier < MILLISECOND / 10);
+    assert!(times.len() > 10);
+    for pair in times.windows(2) {
+        assert!(pair[1] - pair[0] >= 38 * MILLISECOND, "{pair:?}");
+    }
+    let setpoints: Vec<_> = changes(0).collect();
+    let periods = trace.pwm_periods.iter();
+    for period in periods.filter(|period| period.at > from + 20 * MILLISECOND) {
+        let pitch = period.pulses()[0].unwrap();
+        // What was current at some time in the last 5 ms before the period.
+        let new = setpoints.partition_point(|change| change.at + 5 * MILLISECOND < period.at);
+        let mut new = setpoints[new - 1..].iter().map(|change| change.value);
+        let says = |value: u32| pulse(value.to_le_bytes()[0].into());
+        assert!(new.any(|value| pitch == says(value)), "{period:?}");
+    }
+}
+
+/// Erratum 136: with the reset pin's bit others may be set that should not be.
+#[test]
+fn the_reset_pin_is_the_cause_whatever_else_is_said() {
+    let mut firmware = Firmware::booted("default");
+    reset_by_software(&mut firmware);
+    // Before the firmware has cleared the last cause.
+    firmware.board.reset();
+    firmware.log("default");
+    firmware.run_for(5 * MILLISECOND);
+    let log = firmware.log("default").join("\n");
+    assert!(log.contains("reset by pin (RESETREAS 0x1)"), "{log}");
+}

@@ -1,0 +1,60 @@
+//! Nothing but line errors, at 1 Mbaud: they must not take the time of everything else.
+
+use nrf52840_emulator::{LineSymbol, MILLISECOND};
+
+use crate::firmware::{Firmware, GAP, frame};
+use crate::outputs::{pulse, pulses};
+
+/// A second of them, on a core that is half as fast as the model: no reset, the failsafe advances in
+/// time, and a fifth of the processor is left. Then frames are taken again.
+#[test]
+fn a_second_of_errors_starves_nobody() {
+    for counted in [false, true] {
+        for (symbol, bits) in [
+            (LineSymbol::BadStop(0x55), 11),
+            (LineSymbol::Break(10), 11),
+            (LineSymbol::Break(12), 13),
+        ] {
+            let what = format!("{symbol:?}, counted {counted}");
+            let mut firmware = Firmware::booted("megabaud");
+            firmware.assume(|all| {
+                all.ready_on_framing_error = counted;
+                all.slowness = all.slowness.max(200);
+            });
+            // Outputs approach the demand within half a second.
+            for _ in 0..60 {
+                firmware.send_and_wait(&frame([255; 3]), 10 * MILLISECOND);
+            }
+            let began = firmware.board.now();
+            let handled = handlers(&mut firmware);
+            let end = firmware.board.send_symbols(&vec![symbol; 1_000_000 / bits]);
+            // The failsafe holds for half a second; from then on to park takes as long.
+            firmware.board.run_until(began + 450 * MILLISECOND).unwrap();
+            assert_eq!(pitch(&mut firmware), pulse(255), "{what}");
+            firmware.board.run_until(end).unwrap();
+            assert!(pitch(&mut firmware) < pulse(140), "{what}");
+            assert_eq!(firmware.board.trace().resets, [], "{what}");
+            let span = firmware.board.now() - began;
+            let share = (handlers(&mut firmware) - handled) * 100 / span;
+            assert!(share <= 80, "{what}: handlers take {share} %");
+            assert!(firmware.counter("framing") > 100, "{what}");
+
+            firmware.commits();
+            firmware.run_for(GAP);
+            firmware.send_and_wait(&frame([1, 2, 3]), MILLISECOND);
+            assert_eq!(firmware.commits(), [[1, 2, 3]], "{what}");
+        }
+    }
+}
+
+/// Cycles that handlers have taken.
+fn handlers(firmware: &mut Firmware) -> u64 {
+    let runs = firmware.board.trace().activations.iter();
+    runs.map(|run| run.cycles).sum()
+}
+
+/// The pulse of pitch in the last two periods.
+fn pitch(firmware: &mut Firmware) -> u64 {
+    let since = firmware.board.now() - 40 * MILLISECOND;
+    pulses(firmware, since).last().unwrap()[0]
+}
