@@ -2,7 +2,7 @@
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND};
 
-use crate::firmware::{Firmware, GAP, frame};
+use crate::firmware::{Firmware, RESTART, frame};
 use crate::outputs::{pulse, pulses};
 
 /// A second of them, on a core that is half as fast as the model: no reset, the failsafe advances in
@@ -40,7 +40,7 @@ fn a_second_of_errors_starves_nobody() {
             assert!(firmware.counter("framing") > 100, "{what}");
 
             firmware.commits();
-            firmware.run_for(GAP);
+            firmware.run_for(RESTART);
             firmware.send_and_wait(&frame([1, 2, 3]), MILLISECOND);
             assert_eq!(firmware.commits(), [[1, 2, 3]], "{what}");
         }

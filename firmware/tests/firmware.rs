@@ -219,9 +219,11 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
     commits.iter().all(|commit| rest.any(|one| one == commit))
 }
 
-/// Long enough for a gap to end what was sent before it, for a UARTE that does not stop to be switched
-/// off and on, and for the counters to show it.
-pub(crate) const GAP: u64 = 24 * MILLISECOND;
+/// Long enough for a gap to end what was sent before it, and for the counters to show it.
+pub(crate) const GAP: u64 = 8 * MILLISECOND;
+
+/// The same after line errors: long enough for a UARTE that does not stop to be switched off and on.
+pub(crate) const RESTART: u64 = 24 * MILLISECOND;
 
 /// Long enough for the bytes to be looked at, too short for a gap.
 pub(crate) const PAUSE: u64 = 600 * MICROSECOND;

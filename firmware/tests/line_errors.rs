@@ -1,6 +1,6 @@
 //! Errors on the line: each is counted, and no frame reaches across one (L1).
 
-use crate::firmware::{Firmware, GAP, PAUSE, Setpoint, frame, setpoints};
+use crate::firmware::{Firmware, PAUSE, RESTART, Setpoint, frame, setpoints};
 use nrf52840_emulator::{LineSymbol, MILLISECOND, Parity};
 
 /// What the specification leaves open: whether a byte that is not stored is counted.
@@ -33,17 +33,17 @@ fn no_frame_reaches_across_a_byte_that_was_lost_to_an_error() {
                 sent.push(error);
                 sent.extend(symbols(&bytes[place..]));
                 let end = firmware.board.send_symbols(&sent);
-                firmware.board.run_until(end + GAP).unwrap();
+                firmware.board.run_until(end + RESTART).unwrap();
                 assert!(firmware.commits().is_empty(), "{error:?} at {place}");
                 assert_eq!(firmware.counter("framing"), 1, "{error:?} at {place}");
                 let breaks = u32::from(matches!(error, LineSymbol::Break(_)));
                 assert_eq!(firmware.counter("line_break"), breaks);
 
                 // The error is over: the next frame is taken, and the next error is counted.
-                firmware.send_and_wait(&frame([4, 5, 6]), GAP);
+                firmware.send_and_wait(&frame([4, 5, 6]), RESTART);
                 assert_eq!(firmware.commits(), [[4, 5, 6]], "{error:?} at {place}");
                 let end = firmware.board.send_symbols(&[LineSymbol::Idle(3), error]);
-                firmware.board.run_until(end + GAP).unwrap();
+                firmware.board.run_until(end + RESTART).unwrap();
                 assert_eq!(firmware.counter("framing"), 2, "{error:?} at {place}");
             }
         }
@@ -55,10 +55,10 @@ fn each_cause_is_counted_once() {
     let mut firmware = booted(false);
     for n in 1..=3 {
         let end = firmware.board.send_symbols(&[LineSymbol::Break(15)]);
-        firmware.board.run_until(end + GAP).unwrap();
+        firmware.board.run_until(end + RESTART).unwrap();
         assert_eq!(firmware.counter("line_break"), n);
         let end = firmware.board.send_symbols(&[LineSymbol::BadStop(b'x')]);
-        firmware.board.run_until(end + GAP).unwrap();
+        firmware.board.run_until(end + RESTART).unwrap();
         // A break is a framing error too.
         assert_eq!(firmware.counter("framing"), 2 * n);
         assert_eq!(firmware.counter("line_break"), n);
@@ -82,7 +82,7 @@ fn an_error_in_a_flood_costs_one_frame() {
             line[hit] = LineSymbol::BadStop(0xFF);
             let end = firmware.board.send_symbols(&line);
             // The last byte before a silence is taken when it is certain that it is none.
-            firmware.board.run_until(end + GAP).unwrap();
+            firmware.board.run_until(end + RESTART).unwrap();
             let expected: Vec<Setpoint> = sent
                 .iter()
                 .enumerate()
@@ -113,7 +113,7 @@ fn bytes_that_were_never_stored_are_never_taken() {
             let mut sent: Vec<_> = symbols(&frame([7, 8, 9])[..6]).collect();
             sent.insert(place, LineSymbol::BadStop(0));
             let end = firmware.board.send_symbols(&sent);
-            firmware.board.run_until(end + GAP).unwrap();
+            firmware.board.run_until(end + RESTART).unwrap();
             assert!(firmware.commits().is_empty(), "counted {counted}");
         }
     }
@@ -138,7 +138,7 @@ fn traffic_soon_after_an_error_loses_nothing() {
                         .map(LineSymbol::Byte),
                 );
                 let end = firmware.board.send_symbols(&line);
-                firmware.board.run_until(end + GAP).unwrap();
+                firmware.board.run_until(end + RESTART).unwrap();
                 let commits = firmware.commits();
                 let what = format!("counted {counted}, early end {early_end}, {idle} bits");
                 assert_eq!(commits, sent, "{what}");
@@ -157,12 +157,12 @@ fn an_error_alone_replays_nothing() {
             // Both halves are full of frames.
             let mut bytes: Vec<u8> = setpoints(9).flat_map(frame).collect();
             bytes.push(b'x');
-            firmware.send_and_wait(&bytes, GAP);
+            firmware.send_and_wait(&bytes, RESTART);
             assert_eq!(firmware.commits().len(), 9);
             for _ in 0..3 {
                 let end = firmware.board.send_symbols(&[LineSymbol::BadStop(b'x')]);
-                firmware.board.run_until(end + GAP).unwrap();
-                firmware.send_and_wait(b"y", GAP);
+                firmware.board.run_until(end + RESTART).unwrap();
+                firmware.send_and_wait(b"y", RESTART);
                 assert!(firmware.commits().is_empty(), "counted {counted}");
             }
         }
@@ -186,7 +186,7 @@ fn bytes_in_front_of_an_overrun_are_not_taken() {
         let dma_lag = firmware.assumptions.dma_lag;
         firmware.assume(|all| all.dma_lag = MILLISECOND);
         // Six of these fill the FIFO.
-        firmware.send_and_wait(b"xxxxxxx", GAP);
+        firmware.send_and_wait(b"xxxxxxx", RESTART);
         assert!(firmware.commits().is_empty(), "counted {counted}");
         assert!(firmware.counter("overrun") > 0, "counted {counted}");
         let (late, skipped) = firmware.losses();
@@ -194,7 +194,7 @@ fn bytes_in_front_of_an_overrun_are_not_taken() {
 
         // It is over: the next frame is taken.
         firmware.assume(|all| all.dma_lag = dma_lag);
-        firmware.send_and_wait(&frame([4, 5, 6]), GAP);
+        firmware.send_and_wait(&frame([4, 5, 6]), RESTART);
         assert_eq!(firmware.commits(), [[4, 5, 6]], "counted {counted}");
     }
 }
@@ -234,8 +234,8 @@ fn a_sender_with_a_parity_bit_makes_framing_errors_and_moves_nothing() {
 #[test]
 fn a_gap_ends_the_frame_under_way() {
     let mut firmware = booted(false);
-    firmware.send_and_wait(&frame([1, 2, 3])[..4], GAP);
-    firmware.send_and_wait(&frame([1, 2, 3])[4..], GAP);
+    firmware.send_and_wait(&frame([1, 2, 3])[..4], RESTART);
+    firmware.send_and_wait(&frame([1, 2, 3])[4..], RESTART);
     assert!(firmware.commits().is_empty());
     assert_eq!(firmware.counter("idle"), 2);
     assert_eq!(firmware.counter("line_event"), 4);

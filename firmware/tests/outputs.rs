@@ -2,7 +2,7 @@
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
 
-use crate::firmware::{Firmware, GAP, frame};
+use crate::firmware::{Firmware, RESTART, frame};
 
 /// The pulse for a demand, in microseconds.
 pub(crate) fn pulse(demand: u64) -> u64 {
@@ -133,7 +133,7 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
     assert!(log.contains("reset by watchdog"), "{log}");
     // And it works again.
     firmware.commits();
-    firmware.send_and_wait(&frame([1, 2, 3]), GAP);
+    firmware.send_and_wait(&frame([1, 2, 3]), RESTART);
     assert_eq!(firmware.commits(), [[1, 2, 3]]);
 }
 

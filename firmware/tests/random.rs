@@ -8,7 +8,7 @@ use nrf52840_emulator::{Assumptions, LineSymbol, MICROSECOND, MILLISECOND};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::firmware::{Firmware, GAP, Setpoint, frame, is_some_of, reference};
+use crate::firmware::{Firmware, RESTART, Setpoint, frame, is_some_of, reference};
 
 /// Silence that the firmware takes for no gap, and silence that it does: 5 ms lie between them.
 const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
@@ -162,7 +162,7 @@ fn send(firmware: &mut Firmware, steps: &[Step]) -> Sent {
                 silence += cycles;
             }
             Step::Gap => {
-                wait(firmware, GAP);
+                wait(firmware, RESTART);
                 silence = 0;
                 sent.stretches.push(Vec::new());
             }
@@ -178,7 +178,7 @@ fn send(firmware: &mut Firmware, steps: &[Step]) -> Sent {
             }
         }
     }
-    wait(firmware, GAP);
+    wait(firmware, RESTART);
     sent
 }
 

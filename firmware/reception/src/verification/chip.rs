@@ -245,7 +245,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     }
 
     /// RXDRDY.
-    fn ready(&mut self) {
+    pub(super) fn ready(&mut self) {
         if self.ready_due {
             self.ready_due = false;
             self.count = self.count.wrapping_add(1);
@@ -255,7 +255,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     }
 
     /// EasyDMA stores a byte.
-    fn store(&mut self) {
+    pub(super) fn store(&mut self) {
         if self.dma != Dma::Open || self.held == 0 {
             return;
         }
@@ -276,7 +276,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     }
 
     /// ENDRX of a full half; or of one that is stopped, perhaps with bytes left in the FIFO.
-    fn end(&mut self) {
+    pub(super) fn end(&mut self) {
         if self.dma == Dma::Full || self.stopping && self.dma == Dma::Open {
             self.say_ended(self.done);
             self.dma = if self.short {
@@ -298,7 +298,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     }
 
     /// RXSTARTED.
-    fn restart(&mut self) {
+    pub(super) fn restart(&mut self) {
         if self.dma == Dma::Restarting {
             self.writing = self.named;
             self.done = 0;
@@ -308,7 +308,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     }
 
     /// Three byte times of silence; and then a gap.
-    fn fall_silent(&mut self) {
+    pub(super) fn fall_silent(&mut self) {
         let is_settled = match self.dma {
             Dma::Open => self.held == 0,
             Dma::Closed => true,
@@ -328,7 +328,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     }
 
     /// RXTO.
-    fn time_out(&mut self) {
+    pub(super) fn time_out(&mut self) {
         if self.stopping && self.dma == Dma::Closed {
             self.ready();
             self.stopping = false;
@@ -338,14 +338,14 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     }
 
     /// RXTO while nobody has stopped the UARTE.
-    fn time_out_unasked(&mut self) {
+    pub(super) fn time_out_unasked(&mut self) {
         if self.short {
             self.timed_out = true;
         }
     }
 
     /// ENDRX of the flush.
-    fn end_flush(&mut self) {
+    pub(super) fn end_flush(&mut self) {
         if self.flushing {
             self.flushing = false;
             self.say_ended(self.held);

@@ -119,13 +119,59 @@ fn arrival_or_step(state: State) -> (Still, Still) {
     (before, chip)
 }
 
+/// So does a step of the chip while receiving. Returns the chip before it and after.
+fn step_while_receiving(step: impl FnOnce(&mut Still)) -> (Still, Still) {
+    let (before, reception) = any::<true, false>(State::Receiving);
+    let mut chip = before;
+    step(&mut chip);
+    assert!(holds(&chip, &reception));
+    (before, chip)
+}
+
 #[kani::proof]
 #[kani::unwind(6)]
-fn step_while_receiving() {
-    let (mut chip, reception) = any::<true, false>(State::Receiving);
-    chip.go_on();
-    assert!(holds(&chip, &reception));
-    kani::cover!(chip.ended, "a half is full");
+fn a_byte_is_counted_while_receiving() {
+    let (before, chip) = step_while_receiving(Chip::ready);
+    kani::cover!(chip.count > before.count, "RXDRDY");
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_byte_is_stored_while_receiving() {
+    let (before, chip) = step_while_receiving(Chip::store);
+    kani::cover!(chip.done > before.done, "a byte is stored");
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_half_ends_while_receiving() {
+    let (before, chip) = step_while_receiving(Chip::end);
+    kani::cover!(chip.ends > before.ends, "ENDRX");
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_half_begins_while_receiving() {
+    let (before, chip) = step_while_receiving(Chip::restart);
+    kani::cover!(chip.started && !before.started, "RXSTARTED");
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn the_line_falls_silent_while_receiving() {
+    let (before, chip) = step_while_receiving(Chip::fall_silent);
+    kani::cover!(chip.silent && !before.silent, "silence");
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn the_chip_times_out_while_receiving() {
+    let (before, chip) = step_while_receiving(|chip| {
+        chip.time_out();
+        chip.time_out_unasked();
+        chip.end_flush();
+    });
+    kani::cover!(chip.timed_out && !before.timed_out, "RXTO unasked");
 }
 
 #[kani::proof]
