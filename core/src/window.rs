@@ -265,10 +265,10 @@ impl<F: Frame> Window<F> {
         };
         let missing = F::LENGTH.wrapping_sub(self.count());
         let (mut extended, mut taken) = (*self, 0_usize);
-        while let Some(&next) = bytes.get(at.wrapping_add(taken)) {
-            if taken == missing {
+        while taken < missing {
+            let Some(&next) = bytes.get(at.wrapping_add(taken)) else {
                 break;
-            }
+            };
             extended = Self(extended.with(next));
             taken = taken.wrapping_add(1);
         }
