@@ -11,6 +11,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use rsemu::core::space::AddressSpace;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
 
+use crate::assumptions::Assumptions;
 use crate::bus::{Shared, address_space};
 use crate::chip::{Chip, ResetCause};
 use crate::error::{Error, Refusal, Result};
@@ -18,7 +19,6 @@ use crate::handlers::{Handlers, Step};
 use crate::image::Image;
 use crate::memory::{FLASH_SIZE, Memory};
 use crate::trace::{Change, Trace};
-use crate::uarte::Assumptions;
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
 const LINE_PIN: u32 = 8;

@@ -1,7 +1,8 @@
 //! The crystal's start: nRF52840 Product Specification, section "CLOCK".
 //!
 //! CLOCK, POWER and APPROTECT share one block of registers and one interrupt, and so they do here:
-//! RESETREAS is POWER's, and the debug port's protection is described in "Debug and trace". The low-frequency clock is not modelled: the watchdog starts it by itself.
+//! RESETREAS is POWER's, and the debug port's protection is described in "Debug and trace". The
+//! low-frequency clock is not modelled: the watchdog starts it by itself.
 
 use crate::nonvolatile::UNPROTECTED;
 use crate::peripheral::{Common, Context, Peripheral};

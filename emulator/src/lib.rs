@@ -22,7 +22,7 @@
 //! | Part | File | What |
 //! | --- | --- | --- |
 //! | UARTE0 | `uarte.rs`, `uarte/receiver.rs` | reception: EasyDMA, FIFO, shorts, all error causes, sampled bit by bit |
-//! | what is not known of the chip | `uarte/assumptions.rs` | how a test chooses it: [`Assumptions`] |
+//! | what is not known of the chip | `assumptions.rs` | how a test chooses it: [`Assumptions`] |
 //! | UARTE1 | `uarte/transmitter.rs` | transmission, which a wire may bring to UARTE0 |
 //! | line and sender | `line.rs` | baud rate of its own, parity, breaks, missing stop bits, noise |
 //! | TIMER0 to 4 | `timer.rs` | timer and counter, captures, compares, shorts |
@@ -51,11 +51,13 @@
 //! a taken branch (`rsemu`'s table). Entering an exception takes 20 and leaving it 18, where the
 //! Cortex-M4's manual says 12 and 10 for memory without wait states: stacking is charged twice. There
 //! are no flash wait states, no bus contention, no write buffer: silicon may be slower, by how much
-//! only a board shows, and [`Assumptions::slowness`] sets. While the core sleeps, SysTick and the cycle counter stand still.
+//! only a board shows; [`Assumptions::slowness`] makes the model slower. While the core sleeps,
+//! SysTick and the cycle counter stand still.
 //!
 //! Build `rsemu` and this crate optimised in tests too, and `rsemu` without debug assertions
 //! (`[profile.dev.package.rsemu]`): then a busy core is emulated about as fast as the chip runs.
 
+mod assumptions;
 mod board;
 mod bus;
 mod chip;
@@ -79,6 +81,7 @@ mod trace;
 mod uarte;
 mod watchdog;
 
+pub use assumptions::Assumptions;
 pub use board::Board;
 pub use chip::ResetCause;
 pub use error::{Access, Error, Refusal, Result};
@@ -90,4 +93,3 @@ pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
 pub use pwm::Period;
 pub use time::{CYCLES_PER_SECOND, MICROSECOND, MILLISECOND};
 pub use trace::{Activation, Change, Reset, Trace};
-pub use uarte::Assumptions;

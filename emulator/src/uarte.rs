@@ -7,17 +7,16 @@
 //!
 //! Where the specification is silent or doubted, [`Assumptions`] says what is assumed.
 
-mod assumptions;
 mod receiver;
 mod settings;
 mod transmitter;
 
 use std::collections::VecDeque;
 
+use crate::assumptions::Assumptions;
 use crate::error::Refusal;
 use crate::line::Line;
 use crate::peripheral::{Common, Context, Peripheral};
-pub use assumptions::Assumptions;
 use receiver::{Heard, Receiver};
 use settings::{CONFIG_PARITY, ENABLE, Settings};
 pub(crate) use transmitter::Transmitter;

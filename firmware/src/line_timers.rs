@@ -124,7 +124,7 @@ impl LineTimers {
         let count = self.bytes.cc[AT_ERROR].read().bits();
         let since_byte = self.silence.cc[SINCE_BYTE].read().bits();
         if since_byte < BYTE_TIME / 2 {
-            count.saturating_sub(1)
+            count.wrapping_sub(1)
         } else {
             count
         }

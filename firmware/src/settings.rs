@@ -4,6 +4,7 @@
 use core::num::NonZeroU32;
 
 use framelock::{FailsafeParameters, Setpoint};
+use framelock_reception::QUIET_TICKS;
 use nrf52840_hal::gpio::{Disconnected, Input, Level, Output, Pin, PullUp, PushPull, p0, p1};
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 
@@ -126,10 +127,14 @@ pub(crate) const fn baud_register() -> BAUDRATE_A {
 const _: BAUDRATE_A = baud_register();
 const _: () = {
     assert!(HALF.is_power_of_two() && HALF <= 1 << 15);
-    // One byte time less: the check for late handlers is made that much early.
+    // The rest of the time is for parsing a half before its place is given to the UARTE again.
     assert!(
-        (HALF - 2) * (10_000_000 / BAUD) >= HOLD_OFF,
+        HALF / 2 * (10_000_000 / BAUD) >= HOLD_OFF,
         "the halves fill sooner than the hold-off allows"
+    );
+    assert!(
+        QUIET_TICKS * TICK > GAP_AFTER,
+        "after a line error the UARTE would be stopped inside a frame"
     );
     assert!(
         GAP_AFTER > FLUSH_AFTER,

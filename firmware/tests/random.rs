@@ -69,7 +69,7 @@ fn step(random: &mut ChaCha8Rng) -> Step {
 /// * what is committed are frames that were delivered, in order, none across an error or a gap;
 /// * if it has taken every byte, it is all that the reference sees;
 /// * without an error on the line it has taken every byte, and no handler is late. (After an error
-///   the UARTE is started anew when the line falls silent; what comes just then is not heard, and no
+///   the UARTE is started anew at the next gap; what comes just then is not heard, and no
 ///   frame reaches across it: it is reported as an overrun.)
 /// * every byte is in one place.
 #[test]

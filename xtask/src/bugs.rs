@@ -118,17 +118,14 @@ fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Resul
             continue;
         }
         println!("\n=== {} ===", bug.mistake);
-        // The firmware is a workspace of its own.
-        let (folder, members): (_, &[&str]) = match bug.test {
-            Some(_) => ("firmware", &["core", "firmware/reception"]),
-            None => ("proofs", PROOFS_MEMBERS),
+        // The firmware is a workspace of its own; the reception is a member of the one around it.
+        let (folder, with, members): (_, &[&str], &[&str]) = match bug.test {
+            Some(_) => ("firmware", &[], &["core", "firmware/reception"]),
+            None => ("proofs", &["firmware/reception"], PROOFS_MEMBERS),
         };
         let copy = workspace.target_directory.join("bugs").join(folder);
-        workspace.copy(
-            &copy,
-            &["core", folder, "firmware/reception", "fuzz/oracles"],
-            members,
-        )?;
+        let folders = [&["core", folder, "fuzz/oracles"], with].concat();
+        workspace.copy(&copy, &folders, members)?;
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);

@@ -5,11 +5,11 @@ use std::sync::atomic::Ordering::Relaxed;
 use rsemu::cpu::arm::v7m::xpsr;
 
 use super::{Board, STUCK, core};
+use crate::assumptions::Assumptions;
 use crate::chip::ResetCause;
 use crate::error::{Error, Result};
 use crate::line::{Line, Symbol};
 use crate::trace::Reset;
-use crate::uarte::Assumptions;
 
 impl Board {
     /// Changes the line or its sender: baud rate, parity, noise.

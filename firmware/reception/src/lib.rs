@@ -9,12 +9,11 @@
 //!            ▼                                                                      │
 //!      ┌───────────┐ ────────────────────────────────────────────────────────────►──┘
 //! ───► │ Receiving │ ── silence: take what has come ──► (Receiving)
-//!      └───────────┘ ◄───────────────────────────────────────┬──────────────────────┐
-//!            │ late handler, overrun, or silence after       │ nothing left in it   │
-//!            │ a line error                                  │                      │ emptied
-//!            ▼                                               │                      │
-//!      ┌───────────┐           receiver has stopped          │    ┌───────────┐     │
-//!      │ Stopping  ├─────────────────────────────────────────┴───►│ Flushing  ├─────┘
+//!      └───────────┘ ◄──────────────────────────────────────────────────────────┐
+//!            │ late handler, overrun, or a gap after a line error               │ emptied
+//!            ▼                                                                  │
+//!      ┌───────────┐           receiver has stopped               ┌───────────┐ │
+//!      │ Stopping  ├─────────────────────────────────────────────►│ Flushing  ├─┘
 //!      └───────────┘                                              └───────────┘
 //!   Stopping, Flushing: after `PATIENCE` rounds the UARTE is switched off and on: Receiving.
 //! ```
@@ -28,7 +27,9 @@
 //! when the line falls silent. A byte is stored before the line has been silent for three byte times
 //! and before the next byte or error is over. After a line error counts may be too high, since the
 //! specification does not say whether a byte that was not stored is counted: `doubt` says by how many.
-//! Once the line is silent the UARTE is stopped, which tells how many bytes it has stored.
+//! The last `doubt` bytes are then left until others follow, or until a gap: there the UARTE is
+//! stopped, which cuts no frame and tells how many bytes it has stored. So the last frame before a
+//! silence comes that much later, until the UARTE has been started anew.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -51,7 +52,7 @@ pub use registers::{Causes, Event, Half, Moment, Registers};
 
 /// Where the reception is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum State {
+enum State {
     /// The UARTE stores bytes.
     Receiving,
     /// Until the receiver is off. `exact`: AMOUNT will say how many bytes are in the open half.
@@ -64,11 +65,11 @@ pub enum State {
 }
 
 /// Rounds after which a UARTE that does not stop is switched off and on.
-pub const PATIENCE: u32 = 8;
+const PATIENCE: u32 = 8;
 
 /// Errors for which the handler runs from one tick to the next. Later ones are seen when something else
 /// happens.
-pub const ERRORS_A_TICK: u32 = 8;
+const ERRORS_A_TICK: u32 = 8;
 
 /// After a line error: ticks without a byte until the UARTE is stopped, to set the counts right. Longer
 /// than any frame pauses, so that none is cut.

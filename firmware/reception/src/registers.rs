@@ -87,7 +87,7 @@ pub trait Registers {
     fn listen_to_errors(&mut self, listen: bool);
     /// RXD.PTR: where the UARTE goes on when the half that it has begun is full.
     fn name(&mut self, half: Half);
-    /// Starts with the first half, and waits until it has started; a full half starts the next.
+    /// Starts with the first half; a full half starts the next.
     fn start(&mut self);
     /// A full half starts no other from here on.
     fn last_half(&mut self);
