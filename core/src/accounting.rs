@@ -1,6 +1,6 @@
 //! Every byte in exactly one place, and every line event counted.
 
-use crate::{Event, Mismatch, Parser};
+use crate::{BufferedReceiver, Event, Found, Framing, Mismatch, Parser};
 
 /// Something the UART or a timer noticed that makes the frame under way worthless.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -28,11 +28,13 @@ pub struct Discarded {
     pub no_sync: usize,
     /// [`Mismatch::BrokenSync`].
     pub broken_sync: usize,
+    /// [`Mismatch::Header`].
+    pub header: usize,
     /// [`Mismatch::Check`].
     pub check: usize,
     /// [`Mismatch::Terminator`].
     pub terminator: usize,
-    /// Held when a line event came.
+    /// [`Mismatch::LineEvent`].
     pub line_event: usize,
 }
 
@@ -42,6 +44,7 @@ impl Discarded {
     pub const fn total(&self) -> usize {
         self.no_sync
             .wrapping_add(self.broken_sync)
+            .wrapping_add(self.header)
             .wrapping_add(self.check)
             .wrapping_add(self.terminator)
             .wrapping_add(self.line_event)
@@ -51,8 +54,10 @@ impl Discarded {
         let counter = match why {
             Mismatch::NoSync => &mut self.no_sync,
             Mismatch::BrokenSync => &mut self.broken_sync,
+            Mismatch::Header => &mut self.header,
             Mismatch::Check => &mut self.check,
             Mismatch::Terminator => &mut self.terminator,
+            Mismatch::LineEvent => &mut self.line_event,
         };
         *counter = counter.wrapping_add(bytes);
     }
@@ -98,6 +103,8 @@ pub struct Counters {
     pub bytes: usize,
     /// Frames committed.
     pub frames: usize,
+    /// Bytes in them.
+    pub frame_bytes: usize,
     /// Bytes that are part of no frame.
     pub discarded: Discarded,
     /// Commits that ended a loss: the first one after bytes were discarded.
@@ -111,9 +118,11 @@ impl Counters {
     pub const ZERO: Self = Self {
         bytes: 0,
         frames: 0,
+        frame_bytes: 0,
         discarded: Discarded {
             no_sync: 0,
             broken_sync: 0,
+            header: 0,
             check: 0,
             terminator: 0,
             line_event: 0,
@@ -134,7 +143,7 @@ impl Counters {
 /// At any time, modulo the width of the counters (theorem 9):
 ///
 /// ```text
-/// bytes = frame length * frames + discarded + pending
+/// bytes = frame_bytes + discarded + pending
 /// ```
 ///
 /// # Examples
@@ -145,17 +154,15 @@ impl Counters {
 /// assert_eq!((line.counters().frames, line.pending()), (1, 4));
 /// line.line_event(LineEvent::Framing);
 /// assert_eq!((line.counters().discarded.no_sync, line.counters().discarded.line_event), (6, 4));
-/// assert_eq!(line.counters().bytes, 7 * 1 + (6 + 4) + 0);
+/// assert_eq!((line.counters().bytes, line.counters().frame_bytes), (7 + (6 + 4) + 0, 7));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Accounting<P> {
     parser: P,
-    counters: Counters,
-    /// Bytes were discarded since the last commit.
-    lost: bool,
+    ledger: Ledger,
 }
 
-impl<P: Parser> Accounting<P> {
+impl<P> Accounting<P> {
     /// Nothing counted yet. Give it a parser in which nothing is pending: bytes that it took before
     /// are not counted.
     #[must_use]
@@ -168,11 +175,27 @@ impl<P: Parser> Accounting<P> {
     pub const fn resumed(parser: P, counters: Counters) -> Self {
         Self {
             parser,
-            counters,
-            lost: false,
+            ledger: Ledger {
+                counters,
+                lost: false,
+            },
         }
     }
 
+    /// What has been counted.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        &self.ledger.counters
+    }
+
+    /// The parser, to look at.
+    #[must_use]
+    pub const fn parser(&self) -> &P {
+        &self.parser
+    }
+}
+
+impl<P: Parser> Accounting<P> {
     /// Takes the next byte; gives the message if it completes a frame.
     ///
     /// Costs what [`feed`](Self::feed) of one byte does; feed slices where there are any.
@@ -186,25 +209,14 @@ impl<P: Parser> Accounting<P> {
     /// Takes a slice: calls `frame` with each message, and the index in `bytes` of its last byte.
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], mut frame: impl FnMut(usize, P::Message)) {
-        let Self {
-            parser,
-            counters,
-            lost,
-        } = self;
-        counters.bytes = counters.bytes.wrapping_add(bytes.len());
+        let Self { parser, ledger } = self;
+        ledger.received(bytes.len());
         parser.feed_events(bytes, |event| match event {
             Event::Frame { index, message } => {
-                counters.frames = counters.frames.wrapping_add(1);
-                if *lost {
-                    *lost = false;
-                    counters.resynchronisations = counters.resynchronisations.wrapping_add(1);
-                }
+                ledger.frame(P::FRAME_LENGTH);
                 frame(index, message);
             }
-            Event::Dropped { count, why } => {
-                *lost = true;
-                counters.discarded.count(why, count);
-            }
+            Event::Dropped { count, why } => ledger.dropped(count, why),
         });
     }
 
@@ -213,18 +225,10 @@ impl<P: Parser> Accounting<P> {
     ///
     /// Do not push a byte that is known to be bad: report the event in its place.
     pub fn line_event(&mut self, event: LineEvent) {
-        self.counters.events.count(event);
-        let pending = self.parser.pending();
-        self.lost |= pending > 0;
-        let discarded = &mut self.counters.discarded.line_event;
-        *discarded = discarded.wrapping_add(pending);
+        self.ledger.counters.events.count(event);
+        self.ledger
+            .dropped(self.parser.pending(), Mismatch::LineEvent);
         self.parser.reset();
-    }
-
-    /// What has been counted.
-    #[must_use]
-    pub const fn counters(&self) -> &Counters {
-        &self.counters
     }
 
     /// How many of the last bytes are pending: a frame may yet include them.
@@ -232,10 +236,90 @@ impl<P: Parser> Accounting<P> {
     pub fn pending(&self) -> usize {
         self.parser.pending()
     }
+}
 
-    /// The parser, to look at.
+impl<F: Framing, const N: usize> Accounting<BufferedReceiver<F, N>> {
+    /// [`BufferedReceiver::push`].
+    #[inline]
+    pub fn push(&mut self, byte: u8) -> Option<F::Message<'_>> {
+        let Self { parser, ledger } = self;
+        ledger.received(1);
+        let (length, message) =
+            parser.push_events(byte, |count, why| ledger.dropped(count, why))?;
+        ledger.frame(length);
+        Some(message)
+    }
+
+    /// Takes a slice: calls `frame` with each message. See [`BufferedReceiver::feed`].
+    #[inline]
+    pub fn feed(&mut self, bytes: &[u8], mut frame: impl FnMut(F::Message<'_>)) {
+        let Self { parser, ledger } = self;
+        ledger.received(bytes.len());
+        parser.feed(bytes, |found| {
+            ledger.found(found).into_iter().for_each(&mut frame)
+        });
+    }
+
+    /// Decides about what is pending: calls `frame` with each frame that lies whole in it, and drops the
+    /// rest, so that no frame that holds a byte from before the event is committed later
+    /// (theorem 13f).
+    ///
+    /// Do not push a byte that is known to be bad: report the event in its place.
+    pub fn line_event(&mut self, event: LineEvent, mut frame: impl FnMut(F::Message<'_>)) {
+        let Self { parser, ledger } = self;
+        ledger.counters.events.count(event);
+        parser.line_event(|found| ledger.found(found).into_iter().for_each(&mut frame));
+    }
+
+    /// How many of the last bytes are pending: a frame may yet include them.
     #[must_use]
-    pub const fn parser(&self) -> &P {
-        &self.parser
+    pub const fn pending(&self) -> usize {
+        self.parser.pending()
+    }
+}
+
+/// The counters, and what it takes to count resynchronisations.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct Ledger {
+    counters: Counters,
+    /// Bytes were discarded since the last commit.
+    lost: bool,
+}
+
+impl Ledger {
+    #[inline]
+    fn received(&mut self, count: usize) {
+        self.counters.bytes = self.counters.bytes.wrapping_add(count);
+    }
+
+    #[inline]
+    fn frame(&mut self, length: usize) {
+        let counters = &mut self.counters;
+        counters.frames = counters.frames.wrapping_add(1);
+        counters.frame_bytes = counters.frame_bytes.wrapping_add(length);
+        if self.lost {
+            self.lost = false;
+            counters.resynchronisations = counters.resynchronisations.wrapping_add(1);
+        }
+    }
+
+    #[inline]
+    fn dropped(&mut self, count: usize, why: Mismatch) {
+        self.lost |= count > 0;
+        self.counters.discarded.count(why, count);
+    }
+
+    #[inline]
+    fn found<M>(&mut self, found: Found<M>) -> Option<M> {
+        match found {
+            Found::Frame { length, message } => {
+                self.frame(length);
+                Some(message)
+            }
+            Found::Dropped { count, why } => {
+                self.dropped(count, why);
+                None
+            }
+        }
     }
 }

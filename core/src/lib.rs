@@ -22,6 +22,7 @@
 //! | type | what it is | bytes of state |
 //! |---|---|---|
 //! | [`Receiver`] | the receiver: any [`Format`] of fixed length | 8 (16 for frames above 8 bytes) |
+//! | [`BufferedReceiver`] | the receiver of frames of any other length: a [`Framing`] | buffer + 12 |
 //! | [`Lecture`] | the lecture's machine, literally: seven states | 4 |
 //! | [`Accounting`] | either of them, and where each byte went; takes line events | + 14 words |
 //! | [`Failsafe`] | between setpoints and actuators: hold, ramp to park, come back slowly | 60 |
@@ -104,8 +105,10 @@ struct Readme;
 extern crate kani;
 
 mod accounting;
+mod buffered;
 mod failsafe;
 mod format;
+mod framing;
 mod lecture;
 mod parser;
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
@@ -115,8 +118,10 @@ mod setpoint;
 mod window;
 
 pub use accounting::{Accounting, Counters, Discarded, LineEvent, LineEvents};
+pub use buffered::{BufferedReceiver, Found};
 pub use failsafe::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
 pub use format::{Bin, BinCrc8, Format, Frame, Shape, crc8};
+pub use framing::{BrokenLaw, Either, EitherMessage, Framing, Headed, Verdict, check_laws};
 pub use lecture::{Lecture, State};
 pub use parser::{Event, Mismatch, Parser};
 #[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]

@@ -67,8 +67,8 @@ pub enum Event<Message> {
 }
 
 /// Why bytes are part of no frame: the first place at which the frame that would begin with them
-/// goes wrong.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+/// goes wrong. Ordered by how far on in the frame that is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Mismatch {
@@ -76,8 +76,13 @@ pub enum Mismatch {
     NoSync,
     /// The first sync byte was right, a later one was not.
     BrokenSync,
+    /// The sync was right, but no frame has such a header: its length or kind is none that the format
+    /// has. Formats of fixed length have none.
+    Header,
     /// A fixed byte behind the payload, the terminator, was another.
     Terminator,
     /// All fixed bytes were right, the format's check (a checksum, a range) failed.
     Check,
+    /// Pending when a [`LineEvent`](crate::LineEvent) came.
+    LineEvent,
 }

@@ -1,7 +1,7 @@
 //! Theorem 9: every byte is in exactly one place (L2). At any time, modulo the counters' width,
 //!
 //! ```text
-//! bytes = frame length * frames + discarded + pending
+//! bytes = frame_bytes + discarded + pending
 //! ```
 //!
 //! Proof by induction: at reset all are 0. Each byte, and each line event, adds the same on both sides,
@@ -24,10 +24,12 @@ fn any_account<P: Parser>(parser: P, start: usize) -> Accounting<P> {
     let mut counters = Counters::ZERO;
     counters.bytes = start;
     counters.frames = start;
+    counters.frame_bytes = start;
     counters.resynchronisations = start;
     counters.discarded = Discarded {
         no_sync: start,
         broken_sync: start,
+        header: start,
         check: start,
         terminator: start,
         line_event: start,
@@ -35,7 +37,7 @@ fn any_account<P: Parser>(parser: P, start: usize) -> Accounting<P> {
     Accounting::resumed(parser, counters)
 }
 
-/// By how much the counters went up: those of frames as bytes, and those of discarded bytes.
+/// By how much the counters went up: of bytes in frames, and of discarded bytes.
 fn placed<P: Parser>(counters: &Counters, start: usize) -> u8 {
     let up = |counter: usize| {
         let up = counter.wrapping_sub(start).to_le_bytes()[0];
@@ -43,9 +45,11 @@ fn placed<P: Parser>(counters: &Counters, start: usize) -> u8 {
         up
     };
     let discarded = &counters.discarded;
-    up(counters.frames) * P::FRAME_LENGTH.to_le_bytes()[0]
+    assert!(up(counters.frame_bytes) == up(counters.frames) * P::FRAME_LENGTH.to_le_bytes()[0]);
+    up(counters.frame_bytes)
         + up(discarded.no_sync)
         + up(discarded.broken_sync)
+        + up(discarded.header)
         + up(discarded.check)
         + up(discarded.terminator)
         + up(discarded.line_event)

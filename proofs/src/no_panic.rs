@@ -44,15 +44,17 @@ fn receiver_of_bin_crc8() {
 #[kani::proof]
 #[kani::unwind(9)]
 fn accounting() {
-    let [bytes, frames, resynchronisations] = kani::any();
-    let [no_sync, broken_sync, check, terminator, line_event] = kani::any();
+    let [bytes, frames, frame_bytes, resynchronisations] = kani::any();
+    let [no_sync, broken_sync, header, check, terminator, line_event] = kani::any();
     let [framing, parity, overrun, line_break, idle] = kani::any();
     let counters = Counters {
         bytes,
         frames,
+        frame_bytes,
         discarded: Discarded {
             no_sync,
             broken_sync,
+            header,
             check,
             terminator,
             line_event,

@@ -11,6 +11,8 @@
 //!
 //! The loops run over every index in order, and never jump, so that a model checker can follow.
 
+use framelock::{Found, Framing, Mismatch, Verdict};
+
 /// What the reference sees.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Event {
@@ -144,6 +146,43 @@ pub fn whole_buffer<F: Format>(
                 setpoint: [pitch, roll, yaw],
             });
         }
+    }
+    0
+}
+
+/// The reference for frames of any length: at each place the format is asked about all that follows.
+/// Reports every frame, with the place it begins at as its message, and every byte dropped, in order, and returns how many bytes
+/// at the end may yet become a frame. If the stream is over, because a line event came, none may:
+/// where it would wait, it drops a byte.
+pub fn framed<F: Framing>(
+    format: &F,
+    bytes: &[u8],
+    is_over: bool,
+    mut report: impl FnMut(Found<usize>),
+) -> usize {
+    let mut free = 0;
+    for i in 0..bytes.len() {
+        if i < free {
+            continue;
+        }
+        let rest = bytes.get(i..).unwrap_or_default();
+        let known = rest.get(..F::LONGEST).unwrap_or(rest);
+        free = match format.judge(known) {
+            Verdict::Frame(length) => {
+                let message = i;
+                report(Found::Frame { length, message });
+                i + length
+            }
+            Verdict::Incomplete { .. } if !is_over => return rest.len(),
+            verdict => {
+                let why = match verdict {
+                    Verdict::Reject(why) => why,
+                    _ => Mismatch::LineEvent,
+                };
+                report(Found::Dropped { count: 1, why });
+                i + 1
+            }
+        };
     }
     0
 }

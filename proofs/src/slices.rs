@@ -33,6 +33,7 @@ impl<const N: usize> Report<N> {
                     Mismatch::BrokenSync => broken_sync,
                     Mismatch::Check => check,
                     Mismatch::Terminator => terminator,
+                    Mismatch::Header | Mismatch::LineEvent => panic!("it has neither"),
                 } += count.to_le_bytes()[0];
             }
         });

@@ -246,6 +246,7 @@ impl Reasons {
             Mismatch::BrokenSync => self.broken_sync += 1,
             Mismatch::Terminator => self.terminator += 1,
             Mismatch::Check => self.check += 1,
+            Mismatch::Header | Mismatch::LineEvent => panic!("no reason of a fixed format"),
         }
     }
 }

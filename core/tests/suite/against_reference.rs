@@ -157,6 +157,7 @@ fn counters_wrap() {
     let discarded = Discarded {
         no_sync: most,
         broken_sync: most,
+        header: most,
         check: most,
         terminator: most,
         line_event: most,
@@ -171,6 +172,7 @@ fn counters_wrap() {
     let counters = framelock::Counters {
         bytes: most,
         frames: most,
+        frame_bytes: most,
         discarded,
         resynchronisations: most,
         events,

@@ -66,14 +66,15 @@ pub(crate) struct Counted {
 }
 
 impl Counted {
-    /// The bytes since the last line event, and what became of them.
-    pub(crate) fn add(&mut self, bytes: usize, outcome: &Outcome) {
+    /// The bytes since the last line event, and what became of them in frames of so many bytes.
+    pub(crate) fn add(&mut self, bytes: usize, frame_length: usize, outcome: &Outcome) {
         let counters = &mut self.counters;
         counters.bytes += bytes;
         for event in &outcome.events {
             match *event {
                 Event::Frame { .. } => {
                     counters.frames += 1;
+                    counters.frame_bytes += frame_length;
                     counters.resynchronisations += usize::from(self.lost);
                     self.lost = false;
                 }
@@ -81,6 +82,8 @@ impl Counted {
                     *match why {
                         Mismatch::NoSync => &mut counters.discarded.no_sync,
                         Mismatch::BrokenSync => &mut counters.discarded.broken_sync,
+                        Mismatch::Header => &mut counters.discarded.header,
+                        Mismatch::LineEvent => &mut counters.discarded.line_event,
                         Mismatch::Check => &mut counters.discarded.check,
                         Mismatch::Terminator => &mut counters.discarded.terminator,
                     } += count;

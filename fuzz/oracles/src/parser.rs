@@ -48,7 +48,7 @@ where
         assert_eq!(frames, expected.frames(), "accounted for: {steps:02X?}");
         assert_eq!(line.parser(), &pushed, "accounted for: {steps:02X?}");
 
-        counted.add(bytes.len(), &expected);
+        counted.add(bytes.len(), P::FRAME_LENGTH, &expected);
         if let Some(StreamStep::Event(event)) = stretch.last() {
             line.line_event(*event);
             counted.add_event(*event, &expected);

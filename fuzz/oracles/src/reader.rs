@@ -103,7 +103,7 @@ fn expected<F: Format>(steps: &[StreamStep], policy: Policy) -> (Vec<Answer>, Co
             .copied()
             .collect();
         let outcome = Outcome::expected::<F>(&bytes, policy);
-        counted.add(bytes.len(), &outcome);
+        counted.add(bytes.len(), F::LENGTH, &outcome);
 
         let mut frames = outcome.frames().into_iter().peekable();
         let mut read = 0;

@@ -1,0 +1,428 @@
+//! The receiver of frames of any length, which keeps what may become one in a buffer.
+//!
+//! ```text
+//!            from                  to     ask_at
+//!   ┌─────────┬─────────────────────┬───────┬─────────────┐
+//!   │ settled │       pending       │       │    free     │  buffer: N bytes, at least LONGEST
+//!   └─────────┴─────────────────────┴───────┴─────────────┘
+//! ```
+//!
+//! A byte is stored at `to`. Until `to` has come to `ask_at` nothing can be said, and that is all. Then
+//! the format is asked about the pending bytes, and one of three things happens:
+//!
+//! * they begin with a frame: it is committed, and `from` moves behind it;
+//! * no frame begins here: one byte is dropped, `from` moves by one;
+//! * it says how many bytes it takes to know more: `ask_at`.
+//!
+//! What is pending moves to the front when the buffer is full.
+
+use core::fmt::Debug;
+
+use crate::{Framing, Mismatch, Verdict};
+
+#[cfg(kani)]
+#[allow(
+    clippy::arithmetic_side_effects,
+    clippy::indexing_slicing,
+    reason = "what goes wrong is what a harness would find"
+)]
+mod verification;
+
+/// What becomes of the next bytes of the stream: each byte is in exactly one of these.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Found<Message> {
+    /// A frame was committed.
+    Frame {
+        /// How many bytes it has.
+        length: usize,
+        /// What it means.
+        message: Message,
+    },
+    /// Bytes that begin no frame.
+    Dropped {
+        /// How many.
+        count: usize,
+        /// Why.
+        why: Mismatch,
+    },
+}
+
+/// The receiver of frames of any length up to [`Framing::LONGEST`], and never deaf.
+///
+/// For frames of fixed length of up to 16 bytes there is [`Receiver`](crate::Receiver): it is smaller,
+/// faster, and delivers each frame with its last byte. This one takes `N` bytes and three words,
+/// and `N` is at least `LONGEST`; more makes it rarer that pending bytes are moved.
+///
+/// # The rule
+///
+/// From left to right: where a frame begins, it is committed, and the next byte is the one behind
+/// it; where none begins, one byte is dropped; where that cannot be known yet, the receiver waits
+/// (theorem 13a). So a frame that arrives whole is committed, unless a committed frame begins
+/// before it and ends inside it (13d).
+///
+/// # What to expect
+///
+/// * **Latency.** Behind a false beginning a frame is committed late: at most
+///   `LONGEST - its length` bytes behind its last byte, or with the line event (13e). In a stream
+///   without errors it is committed with its last byte. Set a failsafe's times accordingly.
+/// * **Cost.** [`push`](Self::push) asks the format at most once about at most `LONGEST` bytes, whatever
+///   comes (13c). Most bytes are stored and that is all.
+/// * **What no receiver can know.** A false frame whose check is right is committed, and with it bytes
+///   of a true one. Where the head of a frame is lost, a frame inside its payload is committed.
+///
+/// # Examples
+/// ```
+/// use framelock::{BufferedReceiver, Found, Framing, Headed, LineEvent, Verdict};
+///
+/// /// `'#' length payload`, 2 to 9 bytes.
+/// struct Short;
+///
+/// impl Framing for Short {
+///     const LONGEST: usize = 9;
+///     type Message<'a> = &'a [u8];
+///     fn judge(&self, bytes: &[u8]) -> Verdict {
+///         Headed { sync: b"#", header: 2, longest: 9 }
+///             .judge(bytes, |header| Some(2 + usize::from(header[1])), |_| true)
+///     }
+///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+///         &frame[2..]
+///     }
+/// }
+///
+/// let mut receiver = BufferedReceiver::<_, 9>::new(Short);
+/// assert_eq!(receiver.push(b'#'), None);
+/// assert_eq!(receiver.push(2), None);
+/// assert_eq!(receiver.push(b'o'), None);
+/// assert_eq!(receiver.push(b'k'), Some(&b"ok"[..]));
+///
+/// // A false beginning in front of a frame: the silence behind it delivers the frame.
+/// let mut messages = Vec::new();
+/// receiver.feed(b"#\x07#\x02ok", |_| unreachable!());
+/// assert_eq!(receiver.pending(), 6);
+/// receiver.line_event(|found| if let Found::Frame { message, .. } = found {
+///     messages.push(message.to_vec());
+/// });
+/// assert_eq!(messages, [b"ok"]);
+/// ```
+/// A buffer that does not hold the longest frame does not compile:
+/// ```compile_fail,E0080
+/// # use framelock::{BufferedReceiver, Framing, Mismatch, Verdict};
+/// # struct Long;
+/// # impl Framing for Long {
+/// const LONGEST: usize = 64;
+/// #     type Message<'a> = ();
+/// #     fn judge(&self, _: &[u8]) -> Verdict { Verdict::Reject(Mismatch::NoSync) }
+/// #     fn decode(&self, _: &[u8]) {}
+/// # }
+/// const _: BufferedReceiver<Long, 63> = BufferedReceiver::new(Long);
+/// ```
+#[derive(Clone, Debug)]
+pub struct BufferedReceiver<F, const N: usize> {
+    format: F,
+    buffer: [u8; N],
+    /// Pending: `buffer[from..to]`.
+    from: usize,
+    to: usize,
+    /// Nothing can be said of the pending bytes before `to` comes here.
+    ask_at: usize,
+}
+
+/// What was decided about the first pending byte.
+enum Decision {
+    /// A frame of so many bytes began there, at this place of the buffer.
+    Frame { at: usize, length: usize },
+    /// None begins there.
+    Dropped(Mismatch),
+    /// Nothing is pending, or more bytes are needed.
+    Waiting,
+}
+
+impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
+    /// A receiver that has received nothing yet.
+    #[must_use]
+    pub const fn new(format: F) -> Self {
+        const {
+            assert!(
+                F::LONGEST >= 1 && F::LONGEST <= N,
+                "the buffer must hold the longest frame: \
+                 make N of BufferedReceiver<F, N> at least F::LONGEST, or LONGEST smaller"
+            );
+        }
+        Self {
+            format,
+            buffer: [0; N],
+            from: 0,
+            to: 0,
+            ask_at: 0,
+        }
+    }
+
+    /// Takes the next byte of the stream; gives the message if a frame is found.
+    ///
+    /// It asks the format at most once. So bytes may be left that could be decided: after a false
+    /// beginning the following calls catch up, one beginning each. Where no byte follows, a
+    /// [`line_event`](Self::line_event) or [`feed`](Self::feed) of an empty slice does.
+    #[inline]
+    pub fn push(&mut self, byte: u8) -> Option<F::Message<'_>> {
+        self.push_events(byte, |_, _| ())
+            .map(|(_, message)| message)
+    }
+
+    /// [`push`](Self::push), which tells of each run of bytes that it drops, before the frame.
+    #[inline]
+    pub(crate) fn push_events(
+        &mut self,
+        byte: u8,
+        mut dropped: impl FnMut(usize, Mismatch),
+    ) -> Option<(usize, F::Message<'_>)> {
+        self.store(&[byte]);
+        if self.to < self.ask_at {
+            return None;
+        }
+        self.drop_what_starts_nothing(&mut dropped);
+        match self.decide() {
+            Decision::Frame { at, length } => Some((length, self.message(at, length))),
+            Decision::Dropped(why) => {
+                dropped(1, why);
+                None
+            }
+            Decision::Waiting => None,
+        }
+    }
+
+    /// Takes a slice, and says what becomes of all bytes that can be decided, in the order of the
+    /// stream. Frames that lie whole in the slice are not copied.
+    ///
+    /// A stream may be cut into slices anywhere (theorem 13a). It asks the format once for each
+    /// byte dropped, or frame, or call at most; feeding an empty slice catches up with what `push` has left.
+    pub fn feed(&mut self, bytes: &[u8], mut event: impl FnMut(Found<F::Message<'_>>)) {
+        let mut rest = bytes;
+        while self.pending() > 0 {
+            // With as much of the slice as the longest frame may have, the first byte is decided.
+            let missing = F::LONGEST.saturating_sub(self.pending());
+            let Some((now, later)) = rest.split_at_checked(missing) else {
+                self.store(rest);
+                self.decide_all(&mut event);
+                return;
+            };
+            self.store(now);
+            self.decide_all(&mut event);
+            rest = later;
+            // Where all that is pending came from the slice, go on in the slice.
+            let taken = bytes.len().wrapping_sub(rest.len());
+            if let Some(back) = taken.checked_sub(self.pending()) {
+                rest = bytes.get(back..).unwrap_or_default();
+                self.reset();
+            }
+        }
+        while !rest.is_empty() {
+            let Some(behind) = self.take(rest, &mut event) else {
+                return;
+            };
+            rest = behind;
+        }
+    }
+
+    /// With nothing pending: decides about the first bytes of a slice, and gives what is behind them; stores
+    /// them all if there are too few.
+    #[inline]
+    fn take<'b>(
+        &mut self,
+        bytes: &'b [u8],
+        event: &mut impl FnMut(Found<F::Message<'_>>),
+    ) -> Option<&'b [u8]> {
+        let run = run_without_start(&self.format, bytes);
+        if run > 0 {
+            event(Found::Dropped {
+                count: run,
+                why: Mismatch::NoSync,
+            });
+            return bytes.get(run..);
+        }
+        match judge(&self.format, bytes.get(..F::LONGEST).unwrap_or(bytes), 0) {
+            Verdict::Frame(length) => {
+                let (frame, behind) = bytes.split_at_checked(length)?;
+                event(Found::Frame {
+                    length,
+                    message: self.format.decode(frame),
+                });
+                Some(behind)
+            }
+            Verdict::Reject(why) => {
+                event(Found::Dropped { count: 1, why });
+                bytes.get(1..)
+            }
+            Verdict::Incomplete { at_least } => {
+                self.store(bytes);
+                self.ask_at = at_least;
+                None
+            }
+        }
+    }
+
+    /// No more bytes will come for what is pending: the line fell silent, or failed. Frames that lie
+    /// whole in it are committed, the rest is dropped, and nothing is pending (theorem 13f).
+    ///
+    /// It asks the format once for each pending byte at most.
+    pub fn line_event(&mut self, mut event: impl FnMut(Found<F::Message<'_>>)) {
+        loop {
+            self.decide_all(&mut event);
+            if self.pending() == 0 {
+                return;
+            }
+            event(Found::Dropped {
+                count: 1,
+                why: Mismatch::LineEvent,
+            });
+            self.from = self.from.wrapping_add(1);
+            // What was known was known of the byte that is gone.
+            self.ask_at = 0;
+        }
+    }
+
+    /// How many of the last bytes are pending: a frame may yet include them. Fewer than `LONGEST`.
+    #[must_use]
+    pub const fn pending(&self) -> usize {
+        self.to.saturating_sub(self.from)
+    }
+
+    /// Forgets what is pending, as if nothing had ever been received.
+    pub const fn reset(&mut self) {
+        (self.from, self.to, self.ask_at) = (0, 0, 0);
+    }
+
+    /// The format, to look at.
+    #[must_use]
+    pub const fn format(&self) -> &F {
+        &self.format
+    }
+
+    /// Decides about pending bytes until more are needed.
+    fn decide_all(&mut self, event: &mut impl FnMut(Found<F::Message<'_>>)) {
+        while self.to >= self.ask_at {
+            self.drop_what_starts_nothing(&mut |count, why| event(Found::Dropped { count, why }));
+            match self.decide() {
+                Decision::Frame { at, length } => event(Found::Frame {
+                    length,
+                    message: self.message(at, length),
+                }),
+                Decision::Dropped(why) => event(Found::Dropped { count: 1, why }),
+                Decision::Waiting => return,
+            }
+        }
+    }
+
+    #[inline]
+    fn drop_what_starts_nothing(&mut self, dropped: &mut impl FnMut(usize, Mismatch)) {
+        let pending = self.buffer.get(self.from..self.to).unwrap_or_default();
+        let run = run_without_start(&self.format, pending);
+        if run > 0 {
+            dropped(run, Mismatch::NoSync);
+            self.from = self.from.wrapping_add(run);
+            self.ask_at = 0;
+        }
+    }
+
+    /// Asks the format about the pending bytes, once.
+    #[inline]
+    fn decide(&mut self) -> Decision {
+        let pending = self.buffer.get(self.from..self.to).unwrap_or_default();
+        let pending = pending.get(..F::LONGEST).unwrap_or(pending);
+        if pending.is_empty() {
+            self.reset();
+            return Decision::Waiting;
+        }
+        // By law 3 fewer bytes than it takes to ask were incomplete.
+        let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
+        self.ask_at = 0;
+        match judge(&self.format, pending, seen) {
+            Verdict::Frame(length) => {
+                let at = self.from;
+                self.from = at.wrapping_add(length);
+                if self.from == self.to {
+                    self.reset();
+                }
+                Decision::Frame { at, length }
+            }
+            Verdict::Reject(why) => {
+                self.from = self.from.wrapping_add(1);
+                Decision::Dropped(why)
+            }
+            Verdict::Incomplete { at_least } => {
+                self.ask_at = self.from.wrapping_add(at_least);
+                Decision::Waiting
+            }
+        }
+    }
+
+    #[inline]
+    fn message(&self, at: usize, length: usize) -> F::Message<'_> {
+        let frame = self.buffer.get(at..at.wrapping_add(length));
+        self.format.decode(frame.unwrap_or_default())
+    }
+
+    /// Stores bytes; with those pending they are `LONGEST` at most.
+    #[inline]
+    fn store(&mut self, bytes: &[u8]) {
+        if bytes.len() > N.saturating_sub(self.to) {
+            self.move_to_front();
+        }
+        for &byte in bytes {
+            if let Some(place) = self.buffer.get_mut(self.to) {
+                *place = byte;
+                self.to = self.to.wrapping_add(1);
+            }
+        }
+    }
+
+    /// Byte by byte: `copy_within` would bring 1.5 KB of `memmove` into firmware.
+    #[cold]
+    fn move_to_front(&mut self) {
+        let mut to = 0_usize;
+        for place in self.from..self.to {
+            let byte = self.buffer.get(place).copied().unwrap_or_default();
+            if let Some(place) = self.buffer.get_mut(to) {
+                *place = byte;
+                to = to.wrapping_add(1);
+            }
+        }
+        self.ask_at = self.ask_at.saturating_sub(self.from);
+        (self.from, self.to) = (0, to);
+    }
+}
+
+/// What the format says of 1 to `LONGEST` bytes, as far as it keeps law 1: so that no format, however
+/// wrong, makes the receiver hang, run out of buffer, or go deaf.
+#[inline]
+fn judge<F: Framing>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
+    match format.judge_on(bytes, seen) {
+        Verdict::Frame(length) if length == 0 || length > bytes.len() => {
+            Verdict::Reject(Mismatch::Check)
+        }
+        Verdict::Incomplete { .. } if bytes.len() >= F::LONGEST => {
+            Verdict::Reject(Mismatch::Header)
+        }
+        Verdict::Incomplete { at_least } if at_least <= bytes.len() || at_least > F::LONGEST => {
+            Verdict::Incomplete {
+                at_least: bytes.len().wrapping_add(1),
+            }
+        }
+        verdict => verdict,
+    }
+}
+
+/// How many bytes, from the first on, start no frame.
+#[inline]
+fn run_without_start<F: Framing>(format: &F, bytes: &[u8]) -> usize {
+    const AT_ONCE: usize = 32;
+    let blocks = bytes.chunks_exact(AT_ONCE);
+    let starts_none = |block: &&[u8]| {
+        !block
+            .iter()
+            .fold(false, |any, &byte| any | format.starts(byte))
+    };
+    let run = blocks.take_while(starts_none).count().wrapping_mul(AT_ONCE);
+    let rest = bytes.get(run..).unwrap_or_default();
+    let in_rest = rest.iter().position(|&byte| format.starts(byte));
+    run.wrapping_add(in_rest.unwrap_or(rest.len()))
+}

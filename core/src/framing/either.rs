@@ -1,0 +1,93 @@
+//! Two protocols on one line.
+
+use super::{Framing, Verdict};
+
+/// Two formats on one line, UBX and NMEA for example. Where no frame of the first begins, the
+/// second is asked. Nest them for more.
+///
+/// # Examples
+/// ```
+/// use framelock::{BufferedReceiver, Either, EitherMessage, Framing, Headed, Verdict};
+///
+/// /// Frames of three bytes, which begin with one of their own.
+/// struct Three(u8);
+///
+/// impl Framing for Three {
+///     const LONGEST: usize = 3;
+///     type Message<'a> = &'a [u8];
+///     fn judge(&self, bytes: &[u8]) -> Verdict {
+///         Headed { sync: &[self.0], header: 1, longest: 3 }.judge(bytes, |_| Some(3), |_| true)
+///     }
+///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+///         &frame[1..]
+///     }
+/// }
+///
+/// let mut receiver = BufferedReceiver::<_, 3>::new(Either(Three(b'$'), Three(b'#')));
+/// let mut found = Vec::new();
+/// for byte in *b"$ab #cd" {
+///     match receiver.push(byte) {
+///         Some(EitherMessage::First(text)) => found.push((1, text.to_vec())),
+///         Some(EitherMessage::Second(text)) => found.push((2, text.to_vec())),
+///         None => {}
+///     }
+/// }
+/// assert_eq!(found, [(1, b"ab".to_vec()), (2, b"cd".to_vec())]);
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Either<A, B>(
+    /// Asked first.
+    pub A,
+    /// Asked where no frame of the first begins.
+    pub B,
+);
+
+/// A message of one of two formats.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum EitherMessage<A, B> {
+    /// Of the first.
+    First(A),
+    /// Of the second.
+    Second(B),
+}
+
+/// What `format` says of as many of the bytes as it may be asked about.
+#[inline]
+fn ask<F: Framing>(format: &F, bytes: &[u8]) -> Verdict {
+    format.judge(bytes.get(..F::LONGEST).unwrap_or(bytes))
+}
+
+impl<A: Framing, B: Framing> Framing for Either<A, B> {
+    const LONGEST: usize = if A::LONGEST > B::LONGEST {
+        A::LONGEST
+    } else {
+        B::LONGEST
+    };
+    type Message<'a> = EitherMessage<A::Message<'a>, B::Message<'a>>;
+
+    #[inline]
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        match ask(&self.0, bytes) {
+            Verdict::Reject(why) => match ask(&self.1, bytes) {
+                // Of two reasons the one that was found further on in the frame.
+                Verdict::Reject(other) => Verdict::Reject(why.max(other)),
+                verdict => verdict,
+            },
+            verdict => verdict,
+        }
+    }
+
+    #[inline]
+    fn starts(&self, byte: u8) -> bool {
+        self.0.starts(byte) || self.1.starts(byte)
+    }
+
+    #[inline]
+    fn decode<'a>(&self, frame: &'a [u8]) -> Self::Message<'a> {
+        match ask(&self.0, frame) {
+            // By law 2 a frame of the first was never rejected.
+            Verdict::Reject(_) => EitherMessage::Second(self.1.decode(frame)),
+            _ => EitherMessage::First(self.0.decode(frame)),
+        }
+    }
+}
