@@ -256,7 +256,7 @@ impl<F: Framing, const N: usize> Accounting<BufferedReceiver<F, N>> {
         let Self { parser, ledger } = self;
         ledger.received(bytes.len());
         parser.feed(bytes, |found| {
-            ledger.found(found).into_iter().for_each(&mut frame)
+            ledger.found(found).into_iter().for_each(&mut frame);
         });
     }
 

@@ -7,8 +7,14 @@
 //!
 //! The naive reference, [`mod@framelock_proofs::reference`], says what is right.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "what goes wrong is what an oracle would find"
+)]
+
 mod failsafe;
 mod faults;
+mod framing;
 mod outcome;
 mod parser;
 mod reader;
@@ -16,6 +22,7 @@ mod stream;
 
 pub use failsafe::{Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
+pub use framing::{AnyFraming, framing};
 pub use parser::parser;
 pub use reader::reader;
 pub use stream::{Stream, StreamStep};
@@ -26,11 +33,12 @@ use arbitrary::{Arbitrary, Unstructured};
 pub type Target = fn(&[u8]);
 
 /// Every target by name.
-pub const TARGETS: [(&str, Target); 4] = [
+pub const TARGETS: [(&str, Target); 5] = [
     ("parser", |bytes| structured(bytes, parser)),
     ("faults", |bytes| structured(bytes, faults)),
     ("failsafe", |bytes| structured(bytes, failsafe)),
     ("reader", |bytes| structured(bytes, reader)),
+    ("framing", |bytes| structured(bytes, framing)),
 ];
 
 /// As `libfuzzer_sys::fuzz_target!` does it. Bytes that are too few are no input.

@@ -1,0 +1,344 @@
+//! Target `framing`: formats of any length, lawful and lawless, and a stream of any bytes.
+
+use std::cell::Cell;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use arbitrary::{Arbitrary, Unstructured};
+use framelock::{Accounting, BufferedReceiver, Counters, Found, Framing, Mismatch, Verdict};
+use framelock_proofs::reference::framed;
+
+use crate::stream::{Stream, StreamStep};
+
+/// A format that nobody would think of, and a stream.
+#[derive(Debug)]
+pub struct AnyFraming {
+    seed: u32,
+    /// Of 16 beginnings so many go on.
+    patience: u8,
+    stream: Stream,
+}
+
+impl<'a> Arbitrary<'a> for AnyFraming {
+    fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        Ok(Self {
+            seed: u.arbitrary()?,
+            patience: u.arbitrary()?,
+            stream: u.arbitrary()?,
+        })
+    }
+}
+
+/// The receiver finds what the naive reference does in streams of any lawful format, pushed and fed;
+/// with a lawless one no byte is lost from the accounts.
+///
+/// # Panics
+/// If the input shows a bug.
+pub fn framing(input: &AnyFraming) {
+    lengths::<1, 1>(input);
+    lengths::<2, 3>(input);
+    lengths::<5, 5>(input);
+    lengths::<9, 16>(input);
+}
+
+fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFraming) {
+    let format = |is_lawful| Drawn::<LONGEST> {
+        seed: input.seed,
+        patience: input.patience % 16,
+        is_lawful,
+        questions: Cell::new(0),
+    };
+    let asked = |format: &Drawn<LONGEST>| format.questions.take();
+    as_the_reference::<_, N>(|| format(true), &input.stream, asked);
+    accounted_for::<LONGEST, N>(|| format(false), &input.stream);
+}
+
+/// What is found, bytes that are dropped one behind the other for the same reason at once.
+#[derive(Default)]
+struct Findings(Vec<Found<usize>>);
+
+impl Findings {
+    fn add(&mut self, found: Found<usize>) {
+        if let Found::Dropped { count: more, why } = found
+            && let Some(Found::Dropped { count, why: before }) = self.0.last_mut()
+            && *before == why
+        {
+            *count += more;
+        } else {
+            self.0.push(found);
+        }
+    }
+
+    /// Of what the receiver finds: its message is the frame, which must be the next of `stream`.
+    fn receive(&mut self, stream: &[u8], found: Found<&[u8]>) {
+        let place = self.bytes();
+        self.add(match found {
+            Found::Frame { length, message } => {
+                assert_eq!(
+                    message,
+                    &stream[place..place + length],
+                    "at {place} of {stream:02X?}"
+                );
+                Found::Frame {
+                    length,
+                    message: place,
+                }
+            }
+            Found::Dropped { count, why } => Found::Dropped { count, why },
+        });
+    }
+
+    fn bytes(&self) -> usize {
+        let length = |found: &Found<usize>| match *found {
+            Found::Frame { length, .. } => length,
+            Found::Dropped { count, .. } => count,
+        };
+        self.0.iter().map(length).sum()
+    }
+}
+
+fn reference<F: Framing>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<usize>>, usize) {
+    let mut findings = Findings::default();
+    let pending = framed(format, bytes, is_over, |found| findings.add(found));
+    (findings.0, pending)
+}
+
+/// A receiver of the format, fed with the stream as it is cut and pushed byte by byte, finds what
+/// the reference does, and counts it. `questions` gives how often the format was asked about more than
+/// whether a byte starts a frame, since the last call.
+pub(crate) fn as_the_reference<F, const N: usize>(
+    format: impl Fn() -> F,
+    Stream(steps): &Stream,
+    questions: impl Fn(&F) -> usize,
+) where
+    F: for<'a> Framing<Message<'a> = &'a [u8]>,
+{
+    let mut fed = BufferedReceiver::<_, N>::new(format());
+    let mut pushed = BufferedReceiver::<_, N>::new(format());
+    let mut line = Accounting::new(BufferedReceiver::<_, N>::new(format()));
+    let mut counted = Counters::ZERO;
+    for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
+        let bytes = stretch.iter().flat_map(StreamStep::bytes);
+        let bytes: Vec<u8> = bytes.copied().collect();
+        let (expected, pending) = reference(&format(), &bytes, false);
+
+        let mut findings = Findings::default();
+        for slice in stretch.iter().map(StreamStep::bytes) {
+            fed.feed(slice, |found| findings.receive(&bytes, found));
+        }
+        assert_eq!(
+            (&findings.0, fed.pending()),
+            (&expected, pending),
+            "fed: {steps:02X?}"
+        );
+
+        let mut frames = Vec::new();
+        questions(pushed.format());
+        for (place, &byte) in bytes.iter().enumerate() {
+            if let Some(frame) = pushed.push(byte) {
+                frames.push(frame.to_vec());
+                let end = expected_end(&expected, frames.len());
+                let late = place + 1 - end;
+                assert!(
+                    late <= F::LONGEST - frame.len(),
+                    "{late} late: {steps:02X?}"
+                );
+            }
+            assert!(
+                questions(pushed.format()) <= 1,
+                "one question a byte: {steps:02X?}"
+            );
+            assert!(pushed.pending() < F::LONGEST, "{steps:02X?}");
+        }
+        let mut keep = |found: Found<&[u8]>| {
+            if let Found::Frame { message, .. } = found {
+                frames.push(message.to_vec());
+            }
+        };
+        pushed.feed(&[], &mut keep);
+        assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
+
+        for slice in stretch.iter().map(StreamStep::bytes) {
+            match slice {
+                &[byte] => drop(line.push(byte)),
+                slice => line.feed(slice, |_| ()),
+            }
+        }
+        line.feed(&[], |_| ());
+        counted.bytes += bytes.len();
+        let mut all = expected;
+        if let Some(StreamStep::Event(event)) = stretch.last() {
+            all = reference(&format(), &bytes, true).0;
+            fed.line_event(|found| findings.receive(&bytes, found));
+            pushed.line_event(&mut keep);
+            line.line_event(*event, |_| ());
+            assert_eq!((fed.pending(), pushed.pending(), line.pending()), (0, 0, 0));
+            assert_eq!(findings.0, all, "line event: {steps:02X?}");
+        }
+        let is_frame = |found: &&Found<usize>| matches!(found, Found::Frame { .. });
+        let expected = all.iter().filter(is_frame).map(|found| match *found {
+            Found::Frame { length, message } => &bytes[message..message + length],
+            Found::Dropped { .. } => &[],
+        });
+        assert!(frames.iter().eq(expected), "pushed: {steps:02X?}");
+        count(&mut counted, &all);
+        let counters = Counters {
+            resynchronisations: 0,
+            events: Counters::ZERO.events,
+            ..*line.counters()
+        };
+        assert_eq!(counters, counted, "{steps:02X?}");
+        let places = counted.frame_bytes + counted.discarded.total() + line.pending();
+        assert_eq!(
+            counted.bytes, places,
+            "every byte has one place: {steps:02X?}"
+        );
+        if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
+            return;
+        }
+    }
+}
+
+/// The place behind the `count`th frame.
+fn expected_end(findings: &[Found<usize>], count: usize) -> usize {
+    let frames = findings.iter().filter_map(|found| match *found {
+        Found::Frame { length, message } => Some(message + length),
+        Found::Dropped { .. } => None,
+    });
+    frames.take(count).last().expect("a frame was found")
+}
+
+fn count(counters: &mut Counters, findings: &[Found<usize>]) {
+    for found in findings {
+        match *found {
+            Found::Frame { length, .. } => {
+                counters.frames += 1;
+                counters.frame_bytes += length;
+            }
+            Found::Dropped { count, why } => {
+                *match why {
+                    Mismatch::NoSync => &mut counters.discarded.no_sync,
+                    Mismatch::BrokenSync => &mut counters.discarded.broken_sync,
+                    Mismatch::Header => &mut counters.discarded.header,
+                    Mismatch::Terminator => &mut counters.discarded.terminator,
+                    Mismatch::Check => &mut counters.discarded.check,
+                    Mismatch::LineEvent => &mut counters.discarded.line_event,
+                } += count;
+            }
+        }
+    }
+}
+
+/// Whatever the format says: each byte is in one finding or pending, in order, and one question a byte.
+fn accounted_for<const LONGEST: usize, const N: usize>(
+    format: impl Fn() -> Drawn<LONGEST>,
+    Stream(steps): &Stream,
+) {
+    let bytes: Vec<u8> = steps.iter().flat_map(StreamStep::bytes).copied().collect();
+    let mut fed = BufferedReceiver::<_, N>::new(format());
+    let mut findings = Findings::default();
+    let mut pushed = Accounting::new(BufferedReceiver::<_, N>::new(format()));
+    let mut taken = 0;
+    for step in steps {
+        match step {
+            StreamStep::Slice(slice) => {
+                fed.feed(slice, |found| findings.receive(&bytes, found));
+                for &byte in slice {
+                    pushed.push(byte);
+                    assert!(
+                        pushed.parser().format().questions.take() <= 1,
+                        "{steps:02X?}"
+                    );
+                    assert!(pushed.pending() < LONGEST, "{steps:02X?}");
+                }
+            }
+            StreamStep::Event(event) => {
+                fed.line_event(|found| findings.receive(&bytes, found));
+                pushed.line_event(*event, |_| ());
+                pushed.parser().format().questions.take();
+            }
+        }
+        taken += step.bytes().len();
+        assert!(fed.pending() < LONGEST, "{steps:02X?}");
+        assert_eq!(findings.bytes() + fed.pending(), taken, "{steps:02X?}");
+        let counters = pushed.counters();
+        let placed = counters.frame_bytes + counters.discarded.total() + pushed.pending();
+        assert_eq!((placed, counters.bytes), (taken, taken), "{steps:02X?}");
+    }
+}
+
+/// A format whose verdict on some bytes is drawn by lot, the same for the same bytes.
+struct Drawn<const LONGEST: usize> {
+    seed: u32,
+    patience: u8,
+    /// If not, it says anything.
+    is_lawful: bool,
+    /// How often it was asked about more than a start.
+    questions: Cell<usize>,
+}
+
+impl<const LONGEST: usize> Drawn<LONGEST> {
+    fn draw(&self, bytes: &[u8]) -> Verdict {
+        let mut hasher = DefaultHasher::new();
+        (self.seed, bytes).hash(&mut hasher);
+        let [luck, why, number, wide, ..] = hasher.finish().to_le_bytes();
+        let number = usize::from(number);
+        let within = |most: usize| 1 + number % most.max(1);
+        match (luck % 16 <= self.patience, self.is_lawful) {
+            (true, true) if bytes.len() < LONGEST => Verdict::Incomplete {
+                at_least: bytes.len() + within(LONGEST - bytes.len()),
+            },
+            (true, false) => Verdict::Incomplete {
+                at_least: if wide < 9 {
+                    usize::MAX
+                } else {
+                    number % (2 * LONGEST)
+                },
+            },
+            (_, true) if why % 2 == 0 => Verdict::Frame(within(bytes.len())),
+            (_, false) if why % 2 == 0 => Verdict::Frame(if wide < 9 {
+                usize::MAX
+            } else {
+                number % (2 * LONGEST)
+            }),
+            _ => Verdict::Reject(match why / 2 % 5 {
+                0 => Mismatch::NoSync,
+                1 => Mismatch::BrokenSync,
+                2 => Mismatch::Header,
+                3 => Mismatch::Terminator,
+                _ => Mismatch::Check,
+            }),
+        }
+    }
+}
+
+impl<const LONGEST: usize> Framing for Drawn<LONGEST> {
+    const LONGEST: usize = LONGEST;
+    type Message<'a> = &'a [u8];
+
+    /// Lawful: what is drawn for the first byte; if that is incomplete, for as many as it takes.
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        let mut known = if self.is_lawful { 1 } else { bytes.len() };
+        loop {
+            match self.draw(&bytes[..known]) {
+                Verdict::Incomplete { at_least } if self.is_lawful && at_least <= bytes.len() => {
+                    known = at_least;
+                }
+                verdict => return verdict,
+            }
+        }
+    }
+
+    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+        self.questions.set(self.questions.get() + 1);
+        assert!((1..=LONGEST).contains(&bytes.len()));
+        if self.is_lawful && seen > 0 {
+            let before = self.judge(&bytes[..seen]);
+            assert!(seen < bytes.len() && matches!(before, Verdict::Incomplete { .. }));
+        }
+        self.judge(bytes)
+    }
+
+    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+        frame
+    }
+}
