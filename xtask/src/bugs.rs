@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     engine: Option<Engine>,
 
-    /// Only the bugs whose mistake, file or harness contains this. With `checker`, also whether the
+    /// Only the bugs whose mistake, file, harness or test contains this. With `checker`, also whether the
     /// engine finds what must fail; without names, that and all bugs.
     names: Vec<String>,
 }
@@ -87,7 +87,8 @@ impl Bug {
     fn is_wanted(&self, names: &[String]) -> bool {
         let mut says = [&self.mistake, &self.file]
             .into_iter()
-            .chain(&self.harnesses);
+            .chain(&self.harnesses)
+            .chain(&self.test);
         names.is_empty() || says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
     }
 }
@@ -107,13 +108,20 @@ fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Resul
     let mut prover = Prover::new(workspace, engine)?;
     prover.packages.push(CHECKED);
     let mut missed = Vec::new();
-    if names.is_empty() || names.iter().any(|name| name == "checker") {
+    let with_checker = names.is_empty() || names.iter().any(|name| name == "checker");
+    if with_checker {
         let checked = ["fails::".to_owned(), "holds::".to_owned()];
         missed.extend(judged(&prover, &checked, true)?);
     }
     let bugs = read(root, PROOFS)?.bug.into_iter();
-    let bugs = bugs.chain(read(root, FIRMWARE)?.bug);
-    for bug in bugs.filter(|bug| bug.is_wanted(names)) {
+    let mut bugs: Vec<_> = bugs.chain(read(root, FIRMWARE)?.bug).collect();
+    bugs.retain(|bug| bug.is_wanted(names));
+    ensure!(
+        with_checker || !bugs.is_empty(),
+        "no bug has {} in its mistake, file, harness or test",
+        names.join(" or ")
+    );
+    for bug in bugs {
         if prover.engine == Engine::Kani && bug.file.starts_with("proofs/offline/") {
             continue;
         }

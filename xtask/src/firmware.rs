@@ -109,11 +109,11 @@ pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Resu
     report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
 }
 
-/// Whether that one test passes on the images of the sources at `root`.
+/// Whether that one test, which may be one that takes long, passes on the images of the sources at `root`.
 pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
     let mut tests = tests(workspace, root)?;
     let mut count = TestCount::default();
-    let outcome = report::run_tests(tests.args(["--", test]), &mut count);
+    let outcome = report::run_tests(tests.args(["--", "--include-ignored", test]), &mut count);
     ensure!(count.passed + count.failed == 1, "{test} is not one test");
     Ok(outcome.is_ok())
 }
