@@ -22,6 +22,7 @@ const PROOFS_MEMBERS: &[&str] = &[
     "proofs/offline/stand-in",
     "proofs/offline/stand-in/macros",
     "proofs/offline/tests/harnesses",
+    "formats",
     "firmware/reception",
     // For the core's tests, which are not run.
     "fuzz/oracles",
@@ -132,7 +133,7 @@ fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Resul
             None => ("proofs", &["firmware/reception"], PROOFS_MEMBERS),
         };
         let copy = workspace.target_directory.join("bugs").join(folder);
-        let folders = [&["core", folder, "fuzz/oracles"], with].concat();
+        let folders = [&["core", "formats", folder, "fuzz/oracles"], with].concat();
         workspace.copy(&copy, &folders, members)?;
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;

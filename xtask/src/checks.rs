@@ -15,6 +15,8 @@ const MICROCONTROLLERS: [&str; 3] = [
     "riscv32imac-unknown-none-elf",
 ];
 
+const FORMATS: &str = "framelock-formats";
+
 /// The sources are formatted by rustfmt.
 pub(crate) fn format(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
@@ -57,7 +59,7 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
 
 /// The examples in the documentation, and that it builds without warnings.
 pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let libraries = [CORE, "framelock-proofs", "framelock-simulation"];
+    let libraries = [CORE, FORMATS, "framelock-proofs", "framelock-simulation"];
     let packages = &libraries.map(|library| ["--package", library]).concat();
     let mut cargo = workspace.cargo();
     cargo
@@ -71,7 +73,8 @@ pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// The core compiles for microcontrollers, without a warning under any subset of its features.
+/// The core compiles for microcontrollers, without a warning under any subset of its features; so do the formats,
+/// which have none.
 pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let compiler = Compiler::of(&MICROCONTROLLERS)?;
     let subsets = subsets(&workspace.core_features);
@@ -88,10 +91,12 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
             &[firmware::TARGET]
         };
         let targets = targets.iter().flat_map(|target| ["--target", target]);
+        let formats = (index == 0).then_some(["--package", FORMATS]);
+        let formats = formats.iter().flatten();
         let features = features.join(",");
         let cargo = cmd!(
             sh,
-            "cargo check --package {CORE} --no-default-features --features={features} --target-dir {folder} {targets...}"
+            "cargo check --package {CORE} {formats...} --no-default-features --features={features} --target-dir {folder} {targets...}"
         );
         compiler
             .with(&sh, cargo.env("RUSTFLAGS", "-Dwarnings"))

@@ -15,7 +15,12 @@ use crate::report::{Report, run_tests};
 use crate::workspace::{Workspace, cargo_in, files};
 
 /// The packages with the theorems.
-pub(crate) const THEOREMS: &[&str] = &["framelock", "framelock-proofs", "framelock-reception"];
+pub(crate) const THEOREMS: &[&str] = &[
+    "framelock",
+    "framelock-proofs",
+    "framelock-formats",
+    "framelock-reception",
+];
 const OFFLINE_PROVER: &str = "framelock-offline-prover";
 
 /// Check the theorems: Kani's harnesses in `core` and `proofs`.
@@ -146,6 +151,7 @@ impl Prover {
             "core/src",
             "core/Cargo.toml",
             "proofs",
+            "formats/src",
             "firmware/reception",
             "Cargo.toml",
             "Cargo.lock",

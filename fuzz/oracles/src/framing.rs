@@ -198,6 +198,31 @@ pub(crate) fn as_the_reference<F, const N: usize>(
     }
 }
 
+/// A format whose messages are the frames themselves.
+pub(crate) struct Frames<F>(pub(crate) F);
+
+impl<F: Framing> Framing for Frames<F> {
+    const LONGEST: usize = F::LONGEST;
+    type Message<'a> = &'a [u8];
+
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        self.0.judge(bytes)
+    }
+
+    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+        self.0.judge_on(bytes, seen)
+    }
+
+    fn starts(&self, byte: u8) -> bool {
+        self.0.starts(byte)
+    }
+
+    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+        let _ = self.0.decode(frame);
+        frame
+    }
+}
+
 /// The place behind the `count`th frame.
 fn expected_end(findings: &[Found<usize>], count: usize) -> usize {
     let frames = findings.iter().filter_map(|found| match *found {

@@ -14,6 +14,7 @@
 
 mod failsafe;
 mod faults;
+mod formats;
 mod framing;
 mod outcome;
 mod parser;
@@ -22,6 +23,7 @@ mod stream;
 
 pub use failsafe::{Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
+pub use formats::{Fault, FormatLine, FormatStep, Protocol, formats};
 pub use framing::{AnyFraming, framing};
 pub use parser::parser;
 pub use reader::reader;
@@ -33,12 +35,13 @@ use arbitrary::{Arbitrary, Unstructured};
 pub type Target = fn(&[u8]);
 
 /// Every target by name.
-pub const TARGETS: [(&str, Target); 5] = [
+pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes| structured(bytes, parser)),
     ("faults", |bytes| structured(bytes, faults)),
     ("failsafe", |bytes| structured(bytes, failsafe)),
     ("reader", |bytes| structured(bytes, reader)),
     ("framing", |bytes| structured(bytes, framing)),
+    ("formats", |bytes| structured(bytes, formats)),
 ];
 
 /// As `libfuzzer_sys::fuzz_target!` does it. Bytes that are too few are no input.

@@ -1,0 +1,86 @@
+use framelock::{Framing, Headed, Mismatch, Verdict};
+
+use crate::channels;
+
+/// Futaba's SBUS: 25 bytes, `0F`, sixteen channels of 11 bits, flags, `00`. The line has 100 000 baud, even
+/// parity and two stop bits, and is inverted.
+///
+/// **SBUS has no checksum**: a wrong byte in a channel goes unnoticed, and channels may look like a frame's
+/// beginning or end. What is checked is the first byte, and that the flags' four unused bits and the last byte are
+/// zero. So report parity errors, and the idle gap behind each frame, as
+/// [`LineEvent`](framelock::LineEvent)s. SBUS2, which ends in 04, 14, 24 or 34, is not accepted.
+///
+/// Source: Futaba has published nothing. PX4 and Betaflight agree on the layout:
+/// <https://github.com/PX4/PX4-Autopilot/blob/main/src/lib/rc/sbus.cpp>,
+/// <https://github.com/betaflight/betaflight/blob/master/src/main/rx/sbus.c>.
+///
+/// # Examples
+/// ```
+/// use framelock::BufferedReceiver;
+/// use framelock_formats::{Sbus, SbusMessage};
+/// let sent = SbusMessage { channels: [992; 16], failsafe: true, ..SbusMessage::default() };
+/// let mut receiver = BufferedReceiver::<_, 25>::new(Sbus);
+/// let received = sent.encode().into_iter().find_map(|byte| receiver.push(byte));
+/// assert_eq!(received, Some(sent));
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct Sbus;
+
+/// What an SBUS frame says.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct SbusMessage {
+    /// Channels 1 to 16: 0 to 2047. Most transmitters use 172 to 1811, with 992 in the middle.
+    pub channels: [u16; 16],
+    /// Channels 17 and 18, on or off.
+    pub digital: [bool; 2],
+    /// The radio missed a frame; the channels are those of an earlier one.
+    pub frame_lost: bool,
+    /// The radio has lost its transmitter; the channels are what it was set up to send then.
+    pub failsafe: bool,
+}
+
+impl Framing for Sbus {
+    const LONGEST: usize = 25;
+    type Message<'a> = SbusMessage;
+
+    #[inline]
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        let frame = Headed {
+            sync: &[0x0F],
+            header: 1,
+            longest: Self::LONGEST,
+        };
+        let ends = |frame: &[u8]| matches!(frame, [.., 0..=0x0F, 0]);
+        match frame.judge(bytes, |_| Some(Self::LONGEST), ends) {
+            Verdict::Reject(Mismatch::Check) => Verdict::Reject(Mismatch::Terminator),
+            verdict => verdict,
+        }
+    }
+
+    #[inline]
+    fn decode(&self, frame: &[u8]) -> SbusMessage {
+        let &[_, ref channels @ .., flags, _] = frame else {
+            return SbusMessage::default();
+        };
+        SbusMessage {
+            channels: channels.try_into().map_or([0; 16], channels::unpack),
+            digital: [flags & 1 != 0, flags & 2 != 0],
+            frame_lost: flags & 4 != 0,
+            failsafe: flags & 8 != 0,
+        }
+    }
+}
+
+impl SbusMessage {
+    /// The frame that says it, with the lower 11 bits of each channel.
+    #[must_use]
+    pub fn encode(&self) -> [u8; 25] {
+        let [seventeen, eighteen] = self.digital.map(u8::from);
+        let radio = u8::from(self.frame_lost) << 2 | u8::from(self.failsafe) << 3;
+        let flags = seventeen | eighteen << 1 | radio;
+        let mut frame = [0; 25];
+        let channels = channels::pack(&self.channels);
+        crate::write(&mut frame, &[&[0x0F], &channels, &[flags, 0]]);
+        frame
+    }
+}

@@ -1,0 +1,27 @@
+//! Lines with faults, cut anywhere: the receiver finds what the reference does, and a frame begins where the protocol says.
+
+use framelock_fuzz_oracles::{Fault, FormatLine, FormatStep, Protocol, formats};
+use proptest::prelude::*;
+
+fn step() -> impl Strategy<Value = FormatStep> {
+    let bytes = || prop::collection::vec(any::<u8>(), 0..40);
+    let fault = any::<(u8, u8)>().prop_map(|(place, inverted)| Fault { place, inverted });
+    prop_oneof![
+        1 => bytes().prop_map(FormatStep::Slice),
+        6 => (bytes(), prop::option::weighted(0.3, fault), any::<u8>())
+            .prop_map(|(bytes, fault, size)| FormatStep::Frame(bytes, fault, size)),
+        1 => Just(FormatStep::Silence),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn every_format(steps in prop::collection::vec(step(), 0..12)) {
+        use Protocol::{Crsf, Ibus, Mavlink2, Sbus, SixAxes, Ubx};
+        for protocol in [Sbus, Ibus, Crsf, Ubx, Mavlink2, SixAxes] {
+            formats(&FormatLine { protocol, steps: steps.clone() });
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Each format keeps the laws of [`Framing`], tried on its shortest and longest frames with anything behind
+//! them, each byte changed to every other.
+
+use framelock::{Framing, check_laws};
+use framelock_formats::{
+    Crsf, CrsfMessage, Ibus, Mavlink2, Mavlink2Message, Sbus, SbusMessage, SixAxes, Ubx, UbxMessage,
+};
+
+use crate::{dialect, frame};
+
+fn keeps_the_laws<F: Framing>(format: &F, frames: &[Vec<u8>]) {
+    for frame in frames {
+        let mut stream = [frame, &frame[..3]].concat();
+        check_laws(format, &mut stream).unwrap_or_else(|broken| panic!("{broken}: {stream:02X?}"));
+    }
+}
+
+#[test]
+fn sbus() {
+    let (least, most) = (SbusMessage::default(), [2047; 16]);
+    let most = SbusMessage {
+        channels: most,
+        ..least
+    };
+    keeps_the_laws(&Sbus, &[least.encode().to_vec(), most.encode().to_vec()]);
+}
+
+#[test]
+fn ibus() {
+    keeps_the_laws(&Ibus, &[Ibus::encode(&[0x4020; 14]).to_vec()]);
+}
+
+#[test]
+fn six_axes() {
+    let frame = <SixAxes as framelock::Format>::encode([0xFFFF, 1, 2, 0x0D0A, 4, 0xFFFF]);
+    keeps_the_laws(&SixAxes, &[frame.to_vec()]);
+}
+
+#[test]
+fn crsf() {
+    let message = |payload| CrsfMessage {
+        address: 0xC8,
+        kind: 0xC8,
+        payload,
+    };
+    let frames = [
+        frame(|into| message(&[]).encode(into)),
+        frame(|into| message(&[0xC8; 20]).encode(into)),
+    ];
+    keeps_the_laws(&Crsf::default(), &frames);
+    keeps_the_laws(&Crsf::accepting([0, 0xC8, 0xEE]), &frames);
+    let longest = frame(|into| message(&[2; 60]).encode(into));
+    assert_eq!(longest.len(), Crsf::<1>::LONGEST);
+    keeps_the_laws(&Crsf::default(), &[longest]);
+}
+
+#[test]
+fn ubx() {
+    let message = |payload| UbxMessage {
+        class: 0xB5,
+        id: 0x62,
+        payload,
+    };
+    let frames = [
+        frame(|into| message(&[]).encode(into)),
+        frame(|into| message(&[0xB5; 24]).encode(into)),
+    ];
+    assert_eq!(frames[1].len(), 32);
+    keeps_the_laws(&Ubx::<32>, &frames);
+}
+
+#[test]
+fn mavlink2() {
+    let message = |payload| Mavlink2Message {
+        payload,
+        ..Mavlink2Message::default()
+    };
+    let unsigned = frame(|into| Mavlink2(dialect).encode(&message(&[0xFD; 9]), into));
+    let signed = signed(&unsigned);
+    keeps_the_laws(
+        &Mavlink2(dialect),
+        &[
+            frame(|into| Mavlink2(dialect).encode(&message(&[]), into)),
+            unsigned,
+            signed,
+        ],
+    );
+}
+
+/// The frame with a signature, and the CRC that this takes.
+pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
+    let (unsigned, _) = frame.split_last_chunk::<2>().expect("a CRC");
+    let mut signed = unsigned.to_vec();
+    signed[2] = 1;
+    let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
+    let extra = dialect(id).expect("a known message").crc_extra;
+    let crc = mavlink_core::calculate_crc(&signed[1..], extra);
+    signed.extend(crc.to_le_bytes());
+    signed.extend([7, 1, 2, 3, 4, 5, 6, 0xA, 0xB, 0xC, 0xD, 0xE, 0xF]);
+    signed
+}

@@ -1,0 +1,256 @@
+//! Frames made by independent crates mean the same here, and frames made here mean the same to them.
+
+use framelock_formats::{
+    Crsf, CrsfMessage, Ibus, Mavlink2, Mavlink2Message, Sbus, SbusMessage, Ubx, UbxMessage,
+};
+use mavlink_core::error::ParserError;
+use mavlink_core::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion};
+use proptest::prelude::*;
+use sha2::Digest as _;
+use ublox::proto23::{PacketRef, Proto23};
+use ublox::{ParserBuilder, UbxPacket, UbxPacketRequest};
+
+use crate::laws::signed;
+use crate::{dialect, frame, receive};
+
+fn channels() -> impl Strategy<Value = [u16; 16]> {
+    prop::array::uniform16(0_u16..2048)
+}
+
+proptest! {
+    #[test]
+    fn sbus(channels in channels(), [a, b, frame_lost, failsafe]: [bool; 4]) {
+        let message = SbusMessage { channels, digital: [a, b], frame_lost, failsafe };
+        let packet = uf_sbus::SbusPacket {
+            channels, channel_17: a, channel_18: b, failsafe, frame_lost,
+        };
+        let mut theirs = [0; 25];
+        uf_sbus::encode_packet(&mut theirs, &packet);
+        prop_assert_eq!(theirs, message.encode());
+        let mut received = None;
+        receive::<_, 25>(Sbus, &theirs, |message| received = Some(message));
+        prop_assert_eq!(received, Some(message));
+
+        let other = sbus_rs::SbusPacket::from_array(&theirs).expect("a packet");
+        prop_assert_eq!(other.channels, channels);
+        let flags = other.flags;
+        let flags = [flags.d1, flags.d2, flags.frame_lost, flags.failsafe];
+        prop_assert_eq!(flags, [a, b, frame_lost, failsafe]);
+    }
+
+    #[test]
+    fn ibus(channels: [u16; 14]) {
+        let frame = Ibus::encode(&channels);
+        let theirs = parse_rc_ibus::IbusPacket::try_from_bytes(&frame).expect("a packet");
+        prop_assert_eq!(theirs.get_all_channels(), channels);
+        let mut received = None;
+        receive::<_, 32>(Ibus, &frame, |channels| received = Some(channels));
+        prop_assert_eq!(received, Some(channels));
+    }
+
+    #[test]
+    fn crsf(kind: u8, payload in prop::collection::vec(any::<u8>(), 0..=60)) {
+        let sent = CrsfMessage { address: 0xEC, kind, payload: &payload };
+        let frame = frame(|into| sent.encode(into));
+        let crc = crc::Crc::<u8>::new(&crc::CRC_8_DVB_S2);
+        prop_assert_eq!(crc.checksum(&frame[2..frame.len() - 1]), frame[frame.len() - 1]);
+
+        let mut input = &frame[..];
+        let mut parser = uf_crsf::CrsfParser::new();
+        let theirs = parser.next_raw_packet(&mut input).expect("a packet").expect("a whole one");
+        prop_assert_eq!((theirs.dst_addr(), theirs.raw_packet_type()), (0xEC, kind));
+        prop_assert_eq!(theirs.payload(), &payload[..]);
+
+        let mut received = 0;
+        receive::<_, 64>(Crsf::accepting([0xEE, 0xEC]), &frame, |message| {
+            assert_eq!(message, sent);
+            received += 1;
+        });
+        prop_assert_eq!(received, 1);
+        receive::<_, 64>(Crsf::accepting([0xEE, 0xC8]), &[0xEC, 2, 0, 0], |_| panic!("not accepted"));
+    }
+
+    #[test]
+    fn crsf_channels(channels in channels()) {
+        let packet = crsf::Packet::RcChannels(crsf::RcChannels(channels));
+        let theirs = packet.into_raw(crsf::PacketAddress::Controller);
+        let mut other = [0; 64];
+        let packet = uf_crsf::packets::RcChannelsPacked(channels);
+        let address = uf_crsf::PacketAddress::FlightController;
+        let length = uf_crsf::write_packet_to_buffer(&mut other, address, &packet).expect("there is room");
+        prop_assert_eq!(theirs.data(), &other[..length]);
+        let mut received = None;
+        receive::<_, 64>(Crsf::default(), theirs.data(), |message| received = message.channels());
+        prop_assert_eq!(received, Some(channels));
+    }
+
+    /// Of a class that ublox has no message of, so that it gives the payload as it is.
+    #[test]
+    fn ubx(id: u8, payload in prop::collection::vec(any::<u8>(), 0..=240)) {
+        let sent = UbxMessage { class: 0x7F, id, payload: &payload };
+        let frame = frame(|into| sent.encode(into));
+        let mut parser = ParserBuilder::new().with_protocol::<Proto23>().with_vec_buffer();
+        let mut packets = parser.consume_ubx(&frame);
+        let Some(Ok(UbxPacket::Proto23(PacketRef::Unknown(theirs)))) = packets.next() else {
+            panic!("no packet in {frame:02X?}");
+        };
+        prop_assert_eq!((theirs.class, theirs.msg_id, theirs.payload), (0x7F, id, &payload[..]));
+
+        let mut received = 0;
+        receive::<_, 248>(Ubx::<248>, &frame, |message| {
+            assert_eq!(message, sent);
+            received += 1;
+        });
+        prop_assert_eq!(received, 1);
+    }
+
+    #[test]
+    fn ubx_by_ublox(class: u8, id: u8) {
+        let theirs = UbxPacketRequest::request_for_unknown(class, id).into_packet_bytes();
+        let mut received = 0;
+        receive::<_, 8>(Ubx::<8>, &theirs, |message| {
+            assert_eq!(message, UbxMessage { class, id, payload: &[] });
+            received += 1;
+        });
+        prop_assert_eq!(received, 1);
+    }
+
+    #[test]
+    fn mavlink2(
+        [sequence, system, component]: [u8; 3],
+        is_signed: bool,
+        payload in prop::collection::vec(any::<u8>(), 1..=255),
+    ) {
+        let id = 0x01_02_03;
+        let sent = Mavlink2Message {
+            sequence, system, component, id, payload: &payload, signature: None,
+        };
+        let mut frame = frame(|into| Mavlink2(dialect).encode(&sent, into));
+        if is_signed {
+            frame = signed(&frame);
+        }
+        let mut raw = [0; 283];
+        raw[..frame.len()].copy_from_slice(&frame);
+        let theirs = MAVLinkV2MessageRaw::from_bytes_unparsed(raw);
+        prop_assert!(theirs.has_valid_crc_with_extra_crc(7));
+        prop_assert_eq!(theirs.raw_bytes(), &frame[..]);
+        prop_assert_eq!((theirs.sequence(), theirs.system_id()), (sequence, system.into()));
+        prop_assert_eq!((theirs.component_id(), theirs.message_id()), (component, id));
+
+        let mut received = 0;
+        receive::<_, 280>(Mavlink2(dialect), &frame, |message| {
+            let signature = message.signature;
+            let payload = theirs.payload();
+            assert_eq!(message, Mavlink2Message { payload, signature, ..sent });
+            assert_eq!(signature.is_some(), is_signed);
+            if let Some(signature) = signature {
+                assert_eq!(signature.link, theirs.signature_link_id());
+                assert_eq!(signature.timestamp, theirs.signature_timestamp());
+                assert_eq!(signature.value, theirs.signature_value());
+                let mut value = [0; 6];
+                theirs.calculate_signature(b"secret", &mut value);
+                let signed = [b"secret", signature.signed].concat();
+                assert_eq!(sha2::Sha256::digest(signed)[..6], value);
+                assert_eq!([signature.signed, &signature.value].concat(), frame);
+            }
+            received += 1;
+        });
+        prop_assert_eq!(received, 1);
+    }
+}
+
+/// HEARTBEAT as `mavlink_core` makes it.
+struct Heartbeat([u8; 9]);
+
+impl mavlink_core::Message for Heartbeat {
+    fn message_id(&self) -> u32 {
+        0
+    }
+
+    fn extra_crc(_: u32) -> u8 {
+        50
+    }
+
+    fn ser(&self, _: MavlinkVersion, payload: &mut [u8]) -> usize {
+        payload[..9].copy_from_slice(&self.0);
+        mavlink_core::utils::remove_trailing_zeroes(&payload[..9])
+    }
+
+    fn message_name(&self) -> &'static str {
+        "HEARTBEAT"
+    }
+
+    fn target_system_id(&self) -> Option<u8> {
+        None
+    }
+
+    fn target_component_id(&self) -> Option<u8> {
+        None
+    }
+
+    fn target_system_id_mut(&mut self) -> Option<&mut u8> {
+        None
+    }
+
+    fn target_component_id_mut(&mut self) -> Option<&mut u8> {
+        None
+    }
+
+    fn parse(_: MavlinkVersion, _: u32, _: &[u8]) -> Result<Self, ParserError> {
+        unreachable!("it is only sent")
+    }
+
+    fn message_id_from_name(_: &str) -> Option<u32> {
+        None
+    }
+
+    fn default_message_from_id(_: u32) -> Option<Self> {
+        None
+    }
+}
+
+proptest! {
+    /// Zeros at the end are left out in the same way.
+    #[test]
+    fn mavlink2_by_mavlink_core(payload: [u8; 9], zeros in 0..=9_usize, sequence: u8) {
+        let mut payload = payload;
+        payload[9 - zeros..].fill(0);
+        let mut theirs = MAVLinkV2MessageRaw::new();
+        let header = MavHeader { system_id: 1, component_id: 2, sequence };
+        theirs.serialize_message(header, &Heartbeat(payload));
+        let sent = Mavlink2Message {
+            sequence, system: 1, component: 2, id: 0, payload: &payload, signature: None,
+        };
+        prop_assert_eq!(theirs.raw_bytes(), frame(|into| Mavlink2(dialect).encode(&sent, into)));
+        let mut received = 0;
+        receive::<_, 280>(Mavlink2(dialect), theirs.raw_bytes(), |message| {
+            assert_eq!(message, Mavlink2Message { payload: theirs.payload(), ..sent });
+            received += 1;
+        });
+        prop_assert_eq!(received, 1);
+    }
+}
+
+#[test]
+fn mavlink2_with_an_unknown_incompatible_flag_is_dropped() {
+    let sent = Mavlink2Message {
+        payload: &[1; 9],
+        ..Mavlink2Message::default()
+    };
+    let mut frame = frame(|into| Mavlink2(dialect).encode(&sent, into));
+    for (flags, delivered) in [(0, 1), (2, 0), (4, 0), (0x80, 0)] {
+        frame[2] = flags;
+        let crc = mavlink_core::calculate_crc(&frame[1..19], 50);
+        frame[19..].copy_from_slice(&crc.to_le_bytes());
+        let mut received = 0;
+        receive::<_, 280>(Mavlink2(dialect), &frame, |_| received += 1);
+        assert_eq!(received, delivered, "flags {flags}");
+    }
+}
+
+/// Their CRC, of no byte, would be right.
+#[test]
+fn crsf_has_no_frame_of_fewer_than_four_bytes() {
+    let stream = [0xC8, 0, 0xC8, 1, 0, 0xC8, 0];
+    receive::<_, 64>(Crsf::default(), &stream, |_| panic!("delivered"));
+}

@@ -1,0 +1,333 @@
+//! Target `formats`: a line with frames of one of the shipped formats on it, cut into slices anywhere, with
+//! faults and line events.
+#![allow(
+    clippy::cast_possible_truncation,
+    reason = "sums are taken modulo 256, lengths fit"
+)]
+
+use arbitrary::{Arbitrary, Unstructured};
+use framelock::{Found, Framing, LineEvent, Receiver, Verdict};
+use framelock_formats::{Crsf, Ibus, Mavlink2, Mavlink2Entry, Sbus, SixAxes, Ubx};
+use framelock_proofs::reference::framed;
+
+use crate::framing::{Frames, as_the_reference};
+use crate::rest;
+use crate::stream::{Stream, StreamStep};
+
+/// A format, and what its line carries.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct FormatLine {
+    /// Which format.
+    pub protocol: Protocol,
+    /// What comes, in order.
+    pub steps: Vec<FormatStep>,
+}
+
+/// The shipped formats.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[allow(missing_docs, reason = "the names are the protocols'")]
+pub enum Protocol {
+    Sbus,
+    Ibus,
+    Crsf,
+    Ubx,
+    Mavlink2,
+    SixAxes,
+}
+
+/// What comes next.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum FormatStep {
+    /// These bytes, in one slice.
+    Slice(Vec<u8>),
+    /// A frame made of these bytes, of which one is lost or changed if there is a fault, in slices of so many bytes.
+    Frame(Vec<u8>, Option<Fault>, u8),
+    /// A line event.
+    Silence,
+}
+
+/// What happens to a byte of a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Fault {
+    /// The byte's place, modulo the frame's length.
+    pub place: u8,
+    /// The bits that are inverted; if none are, the byte is lost.
+    pub inverted: u8,
+}
+
+impl<'a> Arbitrary<'a> for FormatLine {
+    fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        let protocol = match u8::arbitrary(u)? % 6 {
+            0 => Protocol::Sbus,
+            1 => Protocol::Ibus,
+            2 => Protocol::Crsf,
+            3 => Protocol::Ubx,
+            4 => Protocol::Mavlink2,
+            _ => Protocol::SixAxes,
+        };
+        Ok(Self {
+            protocol,
+            steps: rest(u),
+        })
+    }
+}
+
+impl<'a> Arbitrary<'a> for FormatStep {
+    /// The first byte modulo 4 says what it is. 0: a slice, its length in the next byte. 1: a frame made of as many bytes as the
+    /// next one says, in slices of a quarter of the first. 2: the same, and behind it the fault's place and bits.
+    /// 3: silence.
+    fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        let first = u8::arbitrary(u)?;
+        if first % 4 == 3 {
+            return Ok(Self::Silence);
+        }
+        let length = usize::from(u8::arbitrary(u)?).min(u.len());
+        let bytes = u.bytes(length)?.to_vec();
+        Ok(match first % 4 {
+            0 => Self::Slice(bytes),
+            1 => Self::Frame(bytes, None, first / 4),
+            _ => {
+                let [place, inverted] = u.arbitrary()?;
+                Self::Frame(bytes, Some(Fault { place, inverted }), first / 4)
+            }
+        })
+    }
+}
+
+/// Pushed, and fed in slices, the receiver finds what the reference does; and at each place of the stream the format says that a
+/// frame begins there if and only if what this file says of its protocol, bit by bit, does.
+///
+/// # Panics
+/// If the line shows a bug.
+pub fn formats(line: &FormatLine) {
+    let steps = &line.steps;
+    match line.protocol {
+        Protocol::Sbus => check::<_, 25>(Sbus, Protocol::Sbus, steps),
+        Protocol::Ibus => check::<_, 32>(Ibus, Protocol::Ibus, steps),
+        Protocol::Crsf => check::<_, 64>(Crsf::accepting([0xC8, 0xEE]), Protocol::Crsf, steps),
+        Protocol::Ubx => check::<_, 100>(Ubx::<64>, Protocol::Ubx, steps),
+        Protocol::Mavlink2 => check::<_, 280>(Mavlink2(dialect), Protocol::Mavlink2, steps),
+        Protocol::SixAxes => {
+            check::<_, 16>(SixAxes, Protocol::SixAxes, steps);
+            six_axes_by_the_small_receiver(steps);
+        }
+    }
+}
+
+fn check<F: Framing + Copy, const N: usize>(format: F, protocol: Protocol, steps: &[FormatStep]) {
+    let mut stream = Vec::new();
+    for step in steps {
+        stream.extend(step.slices(protocol).into_iter().map(StreamStep::Slice));
+        if *step == FormatStep::Silence {
+            stream.push(StreamStep::Event(LineEvent::Idle));
+        }
+    }
+    for stretch in stretches(steps, protocol) {
+        begins_where_the_protocol_says(&format, protocol, &stretch);
+    }
+    as_the_reference::<_, N>(|| Frames(format), &Stream(stream), |_| 0);
+}
+
+/// The bytes between silences.
+fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = Vec<u8>> {
+    let stretches = steps.split(|step| *step == FormatStep::Silence);
+    stretches.map(move |steps| {
+        let slices = steps.iter().flat_map(|step| step.slices(protocol));
+        slices.flatten().collect()
+    })
+}
+
+/// The small receiver finds the same frames, none later.
+fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
+    for bytes in stretches(steps, Protocol::SixAxes) {
+        let mut expected = Vec::new();
+        framed(&SixAxes, &bytes, true, |found| {
+            if let Found::Frame { length, message } = found {
+                let end = message + length;
+                expected.push((end - 1, Framing::decode(&SixAxes, &bytes[message..end])));
+            }
+        });
+        let mut found = Vec::new();
+        Receiver::<SixAxes>::new().feed(&bytes, |index, axes| found.push((index, axes)));
+        assert_eq!(found, expected, "{bytes:02X?}");
+    }
+}
+
+fn begins_where_the_protocol_says(format: &impl Framing, protocol: Protocol, bytes: &[u8]) {
+    fn known<F: Framing>(_: &F, bytes: &[u8]) -> usize {
+        F::LONGEST.min(bytes.len())
+    }
+    for from in 0..bytes.len() {
+        let bytes = &bytes[from..];
+        let bytes = &bytes[..known(format, bytes)];
+        let length = match format.judge(bytes) {
+            Verdict::Frame(length) => Some(length),
+            Verdict::Reject(_) | Verdict::Incomplete { .. } => None,
+        };
+        assert_eq!(length, protocol.begins(bytes), "{bytes:02X?}");
+    }
+}
+
+fn dialect(id: u32) -> Option<Mavlink2Entry> {
+    let (crc_extra, longest) = definition(id)?;
+    Some(Mavlink2Entry { crc_extra, longest })
+}
+
+/// HEARTBEAT, ATTITUDE, and one with the longest payload.
+fn definition(id: u32) -> Option<(u8, u8)> {
+    match id {
+        0 => Some((50, 9)),
+        30 => Some((39, 28)),
+        0x01_02_03 => Some((7, 255)),
+        _ => None,
+    }
+}
+
+impl FormatStep {
+    fn slices(&self, protocol: Protocol) -> Vec<Vec<u8>> {
+        match self {
+            Self::Slice(bytes) => vec![bytes.clone()],
+            Self::Frame(bytes, fault, size) => {
+                let mut frame = protocol.frame(bytes);
+                if let Some(Fault { place, inverted }) = fault {
+                    let place = usize::from(*place) % frame.len();
+                    frame[place] ^= inverted;
+                    if *inverted == 0 {
+                        frame.remove(place);
+                    }
+                }
+                frame
+                    .chunks(usize::from(*size).max(1))
+                    .map(<[u8]>::to_vec)
+                    .collect()
+            }
+            Self::Silence => Vec::new(),
+        }
+    }
+}
+
+impl Protocol {
+    /// The length of the frame that the bytes begin with.
+    fn begins(self, bytes: &[u8]) -> Option<usize> {
+        let &first = bytes.first()?;
+        let &second = bytes.get(1)?;
+        let length = match self {
+            Self::Sbus => 25,
+            Self::Ibus => 32,
+            Self::Crsf => usize::from(second) + 2,
+            Self::Ubx => usize::from(*bytes.get(4)?) + 256 * usize::from(*bytes.get(5)?) + 8,
+            Self::Mavlink2 if *bytes.get(2)? == 1 => usize::from(second) + 25,
+            Self::Mavlink2 => usize::from(second) + 12,
+            Self::SixAxes => 16,
+        };
+        let frame = bytes.get(..length)?;
+        let is_one = match self {
+            Self::Sbus => first == 0x0F && frame[23] < 16 && frame[24] == 0,
+            Self::Ibus => [first, second] == [0x20, 0x40] && frame[30..] == Self::sum(&frame[..30]),
+            Self::Crsf => {
+                [0xC8, 0xEE].contains(&first)
+                    && (4..=64).contains(&length)
+                    && Self::crc8(&frame[2..length - 1]) == frame[length - 1]
+            }
+            Self::Ubx => {
+                [first, second] == [0xB5, 0x62]
+                    && length <= 64
+                    && Self::fletcher(&frame[2..length - 2]) == frame[length - 2..]
+            }
+            Self::Mavlink2 => {
+                let end = usize::from(second) + 10;
+                let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
+                let known = definition(id).filter(|&(_, longest)| second <= longest);
+                first == 0xFD
+                    && frame[2] <= 1
+                    && known.is_some_and(|(extra, _)| {
+                        Self::crc16(&[&frame[1..end], &[extra]].concat()) == frame[end..end + 2]
+                    })
+            }
+            Self::SixAxes => [first, second] == [0xFF; 2] && frame[14..] == [0x0A, 0x0D],
+        };
+        is_one.then_some(length)
+    }
+
+    /// A frame with these bytes in it, as far as they fit, and zeros where there are too few.
+    fn frame(self, bytes: &[u8]) -> Vec<u8> {
+        let filled = |length: usize| {
+            let mut filled = bytes.to_vec();
+            filled.resize(length, 0);
+            filled
+        };
+        let at_most = |length: usize| &bytes[..bytes.len().min(length)];
+        match self {
+            Self::Sbus => [&[0x0F], &filled(22)[..], &[bytes.len() as u8 & 15, 0]].concat(),
+            Self::Ibus => {
+                let checked = [&[0x20, 0x40], &filled(28)[..]].concat();
+                [&checked[..], &Self::sum(&checked)].concat()
+            }
+            Self::Crsf => {
+                let checked = [&[0x16], at_most(60)].concat();
+                let head = [0xC8, checked.len() as u8 + 1];
+                [&head, &checked[..], &[Self::crc8(&checked)]].concat()
+            }
+            Self::Ubx => {
+                let payload = at_most(56);
+                let checked = [&[1, 7, payload.len() as u8, 0], payload].concat();
+                [&[0xB5, 0x62], &checked[..], &Self::fletcher(&checked)].concat()
+            }
+            Self::Mavlink2 => {
+                let payload = at_most(255);
+                let is_signed = payload.first().is_some_and(|&first| first >= 128);
+                let (length, flags) = (payload.len() as u8, u8::from(is_signed));
+                let checked = [&[length, flags, 0, 9, 1, 1, 3, 2, 1], payload].concat();
+                let crc = Self::crc16(&[&checked[..], &[7]].concat());
+                let signature = [0xFD; 13];
+                let signature = if is_signed { &signature[..] } else { &[] };
+                [&[0xFD], &checked[..], &crc, signature].concat()
+            }
+            Self::SixAxes => [&[0xFF, 0xFF], &filled(12)[..], &[0x0A, 0x0D]].concat(),
+        }
+    }
+
+    fn sum(bytes: &[u8]) -> [u8; 2] {
+        let sum: u16 = bytes.iter().copied().map(u16::from).sum();
+        (0xFFFF - sum).to_le_bytes()
+    }
+
+    fn crc8(bytes: &[u8]) -> u8 {
+        let mut register = 0_u8;
+        for byte in bytes {
+            register ^= byte;
+            for _ in 0..8 {
+                let carry = register & 0x80 != 0;
+                register <<= 1;
+                if carry {
+                    register ^= 0xD5;
+                }
+            }
+        }
+        register
+    }
+
+    fn fletcher(bytes: &[u8]) -> [u8; 2] {
+        let (mut a, mut b) = (0_u32, 0_u32);
+        for &byte in bytes {
+            a += u32::from(byte);
+            b += a;
+        }
+        [a as u8, b as u8]
+    }
+
+    fn crc16(bytes: &[u8]) -> [u8; 2] {
+        let mut register = 0xFFFF_u16;
+        for &byte in bytes {
+            register ^= u16::from(byte);
+            for _ in 0..8 {
+                let carry = register & 1 != 0;
+                register >>= 1;
+                if carry {
+                    register ^= 0x8408;
+                }
+            }
+        }
+        register.to_le_bytes()
+    }
+}
