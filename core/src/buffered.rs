@@ -57,8 +57,8 @@ pub enum Found<Message> {
 ///
 /// From left to right: where a frame begins, it is committed, and the next byte is the one behind
 /// it; where none begins, one byte is dropped; where that cannot be known yet, the receiver waits
-/// (theorem 13a). So a frame that arrives whole is committed, unless a committed frame begins
-/// before it and ends inside it (13d).
+/// (theorem 13a). So a frame that arrives whole is committed, unless a committed frame that begins
+/// before it shares bytes with it (13d).
 ///
 /// # What to expect
 ///
@@ -193,8 +193,8 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     /// Takes a slice, and says what becomes of all bytes that can be decided, in the order of the
     /// stream. Frames that lie whole in the slice are not copied.
     ///
-    /// A stream may be cut into slices anywhere (theorem 13a). It asks the format once for each
-    /// byte dropped, or frame, or call at most; feeding an empty slice catches up with what `push` has left.
+    /// A stream may be cut into slices anywhere (theorem 13a). It asks the format at most twice for each
+    /// byte dropped or frame, and once besides; feeding an empty slice catches up with what `push` has left.
     pub fn feed(&mut self, bytes: &[u8], mut event: impl FnMut(Found<F::Message<'_>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
@@ -207,19 +207,27 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
             };
             self.store(now);
             self.decide_all(&mut event);
-            rest = later;
-            // Where all that is pending came from the slice, go on in the slice.
-            let taken = bytes.len().wrapping_sub(rest.len());
-            if let Some(back) = taken.checked_sub(self.pending()) {
-                rest = bytes.get(back..).unwrap_or_default();
-                self.reset();
-            }
+            rest = self.give_back(bytes, later);
         }
         while !rest.is_empty() {
             let Some(behind) = self.take(rest, &mut event) else {
                 return;
             };
             rest = behind;
+        }
+    }
+
+    /// With all of a slice taken but `rest`: if all that is pending came from the slice, forgets it, and
+    /// gives what is to be taken again.
+    #[inline]
+    fn give_back<'b>(&mut self, bytes: &'b [u8], rest: &'b [u8]) -> &'b [u8] {
+        let taken = bytes.len().wrapping_sub(rest.len());
+        match taken.checked_sub(self.pending()) {
+            Some(back) => {
+                self.reset();
+                bytes.get(back..).unwrap_or_default()
+            }
+            None => rest,
         }
     }
 
@@ -254,7 +262,7 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
             }
             Verdict::Incomplete { at_least } => {
                 self.store(bytes);
-                self.ask_at = at_least;
+                self.ask_at = self.from.wrapping_add(at_least);
                 None
             }
         }
@@ -265,11 +273,15 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     ///
     /// It asks the format once for each pending byte at most.
     pub fn line_event(&mut self, mut event: impl FnMut(Found<F::Message<'_>>)) {
-        loop {
-            self.decide_all(&mut event);
-            if self.pending() == 0 {
-                return;
-            }
+        while self.pending() > 0 {
+            self.end_first(&mut event);
+        }
+        self.reset();
+    }
+
+    /// With bytes pending, and none to follow: decides about the first.
+    fn end_first(&mut self, event: &mut impl FnMut(Found<F::Message<'_>>)) {
+        if !self.decide_first(event) && self.pending() > 0 {
             event(Found::Dropped {
                 count: 1,
                 why: Mismatch::LineEvent,
@@ -299,17 +311,24 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
 
     /// Decides about pending bytes until more are needed.
     fn decide_all(&mut self, event: &mut impl FnMut(Found<F::Message<'_>>)) {
-        while self.to >= self.ask_at {
-            self.drop_what_starts_nothing(&mut |count, why| event(Found::Dropped { count, why }));
-            match self.decide() {
-                Decision::Frame { at, length } => event(Found::Frame {
-                    length,
-                    message: self.message(at, length),
-                }),
-                Decision::Dropped(why) => event(Found::Dropped { count: 1, why }),
-                Decision::Waiting => return,
-            }
+        while self.decide_first(event) {}
+    }
+
+    /// Decides about the first pending bytes, and says whether it could.
+    fn decide_first(&mut self, event: &mut impl FnMut(Found<F::Message<'_>>)) -> bool {
+        if self.to < self.ask_at {
+            return false;
         }
+        self.drop_what_starts_nothing(&mut |count, why| event(Found::Dropped { count, why }));
+        match self.decide() {
+            Decision::Frame { at, length } => event(Found::Frame {
+                length,
+                message: self.message(at, length),
+            }),
+            Decision::Dropped(why) => event(Found::Dropped { count: 1, why }),
+            Decision::Waiting => return false,
+        }
+        true
     }
 
     #[inline]

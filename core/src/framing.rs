@@ -8,6 +8,14 @@ pub use laws::{BrokenLaw, check_laws};
 
 use crate::Mismatch;
 
+#[cfg(kani)]
+#[allow(
+    clippy::arithmetic_side_effects,
+    clippy::indexing_slicing,
+    reason = "what goes wrong is what a harness would find"
+)]
+pub(crate) mod verification;
+
 /// What the bytes from some place of the stream on are.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Verdict {

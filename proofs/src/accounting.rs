@@ -10,49 +10,62 @@
 //! For every format of one to eight bytes: the engine reports, for each byte, a frame or dropped bytes
 //! such that with what is pending they make up what was pending and the byte (`one_byte` in
 //! `core/src/window/verification.rs`), and [each report is counted](each_report_is_counted).
+//!
+//! For every format of any length: `BufferedReceiver` puts each byte into exactly one event, or it is
+//! pending (theorem 13b), and [its events are counted](pushed_bytes_of_any_length_are_counted).
 
 use framelock::{
-    Accounting, Bin, BinCrc8, Counters, Discarded, Event, Lecture, Mismatch, Parser, Receiver,
-    Setpoint,
+    Accounting, Bin, BinCrc8, BufferedReceiver, Counters, Discarded, Event, Framing, Lecture,
+    LineEvents, Mismatch, Parser, Receiver, Setpoint, Verdict,
 };
 
 use crate::states::{any_lecture, any_line_event, any_receiver};
 
 /// A parser in any state, and counters that are all the same number, which may be any: each is counted
 /// on its own.
-fn any_account<P: Parser>(parser: P, start: usize) -> Accounting<P> {
-    let mut counters = Counters::ZERO;
-    counters.bytes = start;
-    counters.frames = start;
-    counters.frame_bytes = start;
-    counters.resynchronisations = start;
-    counters.discarded = Discarded {
-        no_sync: start,
-        broken_sync: start,
-        header: start,
-        check: start,
-        terminator: start,
-        line_event: start,
+fn any_account<P>(parser: P, start: usize) -> Accounting<P> {
+    let counters = Counters {
+        bytes: start,
+        frames: start,
+        frame_bytes: start,
+        discarded: Discarded {
+            no_sync: start,
+            broken_sync: start,
+            header: start,
+            check: start,
+            terminator: start,
+            line_event: start,
+        },
+        resynchronisations: start,
+        events: LineEvents::default(),
     };
     Accounting::resumed(parser, counters)
 }
 
+/// By how much a counter went up.
+fn up(counter: usize, start: usize) -> u8 {
+    let up = counter.wrapping_sub(start).to_le_bytes()[0];
+    assert!(counter == start.wrapping_add(usize::from(up)));
+    up
+}
+
 /// By how much the counters went up: of bytes in frames, and of discarded bytes.
-fn placed<P: Parser>(counters: &Counters, start: usize) -> u8 {
-    let up = |counter: usize| {
-        let up = counter.wrapping_sub(start).to_le_bytes()[0];
-        assert!(counter == start.wrapping_add(usize::from(up)));
-        up
-    };
+fn placed(counters: &Counters, start: usize) -> u8 {
     let discarded = &counters.discarded;
-    assert!(up(counters.frame_bytes) == up(counters.frames) * P::FRAME_LENGTH.to_le_bytes()[0]);
-    up(counters.frame_bytes)
-        + up(discarded.no_sync)
-        + up(discarded.broken_sync)
-        + up(discarded.header)
-        + up(discarded.check)
-        + up(discarded.terminator)
-        + up(discarded.line_event)
+    up(counters.frame_bytes, start)
+        + up(discarded.no_sync, start)
+        + up(discarded.broken_sync, start)
+        + up(discarded.header, start)
+        + up(discarded.check, start)
+        + up(discarded.terminator, start)
+        + up(discarded.line_event, start)
+}
+
+/// The same, of a parser whose frames have one length.
+fn placed_by<P: Parser>(counters: &Counters, start: usize) -> u8 {
+    let length = P::FRAME_LENGTH.to_le_bytes()[0];
+    assert!(up(counters.frame_bytes, start) == up(counters.frames, start) * length);
+    placed(counters, start)
 }
 
 /// What was pending and the new byte are what was placed and what is pending now.
@@ -64,7 +77,7 @@ fn byte_is_placed<P: Parser<Message = Setpoint>>(parser: P) {
     let after = line.counters();
     assert!(after.bytes == start.wrapping_add(1));
     assert!(after.frames == start.wrapping_add(usize::from(committed)));
-    let placed = placed::<P>(after, start);
+    let placed = placed_by::<P>(after, start);
     assert!(before + 1 == usize::from(placed) + line.pending());
     kani::cover!(committed, "a commit");
     kani::cover!(!committed && placed > 1, "bytes are discarded");
@@ -77,7 +90,7 @@ fn event_places_what_is_pending<P: Parser<Message = Setpoint>>(parser: P) {
     let before = line.pending();
     line.line_event(any_line_event());
     assert!(line.counters().bytes == start && line.pending() == 0);
-    assert!(before == usize::from(placed::<P>(line.counters(), start)));
+    assert!(before == usize::from(placed_by::<P>(line.counters(), start)));
     kani::cover!(before == P::FRAME_LENGTH - 1, "bytes are discarded");
 }
 
@@ -170,7 +183,8 @@ fn each_report_is_counted() {
     assert!(counters.bytes == start.wrapping_add(1));
     assert!(counters.frames == start.wrapping_add(frames));
     let is_frame = |event| matches!(event, Event::Frame { .. });
-    let is_resynchronised = !is_frame(events[0]) && is_frame(events[1]);
+    let is_loss = |event| matches!(event, Event::Dropped { count, .. } if count > 0);
+    let is_resynchronised = is_loss(events[0]) && is_frame(events[1]);
     let resynchronisations = start.wrapping_add(usize::from(is_resynchronised));
     assert!(counters.resynchronisations == resynchronisations);
     // Each for its own reason.
@@ -186,4 +200,81 @@ fn each_report_is_counted() {
     assert!(discarded.terminator == start.wrapping_add(of_reason(Mismatch::Terminator)));
     kani::cover!(frames == 2, "frames");
     kani::cover!(is_resynchronised, "a frame after a loss");
+}
+
+/// Says anything of two bytes, and of the second alone; of the first alone, that it takes both. With one
+/// byte for the longest frame, anything of either. It need not keep the laws.
+struct Anything<const LONGEST: usize>([u8; 2]);
+
+impl<const LONGEST: usize> Framing for Anything<LONGEST> {
+    const LONGEST: usize = LONGEST;
+    type Message<'a> = u8;
+
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        let code = match bytes {
+            [0] if LONGEST == 2 => return Verdict::Incomplete { at_least: 2 },
+            [0, ..] => self.0[0],
+            _ => self.0[1],
+        };
+        match code {
+            0 => Verdict::Frame(1),
+            1 => Verdict::Frame(2),
+            2 => Verdict::Incomplete { at_least: 2 },
+            3 => Verdict::Reject(Mismatch::NoSync),
+            4 => Verdict::Reject(Mismatch::BrokenSync),
+            5 => Verdict::Reject(Mismatch::Header),
+            6 => Verdict::Reject(Mismatch::Check),
+            _ => Verdict::Reject(Mismatch::Terminator),
+        }
+    }
+
+    fn starts(&self, _: u8) -> bool {
+        true
+    }
+
+    fn decode(&self, frame: &[u8]) -> u8 {
+        frame.len().to_le_bytes()[0]
+    }
+}
+
+/// Bytes pushed: each is placed, or pending. After a line event none is pending.
+#[kani::proof]
+#[kani::unwind(3)]
+fn pushed_bytes_of_any_length_are_counted() {
+    let start = kani::any();
+    let receiver = BufferedReceiver::<_, 2>::new(Anything::<2>(kani::any()));
+    let mut line = any_account(receiver, start);
+    assert!(line.push(0).is_none() && line.pending() == 1);
+    let pushed = line.push(1).unwrap_or(0);
+    let pending = line.pending();
+    assert!(line.counters().bytes == start.wrapping_add(2));
+    assert!(2 == usize::from(placed(line.counters(), start)) + pending);
+    assert!(up(line.counters().frame_bytes, start) == pushed);
+    let mut frames = u8::from(pushed > 0);
+    line.line_event(any_line_event(), |_| frames += 1);
+    let counters = line.counters();
+    assert!(counters.bytes == start.wrapping_add(2) && line.pending() == 0);
+    assert!(2 == placed(counters, start));
+    assert!(up(counters.frames, start) == frames);
+    kani::cover!(pushed == 2, "a frame of two bytes");
+    kani::cover!(
+        pending == 1 && frames == 1,
+        "a frame found by the line event"
+    );
+}
+
+/// Bytes of a slice.
+#[kani::proof]
+#[kani::unwind(3)]
+fn fed_bytes_of_any_length_are_counted() {
+    let start = kani::any();
+    let receiver = BufferedReceiver::<_, 1>::new(Anything::<1>(kani::any()));
+    let mut line = any_account(receiver, start);
+    let mut frames = 0;
+    line.feed(&[0, 1], |_| frames += 1);
+    let counters = line.counters();
+    assert!(counters.bytes == start.wrapping_add(2) && line.pending() == 0);
+    assert!(2 == placed(counters, start));
+    assert!(up(counters.frames, start) == frames && up(counters.frame_bytes, start) == frames);
+    kani::cover!(frames == 1, "a frame and a drop");
 }

@@ -3,7 +3,11 @@
 use super::{Framing, Verdict};
 
 /// Two formats on one line, UBX and NMEA for example. Where no frame of the first begins, the
-/// second is asked. Nest them for more.
+/// second is asked. For more nest them in the second place: `Either(A, Either(B, C))`.
+///
+/// The first must know each of its frames by the frame's own bytes, as every format of
+/// [`Headed`](super::Headed) does: else `decode` takes the frame for one of the second. An `Either` does
+/// not, for its second is asked only when enough bytes have come for its first to reject them.
 ///
 /// # Examples
 /// ```
@@ -85,9 +89,9 @@ impl<A: Framing, B: Framing> Framing for Either<A, B> {
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> Self::Message<'a> {
         match ask(&self.0, frame) {
-            // By law 2 a frame of the first was never rejected.
-            Verdict::Reject(_) => EitherMessage::Second(self.1.decode(frame)),
-            _ => EitherMessage::First(self.0.decode(frame)),
+            Verdict::Frame(_) => EitherMessage::First(self.0.decode(frame)),
+            // More bytes may have come before the first rejected it, so it may be incomplete here.
+            _ => EitherMessage::Second(self.1.decode(frame)),
         }
     }
 }

@@ -50,6 +50,7 @@ impl Module {
     /// Adds what that text defines.
     pub(crate) fn add(&mut self, text: &str) -> Result<()> {
         let noreturn = noreturn_attributes(text);
+        let mut types = Vec::new();
         let mut lines = text.lines();
         while let Some(line) = lines.next() {
             if line.starts_with("define ") {
@@ -64,15 +65,7 @@ impl Module {
                     self.never_return.insert(declared_name(line)?);
                 }
             } else if line.starts_with('%') {
-                let tokens = tokens(line)?;
-                let [Token::Local(name), _, _, of @ ..] = tokens.as_slice() else {
-                    bail!("{line}: this is no `%name = type …`");
-                };
-                let of = Cursor::new(of, self).of_type();
-                let of = of.with_context(|| line.to_owned())?;
-                let other = self.types.insert(name.clone(), of.clone());
-                let same = other.is_none_or(|other| other == of);
-                ensure!(same, "{line}: another module has another type of this name");
+                types.push(line);
             } else if line.starts_with('@') {
                 let other = self.constants.insert(declared_name(line)?, line.to_owned());
                 let same = other.is_none_or(|other| other == line);
@@ -82,6 +75,29 @@ impl Module {
                 );
             }
         }
+        // A type may be made of one that stands below it.
+        while let Some(&first) = types.first() {
+            let before = types.len();
+            types.retain(|line| self.add_type(line).is_err());
+            if types.len() == before {
+                self.add_type(first)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// `%name = type …`
+    fn add_type(&mut self, line: &str) -> Result<()> {
+        let tokens = tokens(line)?;
+        let [Token::Local(name), _, _, of @ ..] = tokens.as_slice() else {
+            bail!("{line}: this is no `%name = type …`");
+        };
+        let of = Cursor::new(of, self).of_type();
+        let of = of.with_context(|| line.to_owned())?;
+        let other = self.types.get(name);
+        let same = other.is_none_or(|other| *other == of);
+        ensure!(same, "{line}: another module has another type of this name");
+        self.types.insert(name.clone(), of);
         Ok(())
     }
 

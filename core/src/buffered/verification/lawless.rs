@@ -1,0 +1,87 @@
+//! 13b: whatever the format says, against every law.
+//!
+//! The invariant is [`fits`] for a place that is settled with `LONGEST` bytes. That `store`,
+//! `drop_what_starts_nothing` and `give_back` keep it is shown without any law in
+//! [`steps`](super::steps).
+
+use super::{Any, any_receiver, are_places, byte, fits, for_longest};
+use crate::Found;
+use crate::buffered::Decision;
+use crate::framing::verification::any_up_to;
+
+/// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
+fn something_is_decided<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
+    let (from, pending) = (receiver.from, receiver.pending());
+    kani::assume(receiver.ask_at <= receiver.to);
+    let decided = match receiver.decide() {
+        Decision::Frame { at, length } => {
+            assert!(receiver.message(at, length).len() == length && length > 0);
+            length
+        }
+        Decision::Dropped(_) => 1,
+        Decision::Waiting => 0,
+    };
+    assert!(decided <= pending);
+    let left = pending - decided;
+    let start = if left == 0 { 0 } else { from + decided };
+    assert!(fits(&receiver, start, left, L));
+    if decided == 0 {
+        assert!(pending < L && (pending == 0 || receiver.ask_at > receiver.to));
+    }
+    kani::cover!(decided == L, "the longest frame");
+    kani::cover!(L == 1 || decided == 0 && pending > 0, "it waits");
+}
+for_longest!(decide, something_is_decided);
+
+/// `push`: the events' bytes and the pending ones are those that were pending and the new one.
+fn pushed_byte_is_placed<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawless(), L - 1);
+    let (from, end) = (receiver.from, receiver.to + 1);
+    let mut placed = 0;
+    let found = receiver.push_events(byte(end - 1), |count, _| placed += count);
+    let frame = found.map(|(length, message)| {
+        assert!(message.len() == length && length > 0);
+        length
+    });
+    placed += frame.unwrap_or(0);
+    assert!(placed <= end - from);
+    let left = end - from - placed;
+    assert!(left < L && fits(&receiver, from + placed, left, L));
+    kani::cover!(frame == Some(L), "the longest frame");
+    kani::cover!(L == 1 || left == L - 1, "most is left");
+}
+for_longest!(push, pushed_byte_is_placed);
+
+/// `take`: the first bytes of the slice are in an event, or all of it is pending.
+fn slice_is_placed<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawless(), 0);
+    let mut bytes = [0; N];
+    let mut place = 0;
+    while place < N {
+        bytes[place] = byte(place);
+        place += 1;
+    }
+    let length = any_up_to(N);
+    kani::assume(length > 0);
+    let mut placed = 0;
+    let rest = receiver.take(&bytes[..length], &mut |found| {
+        assert!(placed == 0);
+        placed = match found {
+            Found::Frame { length, message } => {
+                assert!(message.len() == length);
+                length
+            }
+            Found::Dropped { count, .. } => count,
+        };
+    });
+    if let Some(rest) = rest {
+        assert!(placed > 0 && rest.len() == length - placed && are_places(rest, placed));
+        assert!(receiver.pending() == 0);
+    } else {
+        assert!(placed == 0 && length < L && fits(&receiver, 0, length, L));
+    }
+    kani::cover!(placed == L, "the longest frame");
+    kani::cover!(L == 1 || placed == 0, "it waits");
+}
+for_longest!(take, slice_is_placed);

@@ -1,0 +1,76 @@
+//! 13f: a round of a line event's loop, from any state.
+
+use super::{Any, any_receiver, are_places, fits, for_longest};
+use crate::{Found, Mismatch, Verdict};
+
+/// First come the places that start nothing; then what the reference does at the end of a stream, where
+/// it drops a byte instead of waiting.
+fn first_place_is_ended<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawful(), L - 1);
+    let (from, end) = (receiver.from, receiver.to);
+    kani::assume(from < end);
+    let first = receiver.format.first_start(from, end, L);
+    let row = receiver.format.row.unwrap();
+
+    let mut next = from;
+    let mut frame = None;
+    let mut dropped = None;
+    receiver.end_first(&mut |found| {
+        assert!(frame.is_none() && dropped.is_none());
+        match found {
+            Found::Frame { length, message } => {
+                assert!(next == first && message.len() == length);
+                assert!(are_places(message, first));
+                frame = Some(length);
+                next += length;
+            }
+            Found::Dropped { count, why } if next < first => {
+                assert!(next + count == first && why == Mismatch::NoSync);
+                next = first;
+            }
+            Found::Dropped { count, why } => {
+                assert!(count == 1);
+                dropped = Some(why);
+                next += 1;
+            }
+        }
+    });
+
+    if first == end {
+        assert!(next == end && frame.is_none() && dropped.is_none());
+    } else {
+        match row.settled(end - first) {
+            Some(Verdict::Frame(length)) => assert!(frame == Some(length)),
+            Some(Verdict::Reject(why)) => assert!(dropped == Some(why)),
+            _ => assert!(dropped == Some(Mismatch::LineEvent)),
+        }
+    }
+    let start = if next == end { 0 } else { next };
+    assert!(fits(&receiver, start, end - next, 1));
+    kani::cover!(frame == Some(L - 1), "a whole frame");
+    kani::cover!(
+        dropped == Some(Mismatch::LineEvent) && next < end,
+        "bytes are left"
+    );
+}
+for_longest!(end_first, first_place_is_ended: of_3 3 5 7 of_8 8 8 11);
+
+/// Whatever the format says: at least one byte is placed.
+fn a_byte_is_ended<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawless(), L - 1);
+    let (from, end) = (receiver.from, receiver.to);
+    kani::assume(from < end);
+    let mut placed = 0;
+    receiver.end_first(&mut |found| match found {
+        Found::Frame { length, message } => {
+            assert!(message.len() == length);
+            placed += length;
+        }
+        Found::Dropped { count, .. } => placed += count,
+    });
+    assert!(placed > 0 && placed <= end - from);
+    assert!(fits(&receiver, from + placed, end - from - placed, L));
+    kani::cover!(placed == L - 1, "all");
+    kani::cover!(placed < end - from, "some");
+}
+for_longest!(lawless_end_first, a_byte_is_ended: of_3 3 5 7 of_8 8 8 11);

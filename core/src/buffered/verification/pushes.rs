@@ -1,0 +1,68 @@
+//! 13c: `push` as a whole, from any state.
+
+use super::{Any, any_receiver, are_places, byte, fits, for_longest};
+use crate::{Mismatch, Verdict};
+
+/// It asks at most once (the format asserts that). First come the places that start nothing, then the
+/// frame or the drop of one place. Without events it waits as the reference does.
+fn one_question_at_most<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawful(), L - 1);
+    let (from, end) = (receiver.from, receiver.to + 1);
+    let is_due = receiver.ask_at <= end;
+    let first = receiver.format.first_start(from, end, L);
+    let run = first - from;
+    let row = receiver.format.row.unwrap();
+
+    let mut drops = [None; 2];
+    let found = receiver.push_events(byte(end - 1), |count, why| {
+        let next = usize::from(drops[0].is_some());
+        assert!(drops[next].is_none());
+        drops[next] = Some((count, why));
+    });
+    let frame = found.map(|(length, message)| {
+        assert!(message.len() == length && are_places(message, first));
+        length
+    });
+
+    let settled = row.settled(end - first);
+    let mut expected = [None; 2];
+    let mut start = from;
+    let mut settled_at = receiver.format.settled_at(from);
+    if is_due {
+        if run > 0 {
+            expected[0] = Some((run, Mismatch::NoSync));
+        }
+        start = first;
+        settled_at = row.settled_at;
+    } else {
+        // Then the reference does not know more.
+        assert!(run == 0 && settled.is_none());
+    }
+    let mut committed = None;
+    if is_due && first < end {
+        assert!(receiver.format.asked.get() == Some((first, end - first)));
+        match settled {
+            Some(Verdict::Reject(why)) => {
+                expected[usize::from(run > 0)] = Some((1, why));
+                start += 1;
+                settled_at = 1;
+            }
+            Some(Verdict::Frame(length)) => {
+                committed = Some(length);
+                start += length;
+                settled_at = 1;
+            }
+            _ => {}
+        }
+    } else {
+        assert!(receiver.format.asked.get().is_none());
+    }
+    assert!(drops == expected && frame == committed);
+    assert!(end - start < L && fits(&receiver, start, end - start, settled_at));
+    kani::cover!(
+        L == 1 || start == end - 1 && frame == Some(L - 1),
+        "work is left"
+    );
+    kani::cover!(frame == Some(L), "the longest frame");
+}
+for_longest!(push, one_question_at_most);

@@ -1,0 +1,123 @@
+//! 13d and 13e: what the reference commits, and when.
+//!
+//! The reference looks at its format's settled verdicts only, so a [`Row`] for each place is any lawful
+//! format on any stream.
+
+use super::byte;
+use crate::framing::verification::{Row, any_up_to};
+use crate::{BufferedReceiver, Found, Framing, Mismatch, Verdict};
+
+/// What was found at each place: nothing, a frame and its length, or a drop and its reason.
+struct Log<const P: usize> {
+    events: [Option<Verdict>; P],
+    /// Where the next event is.
+    next: usize,
+}
+
+impl<const P: usize> Log<P> {
+    const NEW: Self = Self {
+        events: [None; P],
+        next: 0,
+    };
+
+    fn frame(&mut self, length: usize) {
+        self.events[self.next] = Some(Verdict::Frame(length));
+        self.next += length;
+    }
+
+    fn drop(&mut self, why: Mismatch) {
+        self.events[self.next] = Some(Verdict::Reject(why));
+        self.next += 1;
+    }
+}
+
+/// The naive reference, on the places before `end`.
+fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: bool) -> Log<P> {
+    let mut log = Log::NEW;
+    let mut place = 0;
+    while place < P {
+        if place == log.next && place < end {
+            match rows[place].settled((end - place).min(L)) {
+                Some(Verdict::Frame(length)) => log.frame(length),
+                Some(Verdict::Reject(why)) => log.drop(why),
+                _ if is_over => log.drop(Mismatch::LineEvent),
+                _ => {}
+            }
+        }
+        place += 1;
+    }
+    log
+}
+
+/// 13d and 13e, for the reference: each frame that the stream holds is committed, or one that begins before
+/// it and shares bytes with it is; or the reference has stopped before it, which a line event ends, or
+/// the next byte if `LONGEST - 2` have come behind the frame's first.
+fn no_frame_is_passed_over<const L: usize, const P: usize>() {
+    let rows: [Row; P] = core::array::from_fn(|_| Row::any(L));
+    let (end, at) = (any_up_to(P), any_up_to(P - 1));
+    let is_over: bool = kani::any();
+    kani::assume(at < end);
+    let frame = rows[at].settled((end - at).min(L));
+    let Some(Verdict::Frame(length)) = frame else {
+        return;
+    };
+    let log = events::<L, P>(&rows, end, is_over);
+    let is_committed = log.events[at] == frame;
+    let mut is_overlapped = false;
+    let mut place = 0;
+    while place < P {
+        if let Some(Verdict::Frame(other)) = log.events[place] {
+            is_overlapped |= place < at && at < place + other;
+        }
+        place += 1;
+    }
+    let waits = !is_over && log.next < at;
+    assert!(is_committed || is_overlapped || waits);
+    assert!(!(is_committed && is_overlapped));
+    // Of the bytes that have come, so many are behind the frame.
+    let behind = end.saturating_sub(at + length);
+    assert!(!waits || behind + 1 + length < L);
+    kani::cover!(waits && behind + 2 + length == L, "as late as can be");
+    kani::cover!(is_overlapped, "a frame is lost under another");
+}
+
+#[kani::proof]
+#[kani::unwind(8)]
+fn no_frame_is_passed_over_of_4() {
+    no_frame_is_passed_over::<4, 5>();
+}
+
+/// 13e is sharp: behind a false beginning a frame of one byte is committed `LONGEST - 2` bytes behind its
+/// last by `feed`, and one later by `push`.
+#[kani::proof]
+#[kani::unwind(8)]
+fn latest_delivery() {
+    const LONGEST: usize = 4;
+    struct FalseBeginning;
+    impl Framing for FalseBeginning {
+        const LONGEST: usize = LONGEST;
+        type Message<'a> = ();
+        fn judge(&self, bytes: &[u8]) -> Verdict {
+            match bytes[0] {
+                0 if bytes.len() < LONGEST => Verdict::Incomplete { at_least: LONGEST },
+                1 => Verdict::Frame(1),
+                _ => Verdict::Reject(Mismatch::Check),
+            }
+        }
+        fn decode(&self, _: &[u8]) {}
+    }
+    let mut fed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
+    let mut pushed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
+    let mut place = 0;
+    while place < LONGEST + 1 {
+        let mut frames = 0;
+        fed.feed(&[byte(place)], |found| {
+            frames += usize::from(matches!(found, Found::Frame { .. }));
+        });
+        assert!(frames == usize::from(place == 1 + LONGEST - 2));
+        let is_pushed = pushed.push(byte(place)).is_some();
+        assert!(is_pushed == (place == 1 + LONGEST - 1));
+        place += 1;
+    }
+    kani::cover!(fed.pending() == 0, "all is decided");
+}

@@ -1,0 +1,193 @@
+//! 13a: each step of the receiver is the reference's next, or leads nearer to it.
+
+use super::{Any, any_receiver, are_places, byte, fits, for_longest};
+use crate::buffered::{Decision, run_without_start};
+use crate::framing::verification::any_up_to;
+use crate::{Found, Framing, Mismatch, Verdict};
+
+/// `decide`: the first pending place's frame, or its drop and the reason; or it waits for a number of
+/// bytes that have not come.
+fn first_place_is_decided<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawful(), L);
+    let (from, pending) = (receiver.from, receiver.pending());
+    kani::assume(receiver.ask_at <= receiver.to);
+    let decision = receiver.decide();
+    let row = receiver.format.row.unwrap();
+    let asked = receiver.format.asked.get();
+    if pending == 0 {
+        assert!(asked.is_none() && matches!(decision, Decision::Waiting));
+        assert!(fits(&receiver, 0, 0, 1));
+        return;
+    }
+    assert!(asked == Some((from, pending)));
+    match (decision, row.settled(pending)) {
+        (Decision::Frame { at, length }, Some(Verdict::Frame(frame))) => {
+            let message = receiver.message(at, length);
+            assert!(length == frame && message.len() == length);
+            assert!(are_places(message, from));
+            assert!(fits(&receiver, from + length, pending - length, 1));
+        }
+        (Decision::Dropped(why), Some(Verdict::Reject(expected))) => {
+            assert!(why == expected);
+            assert!(fits(&receiver, from + 1, pending - 1, 1));
+        }
+        (Decision::Waiting, None) => {
+            assert!(pending < L && receiver.ask_at > receiver.to);
+            assert!(fits(&receiver, from, pending, row.settled_at));
+        }
+        _ => panic!("something else than the reference"),
+    }
+    kani::cover!(
+        pending == L && row.settled == Verdict::Frame(L),
+        "the longest frame"
+    );
+    kani::cover!(L == 1 || receiver.ask_at > receiver.to, "it waits");
+}
+for_longest!(decide, first_place_is_decided);
+
+/// `drop_what_starts_nothing`: the pending places before the first that starts a frame.
+fn starts_are_found<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
+    let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
+    let first = receiver.format.first_start(from, to, L);
+    let mut dropped = 0;
+    receiver.drop_what_starts_nothing(&mut |count, why| {
+        assert!(dropped == 0 && count > 0 && why == Mismatch::NoSync);
+        dropped = count;
+    });
+    assert!(dropped == first - from);
+    assert!(dropped > 0 || receiver.ask_at == ask_at);
+    let settled_at = if dropped > 0 { 1 } else { L };
+    assert!(fits(&receiver, first, to - first, settled_at));
+    kani::cover!(dropped == L, "all of them");
+    kani::cover!(dropped == 0 && to > from, "none");
+}
+for_longest!(starts, starts_are_found);
+
+/// `store`: what was pending and the new bytes are pending, and it waits for as many of them as before.
+fn bytes_are_stored<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
+    let (from, to) = (receiver.from, receiver.to);
+    let waits_for = receiver.ask_at.saturating_sub(from);
+    let count = any_up_to(L - (to - from));
+    receiver.store(&places::<L>(to)[..count]);
+    assert!(fits(&receiver, from, to - from + count, L));
+    assert!(receiver.ask_at.saturating_sub(receiver.from) == waits_for);
+    kani::cover!(
+        L == 1 || receiver.from < from && to > from,
+        "it moves to the front"
+    );
+    kani::cover!(count == L, "a whole frame");
+}
+for_longest!(store, bytes_are_stored);
+
+/// A slice of the bytes at the places from one on.
+fn places<const COUNT: usize>(from: usize) -> [u8; COUNT] {
+    let mut bytes = [0; COUNT];
+    let mut at = 0;
+    while at < COUNT {
+        bytes[at] = byte(from.wrapping_add(at));
+        at += 1;
+    }
+    bytes
+}
+
+/// `take`, with nothing pending: the drop of the places that start nothing, or the first place's frame or
+/// drop; or the whole slice is pending, and it waits for a number of bytes that have not come.
+fn slice_is_taken<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawful(), 0);
+    let bytes = places::<N>(0);
+    let length = any_up_to(N);
+    kani::assume(length > 0);
+    let first = receiver.format.first_start(0, length, N);
+    let row = receiver.format.row.unwrap();
+    let mut events = 0;
+    let mut decided = 0;
+    let rest = receiver.take(&bytes[..length], &mut |found| {
+        events += 1;
+        decided = match found {
+            Found::Frame { length, message } => {
+                assert!(first == 0 && row.settled == Verdict::Frame(length));
+                assert!(message.len() == length && are_places(message, 0));
+                length
+            }
+            Found::Dropped { count, why } => {
+                assert!(if first > 0 {
+                    count == first && why == Mismatch::NoSync
+                } else {
+                    count == 1 && row.settled == Verdict::Reject(why)
+                });
+                count
+            }
+        };
+    });
+    let known = length.min(L);
+    let is_settled = first > 0 || row.settled(known).is_some();
+    if let Some(rest) = rest {
+        assert!(is_settled && events == 1 && decided > 0);
+        assert!(rest.len() == length - decided && are_places(rest, decided));
+        assert!(receiver.pending() == 0);
+    } else {
+        assert!(!is_settled && events == 0);
+        assert!(receiver.ask_at > receiver.to);
+        assert!(fits(&receiver, 0, length, row.settled_at));
+    }
+    let asked = receiver.format.asked.get();
+    assert!(asked == (first == 0).then_some((0, known)));
+    kani::cover!(L == 1 || receiver.pending() > 0, "it waits");
+    kani::cover!(decided == L && first == 0, "the longest frame");
+}
+for_longest!(take, slice_is_taken);
+
+/// `give_back`: nothing, or all that is pending.
+fn slice_begins_where_the_pending_did<const L: usize, const N: usize>() {
+    let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
+    let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
+    // The slice's bytes that are pending, or were, and are taken; and those behind them.
+    let taken = any_up_to(L);
+    let length = any_up_to(N);
+    kani::assume(taken <= length);
+    let bytes = places::<N>(to.wrapping_sub(taken));
+    let bytes = &bytes[..length];
+    let rest = receiver.give_back(bytes, &bytes[taken..]);
+    if to - from <= taken {
+        assert!(receiver.pending() == 0 && fits(&receiver, 0, 0, 1));
+        assert!(rest.len() == length - taken + (to - from));
+        assert!(are_places(rest, from));
+    } else {
+        assert!(receiver.ask_at == ask_at);
+        assert!(fits(&receiver, from, to - from, L));
+        assert!(rest.len() == length - taken && are_places(rest, to));
+    }
+    kani::cover!(to > from && to - from <= taken, "all that is pending");
+    kani::cover!(to - from > taken, "nothing");
+}
+for_longest!(give_back, slice_begins_where_the_pending_did);
+
+/// `run_without_start`, which looks at 32 bytes at once: up to the first byte that starts a frame. Shorter
+/// runs are in `starts` and `take`.
+#[kani::proof]
+#[kani::unwind(36)]
+fn runs_end_at_a_start() {
+    /// Which bytes start a frame is all that matters of them.
+    struct Odd;
+    impl Framing for Odd {
+        const LONGEST: usize = 1;
+        type Message<'a> = ();
+        fn judge(&self, _: &[u8]) -> Verdict {
+            Verdict::Frame(1)
+        }
+        fn starts(&self, byte: u8) -> bool {
+            byte % 2 == 1
+        }
+        fn decode(&self, _: &[u8]) {}
+    }
+    let bytes: [u8; 34] = kani::any();
+    let run = run_without_start(&Odd, &bytes);
+    assert!(run <= bytes.len());
+    let place = any_up_to(bytes.len() - 1);
+    assert!(place >= run || bytes[place] % 2 == 0);
+    assert!(run == bytes.len() || bytes[run] % 2 == 1);
+    kani::cover!(run == 33, "a block and a byte");
+    kani::cover!(run == 0, "none");
+}
