@@ -3,6 +3,7 @@
 
 mod against_reference;
 mod laws;
+mod limits;
 mod others;
 
 use framelock::{BufferedReceiver, Framing};

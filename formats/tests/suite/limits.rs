@@ -1,0 +1,62 @@
+//! What no receiver of such frames can do: the README's limits, each by its example.
+
+use framelock::{BufferedReceiver, Found};
+use framelock_formats::{Crsf, CrsfMessage};
+
+use crate::{frame, receive};
+
+fn crsf(kind: u8, payload: &[u8]) -> Vec<u8> {
+    let message = CrsfMessage {
+        address: 0xC8,
+        kind,
+        payload,
+    };
+    frame(|into| message.encode(into))
+}
+
+/// The kinds of the messages that a stream brings.
+fn kinds(stream: &[u8]) -> Vec<u8> {
+    let mut kinds = Vec::new();
+    receive::<_, 64>(Crsf::default(), stream, |message| kinds.push(message.kind));
+    kinds
+}
+
+/// Behind `C8 3E`, which may begin a frame of 64 bytes, one of four bytes comes 59 bytes late; or with
+/// the silence behind it.
+#[test]
+fn a_frame_behind_a_false_beginning_is_late() {
+    let late_by = |late: usize| [&[0xC8, 0x3E], &crsf(2, &[])[..], &vec![0; late]].concat();
+    assert_eq!(kinds(&late_by(58)), []);
+    assert_eq!(kinds(&late_by(59)), [2]);
+
+    let mut receiver = BufferedReceiver::<_, 64>::new(Crsf::default());
+    receiver.feed(&late_by(0), |_| {
+        panic!("it may yet be the frame of 64 bytes")
+    });
+    let mut found = Vec::new();
+    receiver.line_event(|event| {
+        if let Found::Frame { message, .. } = event {
+            found.push(message.kind);
+        }
+    });
+    assert_eq!(found, [2]);
+}
+
+/// Two bytes behind `C8 04` make a frame of them and the beginning of the true one.
+#[test]
+fn a_frame_that_begins_in_a_false_one_whose_check_is_right_is_lost() {
+    let sent = crsf(0x16, &[1, 2, 3]);
+    let false_head = (0..=u8::MAX).find_map(|payload| {
+        let stream = [&[0xC8, 4, 5, payload], &sent[..]].concat();
+        (kinds(&stream) == [5]).then_some(payload)
+    });
+    assert!(false_head.is_some(), "one in 256 has a right check");
+}
+
+/// The first byte of a frame is lost: a frame in its payload comes.
+#[test]
+fn a_frame_inside_one_whose_beginning_is_lost_is_delivered() {
+    let sent = crsf(7, &crsf(9, &[1, 2, 3]));
+    assert_eq!(kinds(&sent), [7]);
+    assert_eq!(kinds(&sent[1..]), [9]);
+}
