@@ -196,9 +196,10 @@ pub trait Framing {
 pub struct Headed<'a> {
     /// The bytes that each frame begins with; none if the header alone tells.
     pub sync: &'a [u8],
-    /// Bytes that must be there before the length is known, the sync among them; at least one.
+    /// Bytes that must be there before the length is known: the sync and as many more as it takes, but one at
+    /// least.
     pub header: usize,
-    /// Bytes in the longest frame.
+    /// Bytes in the longest frame: at least `header`, at most [`Framing::LONGEST`].
     pub longest: usize,
 }
 
@@ -223,17 +224,18 @@ impl Headed<'_> {
             }
             why = Mismatch::BrokenSync;
         }
-        let Some(header) = bytes.get(..self.header) else {
+        let known = self.header.max(self.sync.len()).max(1);
+        let Some(header) = bytes.get(..known) else {
             // A wrong sync byte is seen as soon as it is there.
             let at_least = if bytes.len() < self.sync.len() {
                 bytes.len().wrapping_add(1)
             } else {
-                self.header
+                known
             };
             return Verdict::Incomplete { at_least };
         };
         match length(header) {
-            Some(length) if self.header <= length && length <= self.longest => {
+            Some(length) if known <= length && length <= self.longest => {
                 match bytes.get(..length) {
                     None => Verdict::Incomplete { at_least: length },
                     Some(frame) if check(frame) => Verdict::Frame(length),
