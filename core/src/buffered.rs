@@ -24,6 +24,8 @@ use crate::{Framing, Mismatch, Verdict};
 #[allow(
     clippy::arithmetic_side_effects,
     clippy::indexing_slicing,
+    clippy::panic,
+    clippy::unwrap_used,
     reason = "what goes wrong is what a harness would find"
 )]
 mod verification;

@@ -12,6 +12,8 @@ use crate::Mismatch;
 #[allow(
     clippy::arithmetic_side_effects,
     clippy::indexing_slicing,
+    clippy::panic,
+    clippy::unwrap_used,
     reason = "what goes wrong is what a harness would find"
 )]
 pub(crate) mod verification;

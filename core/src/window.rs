@@ -37,6 +37,7 @@ mod tests;
 #[allow(
     clippy::arithmetic_side_effects,
     clippy::indexing_slicing,
+    clippy::panic,
     clippy::unwrap_used,
     reason = "what goes wrong is what a harness would find"
 )]

@@ -140,7 +140,7 @@ impl<const L: usize> Framing for Any<L> {
 
     fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
         assert!(self.asked.get().is_none());
-        assert!(1 <= bytes.len() && bytes.len() <= L);
+        assert!(!bytes.is_empty() && bytes.len() <= L);
         let place = usize::from(bytes[0]);
         assert!(are_places(bytes, place));
         self.asked.set(Some((place, bytes.len())));

@@ -130,11 +130,11 @@ fn headed_is_lawful() {
         format.judge(
             &bytes[..known],
             |asked| {
-                assert!(core::ptr::eq(asked, &bytes[..header]));
+                assert!(core::ptr::eq(asked, &raw const bytes[..header]));
                 length
             },
             |frame| {
-                assert!(core::ptr::eq(frame, &bytes[..length.unwrap()]));
+                assert!(core::ptr::eq(frame, &raw const bytes[..length.unwrap()]));
                 check
             },
         )

@@ -51,7 +51,7 @@ fn pushed_byte_is_placed<const L: usize, const N: usize>() {
     kani::cover!(frame == Some(L), "the longest frame");
     kani::cover!(L == 1 || left == L - 1, "most is left");
 }
-for_longest!(push, pushed_byte_is_placed);
+for_longest!(push, pushed_byte_is_placed: of_1 1 2 5 of_3 3 5 7 of_5 5 5 8);
 
 /// `take`: the first bytes of the slice are in an event, or all of it is pending.
 fn slice_is_placed<const L: usize, const N: usize>() {
