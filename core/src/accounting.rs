@@ -209,14 +209,24 @@ impl<P: Parser> Accounting<P> {
     /// Takes a slice: calls `frame` with each message, and the index in `bytes` of its last byte.
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], mut frame: impl FnMut(usize, P::Message)) {
-        let Self { parser, ledger } = self;
-        ledger.received(bytes.len());
-        parser.feed_events(bytes, |event| match event {
-            Event::Frame { index, message } => {
-                ledger.frame(P::FRAME_LENGTH);
+        self.feed_events(bytes, |event| {
+            if let Event::Frame { index, message } = event {
                 frame(index, message);
             }
-            Event::Dropped { count, why } => ledger.dropped(count, why),
+        });
+    }
+
+    /// [`feed`](Self::feed), which also tells of the bytes that are dropped.
+    #[inline]
+    pub fn feed_events(&mut self, bytes: &[u8], mut event: impl FnMut(Event<P::Message>)) {
+        let Self { parser, ledger } = self;
+        ledger.received(bytes.len());
+        parser.feed_events(bytes, |found| {
+            match &found {
+                Event::Frame { .. } => ledger.frame(P::FRAME_LENGTH),
+                Event::Dropped { count, why } => ledger.dropped(*count, *why),
+            }
+            event(found);
         });
     }
 
@@ -250,25 +260,29 @@ impl<F: Framing, const N: usize> Accounting<BufferedReceiver<F, N>> {
         Some(message)
     }
 
-    /// Takes a slice: calls `frame` with each message. See [`BufferedReceiver::feed`].
+    /// Takes a slice, and says what becomes of each byte but those pending: [`BufferedReceiver::feed`].
     #[inline]
-    pub fn feed(&mut self, bytes: &[u8], mut frame: impl FnMut(F::Message<'_>)) {
+    pub fn feed(&mut self, bytes: &[u8], mut event: impl FnMut(Found<F::Message<'_>>)) {
         let Self { parser, ledger } = self;
         ledger.received(bytes.len());
         parser.feed(bytes, |found| {
-            ledger.found(found).into_iter().for_each(&mut frame);
+            ledger.found(&found);
+            event(found);
         });
     }
 
-    /// Decides about what is pending: calls `frame` with each frame that lies whole in it, and drops the
-    /// rest, so that no frame that holds a byte from before the event is committed later
+    /// Decides about what is pending, and says what becomes of it: frames that lie whole in it are committed, the
+    /// rest is dropped. So no frame that holds a byte from before the event is committed later
     /// (theorem 13f).
     ///
     /// Do not push a byte that is known to be bad: report the event in its place.
-    pub fn line_event(&mut self, event: LineEvent, mut frame: impl FnMut(F::Message<'_>)) {
+    pub fn line_event(&mut self, event: LineEvent, mut became: impl FnMut(Found<F::Message<'_>>)) {
         let Self { parser, ledger } = self;
         ledger.counters.events.count(event);
-        parser.line_event(|found| ledger.found(found).into_iter().for_each(&mut frame));
+        parser.line_event(|found| {
+            ledger.found(&found);
+            became(found);
+        });
     }
 
     /// How many of the last bytes are pending: a frame may yet include them.
@@ -310,16 +324,10 @@ impl Ledger {
     }
 
     #[inline]
-    fn found<M>(&mut self, found: Found<M>) -> Option<M> {
-        match found {
-            Found::Frame { length, message } => {
-                self.frame(length);
-                Some(message)
-            }
-            Found::Dropped { count, why } => {
-                self.dropped(count, why);
-                None
-            }
+    fn found<M>(&mut self, found: &Found<M>) {
+        match *found {
+            Found::Frame { length, .. } => self.frame(length),
+            Found::Dropped { count, why } => self.dropped(count, why),
         }
     }
 }

@@ -49,6 +49,17 @@ pub enum Found<Message> {
     },
 }
 
+impl<Message> Found<Message> {
+    /// The message, if it is a frame.
+    #[inline]
+    pub fn message(self) -> Option<Message> {
+        match self {
+            Self::Frame { message, .. } => Some(message),
+            Self::Dropped { .. } => None,
+        }
+    }
+}
+
 /// The receiver of frames of any length up to [`Framing::LONGEST`], and never deaf.
 ///
 /// For frames of fixed length of up to 16 bytes there is [`Receiver`](crate::Receiver): it is smaller,
@@ -74,7 +85,7 @@ pub enum Found<Message> {
 ///
 /// # Examples
 /// ```
-/// use framelock::{BufferedReceiver, Found, Framing, Headed, LineEvent, Verdict};
+/// use framelock::{BufferedReceiver, Framing, Headed, Verdict};
 ///
 /// /// `'#' length payload`, 2 to 9 bytes.
 /// struct Short;
@@ -101,9 +112,7 @@ pub enum Found<Message> {
 /// let mut messages = Vec::new();
 /// receiver.feed(b"#\x07#\x02ok", |_| unreachable!());
 /// assert_eq!(receiver.pending(), 6);
-/// receiver.line_event(|found| if let Found::Frame { message, .. } = found {
-///     messages.push(message.to_vec());
-/// });
+/// receiver.line_event(|found| messages.extend(found.message().map(<[u8]>::to_vec)));
 /// assert_eq!(messages, [b"ok"]);
 /// ```
 /// A buffer that does not hold the longest frame does not compile:

@@ -34,7 +34,9 @@
 //!     }
 //! }
 //! // No byte for a while: what is pending can become a frame no more.
-//! line.line_event(LineEvent::Idle, |_late| received += 1);
+//! line.line_event(LineEvent::Idle, |found| {
+//!     received += usize::from(found.message().is_some());
+//! });
 //! assert_eq!((received, line.counters().discarded.total()), (1, 5));
 //! ```
 #![no_std]

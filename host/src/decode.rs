@@ -1,4 +1,4 @@
-//! Setpoints from a stream: a file, standard input or a serial port.
+//! Frames from a stream: a file, standard input or a serial port.
 
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
@@ -6,16 +6,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Result;
 use clap::ValueEnum;
-use framelock::{Discarded, Setpoint};
+use framelock::{Discarded, Found};
 use serde::Serialize;
 
+use crate::frame::Frame;
 use crate::input::{CHUNK_LENGTH, Input, for_each_chunk};
 use crate::interrupt;
 use crate::line::Line;
-use crate::names::{FrameName, PolicyName};
+use crate::names::PolicyName;
 use crate::output::{Output, exit_code};
 
-/// Setpoints from a stream: a file, standard input or a serial port.
+/// Frames from a stream: a file, standard input or a serial port.
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/decode.txt"))]
 pub(crate) struct Arguments {
@@ -25,10 +26,13 @@ pub(crate) struct Arguments {
     /// What to do with the bytes behind a broken frame
     #[arg(long, value_enum, default_value_t = PolicyName::Rescan)]
     policy: PolicyName,
-    /// The frame format
-    #[arg(long, value_enum, default_value_t = FrameName::Bin)]
-    frame: FrameName,
-    /// How to write setpoints
+    /// The frames: a name, or a file that describes them [default: bin]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    frame: Frame,
+    /// Write the frames' description and nothing else: to read it, or to begin one of your own with
+    #[arg(long)]
+    describe: bool,
+    /// How to write frames
     #[arg(long, value_enum, default_value_t = OutputFormat::Jsonl)]
     format: OutputFormat,
     /// At the end, write one JSON object that says what became of every byte; Ctrl-C is an end
@@ -39,7 +43,7 @@ pub(crate) struct Arguments {
     baud: Option<u32>,
 }
 
-/// How setpoints are written.
+/// How frames are written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 enum OutputFormat {
     /// A JSON object per line
@@ -53,53 +57,83 @@ enum OutputFormat {
 }
 
 impl OutputFormat {
-    fn write(self, output: &mut impl Write, offset: usize, setpoint: Setpoint) -> io::Result<()> {
-        let Setpoint { pitch, roll, yaw } = setpoint;
+    /// Writes a frame whose last byte is at `offset`.
+    fn write(
+        self,
+        output: &mut impl Write,
+        offset: usize,
+        frame: &Frame,
+        bytes: &[u8],
+    ) -> io::Result<()> {
         match self {
-            Self::Jsonl => writeln!(
-                output,
-                r#"{{"offset":{offset},"pitch":{pitch},"roll":{roll},"yaw":{yaw}}}"#
-            ),
-            Self::Csv => writeln!(output, "{offset},{pitch},{roll},{yaw}"),
-            Self::Text => writeln!(
-                output,
-                "byte {offset:>10}   pitch {pitch:>3}   roll {roll:>3}   yaw {yaw:>3}"
-            ),
-            Self::None => Ok(()),
+            Self::Jsonl => frame.write_json(output, offset, bytes)?,
+            Self::Csv => return frame.write_csv(output, offset, bytes),
+            Self::Text => {
+                write!(output, "byte {offset:>10}")?;
+                frame.write_text(output, bytes)?;
+            }
+            Self::None => return Ok(()),
         }
+        writeln!(output)
     }
 }
 
-/// Where every byte of a stream has gone: bytes = frame length * frames + discarded + pending.
+/// Where every byte of a stream has gone: bytes = bytes in frames + discarded + pending.
 #[derive(PartialEq, Debug, Serialize)]
 struct Summary {
     bytes: usize,
-    frame_length: usize,
+    /// Where all frames have the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame_length: Option<usize>,
     frames: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame_bytes: Option<usize>,
     discarded: usize,
     pending: usize,
     discarded_by: Discarded,
     resynchronisations: usize,
 }
 
-/// Receives setpoints and writes them.
+/// Receives frames and writes them.
 struct Decoder<W> {
     line: Line,
-    frame: FrameName,
+    frame: Frame,
     format: OutputFormat,
     output: W,
+    /// How many bytes have become a frame, or were discarded.
+    settled: usize,
     is_summarised: bool,
 }
 
 impl<W: Write> Decoder<W> {
+    fn new(frame: &Frame, policy: PolicyName, format: OutputFormat, output: W) -> Result<Self> {
+        Ok(Self {
+            line: Line::new(frame, policy)?,
+            frame: frame.clone(),
+            format,
+            output,
+            settled: 0,
+            is_summarised: false,
+        })
+    }
+
     fn take(&mut self, bytes: &[u8]) -> Result<()> {
-        let Self { format, output, .. } = self;
-        let offset = self.line.counters().bytes;
+        let Self {
+            frame,
+            format,
+            output,
+            settled,
+            ..
+        } = self;
         let mut outcome = Ok(());
-        self.line.feed(bytes, |index, setpoint| {
-            if outcome.is_ok() {
-                outcome = format.write(output, offset + index, setpoint);
+        self.line.feed(bytes, |found| match found {
+            Found::Frame { length, message } => {
+                *settled += length;
+                if outcome.is_ok() {
+                    outcome = format.write(output, *settled - 1, frame, message);
+                }
             }
+            Found::Dropped { count, .. } => *settled += count,
         });
         outcome?;
         Ok(output.flush()?)
@@ -107,10 +141,15 @@ impl<W: Write> Decoder<W> {
 
     fn summary(&self) -> Summary {
         let counters = self.line.counters();
+        let length = self
+            .frame
+            .has_setpoints()
+            .then(|| self.frame.described.longest());
         Summary {
             bytes: counters.bytes,
-            frame_length: self.frame.length(),
+            frame_length: length,
             frames: counters.frames,
+            frame_bytes: length.is_none().then_some(counters.frame_bytes),
             discarded: counters.discarded.total(),
             pending: self.line.pending(),
             discarded_by: counters.discarded,
@@ -129,19 +168,18 @@ impl<W: Write> Decoder<W> {
 
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.describe {
+        return Ok(Output::standard()?.write_all(arguments.frame.text.as_bytes())?);
+    }
     let input = Input::open(&arguments.input, arguments.baud)?;
     let output = Output::standard()?;
     if output.is_file || arguments.format == OutputFormat::None {
         input.show_progress();
     }
     let progress = input.progress.clone();
-    let decoder = Arc::new(Mutex::new(Decoder {
-        line: Line::new(arguments.frame, arguments.policy)?,
-        frame: arguments.frame,
-        format: arguments.format,
-        output: BufWriter::with_capacity(CHUNK_LENGTH, output),
-        is_summarised: false,
-    }));
+    let output = BufWriter::with_capacity(CHUNK_LENGTH, output);
+    let decoder = Decoder::new(&arguments.frame, arguments.policy, arguments.format, output)?;
+    let decoder = Arc::new(Mutex::new(decoder));
     if arguments.summary {
         let decoder = Arc::clone(&decoder);
         interrupt::watch(move || {
@@ -156,11 +194,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// Decodes `input` to its end: writes each setpoint no later than the next byte is waited for.
+/// Decodes `input` to its end: writes each frame no later than the next byte is waited for.
 fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
-    let is_csv = lock(decoder).format == OutputFormat::Csv;
-    if is_csv {
-        writeln!(lock(decoder).output, "offset,pitch,roll,yaw")?;
+    {
+        let Decoder {
+            format,
+            output,
+            frame,
+            ..
+        } = &mut *lock(decoder);
+        if *format == OutputFormat::Csv {
+            frame.write_csv_header(output)?;
+        }
     }
     for_each_chunk(input, |chunk| lock(decoder).take(chunk))
 }
@@ -180,6 +225,7 @@ mod tests {
 
     use std::io::Read;
 
+    use framelock::Setpoint;
     use framelock_proofs::reference::{self, Event, Policy};
     use rand::{Rng, SeedableRng, seq::IndexedRandom};
     use rand_chacha::ChaCha8Rng;
@@ -201,12 +247,12 @@ mod tests {
     }
 
     /// Noise that is full of beginnings of frames, some frames, and an end anywhere.
-    fn noise(frame: FrameName, random: &mut ChaCha8Rng) -> Vec<u8> {
+    fn noise(frame: &Frame, random: &mut ChaCha8Rng) -> Vec<u8> {
         let mut stream = Vec::new();
         for _ in 0..random.random_range(0..60) {
             if random.random_ratio(1, 3) {
                 let bytes: [u8; 3] = std::array::from_fn(|_| *b"AB\r?".choose(random).unwrap());
-                stream.extend(frame.encode(Setpoint::from(bytes)));
+                stream.extend(frame.encode_setpoint(Setpoint::from(bytes)));
             } else {
                 stream.push(*b"AB\r?".choose(random).unwrap());
             }
@@ -216,7 +262,8 @@ mod tests {
     }
 
     /// Against the reference: every row, every byte that is discarded, and where all have gone.
-    fn agrees<F: reference::Format>(frame: FrameName, policy: PolicyName, reference: Policy) {
+    fn agrees<F: reference::Format>(name: &str, policy: PolicyName, reference: Policy) {
+        let frame = &Frame::named(name).unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut frames_in_all = 0;
         for _ in 0..2_000 {
@@ -236,19 +283,14 @@ mod tests {
             frames_in_all += setpoints.len();
 
             let mut output = Vec::new();
-            let decoder = Mutex::new(Decoder {
-                line: Line::new(frame, policy).unwrap(),
-                frame,
-                format: OutputFormat::Csv,
-                output: &mut output,
-                is_summarised: false,
-            });
+            let decoder = Decoder::new(frame, policy, OutputFormat::Csv, &mut output).unwrap();
+            let decoder = Mutex::new(decoder);
             let input = Input::new("", Dribble(&stream, random.clone()));
             decode(&decoder, input).unwrap();
             let summary = lock(&decoder).summary();
             let expected = Summary {
                 bytes: stream.len(),
-                frame_length: F::LENGTH,
+                frame_length: Some(F::LENGTH),
                 frames: setpoints.len(),
                 discarded: discarded.len(),
                 pending,
@@ -267,9 +309,12 @@ mod tests {
                     watched.reset_counters();
                     counted = watched.pending().len();
                 }
-                let (setpoint, discarded) = watched.push(byte);
-                seen.extend(setpoint);
-                gone.extend(discarded);
+                for piece in watched.push(byte) {
+                    match piece.dropped {
+                        None => seen.extend(frame.setpoint(&piece.bytes)),
+                        Some(_) => gone.extend(piece.bytes),
+                    }
+                }
                 counted += 1;
             }
             assert_eq!((seen, gone), (setpoints, discarded), "{stream:?}");
@@ -281,9 +326,8 @@ mod tests {
 
     #[test]
     fn every_machine_agrees_with_the_reference() {
-        use FrameName::{Bin, BinCrc8};
-        agrees::<reference::Bin>(Bin, PolicyName::Rescan, Policy::Rescan);
-        agrees::<reference::Bin>(Bin, PolicyName::Discard, Policy::Discard);
-        agrees::<reference::BinCrc8>(BinCrc8, PolicyName::Rescan, Policy::Rescan);
+        agrees::<reference::Bin>("bin", PolicyName::Rescan, Policy::Rescan);
+        agrees::<reference::Bin>("bin", PolicyName::Discard, Policy::Discard);
+        agrees::<reference::BinCrc8>("bin-crc8", PolicyName::Rescan, Policy::Rescan);
     }
 }

@@ -1,4 +1,4 @@
-//! Frames from setpoints.
+//! Frames from rows of values.
 
 use std::fs;
 use std::io::{IsTerminal, Write};
@@ -6,22 +6,22 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
+use crate::frame::Frame;
 use crate::input::Input;
-use crate::names::FrameName;
 use crate::output::Output;
-use crate::setpoints::{InputFormat, rows};
+use crate::rows::{InputFormat, rows};
 
-/// Frames from setpoints.
+/// Frames from rows of values: setpoints, or what a description names.
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/encode.txt"))]
 pub(crate) struct Arguments {
     /// A file, or - for standard input
     #[arg(value_name = "FILE", default_value = "-")]
     input: PathBuf,
-    /// The frame format
-    #[arg(long, value_enum, default_value_t = FrameName::Bin)]
-    frame: FrameName,
-    /// How setpoints are written
+    /// The frames: a name, or a file that describes them [default: bin]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    frame: Frame,
+    /// How the values are written
     #[arg(long, value_enum, default_value_t = InputFormat::Auto)]
     input_format: InputFormat,
     /// Where frames go, - being standard output even if that is a terminal; a file is replaced
@@ -36,8 +36,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if output.is_file {
         input.show_progress();
     }
-    for row in rows(input, arguments.input_format, false)? {
-        output.write_all(&arguments.frame.encode(row?.setpoint))?;
+    for row in rows(input, arguments.input_format, &arguments.frame, false)? {
+        output.write_all(&row?.frame)?;
     }
     Ok(())
 }

@@ -39,6 +39,12 @@ fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// Bytes as digits without anything between them.
+pub(crate) fn glued(bytes: &[u8]) -> String {
+    let digits = bytes.iter().map(|byte| format!("{byte:02X}"));
+    digits.collect::<Vec<_>>().concat()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,9 +1,14 @@
 //! A line that frames are received from: whichever frames, and whichever machine receives them.
 
 use anyhow::{Result, bail};
-use framelock::{Accounting, Bin, BinCrc8, Counters, Lecture, LineEvent, Receiver, Setpoint};
+use framelock::{
+    Accounting, Bin, BinCrc8, BufferedReceiver, Counters, Event, Format, Found, Lecture, LineEvent,
+    Mismatch, Parser, Receiver, Setpoint,
+};
+use framelock_simulation::FrameFormat;
 
-use crate::names::{FrameName, PolicyName};
+use crate::frame::{Described, Frame, LONGEST};
+use crate::names::PolicyName;
 
 /// A receiver with its accounts.
 #[derive(Clone)]
@@ -11,6 +16,7 @@ pub(crate) enum Line {
     Bin(Accounting<Receiver<Bin>>),
     BinCrc8(Accounting<Receiver<BinCrc8>>),
     Lecture(Accounting<Lecture>),
+    Buffered(Box<Accounting<BufferedReceiver<Described, { 2 * LONGEST }>>>),
 }
 
 macro_rules! for_any {
@@ -19,31 +25,54 @@ macro_rules! for_any {
             Line::Bin($accounting) => $does,
             Line::BinCrc8($accounting) => $does,
             Line::Lecture($accounting) => $does,
+            Line::Buffered($accounting) => $does,
         }
     };
 }
 
 impl Line {
     /// The machine for these frames under this policy. Nothing has been received yet.
-    pub(crate) fn new(frame: FrameName, policy: PolicyName) -> Result<Self> {
-        Ok(match (policy, frame) {
-            (PolicyName::Rescan, FrameName::Bin) => Self::Bin(Accounting::default()),
-            (PolicyName::Rescan, FrameName::BinCrc8) => Self::BinCrc8(Accounting::default()),
-            (PolicyName::Discard, FrameName::Bin) => Self::Lecture(Accounting::default()),
-            (PolicyName::Discard, FrameName::BinCrc8) => bail!(
+    pub(crate) fn new(frame: &Frame, policy: PolicyName) -> Result<Self> {
+        Ok(match (policy, frame.setpoints) {
+            (PolicyName::Rescan, Some(FrameFormat::Bin)) => Self::Bin(Accounting::default()),
+            (PolicyName::Rescan, Some(FrameFormat::BinCrc8)) => {
+                Self::BinCrc8(Accounting::default())
+            }
+            (PolicyName::Rescan, None) => {
+                let receiver = BufferedReceiver::new(frame.described.clone());
+                Self::Buffered(Box::new(Accounting::new(receiver)))
+            }
+            (PolicyName::Discard, Some(FrameFormat::Bin)) => Self::Lecture(Accounting::default()),
+            (PolicyName::Discard, _) => bail!(
                 "--policy discard is the lecture's machine, which knows --frame bin and no other: \
                  leave one of the two out"
             ),
         })
     }
 
-    /// Takes bytes; calls `frame` with each setpoint and the index of its frame's last byte.
-    pub(crate) fn feed(&mut self, bytes: &[u8], frame: impl FnMut(usize, Setpoint)) {
-        for_any!(self, line => line.feed(bytes, frame));
+    /// Takes bytes; says what becomes of them, in the order of the stream. A message is the frame's
+    /// bytes; of setpoints all but the reserved one.
+    pub(crate) fn feed(&mut self, bytes: &[u8], event: impl FnMut(Found<&[u8]>)) {
+        match self {
+            Self::Bin(line) => feed(line, bytes, Bin::encode, event),
+            Self::BinCrc8(line) => feed(line, bytes, BinCrc8::encode, event),
+            Self::Lecture(line) => feed(line, bytes, Bin::encode, event),
+            Self::Buffered(line) => line.feed(bytes, event),
+        }
     }
 
-    fn line_event(&mut self, event: LineEvent) {
-        for_any!(self, line => line.line_event(event));
+    fn line_event(&mut self, why: LineEvent, mut event: impl FnMut(Found<&[u8]>)) {
+        let count = self.pending();
+        match self {
+            Self::Bin(line) => line.line_event(why),
+            Self::BinCrc8(line) => line.line_event(why),
+            Self::Lecture(line) => line.line_event(why),
+            Self::Buffered(line) => return line.line_event(why, event),
+        }
+        if count > 0 {
+            let why = Mismatch::LineEvent;
+            event(Found::Dropped { count, why });
+        }
     }
 
     pub(crate) fn counters(&self) -> &Counters {
@@ -55,13 +84,36 @@ impl Line {
     }
 }
 
-/// A line byte by byte: it knows which bytes are pending, and so which are discarded.
+/// Feeds a receiver of setpoints.
+fn feed<P: Parser<Message = Setpoint>, const N: usize>(
+    line: &mut Accounting<P>,
+    bytes: &[u8],
+    encode: impl Fn(Setpoint) -> [u8; N],
+    mut event: impl FnMut(Found<&[u8]>),
+) {
+    line.feed_events(bytes, |found| match found {
+        Event::Frame { message, .. } => event(Found::Frame {
+            length: N,
+            message: &encode(message),
+        }),
+        Event::Dropped { count, why } => event(Found::Dropped { count, why }),
+    });
+}
+
+/// A line byte by byte: it knows which bytes are pending, and what has become of the others.
 #[derive(Clone)]
 pub(crate) struct Watched {
     /// Has received nothing.
     fresh: Line,
     line: Line,
     pending: Vec<u8>,
+}
+
+/// What has become of bytes: a frame, or why they are in none.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Piece {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) dropped: Option<Mismatch>,
 }
 
 impl Watched {
@@ -73,28 +125,22 @@ impl Watched {
         }
     }
 
-    /// Takes a byte; gives the setpoint if it completes a frame, and the bytes that are now known to
-    /// be part of no frame, oldest first.
-    pub(crate) fn push(&mut self, byte: u8) -> (Option<Setpoint>, Vec<u8>) {
-        let mut setpoint = None;
-        self.line
-            .feed(&[byte], |_, message| setpoint = Some(message));
+    /// Takes a byte; says what has become of bytes, oldest first.
+    pub(crate) fn push(&mut self, byte: u8) -> Vec<Piece> {
         self.pending.push(byte);
-        if setpoint.is_some() {
-            self.pending.clear();
-        }
-        (setpoint, self.discard())
+        let mut pieces = Vec::new();
+        self.line.feed(&[byte], |found| {
+            pieces.push(piece(&mut self.pending, &found));
+        });
+        pieces
     }
 
-    /// Drops the current frame; gives its bytes.
-    pub(crate) fn line_event(&mut self, event: LineEvent) -> Vec<u8> {
-        self.line.line_event(event);
-        self.discard()
-    }
-
-    fn discard(&mut self) -> Vec<u8> {
-        let count = self.pending.len() - self.line.pending();
-        self.pending.drain(..count).collect()
+    /// No more bytes will come for what is pending; says what becomes of it.
+    pub(crate) fn line_event(&mut self, event: LineEvent) -> Vec<Piece> {
+        let mut pieces = Vec::new();
+        self.line
+            .line_event(event, |found| pieces.push(piece(&mut self.pending, &found)));
+        pieces
     }
 
     /// The bytes that may yet be part of a frame: the machine is in the state of their number.
@@ -109,6 +155,30 @@ impl Watched {
     /// Counts from now on. What is pending has been received already, and counts.
     pub(crate) fn reset_counters(&mut self) {
         self.line = self.fresh.clone();
-        self.line.feed(&self.pending, |_, _| ());
+        self.line.feed(&self.pending, |_| ());
+    }
+}
+
+/// The first of the pending bytes, of which this has become.
+fn piece(pending: &mut Vec<u8>, found: &Found<&[u8]>) -> Piece {
+    let (count, dropped) = match *found {
+        Found::Frame { length, .. } => (length, None),
+        Found::Dropped { count, why } => (count, Some(why)),
+    };
+    Piece {
+        bytes: pending.drain(..count.min(pending.len())).collect(),
+        dropped,
+    }
+}
+
+/// Why bytes are in no frame, in a word or two.
+pub(crate) const fn reason(why: Mismatch) -> &'static str {
+    match why {
+        Mismatch::NoSync => "no sync",
+        Mismatch::BrokenSync => "broken sync",
+        Mismatch::Header => "header",
+        Mismatch::Terminator => "terminator",
+        Mismatch::Check => "check",
+        Mismatch::LineEvent => "line event",
     }
 }

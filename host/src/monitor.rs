@@ -1,4 +1,4 @@
-//! A live view of a line: the machine's state, setpoints, rates, counters and what was discarded.
+//! A live view of a line: the machine's state, values, rates, counters and what was discarded.
 
 mod live;
 mod session;
@@ -15,18 +15,19 @@ use clap::value_parser;
 use framelock::FailsafeParameters;
 use framelock_simulation::LEVEL;
 
+use crate::frame::Frame;
 use crate::input::Input;
 use crate::line::Line;
 use crate::line_errors::{Marking, Marks};
-use crate::names::{FrameName, PolicyName, name};
+use crate::names::{PolicyName, name};
 use crate::output::Output;
 use crate::{screen, serial};
 use session::{Recording, Session};
 use watch::Watch;
 
-/// A live view of a line: the machine's state, setpoints, rates, counters and what was discarded.
+/// A live view of a line: the machine's state, values, rates, counters and what was discarded.
 ///
-/// Behind the receiver is a failsafe as a board has it. Keys: ? help, space pauses, r records, z
+/// Behind a receiver of setpoints is a failsafe as a board has it. Keys: ? help, space pauses, r records, z
 /// sets the counters to zero, q quits. It ends with one line of counters on standard output.
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/monitor.txt"))]
@@ -38,9 +39,9 @@ pub(crate) struct Arguments {
     /// What to do with the bytes behind a broken frame
     #[arg(long, value_enum, default_value_t = PolicyName::Rescan)]
     policy: PolicyName,
-    /// The frame format
-    #[arg(long, value_enum, default_value_t = FrameName::Bin)]
-    frame: FrameName,
+    /// The frames: a name, or a file that describes them [default: bin]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    frame: Frame,
     /// The serial port's rate [default: 115200]; 8 data bits, no parity, 1 stop bit
     #[arg(long, value_name = "RATE", value_parser = value_parser!(u32).range(1..))]
     baud: Option<u32>,
@@ -64,7 +65,7 @@ const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
 
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let line = Line::new(arguments.frame, arguments.policy)?;
+    let line = Line::new(&arguments.frame, arguments.policy)?;
     let idle_gap = arguments.idle_gap.map(Duration::from_millis);
     let failsafe = FailsafeParameters {
         hold_after: arguments.hold_after * 1000,
@@ -72,7 +73,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         park: LEVEL,
         ticks_per_unit: [MICROSECONDS_PER_UNIT; 3],
     };
-    let watch = Watch::new(line, failsafe, idle_gap).context("--hold-after and --ramp-after")?;
+    let watch = Watch::new(arguments.frame.clone(), line, failsafe, idle_gap)
+        .context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;
     let input = Input::open(&arguments.line, arguments.baud)?;
     let recording = arguments.record.clone().map(|path| {
@@ -84,7 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let marking: Option<Marking> = input.port.clone().and_then(Marking::begin);
     let marks = marking.as_ref().map(|_| Marks::default());
     let title = arguments.title(&input);
-    let mut session = Session::new(title, arguments.frame, watch, marks, recording);
+    let mut session = Session::new(title, watch, marks, recording);
     let outcome = live::run(&mut session, input);
     // However it ended, this was seen.
     let told = session.finish().join("\n") + "\n";
@@ -124,7 +126,7 @@ impl Arguments {
             baud if input.port.is_some() => format!(", {baud} baud"),
             _ => String::new(),
         };
-        let (frame, policy) = (name(&self.frame), name(&self.policy));
+        let (frame, policy) = (&self.frame, name(&self.policy));
         format!("{}{baud}, {frame}, {policy}", input.name)
     }
 }

@@ -4,6 +4,7 @@ mod datagrams;
 mod pacer;
 mod profile;
 mod session;
+mod setpoint;
 
 use std::io::{IsTerminal, Write};
 use std::net::SocketAddr;
@@ -19,11 +20,11 @@ use framelock_simulation::{
     Axis, ByteFaults, FaultRates, Motion, Seed, Shape, check_rate, time_on_line,
 };
 
+use crate::frame::Frame;
 use crate::input::Input;
-use crate::names::FrameName;
 use crate::numbers::{number, probability};
 use crate::output::Output;
-use crate::{interrupt, serial, setpoints};
+use crate::{interrupt, serial};
 use datagrams::{Datagrams, Heard};
 use pacer::{Clock, Rate, RealClock};
 use profile::Profile;
@@ -45,7 +46,7 @@ pub(crate) struct Arguments {
     /// A built-in motion, around level
     #[arg(long, value_enum, value_name = "MOTION", help_heading = "What is sent")]
     motion: Option<Shape>,
-    /// Setpoints from a file, or - for standard input; read to its end before any is sent
+    /// Rows from a file, or - for standard input; read to its end before any is sent
     #[arg(long, value_name = "FILE", help_heading = "What is sent")]
     profile: Option<PathBuf>,
     /// Setpoints from datagrams that come to this address; port 0 is any that is free
@@ -58,9 +59,10 @@ pub(crate) struct Arguments {
     /// End after this time; without it, where the profile ends, or never
     #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
     seconds: Option<f64>,
-    /// The frame format
-    #[arg(long, value_enum, default_value_t = FrameName::Bin)]
-    frame: FrameName,
+    /// The frames: a name, or a file that describes them [default: bin]. Only bin and bin-crc8 have
+    /// motions, datagrams and a place to park; the others are sent from a profile
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    frame: Frame,
     /// The serial port's rate [default: 115200]; 8 data bits, no parity, 1 stop bit
     #[arg(long, value_name = "RATE", value_parser = value_parser!(u32).range(1..))]
     baud: Option<u32>,
@@ -111,7 +113,7 @@ struct ShapeArguments {
 #[command(next_help_heading = "The end")]
 struct End {
     /// Where the axes go at the end
-    #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoints::parse)]
+    #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoint::parse)]
     park: Setpoint,
     /// How long the way there takes
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = |text: &str| number(text, 0.0, 3600.0))]
@@ -147,12 +149,16 @@ const USUAL_RATE: Rate = Rate(NonZeroU32::new(50).unwrap());
 
 /// Runs `framelock send`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let parking = arguments.parking()?;
+    let profile = arguments.profile()?;
     if arguments.is_port() {
         // Whatever the times of a profile are, it parks at the rate.
         let rate = arguments.rate().0.get().into();
-        check_rate(rate, arguments.frame.length(), 0, arguments.baud(), 1.0)?;
+        let setpoint = arguments.frame.described.longest();
+        let longest = profile.as_ref().map_or(setpoint, Profile::longest);
+        check_rate(rate, longest, 0, arguments.baud(), 1.0)?;
     }
-    let (source, datagrams) = arguments.source()?;
+    let (source, datagrams) = arguments.source(profile)?;
     let mut line = arguments.open_line()?;
     let name = line.name.clone();
     let (stop, stopped) = mpsc::channel();
@@ -162,9 +168,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     })?;
     let clock = RealClock::new(stopped);
     let faults = arguments.faults.byte_faults();
-    let mut session = Session::new(clock, &mut line, arguments.frame, faults);
+    let mut session = Session::new(clock, &mut line, &arguments.frame, faults);
     let length = arguments.seconds.map(Duration::from_secs_f64);
-    let outcome = session.run(source, length, arguments.end.parking(arguments.rate()));
+    let outcome = session.run(source, length, parking);
     let heard = datagrams.map(|datagrams| datagrams.heard());
     for line in report(&session, &name, arguments.faults.seed, heard.as_ref()) {
         // Standard error may be closed.
@@ -234,23 +240,45 @@ impl Arguments {
         self.line.as_os_str() != "-"
     }
 
+    /// The profile, if there is one.
+    fn profile(&self) -> Result<Option<Profile>> {
+        let path = self.profile.as_ref();
+        path.map(|path| Profile::read(Input::open(path, None)?, &self.frame))
+            .transpose()
+    }
+
+    /// How it ends. Frames without setpoints just stop.
+    fn parking(&self) -> Result<Option<Parking>> {
+        if self.frame.has_setpoints() {
+            return Ok(self.end.parking(self.rate()));
+        }
+        if self.profile.is_none() {
+            bail!(
+                "--motion and --udp bring pitch, roll and yaw, which --frame {} does not have: give \
+                 its fields by --profile, a row for each frame",
+                self.frame
+            );
+        }
+        Ok(None)
+    }
+
     /// What is sent; and where it is heard, if it comes in datagrams.
-    fn source(&self) -> Result<(Source, Option<Datagrams>)> {
+    fn source(&self, profile: Option<Profile>) -> Result<(Source, Option<Datagrams>)> {
         let rate = self.rate();
-        if let Some(path) = &self.profile {
-            let profile = Profile::read(Input::open(path, None)?)?;
+        if let Some(profile) = profile {
             if !profile.has_times() || self.rate.is_some() {
                 return Ok((profile.held(rate), None));
             }
             if self.is_port() {
-                profile.check_line_carries(time_on_line(self.frame.length(), self.baud()))?;
+                profile.check_line_carries(time_on_line(profile.longest(), self.baud()))?;
             }
             return Ok((profile.in_turn(rate), None));
         }
+        let frame = self.frame.clone();
         if let Some(address) = self.udp {
             let datagrams = Datagrams::listen(address)?;
             let stale_after = Duration::from_millis(self.stale_after);
-            return Ok((datagrams.source(rate, stale_after), Some(datagrams)));
+            return Ok((datagrams.source(frame, rate, stale_after), Some(datagrams)));
         }
         let Some(shape) = self.motion else {
             bail!("nothing to send: give --motion, --profile or --udp");
@@ -258,7 +286,7 @@ impl Arguments {
         let motion = self.shape.motion(shape);
         let source = Source {
             dues: Box::new(rate.dues()),
-            setpoint: Box::new(move |due| Some(motion.at(due))),
+            frame: Box::new(move |due| Some(frame.encode_setpoint(motion.at(due)))),
         };
         Ok((source, None))
     }

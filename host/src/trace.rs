@@ -1,6 +1,7 @@
 //! What the state machine does with each byte: the lecture's table, a row per byte.
 
 mod observed;
+mod stream;
 mod table;
 
 use std::ffi::OsString;
@@ -8,7 +9,9 @@ use std::io::{BufWriter, Cursor, Write};
 use std::path::Path;
 
 use anyhow::{Error, Result, anyhow, bail};
+use framelock_simulation::FrameFormat;
 
+use crate::frame::Frame;
 use crate::hex;
 use crate::input::Input;
 use crate::names::PolicyName;
@@ -36,6 +39,11 @@ pub(crate) struct Arguments {
     /// firmware like the lecture's makes of the bytes, and what this receiver does.
     #[arg(long, value_enum, default_value_t = Machines::Both)]
     policy: Machines,
+
+    /// The frames: a name, or a file that describes them [default: bin]. Of others than bin each row has
+    /// how many bytes are pending, the frames with their fields, and why bytes are discarded
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named, requires = "source")]
+    frame: Frame,
 
     /// A table, or a JSON object per byte and machine
     #[arg(
@@ -70,6 +78,14 @@ impl Machines {
             Self::Both => &[PolicyName::Discard, PolicyName::Rescan],
         }
     }
+
+    /// The lecture's machine knows one frame only: of others, both are the receiver.
+    const fn of_any_frames(self) -> PolicyName {
+        match self {
+            Self::Discard => PolicyName::Discard,
+            Self::Rescan | Self::Both => PolicyName::Rescan,
+        }
+    }
 }
 
 /// The lecture's two worked examples: what the line does, what is sent and what is received.
@@ -91,6 +107,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut out = BufWriter::new(Output::standard()?);
     let mut print = |heading: &str, input| {
         write!(out, "{heading}")?;
+        if arguments.frame.setpoints != Some(FrameFormat::Bin) {
+            let policy = arguments.policy.of_any_frames();
+            return stream::print(&arguments.frame, policy, arguments.format, input, &mut out);
+        }
         table::print(
             arguments.policy.policies(),
             arguments.format,

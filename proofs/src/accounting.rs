@@ -251,7 +251,9 @@ fn pushed_bytes_of_any_length_are_counted() {
     assert!(2 == usize::from(placed(line.counters(), start)) + pending);
     assert!(up(line.counters().frame_bytes, start) == pushed);
     let mut frames = u8::from(pushed > 0);
-    line.line_event(any_line_event(), |_| frames += 1);
+    line.line_event(any_line_event(), |found| {
+        frames += u8::from(found.message().is_some())
+    });
     let counters = line.counters();
     assert!(counters.bytes == start.wrapping_add(2) && line.pending() == 0);
     assert!(2 == placed(counters, start));
@@ -271,7 +273,9 @@ fn fed_bytes_of_any_length_are_counted() {
     let receiver = BufferedReceiver::<_, 1>::new(Anything::<1>(kani::any()));
     let mut line = any_account(receiver, start);
     let mut frames = 0;
-    line.feed(&[0, 1], |_| frames += 1);
+    line.feed(&[0, 1], |found| {
+        frames += u8::from(found.message().is_some())
+    });
     let counters = line.counters();
     assert!(counters.bytes == start.wrapping_add(2) && line.pending() == 0);
     assert!(2 == placed(counters, start));

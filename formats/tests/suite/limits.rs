@@ -1,6 +1,6 @@
 //! What no receiver of such frames can do: the README's limits, each by its example.
 
-use framelock::{BufferedReceiver, Found};
+use framelock::BufferedReceiver;
 use framelock_formats::{Crsf, CrsfMessage};
 
 use crate::{frame, receive};
@@ -34,11 +34,7 @@ fn a_frame_behind_a_false_beginning_is_late() {
         panic!("it may yet be the frame of 64 bytes")
     });
     let mut found = Vec::new();
-    receiver.line_event(|event| {
-        if let Found::Frame { message, .. } = event {
-            found.push(message.kind);
-        }
-    });
+    receiver.line_event(|event| found.extend(event.message().map(|message| message.kind)));
     assert_eq!(found, [2]);
 }
 
@@ -46,11 +42,12 @@ fn a_frame_behind_a_false_beginning_is_late() {
 #[test]
 fn a_frame_that_begins_in_a_false_one_whose_check_is_right_is_lost() {
     let sent = crsf(0x16, &[1, 2, 3]);
-    let false_head = (0..=u8::MAX).find_map(|payload| {
+    let is_false_head = |payload| {
         let stream = [&[0xC8, 4, 5, payload], &sent[..]].concat();
-        (kinds(&stream) == [5]).then_some(payload)
-    });
-    assert!(false_head.is_some(), "one in 256 has a right check");
+        kinds(&stream) == [5]
+    };
+    let false_head = (0..=u8::MAX).any(is_false_head);
+    assert!(false_head, "one in 256 has a right check");
 }
 
 /// The first byte of a frame is lost: a frame in its payload comes.

@@ -7,7 +7,7 @@ use framelock_simulation::Outcome;
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
-use crate::names::FrameName;
+use crate::frame::LECTURE_STATES;
 
 /// One byte on the line, and what it made of each receiver.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -64,8 +64,7 @@ impl Recent {
 
 /// What a receiver that has that many bytes of a frame waits for.
 pub(super) fn state(pending: usize) -> &'static str {
-    let states = FrameName::Bin.states();
-    states.get(pending).copied().unwrap_or_default()
+    LECTURE_STATES.get(pending).copied().unwrap_or_default()
 }
 
 /// Columns that the rows' names take.

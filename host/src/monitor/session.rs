@@ -9,7 +9,6 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::watch::Watch;
 use crate::line_errors::Marks;
-use crate::names::FrameName;
 use crate::screen::quits;
 
 /// How many names are tried for a recording.
@@ -53,7 +52,6 @@ impl Recording {
 pub(super) struct Session {
     /// The line and how it is read.
     pub(super) title: String,
-    pub(super) frame: FrameName,
     watch: Watch,
     /// As it was when the view was paused.
     frozen: Option<Watch>,
@@ -71,14 +69,12 @@ pub(super) struct Session {
 impl Session {
     pub(super) fn new(
         title: String,
-        frame: FrameName,
         watch: Watch,
         marks: Option<Marks>,
         recording: Option<Recording>,
     ) -> Self {
         Self {
             title,
-            frame,
             watch,
             frozen: None,
             marks,

@@ -9,7 +9,7 @@ use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Stylize};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph};
+use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph, Wrap};
 
 use super::session::Session;
 use super::watch::{Lock, Watch};
@@ -33,17 +33,31 @@ pub(super) fn draw(frame: &mut Frame, session: &Session) {
     let area = frame.area();
     let mut rows_left = RowsLeft::new(area.height, TITLE_ROWS + BOX_ROWS + KEY_ROWS);
     let discarded = rows_left.exactly(DISCARDED_ROWS);
-    let chart = rows_left.all_of(CHART_ROWS);
-    let heights = [TITLE_ROWS, BOX_ROWS, chart, discarded, KEY_ROWS];
+    let has_setpoints = session.shown().frame.has_setpoints();
+    let (box_rows, chart) = if has_setpoints {
+        (BOX_ROWS, rows_left.all_of(CHART_ROWS))
+    } else {
+        // The fields in place of the chart.
+        (BOX_ROWS + rows_left.all_of(0), 0)
+    };
+    let heights = [TITLE_ROWS, box_rows, chart, discarded, KEY_ROWS];
     let [title, boxes, chart, discarded, keys] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
     let [left, right] = Layout::horizontal([Constraint::Fill(1); 2]).areas(boxes);
 
     let watch = session.shown();
     frame.render_widget(Paragraph::new(title_lines(session)), title);
-    let block = Block::bordered().title(" setpoint ");
-    let lines = axes(watch, session.frame.states(), block.inner(left).width);
-    frame.render_widget(Paragraph::new(lines).block(block), left);
+    let block = Block::bordered().title(if has_setpoints {
+        " setpoint "
+    } else {
+        " last frame "
+    });
+    let lines = if has_setpoints {
+        Paragraph::new(axes(watch, block.inner(left).width))
+    } else {
+        Paragraph::new(fields(watch)).wrap(Wrap { trim: false })
+    };
+    frame.render_widget(lines.block(block), left);
     let block = Block::bordered().title(" counters ");
     frame.render_widget(Paragraph::new(counters(session)).block(block), right);
     draw_chart(frame, watch, chart);
@@ -97,7 +111,7 @@ fn title_lines(session: &Session) -> Vec<Line<'static>> {
 }
 
 /// The setpoint and the failsafe's output, and the machine's state.
-fn axes(watch: &Watch, states: &[&str], width: u16) -> Vec<Line<'static>> {
+fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
     let Output { setpoint, phase } = watch.output();
     let demands = watch.now.setpoint.map(<[u8; 3]>::from);
     let outputs = <[u8; 3]>::from(setpoint);
@@ -114,7 +128,7 @@ fn axes(watch: &Watch, states: &[&str], width: u16) -> Vec<Line<'static>> {
     let phase = Span::styled(phase_name(phase).to_uppercase(), phase_style(phase));
     lines.push(Line::from(vec!["failsafe ".into(), phase]));
     let mut line = Line::from("state   ");
-    for (place, name) in states.iter().enumerate() {
+    for (place, name) in watch.frame.states().iter().enumerate() {
         line.push_span(if place == watch.line.pending().len() {
             format!("[{name}]").cyan().bold()
         } else {
@@ -122,6 +136,19 @@ fn axes(watch: &Watch, states: &[&str], width: u16) -> Vec<Line<'static>> {
         });
     }
     lines.push(line);
+    lines
+}
+
+/// The last frame's fields, and how many bytes are pending.
+fn fields(watch: &Watch) -> Vec<Line<'static>> {
+    let last = watch.last.as_deref().unwrap_or_default();
+    let values = watch.frame.described.values(last);
+    let fields = values.filter(|field| field.value.is_some());
+    let mut lines = vec![
+        format!("length {}", last.len()).into(),
+        format!("pending {}", watch.line.pending().len()).into(),
+    ];
+    lines.extend(fields.map(|field| Line::from(field.to_string())));
     lines
 }
 
@@ -139,7 +166,7 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
         ("line errors: framing", events.framing),
         ("break", events.line_break),
     ];
-    vec![
+    let mut lines = vec![
         format!("bytes {}  frames {}", counters.bytes, counters.frames).into(),
         of_note(&[("discarded", discarded.total())]),
         format!(
@@ -169,7 +196,11 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
             (None, Some(last)) => Line::from(last.clone()).yellow(),
             (None, None) => Line::from("not recorded").dim(),
         },
-    ]
+    ];
+    if !session.shown().frame.has_setpoints() {
+        lines.insert(3, format!("  header {}", discarded.header).into());
+    }
+    lines
 }
 
 /// The setpoints of the last ten seconds.

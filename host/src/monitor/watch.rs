@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use framelock::{Failsafe, FailsafeError, FailsafeParameters, LineEvent, Output, Setpoint};
 
-use crate::line::{Line, Watched};
+use crate::frame::Frame;
+use crate::line::{Line, Piece, Watched};
 
 /// How far apart samples are, and how many are kept: the last ten seconds.
 const SAMPLE_EVERY: Duration = Duration::from_millis(100);
@@ -45,6 +46,9 @@ pub(super) struct Sample {
 #[derive(Clone)]
 pub(super) struct Watch {
     pub(super) now: Sample,
+    pub(super) frame: Frame,
+    /// The last frame's bytes.
+    pub(super) last: Option<Vec<u8>>,
     pub(super) line: Watched,
     failsafe: Failsafe,
     hold_after: Duration,
@@ -65,12 +69,15 @@ impl Watch {
     /// Nothing has come yet. Ticks of `parameters` are microseconds; a pause in the bytes of more
     /// than `idle_gap` is reported to the receiver.
     pub(super) fn new(
+        frame: Frame,
         line: Line,
         parameters: FailsafeParameters,
         idle_gap: Option<Duration>,
     ) -> Result<Self, FailsafeError> {
         Ok(Self {
             now: Sample::default(),
+            frame,
+            last: None,
             line: Watched::new(line),
             failsafe: Failsafe::new(parameters, 0)?,
             hold_after: Duration::from_micros(parameters.hold_after.into()),
@@ -101,8 +108,8 @@ impl Watch {
         let last = self.heard_at.unwrap_or_default();
         if !self.is_idle && self.idle_gap.is_some_and(|gap| now > last + gap) {
             self.is_idle = true;
-            let discarded = self.line.line_event(LineEvent::Idle);
-            self.discard(discarded);
+            let pieces = self.line.line_event(LineEvent::Idle);
+            self.settle(pieces);
         }
         self.failsafe.poll(ticks(now));
     }
@@ -113,16 +120,8 @@ impl Watch {
         self.heard_at = Some(self.now.at);
         self.is_idle = false;
         self.now.bytes += 1;
-        let (committed, discarded) = self.line.push(byte);
-        if let Some(setpoint) = committed {
-            self.now.frames += 1;
-            self.now.setpoint = committed;
-            self.failsafe.frame(ticks(self.now.at), setpoint);
-            self.framed_at = Some(self.now.at);
-            self.is_searching = false;
-            self.is_in_loss = false;
-        }
-        self.discard(discarded);
+        let pieces = self.line.push(byte);
+        self.settle(pieces);
     }
 
     /// Something has come in place of a byte.
@@ -130,15 +129,29 @@ impl Watch {
         self.advance_to(at);
         self.heard_at = Some(self.now.at);
         self.is_searching = true;
-        let discarded = self.line.line_event(event);
-        self.discard(discarded);
+        let pieces = self.line.line_event(event);
+        self.settle(pieces);
     }
 
-    fn discard(&mut self, bytes: Vec<u8>) {
-        for byte in bytes {
-            let follows = std::mem::replace(&mut self.is_in_loss, true);
-            push_within(&mut self.discarded, DISCARDED_LENGTH, (byte, follows));
-            self.is_searching = true;
+    fn settle(&mut self, pieces: Vec<Piece>) {
+        for Piece { bytes, dropped } in pieces {
+            if dropped.is_some() {
+                for byte in bytes {
+                    let follows = std::mem::replace(&mut self.is_in_loss, true);
+                    push_within(&mut self.discarded, DISCARDED_LENGTH, (byte, follows));
+                    self.is_searching = true;
+                }
+                continue;
+            }
+            self.now.frames += 1;
+            if let Some(setpoint) = self.frame.setpoint(&bytes) {
+                self.now.setpoint = Some(setpoint);
+                self.failsafe.frame(ticks(self.now.at), setpoint);
+            }
+            self.last = Some(bytes);
+            self.framed_at = Some(self.now.at);
+            self.is_searching = false;
+            self.is_in_loss = false;
         }
     }
 

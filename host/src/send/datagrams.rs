@@ -11,7 +11,8 @@ use framelock::{Bin, BinCrc8, Receiver, Setpoint};
 
 use super::pacer::Rate;
 use super::session::Source;
-use crate::setpoints;
+use super::setpoint;
+use crate::frame::Frame;
 
 /// Longer than any datagram that means something.
 const LONGEST: usize = 512;
@@ -54,12 +55,15 @@ impl Datagrams {
 
     /// The latest setpoint at a rate, as long as anything is heard. It is good for `stale_after`:
     /// then nothing is sent, so that the board's failsafe sees the silence that there is.
-    pub(super) fn source(&self, rate: Rate, stale_after: Duration) -> Source {
+    pub(super) fn source(&self, frame: Frame, rate: Rate, stale_after: Duration) -> Source {
         let (listening, heard) = (self.clone(), self.clone());
         let is_listening = move |_: &Duration| listening.lock().failure.is_none();
         Source {
             dues: Box::new(rate.dues().take_while(is_listening)),
-            setpoint: Box::new(move |_| heard.lock().setpoint_at(Instant::now(), stale_after)),
+            frame: Box::new(move |_| {
+                let setpoint = heard.lock().setpoint_at(Instant::now(), stale_after)?;
+                Some(frame.encode_setpoint(setpoint))
+            }),
         }
     }
 
@@ -123,7 +127,7 @@ fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
     };
     // Some programs send the end of their string too.
     let text = String::from_utf8_lossy(datagram);
-    let text = || setpoints::parse(text.trim_end_matches('\0').trim());
+    let text = || setpoint::parse(text.trim_end_matches('\0').trim());
     frame
         .map_or_else(text, Ok)
         .map_err(|problem| format!("it is neither three bytes nor a frame, and {problem}"))

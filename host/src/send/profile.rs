@@ -1,26 +1,26 @@
-//! A motion profile: setpoints from a file, with their times or at a rate.
+//! A profile: frames from the rows of a file, with their times or at a rate.
 
 use std::time::Duration;
 
 use anyhow::{Result, bail};
-use framelock::Setpoint;
 
 use super::pacer::Rate;
 use super::session::Source;
+use crate::frame::Frame;
 use crate::input::Input;
-use crate::setpoints::{InputFormat, Row, rows};
+use crate::rows::{InputFormat, Row, rows};
 
-/// Setpoints, at least one, and if the file says so when each is due, counted from the first.
+/// Frames, at least one, and if the file says so when each is due, counted from the first.
 pub(super) struct Profile {
-    setpoints: Vec<Setpoint>,
+    frames: Vec<Vec<u8>>,
     times: Option<Vec<Duration>>,
 }
 
 impl Profile {
     /// Reads `input` to its end, so that nothing is sent of a profile that has a mistake in it.
-    pub(super) fn read(input: Input) -> Result<Self> {
+    pub(super) fn read(input: Input, frame: &Frame) -> Result<Self> {
         let name = input.name.clone();
-        let rows: Vec<Row> = rows(input, InputFormat::Auto, true)?.collect::<Result<_>>()?;
+        let rows: Vec<Row> = rows(input, InputFormat::Auto, frame, true)?.collect::<Result<_>>()?;
         let Some(first) = rows.first() else {
             bail!("{name}: no setpoint in it");
         };
@@ -28,16 +28,21 @@ impl Profile {
         let times = rows.iter().map(|row| Some(row.time?.saturating_sub(first)));
         Ok(Self {
             times: times.collect(),
-            setpoints: rows.iter().map(|row| row.setpoint).collect(),
+            frames: rows.into_iter().map(|row| row.frame).collect(),
         })
     }
 
-    /// Whether it says when each setpoint is due.
+    /// Bytes in its longest frame.
+    pub(super) fn longest(&self) -> usize {
+        self.frames.iter().map(Vec::len).max().unwrap_or_default()
+    }
+
+    /// Whether it says when each frame is due.
     pub(super) fn has_times(&self) -> bool {
         self.times.is_some()
     }
 
-    /// That no two setpoints are due sooner one behind the other than a frame takes on the line.
+    /// That no two frames are due sooner one behind the other than a frame takes on the line.
     pub(super) fn check_line_carries(&self, frame_time: Duration) -> Result<()> {
         let times = self.times.as_deref().unwrap_or_default();
         for (index, pair) in times.windows(2).enumerate() {
@@ -57,19 +62,19 @@ impl Profile {
         Ok(())
     }
 
-    /// Each setpoint at its time; without times, at `rate`.
+    /// Each frame at its time; without times, at `rate`.
     pub(super) fn in_turn(self, rate: Rate) -> Source {
-        let mut setpoints = self.setpoints.into_iter();
+        let mut frames = self.frames.into_iter();
         Source {
             dues: match self.times {
                 Some(times) => Box::new(times.into_iter()),
-                None => Box::new(rate.dues().take(setpoints.len())),
+                None => Box::new(rate.dues().take(frames.len())),
             },
-            setpoint: Box::new(move |_| setpoints.next()),
+            frame: Box::new(move |_| frames.next()),
         }
     }
 
-    /// At `rate`, each time the last setpoint whose time has come; without times, each in turn.
+    /// At `rate`, each time the last frame whose time has come; without times, each in turn.
     pub(super) fn held(self, rate: Rate) -> Source {
         let Some(times) = self.times else {
             return self.in_turn(rate);
@@ -77,9 +82,9 @@ impl Profile {
         let end = times.last().copied().unwrap_or_default();
         Source {
             dues: Box::new(rate.dues().take_while(move |&due| due <= end)),
-            setpoint: Box::new(move |due| {
+            frame: Box::new(move |due| {
                 let come = times.partition_point(|&time| time <= due);
-                self.setpoints.get(come.checked_sub(1)?).copied()
+                self.frames.get(come.checked_sub(1)?).cloned()
             }),
         }
     }
@@ -87,7 +92,11 @@ impl Profile {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+    #![allow(
+        clippy::unwrap_used,
+        clippy::indexing_slicing,
+        reason = "a panic fails the test"
+    )]
 
     use std::num::NonZeroU32;
 
@@ -99,14 +108,16 @@ mod tests {
     fn frames(mut source: Source) -> Vec<(u128, u8)> {
         source
             .dues
-            .map(|due| (due.as_millis(), (source.setpoint)(due).unwrap().pitch))
+            .map(|due| (due.as_millis(), (source.frame)(due).unwrap()[3]))
             .collect()
     }
 
     #[test]
     fn each_setpoint_is_sent_at_its_time_or_held_at_a_rate() {
-        let read =
-            |text: &'static str| Profile::read(Input::new("moves", text.as_bytes())).unwrap();
+        let frame = Frame::named("bin").unwrap();
+        let read = |text: &'static str| {
+            Profile::read(Input::new("moves", text.as_bytes()), &frame).unwrap()
+        };
         let timed = "time,yaw,pitch,roll\n1.00,3,1,2\n1.02,6,4,5\n1.02,7,7,7\n1.05,9,8,8\n";
         assert_eq!(
             frames(read(timed).in_turn(RATE)),

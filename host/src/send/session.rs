@@ -7,7 +7,7 @@ use framelock::Setpoint;
 use framelock_simulation::{ByteFaults, between};
 
 use super::pacer::{Clock, Pacer, Rate};
-use crate::names::FrameName;
+use crate::frame::Frame;
 
 /// How often the parking setpoint itself is sent: a line that loses frames must bring one.
 const PARK_FRAMES: u32 = 5;
@@ -16,8 +16,8 @@ const PARK_FRAMES: u32 = 5;
 pub(super) struct Source {
     /// When each frame is due, counted from the first.
     pub(super) dues: Box<dyn Iterator<Item = Duration>>,
-    /// Where the axes are to be, asked for each frame when it is due; none if nothing is to be sent.
-    pub(super) setpoint: Box<dyn FnMut(Duration) -> Option<Setpoint>>,
+    /// Each frame, asked for when it is due; none if nothing is to be sent.
+    pub(super) frame: Box<dyn FnMut(Duration) -> Option<Vec<u8>>>,
 }
 
 /// How it ends.
@@ -33,7 +33,7 @@ pub(super) struct Parking {
 pub(super) struct Session<'a, C, W> {
     pub(super) pacer: Pacer<C>,
     line: &'a mut W,
-    frame: FrameName,
+    frame: &'a Frame,
     pub(super) faults: Option<ByteFaults>,
     last: Option<Setpoint>,
     /// Frames, without those that park.
@@ -47,7 +47,7 @@ impl<'a, C: Clock, W: Write> Session<'a, C, W> {
     pub(super) fn new(
         clock: C,
         line: &'a mut W,
-        frame: FrameName,
+        frame: &'a Frame,
         faults: Option<ByteFaults>,
     ) -> Self {
         Self {
@@ -73,11 +73,11 @@ impl<'a, C: Clock, W: Write> Session<'a, C, W> {
             if length.is_some_and(|length| due >= length) || !self.pacer.wait_until(due) {
                 break;
             }
-            let Some(setpoint) = (source.setpoint)(due) else {
+            let Some(mut bytes) = (source.frame)(due) else {
                 self.silent += 1;
                 continue;
             };
-            let mut bytes = self.frame.encode(setpoint);
+            self.last = self.frame.setpoint(&bytes);
             if let Some(faults) = &mut self.faults {
                 bytes = bytes
                     .into_iter()
@@ -86,7 +86,6 @@ impl<'a, C: Clock, W: Write> Session<'a, C, W> {
                     .collect();
             }
             self.line.write_all(&bytes)?;
-            self.last = Some(setpoint);
             self.frames += 1;
         }
         if let Some(parking) = parking {
@@ -112,7 +111,7 @@ impl<'a, C: Clock, W: Write> Session<'a, C, W> {
             } else {
                 at
             };
-            self.line.write_all(&self.frame.encode(setpoint))?;
+            self.line.write_all(&self.frame.encode_setpoint(setpoint))?;
             self.park_frames += 1;
         }
         Ok(())

@@ -1,13 +1,12 @@
 //! A machine, and what each byte makes it do: seen from outside, by the bytes that are pending.
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use framelock::Setpoint;
 use serde::Serialize;
 
+use crate::frame::{Frame, LECTURE_STATES};
 use crate::line::{Line, Watched};
-use crate::names::{FrameName, PolicyName, name};
-
-const FRAME: FrameName = FrameName::Bin;
+use crate::names::{PolicyName, name};
 
 /// The place of pitch in a frame; roll and yaw follow.
 const AXES_AT: usize = 3;
@@ -16,6 +15,7 @@ const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
 /// A machine under observation.
 pub(super) struct Observed {
     policy: PolicyName,
+    frame: Frame,
     line: Watched,
     /// Each axis as stored last, in whatever frame that was.
     temp: [Option<u8>; 3],
@@ -43,9 +43,11 @@ pub(super) struct Step {
 
 impl Observed {
     pub(super) fn new(policy: PolicyName) -> Result<Self> {
+        let frame = Frame::named("bin").map_err(Error::msg)?;
         Ok(Self {
             policy,
-            line: Watched::new(Line::new(FRAME, policy)?),
+            line: Watched::new(Line::new(&frame, policy)?),
+            frame,
             temp: [None; 3],
             setpoint: None,
         })
@@ -54,7 +56,13 @@ impl Observed {
     /// Takes the next byte.
     pub(super) fn push(&mut self, byte: u8) -> Step {
         let before = self.line.pending().len();
-        let (committed, discarded) = self.line.push(byte);
+        let (mut committed, mut discarded) = (None, 0);
+        for piece in self.line.push(byte) {
+            match piece.dropped {
+                None => committed = self.frame.setpoint(&piece.bytes),
+                Some(_) => discarded += piece.bytes.len(),
+            }
+        }
         let pending = self.line.pending();
         for (stored, &new) in self.temp.iter_mut().zip(pending.iter().skip(AXES_AT)) {
             *stored = Some(new);
@@ -68,9 +76,9 @@ impl Observed {
             state_after: state(pending.len()),
             temp: self.temp,
             setpoint: self.setpoint.map(Into::into),
-            discarded: discarded.len(),
+            discarded,
             what: match committed {
-                None => self.what(before, byte, discarded.len()),
+                None => self.what(before, byte, discarded),
                 committed => format!("SP={}", in_brackets(committed)),
             },
         }
@@ -117,7 +125,7 @@ impl Observed {
             "{} byte{} = {} x {} committed + {} discarded{reasons} + {} under way; SP={}",
             counters.bytes,
             if counters.bytes == 1 { "" } else { "s" },
-            FRAME.length(),
+            LECTURE_STATES.len(),
             counters.frames,
             discarded.total(),
             self.line.pending().len(),
@@ -127,7 +135,7 @@ impl Observed {
 }
 
 fn state(pending: usize) -> &'static str {
-    FRAME.states().get(pending).copied().unwrap_or_default()
+    LECTURE_STATES.get(pending).copied().unwrap_or_default()
 }
 
 /// A setpoint as the lecture writes it, `(7F,C8,4A)`; dashes if there is none yet.

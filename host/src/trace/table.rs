@@ -89,7 +89,7 @@ fn row(step: &Step, policy: &str) -> String {
 }
 
 /// What a byte is as text, if it is anything.
-fn character(byte: u8) -> String {
+pub(super) fn character(byte: u8) -> String {
     match byte {
         b'\r' => "CR".into(),
         b' '..=b'~' => format!("'{}'", char::from(byte)),

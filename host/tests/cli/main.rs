@@ -14,8 +14,10 @@ mod decode;
 mod demo;
 mod encode;
 mod every_subcommand;
+mod frames;
 #[cfg(target_os = "linux")]
 mod monitor;
+mod own_frame;
 mod process;
 #[cfg(target_os = "linux")]
 mod pseudo_terminal;

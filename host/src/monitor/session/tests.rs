@@ -4,13 +4,17 @@
     reason = "a panic fails the test"
 )]
 
-use super::super::watch::tests::{FRAME, ms, watch};
+use super::super::watch::tests::{FRAME, ms, watch_frames};
 use super::*;
 
 pub(in super::super) fn session(directory: &Path, with_marks: bool) -> Session {
-    let title = "/dev/ttyACM0, 115200 baud, bin, rescan".to_owned();
+    session_of("bin", directory, with_marks)
+}
+
+pub(in super::super) fn session_of(frame: &str, directory: &Path, with_marks: bool) -> Session {
+    let title = format!("/dev/ttyACM0, 115200 baud, {frame}, rescan");
     let marks = with_marks.then(Marks::default);
-    let mut session = Session::new(title, FrameName::Bin, watch(None), marks, None);
+    let mut session = Session::new(title, watch_frames(frame, None), marks, None);
     session.directory = directory.to_owned();
     session
 }

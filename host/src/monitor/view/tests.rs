@@ -10,7 +10,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::super::session::Session;
-use super::super::session::tests::session;
+use super::super::session::tests::{session, session_of};
 use super::super::watch::tests::ms;
 use super::*;
 
@@ -76,6 +76,36 @@ fn the_screen_is_what_was_watched() {
         " q quits, space pauses, r records, z counts from zero, ? help                   ",
     ];
     assert_eq!(screen(&mut watched(true), 80, 24), expected);
+}
+
+/// Sixteen channels of 992.
+const SBUS: [u8; 25] = [
+    0x0F, 0xE0, 0x03, 0x1F, 0xF8, 0xC0, 0x07, 0x3E, 0xF0, 0x81, 0x0F, 0x7C, 0xE0, 0x03, 0x1F, 0xF8,
+    0xC0, 0x07, 0x3E, 0xF0, 0x81, 0x0F, 0x7C, 0x08, 0x00,
+];
+
+#[test]
+fn described_frames_are_shown_with_their_fields() {
+    let mut session = session_of("sbus", Path::new(""), true);
+    for frame in 0..200 {
+        session.receive(ms(10 + 14 * frame), &SBUS);
+    }
+    session.receive(
+        ms(3_000),
+        &[&b"?"[..], &SBUS[..7], b"\xFF\0?", &SBUS[..3]].concat(),
+    );
+    session.advance_to(ms(3_010));
+    let expected = "
+        0: 115200 baud, sbus, rescan
+        1: SEARCHING
+        2: ┌ last frame ──
+        3: │length 25                             ││bytes 5011  frames 200
+        4: │pending 3                             ││discarded 8
+        5: │channel 992 992 992 992 992 992 992   ││  no sync 7  broken sync 0
+        6: │992 992 992 992 992 992 992 992 992   ││  header 0
+        10: │failsafe   1                          ││not recorded
+        20: │|3F 0F E0 03 1F F8 C0 07 ";
+    shows(&mut session, 80, expected);
 }
 
 #[test]

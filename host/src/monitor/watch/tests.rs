@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use framelock::{Counters, Phase};
 
 use super::*;
-use crate::names::{FrameName, PolicyName};
+use crate::names::PolicyName;
 
 pub(in super::super) const FRAME: &[u8; 7] = b"AB\0\x10\x20\x30\r";
 
@@ -14,14 +14,19 @@ pub(in super::super) const fn ms(milliseconds: u64) -> Duration {
 }
 
 pub(in super::super) fn watch(idle_gap: Option<Duration>) -> Watch {
+    watch_frames("bin", idle_gap)
+}
+
+pub(in super::super) fn watch_frames(name: &str, idle_gap: Option<Duration>) -> Watch {
     let parameters = FailsafeParameters {
         hold_after: 100_000,
         ramp_after: 500_000,
         park: framelock_simulation::LEVEL,
         ticks_per_unit: [NonZeroU32::new(3_922).unwrap(); 3],
     };
-    let line = Line::new(FrameName::Bin, PolicyName::Rescan).unwrap();
-    Watch::new(line, parameters, idle_gap).unwrap()
+    let frame = Frame::named(name).unwrap();
+    let line = Line::new(&frame, PolicyName::Rescan).unwrap();
+    Watch::new(frame, line, parameters, idle_gap).unwrap()
 }
 
 fn feed(watch: &mut Watch, at: Duration, bytes: &[u8]) {
@@ -129,6 +134,22 @@ fn an_idle_gap_drops_the_frame_under_way_if_asked_for() {
         watch.advance_to(ms(900));
         assert_eq!(watch.line.counters().events.idle, 2 * (1 - frames));
     }
+}
+
+#[test]
+fn an_idle_gap_delivers_the_frame_behind_a_false_beginning() {
+    let frame = [0xC8, 0x02, 0x14, 0xAC];
+    let mut watch = watch_frames("crsf", Some(ms(5)));
+    feed(&mut watch, ms(10), &[0xC8, 0x3E]);
+    feed(&mut watch, ms(10), &frame);
+    assert_eq!((watch.last.clone(), watch.line.pending().len()), (None, 6));
+    watch.advance_to(ms(16));
+    assert_eq!(watch.last.as_deref(), Some(&frame[..]));
+    assert_eq!(discarded(&watch), "|\\xc8>");
+    assert_eq!(
+        (watch.line.counters().frames, watch.line.pending().len()),
+        (1, 0)
+    );
 }
 
 #[test]

@@ -28,14 +28,19 @@ const PARKING: Parking = Parking {
 /// The way from a pitch of 9, and the end of it.
 const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
 
+fn named(name: &str) -> Frame {
+    Frame::named(name).unwrap()
+}
+
 /// Ten frames: pitch counts them; some are silent.
-fn ten(silent: impl Fn(u8) -> bool + 'static) -> Source {
+fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
+    let frame = named(name);
     let mut numbers = 0..10;
     Source {
         dues: Box::new(RATE.dues().take(10)),
-        setpoint: Box::new(move |_| {
+        frame: Box::new(move |_| {
             let number = numbers.next()?;
-            (!silent(number)).then(|| [number, 128, 128].into())
+            (!silent(number)).then(|| frame.encode_setpoint([number, 128, 128].into()))
         }),
     }
 }
@@ -59,8 +64,8 @@ fn run(
     length: Option<Duration>,
     parking: Option<Parking>,
 ) -> (Vec<u8>, [u64; 3]) {
-    let mut line = Vec::new();
-    let mut session = Session::new(clock, &mut line, FrameName::Bin, None);
+    let (mut line, frame) = (Vec::new(), named("bin"));
+    let mut session = Session::new(clock, &mut line, &frame, None);
     session.run(source, length, parking).unwrap();
     let counts = [session.frames, session.silent, session.park_frames];
     (pitches(Receiver::<Bin>::new(), &line), counts)
@@ -69,7 +74,7 @@ fn run(
 #[test]
 fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
     let mut clock = TestClock::default();
-    let source = ten(|number| (3..6).contains(&number));
+    let source = ten("bin", |number| (3..6).contains(&number));
     let (pitches, counts) = run(&mut clock, source, None, None);
     assert_eq!(pitches, [0, 1, 2, 6, 7, 8, 9]);
     let due: Vec<Duration> = RATE.dues().take(10).collect();
@@ -78,7 +83,13 @@ fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
     // A length ends it before the source does.
     let length = Some(Duration::from_millis(60));
     assert_eq!(
-        run(&mut TestClock::default(), ten(|_| false), length, None).0,
+        run(
+            &mut TestClock::default(),
+            ten("bin", |_| false),
+            length,
+            None
+        )
+        .0,
         [0, 1, 2]
     );
 }
@@ -86,7 +97,7 @@ fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
 #[test]
 fn the_end_is_in_a_straight_line_to_park_and_stays_there() {
     let mut clock = TestClock::default();
-    let (pitches, counts) = run(&mut clock, ten(|_| false), None, Some(PARKING));
+    let (pitches, counts) = run(&mut clock, ten("bin", |_| false), None, Some(PARKING));
     assert_eq!((pitches[9], &pitches[10..]), (9, &PARKED[..]));
     assert_eq!(counts, [10, 0, 10]);
     // At the same pace as before.
@@ -97,7 +108,7 @@ fn the_end_is_in_a_straight_line_to_park_and_stays_there() {
     };
     let (pitches, _) = run(
         &mut TestClock::default(),
-        ten(|_| false),
+        ten("bin", |_| false),
         None,
         Some(at_once),
     );
@@ -112,7 +123,7 @@ fn a_reason_to_stop_ends_the_motion_and_parks() {
             stop_after: Some(stop_after),
             ..TestClock::default()
         };
-        let (pitches, counts) = run(&mut clock, ten(|_| false), None, Some(PARKING));
+        let (pitches, counts) = run(&mut clock, ten("bin", |_| false), None, Some(PARKING));
         assert_eq!(pitches[..stop_after], [0, 1, 2, 3][..stop_after]);
         assert!(pitches.ends_with(&[100; 5]));
         assert_eq!(counts, [stop_after as u64, 0, park_frames]);
@@ -127,8 +138,11 @@ fn faults_are_in_the_motion_but_not_in_the_parking() {
     };
     let faults = Some(ByteFaults::new(rates, Seed { seed: 1, trial: 0 }));
     let (mut clock, mut line) = (TestClock::default(), Vec::new());
-    let mut session = Session::new(&mut clock, &mut line, FrameName::BinCrc8, faults);
-    session.run(ten(|_| false), None, Some(PARKING)).unwrap();
+    let frame = named("bin-crc8");
+    let mut session = Session::new(&mut clock, &mut line, &frame, faults);
+    session
+        .run(ten("bin-crc8", |_| false), None, Some(PARKING))
+        .unwrap();
     assert_eq!(session.faults.unwrap().counts().dropped, 80);
     assert_eq!(pitches(Receiver::<BinCrc8>::new(), &line), PARKED);
 }
@@ -157,9 +171,10 @@ impl Write for Cut {
 #[test]
 fn a_line_that_is_cut_ends_it_with_what_was_sent() {
     let (mut clock, mut line) = (TestClock::default(), Cut(3));
-    let mut session = Session::new(&mut clock, &mut line, FrameName::Bin, None);
+    let frame = named("bin");
+    let mut session = Session::new(&mut clock, &mut line, &frame, None);
     session
-        .run(ten(|_| false), None, Some(PARKING))
+        .run(ten("bin", |_| false), None, Some(PARKING))
         .unwrap_err();
     assert_eq!(session.frames, 3);
 }

@@ -1,23 +1,19 @@
-//! Setpoints from text: comma-separated values or JSON lines.
+//! Frames from text: comma-separated values or JSON lines, a row for each.
 
+use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 use std::time::Duration;
 
 use anyhow::{Result, anyhow};
 use clap::ValueEnum;
 use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
-use framelock::Setpoint;
-use serde::Deserialize;
+use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, MapAccess, Visitor};
 use serde_json::Value;
 
+use crate::frame::{Column, Frame};
 use crate::input::Input;
 
-/// The fields of a setpoint, in the order of the frame.
-const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
-
-const NOT_A_DEMAND: &str = "is not a whole number from 0 to 255";
-
-/// How setpoints are written.
+/// How rows are written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum InputFormat {
     /// JSON lines if the first thing in it is a brace, else comma-separated values
@@ -28,34 +24,34 @@ pub(crate) enum InputFormat {
     Jsonl,
 }
 
-/// A setpoint as the text has it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+/// A row of a text.
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Row {
     /// When it is due, if the text says so and times are read.
     pub(crate) time: Option<Duration>,
-    /// Where each axis is to be.
-    pub(crate) setpoint: Setpoint,
+    /// The frame with its values.
+    pub(crate) frame: Vec<u8>,
 }
 
 /// What a row says, of whatever type; further columns or fields mean nothing.
-#[derive(Deserialize)]
-struct Fields {
+struct Fields<'a> {
+    columns: &'a [Column],
     time: Option<Value>,
-    pitch: Value,
-    roll: Value,
-    yaw: Value,
+    /// In the order of the columns.
+    values: Vec<Option<Value>>,
 }
 
 /// The number of a row's line, and its fields or what is wrong with them.
-type Line = (u64, Result<Fields, String>);
+type Line<'a> = (u64, Result<Fields<'a>, String>);
 
 /// The rows of a text, each as soon as its line has come.
 ///
-/// With `reads_times`, times in seconds are read too: a column or field `time`, or the first of four
-/// columns without a header. They may not go back.
+/// With `reads_times`, times in seconds are read too: a column or field `time`, or the first of one
+/// column more than there are values without a header. They may not go back.
 pub(crate) fn rows<'a>(
     input: Input<'a>,
     format: InputFormat,
+    frame: &'a Frame,
     reads_times: bool,
 ) -> Result<impl Iterator<Item = Result<Row>> + 'a> {
     let name = input.name.clone();
@@ -73,21 +69,32 @@ pub(crate) fn rows<'a>(
         InputFormat::Jsonl => true,
     };
     let input = io::Cursor::new(beginning.to_vec()).chain(input);
-    let lines: Box<dyn Iterator<Item = io::Result<Line>> + 'a> = if is_json {
-        Box::new(json_lines(input))
+    let columns = frame.columns.as_slice();
+    let lines: Box<dyn Iterator<Item = io::Result<Line<'a>>> + 'a> = if is_json {
+        Box::new(json_lines(input, columns))
     } else {
-        Box::new(csv_lines(input, reads_times))
+        Box::new(csv_lines(input, columns, reads_times))
     };
     let mut before = None;
     Ok(lines.map(move |line| {
         let (number, fields) = line?;
-        let row = fields.and_then(|fields| row(&fields, reads_times, before));
-        before = row.as_ref().ok().copied();
+        let row = fields.and_then(|fields| {
+            let time = fields.time.as_ref().filter(|_| reads_times);
+            let time = time.map(seconds).transpose()?;
+            let frame = frame.described.encode(&fields.values)?;
+            check_order(before.as_ref(), time)?;
+            Ok(Row { time, frame })
+        });
+        before = row.as_ref().ok().cloned();
         row.map_err(|problem| anyhow!("{name}: line {number}: {problem}"))
     }))
 }
 
-fn csv_lines(input: impl Read, reads_times: bool) -> impl Iterator<Item = io::Result<Line>> {
+fn csv_lines<'a>(
+    input: impl Read + 'a,
+    columns: &'a [Column],
+    reads_times: bool,
+) -> impl Iterator<Item = io::Result<Line<'a>>> {
     // A line feed at the end of every line, so that a row's number follows from the reader's.
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
@@ -95,12 +102,12 @@ fn csv_lines(input: impl Read, reads_times: bool) -> impl Iterator<Item = io::Re
         .trim(Trim::All)
         .terminator(Terminator::Any(b'\n'))
         .from_reader(input.chain(&b"\n"[..]));
-    let (mut columns, mut record) = (None, ByteRecord::new());
-    let mut next = move || -> io::Result<Option<Line>> {
+    let (mut header, mut record) = (None, ByteRecord::new());
+    let mut next = move || -> io::Result<Option<Line<'a>>> {
         while reader.read_byte_record(&mut record)? {
             // What a column that means nothing holds need not be UTF-8.
             let record = StringRecord::from_byte_record_lossy(record.clone());
-            if let Some(fields) = csv_fields(&record, &mut columns, reads_times) {
+            if let Some(fields) = csv_fields(&record, columns, &mut header, reads_times) {
                 return Ok(Some((reader.position().line() - 1, fields)));
             }
         }
@@ -110,83 +117,182 @@ fn csv_lines(input: impl Read, reads_times: bool) -> impl Iterator<Item = io::Re
 }
 
 /// The fields of a record; none if it is blank or the header.
-fn csv_fields(
+fn csv_fields<'a>(
     record: &StringRecord,
-    columns: &mut Option<StringRecord>,
+    columns: &'a [Column],
+    header: &mut Option<StringRecord>,
     reads_times: bool,
-) -> Option<Result<Fields, String>> {
+) -> Option<Result<Fields<'a>, String>> {
     if record.iter().eq([""]) {
         return None;
     }
-    if columns.is_none() {
+    let is_column = |name: &str| columns.iter().any(|column| column.name == name);
+    if header.is_none() {
         let names: StringRecord = record.iter().map(str::to_ascii_lowercase).collect();
-        if names.iter().any(|name| AXES.contains(&name)) {
-            *columns = Some(names);
+        if names.iter().any(is_column) {
+            *header = Some(names);
             return None;
         }
     }
-    let time = (reads_times && record.len() == 4).then_some("time");
-    let columns = columns.get_or_insert_with(|| time.into_iter().chain(AXES).collect());
-    if record.len() != columns.len() {
+    let names = || columns.iter().map(|column| &*column.name);
+    let time = (reads_times && record.len() == columns.len() + 1).then_some("time");
+    let header = header.get_or_insert_with(|| time.into_iter().chain(names()).collect());
+    if record.len() != header.len() {
         return Some(Err(format!(
-            "columns: {}, expected: {}; columns beside pitch,roll,yaw need a header that names all",
+            "columns: {}, expected: {}; columns beside {} need a header that names all",
             record.len(),
-            columns.len()
+            header.len(),
+            names().collect::<Vec<_>>().join(",")
         )));
     }
-    let fields = record.deserialize(Some(columns));
-    Some(fields.map_err(|error| match error.kind() {
-        csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
-        _ => error.to_string(),
-    }))
+    let mut fields = Fields::new(columns);
+    let set = |(name, text): (&str, &str)| {
+        let is_text = |column: &Column| column.name == name && column.is_text;
+        let is_text = columns.iter().any(is_text);
+        match fields.places(name)? {
+            [] => Ok(()),
+            places => fill(
+                places,
+                name,
+                if is_text { text.into() } else { inferred(text) },
+            ),
+        }
+    };
+    Some(header.iter().zip(record).try_for_each(set).map(|()| fields))
 }
 
-fn json_lines(input: impl BufRead) -> impl Iterator<Item = io::Result<Line>> {
+/// A number, if it is one.
+fn inferred(text: &str) -> Value {
+    let whole = text.parse::<u64>().map(Value::from);
+    let signed = || text.parse::<i64>().map(Value::from);
+    let number = || text.parse::<f64>().map(Value::from);
+    whole
+        .or_else(|_| signed())
+        .or_else(|_| number())
+        .unwrap_or_else(|_| text.into())
+}
+
+fn json_lines<'a>(
+    input: impl BufRead + 'a,
+    columns: &'a [Column],
+) -> impl Iterator<Item = io::Result<Line<'a>>> {
     let lines = (1..).zip(input.split(b'\n'));
-    lines.filter_map(|(number, line)| match line {
+    lines.filter_map(move |(number, line)| match line {
         Ok(line) if line.trim_ascii().is_empty() => None,
-        Ok(line) => Some(Ok((number, json_fields(line.trim_ascii())))),
+        Ok(line) => Some(Ok((number, json_fields(line.trim_ascii(), columns)))),
         Err(error) => Some(Err(error)),
     })
 }
 
-fn json_fields(line: &[u8]) -> Result<Fields, String> {
+fn json_fields<'a>(line: &[u8], columns: &'a [Column]) -> Result<Fields<'a>, String> {
     if !line.starts_with(b"{") {
-        return Err(r#"not a JSON object such as {"pitch":127,"roll":200,"yaw":74}"#.into());
+        let fields = columns.iter().take(3).zip(["127", "200", "74"]);
+        let fields = fields.map(|(column, value)| format!("\"{}\":{value}", column.name));
+        let example = fields.collect::<Vec<_>>().join(",");
+        return Err(format!("not a JSON object such as {{{example}}}"));
     }
+    let mut deserializer = serde_json::Deserializer::from_slice(line);
+    let fields = Object(columns).deserialize(&mut deserializer);
+    let fields = fields.and_then(|fields| deserializer.end().map(|()| fields));
     // To the library, this line is the first.
-    let place = |error: serde_json::Error| {
-        let problem = error.to_string();
-        problem.replace(" at line 1 column ", ", at column ")
-    };
-    serde_json::from_slice(line).map_err(place)
+    fields.map_err(|error| {
+        error
+            .to_string()
+            .replace(" at line 1 column ", ", at column ")
+    })
 }
 
-fn row(fields: &Fields, reads_times: bool, before: Option<Row>) -> Result<Row, String> {
+/// A JSON object with these columns.
+struct Object<'a>(&'a [Column]);
+
+impl<'de, 'a> DeserializeSeed<'de> for Object<'a> {
+    type Value = Fields<'a>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Fields<'a>, D::Error> {
+        deserializer.deserialize_map(self)
+    }
+}
+
+impl<'de, 'a> Visitor<'de> for Object<'a> {
+    type Value = Fields<'a>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Fields<'a>, M::Error> {
+        let mut fields = Fields::new(self.0);
+        while let Some(name) = map.next_key::<String>()? {
+            let places = fields.places(&name).map_err(M::Error::custom)?;
+            if places.is_empty() {
+                map.next_value::<IgnoredAny>()?;
+            } else {
+                fill(places, &name, map.next_value()?).map_err(M::Error::custom)?;
+            }
+        }
+        Ok(fields)
+    }
+}
+
+impl<'a> Fields<'a> {
+    fn new(columns: &'a [Column]) -> Self {
+        Self {
+            columns,
+            time: None,
+            values: vec![None; columns.len()],
+        }
+    }
+
+    /// Where the values of that name go, an array's all; nowhere if it means nothing.
+    fn places(&mut self, name: &str) -> Result<&mut [Option<Value>], String> {
+        let is_it = |column: &Column| column.name == name || column.array.as_deref() == Some(name);
+        let from = self.columns.iter().position(is_it).unwrap_or_default();
+        let last = self.columns.iter().rposition(is_it);
+        let places = match name {
+            "time" => std::slice::from_mut(&mut self.time),
+            _ => self
+                .values
+                .get_mut(from..last.map_or(from, |last| last + 1))
+                .unwrap_or_default(),
+        };
+        if places.iter().any(Option::is_some) {
+            return Err(format!("duplicate field `{name}`"));
+        }
+        Ok(places)
+    }
+}
+
+/// Puts a value, or those of an array, in its places.
+fn fill(places: &mut [Option<Value>], name: &str, value: Value) -> Result<(), String> {
+    let values = match value {
+        Value::Array(values) => values,
+        value => vec![value],
+    };
+    let (given, wanted) = (values.len(), places.len());
+    if given != wanted {
+        return Err(format!(
+            "{name} has {given} values, and {wanted} are wanted"
+        ));
+    }
+    for (place, value) in places.iter_mut().zip(values) {
+        *place = Some(value);
+    }
+    Ok(())
+}
+
+fn seconds(value: &Value) -> Result<Duration, String> {
+    let seconds = value.as_f64();
+    let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     // Something that was not meant to be a number may be long.
-    let shortened = |value: &Value| value.to_string().chars().take(40).collect::<String>();
-    let demand = |axis: &str, value: &Value| {
-        let demand = value.as_u64().and_then(|demand| u8::try_from(demand).ok());
-        demand.ok_or_else(|| format!("{axis} {} {NOT_A_DEMAND}", shortened(value)))
-    };
-    let time = |value: &Value| {
-        let seconds = value.as_f64();
-        let time = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-        let value = shortened(value);
-        time.ok_or(format!(
-            "time {value} is not a number of seconds, 0 or more"
-        ))
-    };
-    let read = fields.time.as_ref().filter(|_| reads_times);
-    let row = Row {
-        time: read.map(time).transpose()?,
-        setpoint: Setpoint {
-            pitch: demand("pitch", &fields.pitch)?,
-            roll: demand("roll", &fields.roll)?,
-            yaw: demand("yaw", &fields.yaw)?,
-        },
-    };
-    match before.map(|before| (before.time, row.time)) {
+    let value: String = value.to_string().chars().take(40).collect();
+    time.ok_or(format!(
+        "time {value} is not a number of seconds, 0 or more"
+    ))
+}
+
+/// That a time is not before that of the row above, if there is one.
+fn check_order(before: Option<&Row>, time: Option<Duration>) -> Result<(), String> {
+    match before.map(|before| (before.time, time)) {
         Some((Some(before), Some(time))) if time < before => Err(format!(
             "the time {} is before that of the row above, {}; times may not go back",
             time.as_secs_f64(),
@@ -194,30 +300,15 @@ fn row(fields: &Fields, reads_times: bool, before: Option<Row>) -> Result<Row, S
         )),
         Some((Some(_), None)) => Err("no time, but the rows above have one".into()),
         Some((None, Some(_))) => Err("a time, but the rows above have none".into()),
-        _ => Ok(row),
+        _ => Ok(()),
     }
-}
-
-/// Reads `pitch,roll,yaw`, each a whole number from 0 to 255.
-pub(crate) fn parse(text: &str) -> Result<Setpoint, String> {
-    let fields: Vec<&str> = text.split(',').map(str::trim).collect();
-    let [pitch, roll, yaw] = *fields else {
-        return Err(format!("{text:?} is not three numbers such as 127,200,74"));
-    };
-    let demand = |axis: &str, field: &str| {
-        let demand = field.parse();
-        demand.map_err(|_| format!("{axis} {field:?} {NOT_A_DEMAND}"))
-    };
-    Ok(Setpoint {
-        pitch: demand("pitch", pitch)?,
-        roll: demand("roll", roll)?,
-        yaw: demand("yaw", yaw)?,
-    })
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use framelock::{Bin, Format};
 
     use super::*;
 
@@ -233,13 +324,14 @@ mod tests {
 
     fn read(text: impl AsRef<[u8]>, piece: usize, reads_times: bool) -> Result<Vec<Row>> {
         let input = Input::new("moves", Pieces(text.as_ref(), piece));
-        rows(input, InputFormat::Auto, reads_times)?.collect()
+        let frame = Frame::named("bin").unwrap();
+        rows(input, InputFormat::Auto, &frame, reads_times)?.collect()
     }
 
     fn row(time: Option<u64>, setpoint: [u8; 3]) -> Row {
         Row {
             time: time.map(Duration::from_millis),
-            setpoint: setpoint.into(),
+            frame: Bin::encode(setpoint.into()).to_vec(),
         }
     }
 

@@ -1,0 +1,85 @@
+//! Any frames, byte by byte: what is pending, the frames, and what is discarded and why.
+
+use std::io::Write;
+
+use anyhow::Result;
+
+use super::table::{Format, character};
+use crate::frame::Frame;
+use crate::hex;
+use crate::input::{Input, for_each_chunk};
+use crate::line::{Line, Piece, Watched, reason};
+use crate::names::PolicyName;
+
+/// Writes a row for each byte as it comes, and one more for each further thing that it decides.
+pub(super) fn print(
+    frame: &Frame,
+    policy: PolicyName,
+    format: Format,
+    input: Input,
+    out: &mut impl Write,
+) -> Result<()> {
+    let mut line = Watched::new(Line::new(frame, policy)?);
+    let (mut offset, mut settled) = (0, 0);
+    if format == Format::Text {
+        writeln!(out, "offset  byte    pending  what happened")?;
+        out.flush()?;
+    }
+    for_each_chunk(input, |chunk| {
+        for &byte in chunk {
+            let pieces = line.push(byte);
+            let pending = line.pending().len();
+            if format == Format::Text {
+                let character = character(byte);
+                write!(out, "{offset:>6}  {byte:02X} {character:<3}  {pending:>7}")?;
+            } else {
+                write!(
+                    out,
+                    r#"{{"offset":{offset},"byte":{byte},"pending":{pending},"what":["#
+                )?;
+            }
+            for (number, Piece { bytes, dropped }) in pieces.iter().enumerate() {
+                let from = settled;
+                settled += bytes.len();
+                let (count, hex) = (bytes.len(), hex::glued(bytes));
+                if format == Format::Jsonl {
+                    out.write_all(if number > 0 { b"," } else { b"" })?;
+                    match dropped.map(reason) {
+                        None => frame.write_json(out, settled - 1, bytes)?,
+                        Some(why) => write!(
+                            out,
+                            r#"{{"discarded":{count},"from":{from},"bytes":"{hex}","why":"{why}"}}"#
+                        )?,
+                    }
+                    continue;
+                }
+                if number > 0 {
+                    write!(out, "\n{:23}", "")?;
+                }
+                match dropped.map(reason) {
+                    None => {
+                        write!(out, "  frame from offset {from}:")?;
+                        frame.write_text(out, bytes)?;
+                    }
+                    Some(why) => write!(out, "  discarded {hex} from offset {from}: {why}")?,
+                }
+            }
+            writeln!(out, "{}", if format == Format::Text { "" } else { "]}" })?;
+            offset += 1;
+        }
+        Ok(out.flush()?)
+    })?;
+    if format == Format::Text {
+        let counters = line.counters();
+        writeln!(
+            out,
+            "\n{} bytes = {} in {} frames + {} discarded + {} pending",
+            counters.bytes,
+            counters.frame_bytes,
+            counters.frames,
+            counters.discarded.total(),
+            line.pending().len()
+        )?;
+    }
+    Ok(out.flush()?)
+}
