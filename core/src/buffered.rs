@@ -345,7 +345,7 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     #[inline]
     fn drop_what_starts_nothing(&mut self, dropped: &mut impl FnMut(usize, Mismatch)) {
         let pending = self.buffer.get(self.from..self.to).unwrap_or_default();
-        let run = run_without_start(&self.format, pending);
+        let run = short_run_without_start(&self.format, pending);
         if run > 0 {
             dropped(run, Mismatch::NoSync);
             self.from = self.from.wrapping_add(run);
@@ -357,7 +357,6 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     #[inline]
     fn decide(&mut self) -> Decision {
         let pending = self.buffer.get(self.from..self.to).unwrap_or_default();
-        let pending = pending.get(..F::LONGEST).unwrap_or(pending);
         if pending.is_empty() {
             self.reset();
             return Decision::Waiting;
@@ -397,12 +396,11 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
         if bytes.len() > N.saturating_sub(self.to) {
             self.move_to_front();
         }
-        for &byte in bytes {
-            if let Some(place) = self.buffer.get_mut(self.to) {
-                *place = byte;
-                self.to = self.to.wrapping_add(1);
-            }
+        let free = self.buffer.get_mut(self.to..).unwrap_or_default();
+        for (place, &byte) in free.iter_mut().zip(bytes) {
+            *place = byte;
         }
+        self.to = N.min(self.to.wrapping_add(bytes.len()));
     }
 
     /// Byte by byte: `copy_within` would bring 1.5 KB of `memmove` into firmware.
@@ -441,18 +439,28 @@ fn judge<F: Framing>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
     }
 }
 
-/// How many bytes, from the first on, start no frame.
+/// How many bytes, from the first on, start no frame: for slices, fast through noise.
 #[inline]
 fn run_without_start<F: Framing>(format: &F, bytes: &[u8]) -> usize {
     const AT_ONCE: usize = 32;
-    let blocks = bytes.chunks_exact(AT_ONCE);
+    // The usual case, a frame behind a frame, costs one byte.
+    if bytes.first().is_some_and(|&byte| format.starts(byte)) {
+        return 0;
+    }
     let starts_none = |block: &&[u8]| {
         !block
             .iter()
             .fold(false, |any, &byte| any | format.starts(byte))
     };
-    let run = blocks.take_while(starts_none).count().wrapping_mul(AT_ONCE);
+    let blocks = bytes.chunks_exact(AT_ONCE).take_while(starts_none);
+    let run = blocks.count().wrapping_mul(AT_ONCE);
     let rest = bytes.get(run..).unwrap_or_default();
-    let in_rest = rest.iter().position(|&byte| format.starts(byte));
-    run.wrapping_add(in_rest.unwrap_or(rest.len()))
+    run.wrapping_add(short_run_without_start(format, rest))
+}
+
+/// The same byte by byte: less code, for what is pending.
+#[inline]
+fn short_run_without_start<F: Framing>(format: &F, bytes: &[u8]) -> usize {
+    let start = bytes.iter().position(|&byte| format.starts(byte));
+    start.unwrap_or(bytes.len())
 }

@@ -79,7 +79,10 @@ impl<const ADDRESSES: usize> Framing for Crsf<ADDRESSES> {
 
     #[inline]
     fn starts(&self, byte: u8) -> bool {
-        self.addresses.contains(&byte)
+        // All of them at once, not one after the other until one fits.
+        let is_it = |address: &u8| *address == byte;
+        let addresses = self.addresses.iter();
+        addresses.fold(false, |any, address| any | is_it(address))
     }
 
     #[inline]

@@ -1,0 +1,77 @@
+//! Which frames a receiver found, compared with those that arrived whole, and with the reference.
+
+use std::collections::HashMap;
+
+use crate::contender::{Cut, Entry};
+use crate::streams::{Protocol, Stream};
+
+/// What a receiver made of a stream.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Answer {
+    /// Frames that arrived whole and were not delivered.
+    pub(crate) lost: usize,
+    /// What was delivered and is none of these: damaged frames whose check is right, frames inside
+    /// the payload of others.
+    pub(crate) false_frames: usize,
+    /// How many bytes behind its last byte a frame was delivered, at most.
+    pub(crate) latest: usize,
+}
+
+impl Answer {
+    pub(crate) fn of(entry: &Entry, protocol: &Protocol, stream: &Stream, cut: Cut) -> Self {
+        let key = |whole| (protocol.key)(&stream.bytes[whole]);
+        let mut missing: HashMap<Vec<u8>, usize> = HashMap::new();
+        for whole in &stream.whole {
+            let before = missing.insert(key(whole.clone()), whole.end);
+            assert!(before.is_none(), "each frame has a key of its own");
+        }
+        let (mut false_frames, mut latest) = (0, 0);
+        for delivered in (entry.deliver)(&stream.bytes, cut) {
+            match missing.remove(&delivered.key) {
+                Some(end) => latest = latest.max(delivered.taken - end),
+                None => false_frames += 1,
+            }
+        }
+        Self {
+            lost: missing.len(),
+            false_frames,
+            latest,
+        }
+    }
+}
+
+/// Panics unless ours gives what the reference gives, in its order, however the stream is handed over;
+/// and loses no whole frame but under a false one whose check is right.
+pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
+    let Some(reference) = &entry.reference else {
+        return;
+    };
+    let frames = reference(&stream.bytes);
+    let keys: Vec<Vec<u8>> = frames
+        .iter()
+        .map(|frame| (protocol.key)(&stream.bytes[frame.clone()]))
+        .collect();
+    for cut in [Cut::Bytes, Cut::ChunksOf64] {
+        let delivered: Vec<Vec<u8>> = (entry.deliver)(&stream.bytes, cut)
+            .into_iter()
+            .map(|delivered| delivered.key)
+            .collect();
+        assert!(
+            delivered == keys,
+            "{} of {} by {cut:?}: not what the reference finds",
+            entry.name,
+            protocol.name
+        );
+    }
+    for whole in &stream.whole {
+        let before = frames.partition_point(|frame| frame.start < whole.start);
+        let is_committed = frames.get(before) == Some(whole);
+        let is_under_another = before > 0 && frames[before - 1].end > whole.start;
+        assert!(
+            is_committed || is_under_another,
+            "{} of {}: the frame at {whole:?} is lost",
+            entry.name,
+            protocol.name
+        );
+    }
+}

@@ -1,0 +1,144 @@
+//! A receiver in the comparison, and framelock's.
+
+use std::hint::black_box;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use framelock::{BufferedReceiver, Found, Framing};
+use framelock_proofs::reference;
+
+/// A receiver of a protocol's frames. An adapter does what its crate's documentation shows, and no more.
+pub(crate) trait Contender {
+    /// What the receiver gives its user.
+    type Message<'a>;
+
+    /// Takes bytes as they come, and calls `found` for each frame.
+    fn feed(&mut self, bytes: &[u8], found: impl FnMut(Self::Message<'_>));
+
+    /// Takes a single byte.
+    #[inline]
+    fn push(&mut self, byte: u8, found: impl FnMut(Self::Message<'_>)) {
+        self.feed(&[byte], found);
+    }
+}
+
+/// framelock's receiver.
+struct Framelock<F, const N: usize>(BufferedReceiver<F, N>);
+
+impl<F: Framing, const N: usize> Contender for Framelock<F, N> {
+    type Message<'a> = F::Message<'a>;
+
+    #[inline]
+    fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(F::Message<'_>)) {
+        self.0.feed(bytes, |what| {
+            if let Found::Frame { message, .. } = what {
+                found(message);
+            }
+        });
+    }
+
+    #[inline]
+    fn push(&mut self, byte: u8, found: impl FnMut(F::Message<'_>)) {
+        self.0.push(byte).map(found);
+    }
+}
+
+/// How a stream is handed over.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Cut {
+    Bytes,
+    /// As half a DMA buffer often has.
+    ChunksOf64,
+}
+
+/// A frame that was delivered: its key, and how many bytes of the stream had been taken by then.
+pub(crate) struct Delivered {
+    pub(crate) key: Vec<u8>,
+    pub(crate) taken: usize,
+}
+
+/// A contender, so that all of them fit one list.
+pub(crate) struct Entry {
+    pub(crate) name: &'static str,
+    /// The frames that it finds in a stream.
+    pub(crate) deliver: Box<dyn Fn(&[u8], Cut) -> Vec<Delivered>>,
+    /// How long it takes for a stream.
+    pub(crate) time: Box<dyn Fn(&[u8], Cut) -> Duration>,
+    /// Ours only: where the frames are that the reference finds.
+    pub(crate) reference: Option<Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>>,
+}
+
+impl Entry {
+    /// `key` gives the same of a message as the protocol's key of its frame.
+    pub(crate) fn rival<C: Contender + 'static>(
+        name: &'static str,
+        new: impl Fn() -> C + Copy + 'static,
+        key: impl Fn(C::Message<'_>) -> Vec<u8> + Copy + 'static,
+    ) -> Self {
+        Self {
+            name,
+            deliver: Box::new(move |stream, cut| {
+                let mut delivered = Vec::new();
+                hand_over(&mut new(), stream, cut, |taken, message| {
+                    let key = key(message);
+                    delivered.push(Delivered { key, taken });
+                });
+                delivered
+            }),
+            time: Box::new(move |stream, cut| {
+                let begin = Instant::now();
+                hand_over(&mut new(), black_box(stream), cut, |_, message| {
+                    black_box(&message);
+                });
+                begin.elapsed()
+            }),
+            reference: None,
+        }
+    }
+
+    /// framelock's receiver of frames of this format. `N` is the longest frame.
+    pub(crate) fn ours<const N: usize, F: Framing + Copy + 'static>(
+        name: &'static str,
+        format: F,
+        key: impl Fn(F::Message<'_>) -> Vec<u8> + Copy + 'static,
+    ) -> Self {
+        let new = move || Framelock(BufferedReceiver::<F, N>::new(format));
+        let frames = move |stream: &[u8]| {
+            let mut frames = Vec::new();
+            reference::framed(&format, stream, false, |found| {
+                if let Found::Frame { length, message } = found {
+                    frames.push(message..message + length);
+                }
+            });
+            frames
+        };
+        Self {
+            reference: Some(Box::new(frames)),
+            ..Self::rival(name, new, move |message: F::Message<'_>| key(message))
+        }
+    }
+}
+
+#[inline]
+fn hand_over<C: Contender>(
+    contender: &mut C,
+    stream: &[u8],
+    cut: Cut,
+    mut found: impl FnMut(usize, C::Message<'_>),
+) {
+    let mut taken = 0;
+    match cut {
+        Cut::Bytes => {
+            for &byte in stream {
+                taken += 1;
+                contender.push(byte, |message| found(taken, message));
+            }
+        }
+        Cut::ChunksOf64 => {
+            for chunk in stream.chunks(64) {
+                taken += chunk.len();
+                contender.feed(chunk, |message| found(taken, message));
+            }
+        }
+    }
+}

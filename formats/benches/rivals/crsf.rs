@@ -1,0 +1,106 @@
+//! CRSF: `crsf` and `uf-crsf`.
+
+use crc::{CRC_8_DVB_S2, Crc};
+use crsf::{Packet, PacketError, PacketParser, RawPacket};
+use framelock_formats::{Crsf, CrsfMessage};
+use uf_crsf::CrsfParser;
+
+use crate::contender::{Contender, Entry};
+use crate::streams::{Payload, Protocol};
+
+pub(crate) const PROTOCOL: Protocol = Protocol {
+    name: "CRSF",
+    sync_dense: &[0xC8, 0xC8, 24, 12, 0x16, 62],
+    length_at: 1,
+    longest: 64,
+    frame,
+    key: inside,
+};
+
+/// Channels, link statistics, GPS, battery, attitude, and entries of any length up to the longest.
+fn frame(payload: &mut Payload) -> Vec<u8> {
+    let (kind, length) = payload.one_of(&[
+        (0x16, 22),
+        (0x16, 22),
+        (0x16, 22),
+        (0x14, 10),
+        (0x02, 15),
+        (0x08, 8),
+        (0x1E, 6),
+        (0x2B, 37),
+        (0x2B, 60),
+    ]);
+    let mut checked = vec![kind];
+    checked.extend(payload.bytes(length));
+    let check = Crc::<u8>::new(&CRC_8_DVB_S2).checksum(&checked);
+    let behind = u8::try_from(checked.len() + 1).expect("at most 62");
+    [&[0xC8, behind], &checked[..], &[check]].concat()
+}
+
+pub(crate) fn contenders() -> Vec<Entry> {
+    let ours = |message: CrsfMessage| [&[message.kind], message.payload].concat();
+    vec![
+        Entry::ours::<64, _>("framelock", Crsf::default(), ours),
+        Entry::ours::<64, _>("framelock, 24 addresses", Crsf::accepting(ADDRESSES), ours),
+        Entry::rival("uf-crsf", UfCrsf::default, |raw| inside(raw.as_slice())),
+        Entry::rival("crsf", CrsfCrate::default, |raw| inside(raw.data())),
+    ]
+}
+
+/// Kind and payload.
+fn inside(frame: &[u8]) -> Vec<u8> {
+    frame[2..frame.len() - 1].to_vec()
+}
+
+/// The first bytes that `uf-crsf` accepts.
+const ADDRESSES: [u8; 24] = [
+    0x00, 0x0E, 0x10, 0x12, 0x13, 0x14, 0x80, 0x90, 0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0xC0,
+    0xC2, 0xC4, 0xC8, 0xCC, 0xCE, 0xEA, 0xEC, 0xEE,
+];
+
+/// `crsf`. Its raw packets are not checked yet, so each is decoded; kinds of packets that it does not know
+/// count as found. A packet of channels or link statistics that is too short for them, which passes its check
+/// at times behind a lost byte, makes it panic: those are kept from it.
+struct CrsfCrate(PacketParser<64>);
+
+impl Default for CrsfCrate {
+    fn default() -> Self {
+        Self(PacketParser::new())
+    }
+}
+
+impl Contender for CrsfCrate {
+    type Message<'a> = RawPacket;
+
+    fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(RawPacket)) {
+        self.0.push_bytes(bytes);
+        while let Some(result) = self.0.next_raw_packet() {
+            let Ok(raw) = result else { continue };
+            if matches!(raw.data(), [_, _, 0x16, payload @ .., _] if payload.len() < 22)
+                || matches!(raw.data(), [_, _, 0x14, payload @ .., _] if payload.len() < 10)
+            {
+                continue;
+            }
+            match Packet::from_raw(&raw) {
+                Ok(_) | Err(PacketError::UnknownType { .. }) => found(raw),
+                Err(_) => {}
+            }
+        }
+    }
+}
+
+/// `uf-crsf`. Its raw packets are checked.
+#[derive(Default)]
+struct UfCrsf(CrsfParser);
+
+impl Contender for UfCrsf {
+    type Message<'a> = uf_crsf::parser::RawCrsfPacket<'a>;
+
+    fn feed(&mut self, mut bytes: &[u8], mut found: impl FnMut(Self::Message<'_>)) {
+        while let Some(result) = self.0.next_raw_packet(&mut bytes) {
+            if let Ok(raw) = result {
+                found(raw);
+            }
+        }
+    }
+}

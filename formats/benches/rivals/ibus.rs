@@ -1,0 +1,68 @@
+//! iBUS: `parse_rc_ibus`, which checks and decodes, behind the machine of the textbook, which finds the
+//! thirty-two bytes.
+
+use framelock_formats::Ibus;
+use parse_rc_ibus::IbusPacket;
+
+use crate::contender::{Contender, Entry};
+use crate::streams::{Payload, Protocol};
+
+pub(crate) const PROTOCOL: Protocol = Protocol {
+    name: "iBUS",
+    sync_dense: &[0x20, 0x40],
+    length_at: 1,
+    longest: 32,
+    frame,
+    key: |frame| frame[2..30].to_vec(),
+};
+
+fn frame(payload: &mut Payload) -> Vec<u8> {
+    let mut frame = [&[0x20, 0x40][..], &payload.bytes(28)].concat();
+    let sum = frame
+        .iter()
+        .fold(0xFFFF_u16, |sum, &byte| sum - u16::from(byte));
+    frame.extend(sum.to_le_bytes());
+    frame
+}
+
+pub(crate) fn contenders() -> Vec<Entry> {
+    vec![
+        Entry::ours::<32, _>("framelock", Ibus, key),
+        Entry::rival("parse_rc_ibus", Textbook::default, |packet| {
+            key(packet.get_all_channels())
+        }),
+    ]
+}
+
+fn key(channels: [u16; 14]) -> Vec<u8> {
+    channels.into_iter().flat_map(u16::to_le_bytes).collect()
+}
+
+/// Waits for a 20, a 40, and thirty bytes; begins anew after each frame, right or wrong.
+#[derive(Default)]
+struct Textbook {
+    bytes: [u8; 32],
+    taken: usize,
+}
+
+impl Contender for Textbook {
+    type Message<'a> = IbusPacket;
+
+    fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(IbusPacket)) {
+        for &byte in bytes {
+            self.bytes[self.taken] = byte;
+            self.taken = match (self.taken, byte) {
+                (0, 0x20) => 1,
+                (1, 0x40) => 2,
+                (2.., _) => self.taken + 1,
+                _ => 0,
+            };
+            if self.taken == 32 {
+                self.taken = 0;
+                if let Ok(packet) = IbusPacket::try_from_bytes(&self.bytes) {
+                    found(packet);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! framelock's receivers and other crates for the same protocols, on the same faulty streams.
+//!
+//! `cargo bench -p framelock-rivals -- --write docs/rivals.md` runs everything and
+//! writes the tables; without `--write` it prints them. Without `--bench`, as `cargo test` runs it, the
+//! streams are short, every answer is confirmed, and nothing is timed.
+
+#![allow(
+    clippy::indexing_slicing,
+    clippy::cast_precision_loss,
+    clippy::doc_markdown,
+    clippy::type_complexity,
+    reason = "a failed benchmark panics; times are rounded; MAVLink and iBUS are names; closures have no shorter types"
+)]
+
+use std::error::Error;
+
+use crate::answer::Answer;
+use crate::contender::{Cut, Entry};
+use crate::streams::{Fault, Protocol, Stream};
+
+mod answer;
+mod chip;
+mod contender;
+mod crsf;
+mod ibus;
+mod mavlink2;
+mod sbus;
+mod streams;
+mod tables;
+mod ubx;
+
+/// Frames in a stream.
+const FRAMES: u16 = 6_000;
+/// The same where nothing is timed.
+const FEW_FRAMES: u16 = 300;
+/// Of so many rounds the fastest counts: what else the machine does makes them slower, never faster.
+const ROUNDS: usize = 60;
+
+/// A protocol, and what its contenders did.
+struct Match {
+    protocol: Protocol,
+    rows: Vec<Row>,
+    /// Of each of the streams: how many frames arrived whole.
+    whole: Vec<usize>,
+}
+
+/// What a contender did, for each of the streams.
+struct Row {
+    name: &'static str,
+    by_byte: Vec<Answer>,
+    by_chunk: Vec<Answer>,
+    /// Chunks of 64.
+    megabytes_per_second: Vec<f64>,
+    /// Byte by byte, the first stream.
+    by_byte_clean: f64,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let is_full = arguments.iter().any(|argument| argument == "--bench");
+    let write = arguments.iter().position(|argument| argument == "--write");
+    let file = write
+        .map(|at| arguments.get(at + 1).ok_or("--write: which file?"))
+        .transpose()?;
+
+    let protocols = [
+        (crsf::PROTOCOL, crsf::contenders()),
+        (ubx::PROTOCOL, ubx::contenders()),
+        (mavlink2::PROTOCOL, mavlink2::contenders()),
+        (sbus::PROTOCOL, sbus::contenders()),
+        (ibus::PROTOCOL, ibus::contenders()),
+    ];
+    let matches: Vec<Match> = protocols
+        .into_iter()
+        .map(|(protocol, contenders)| play(protocol, &contenders, is_full))
+        .collect();
+    if !is_full {
+        return Ok(());
+    }
+    let protocols: Vec<&Protocol> = matches.iter().map(|played| &played.protocol).collect();
+    let figures = chip::measure(&protocols)?;
+    let text = tables::document(&matches, &figures)?;
+    match file {
+        // Cargo runs benchmarks in their package's folder; the file is named from the workspace's.
+        Some(file) => std::fs::write(
+            format!("{}/../../../{file}", env!("CARGO_MANIFEST_DIR")),
+            text,
+        )?,
+        None => print!("{text}"),
+    }
+    Ok(())
+}
+
+fn play(protocol: Protocol, contenders: &[Entry], is_full: bool) -> Match {
+    let frames = if is_full { FRAMES } else { FEW_FRAMES };
+    let streams = Fault::ALL.map(|fault| Stream::new(&protocol, fault, frames));
+    let mut rows = Vec::new();
+    for entry in contenders {
+        for stream in &streams {
+            answer::confirm(entry, &protocol, stream);
+        }
+        let answers = |cut| {
+            let answer = |stream| Answer::of(entry, &protocol, stream, cut);
+            streams.iter().map(answer).collect()
+        };
+        rows.push(Row {
+            name: entry.name,
+            by_byte: answers(Cut::Bytes),
+            by_chunk: answers(Cut::ChunksOf64),
+            megabytes_per_second: vec![0.0; streams.len()],
+            by_byte_clean: 0.0,
+        });
+    }
+    if is_full {
+        race(contenders, &streams, &mut rows);
+    }
+    Match {
+        protocol,
+        rows,
+        whole: streams.iter().map(|stream| stream.whole.len()).collect(),
+    }
+}
+
+/// Takes each one's times. They take turns, again and again, so that whatever else the machine does meets
+/// them all alike.
+fn race(contenders: &[Entry], streams: &[Stream], rows: &mut [Row]) {
+    let faster = |speed: &mut f64, entry: &Entry, stream: &Stream, cut| {
+        // Several passes in a row: the first ones find caches and branch predictor as others left them.
+        for _ in 0..3 {
+            let time = (entry.time)(&stream.bytes, cut).as_secs_f64();
+            *speed = speed.max(stream.bytes.len() as f64 / 1e6 / time);
+        }
+    };
+    for _ in 0..ROUNDS {
+        for (place, stream) in streams.iter().enumerate() {
+            for (row, entry) in rows.iter_mut().zip(contenders) {
+                let speed = &mut row.megabytes_per_second[place];
+                faster(speed, entry, stream, Cut::ChunksOf64);
+            }
+        }
+        for (row, entry) in rows.iter_mut().zip(contenders) {
+            faster(&mut row.by_byte_clean, entry, &streams[0], Cut::Bytes);
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! framelock's receiver.
+#![no_std]
+#![no_main]
+
+use framelock::BufferedReceiver;
+use framelock_formats::Crsf;
+use framelock_rivals_on_chip::receiver;
+
+receiver!("CRSF", BufferedReceiver::<Crsf, 64>::new(Crsf::default()));

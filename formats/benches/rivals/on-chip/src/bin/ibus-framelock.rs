@@ -1,0 +1,9 @@
+//! framelock's receiver.
+#![no_std]
+#![no_main]
+
+use framelock::BufferedReceiver;
+use framelock_formats::Ibus;
+use framelock_rivals_on_chip::receiver;
+
+receiver!("iBUS", BufferedReceiver::<Ibus, 32>::new(Ibus));

@@ -1,0 +1,17 @@
+//! framelock's receiver.
+#![no_std]
+#![no_main]
+
+use framelock::BufferedReceiver;
+use framelock_formats::{Mavlink2, Mavlink2Entry};
+use framelock_rivals_on_chip::{message, receiver};
+
+fn dialect(id: u32) -> Option<Mavlink2Entry> {
+    let (crc_extra, longest) = message(id)?;
+    Some(Mavlink2Entry { crc_extra, longest })
+}
+
+receiver!(
+    "MAVLink 2",
+    BufferedReceiver::<_, 280>::new(Mavlink2(dialect))
+);

@@ -1,0 +1,9 @@
+//! framelock's receiver.
+#![no_std]
+#![no_main]
+
+use framelock::BufferedReceiver;
+use framelock_formats::Sbus;
+use framelock_rivals_on_chip::receiver;
+
+receiver!("SBUS", BufferedReceiver::<Sbus, 25>::new(Sbus));

@@ -1,0 +1,9 @@
+//! framelock's receiver.
+#![no_std]
+#![no_main]
+
+use framelock::BufferedReceiver;
+use framelock_formats::Ubx;
+use framelock_rivals_on_chip::receiver;
+
+receiver!("UBX", BufferedReceiver::<Ubx<100>, 100>::new(Ubx));

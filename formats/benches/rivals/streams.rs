@@ -1,0 +1,148 @@
+//! What is sent, what happens to it on the way, and which frames arrive whole.
+
+use std::ops::Range;
+
+use framelock_simulation::{ByteFaults, FaultRates, Seed};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// One seed for all streams: the same bytes in every run, on every machine.
+pub(crate) const SEED: u64 = 15;
+
+/// Bytes behind the last frame that begin none: whoever waits for the end of a false frame gets it.
+const BEHIND: [u8; 300] = [0x55; 300];
+
+/// What happens to the bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Fault {
+    Clean,
+    Lost,
+    Flips,
+    Bursts,
+    SyncDense,
+    LengthLost,
+}
+
+impl Fault {
+    pub(crate) const ALL: [Self; 6] = [
+        Self::Clean,
+        Self::Lost,
+        Self::Flips,
+        Self::Bursts,
+        Self::SyncDense,
+        Self::LengthLost,
+    ];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Clean => "clean",
+            Self::Lost => "1 % lost",
+            Self::Flips => "0.1 % flips",
+            Self::Bursts => "bursts",
+            Self::SyncDense => "sync-dense",
+            Self::LengthLost => "length lost",
+        }
+    }
+
+    fn rates(self) -> FaultRates {
+        let mut rates = FaultRates::default();
+        match self {
+            Self::Lost | Self::SyncDense => rates.drop = 0.01,
+            Self::Flips => rates.flip = 0.001,
+            Self::Clean | Self::Bursts | Self::LengthLost => {}
+        }
+        rates
+    }
+}
+
+/// A protocol's frames.
+pub(crate) struct Protocol {
+    pub(crate) name: &'static str,
+    /// What payloads consist of in the sync-dense stream: bytes that begin frames, and short lengths.
+    pub(crate) sync_dense: &'static [u8],
+    /// The place of the length byte; of the second byte where there is none.
+    pub(crate) length_at: usize,
+    /// The longest frame that is sent.
+    pub(crate) longest: usize,
+    /// Makes a frame.
+    pub(crate) frame: fn(&mut Payload) -> Vec<u8>,
+    /// What receivers are compared by: the part of a frame that each of them gives its user.
+    pub(crate) key: fn(&[u8]) -> Vec<u8>,
+}
+
+/// Where a frame's contents come from.
+pub(crate) struct Payload {
+    random: ChaCha8Rng,
+    bytes: Option<&'static [u8]>,
+    number: u16,
+}
+
+impl Payload {
+    /// One of several kinds of frames, each as often as the others.
+    pub(crate) fn one_of<T: Copy>(&mut self, kinds: &[T]) -> T {
+        kinds[self.random.random_range(0..kinds.len())]
+    }
+
+    /// The frame's number, which tells it from all others, and then what the stream has.
+    pub(crate) fn bytes(&mut self, length: usize) -> Vec<u8> {
+        let mut payload = self.number.to_be_bytes().to_vec();
+        while payload.len() < length {
+            payload.push(match self.bytes {
+                Some(bytes) => self.one_of(bytes),
+                None => self.random.random(),
+            });
+        }
+        payload
+    }
+}
+
+/// Bytes as they arrive.
+pub(crate) struct Stream {
+    pub(crate) bytes: Vec<u8>,
+    /// Where the frames are that arrive whole.
+    pub(crate) whole: Vec<Range<usize>>,
+}
+
+impl Stream {
+    /// `frames` frames of a protocol, on a line with such faults.
+    pub(crate) fn new(protocol: &Protocol, fault: Fault, frames: u16) -> Self {
+        let mut payload = Payload {
+            random: ChaCha8Rng::seed_from_u64(SEED),
+            bytes: (fault == Fault::SyncDense).then_some(protocol.sync_dense),
+            number: 0,
+        };
+        let mut line = ByteFaults::new(
+            fault.rates(),
+            Seed {
+                seed: SEED,
+                trial: 0,
+            },
+        );
+        let mut bursts = ChaCha8Rng::seed_from_u64(SEED + 1);
+        let mut burst = 0;
+        let (mut bytes, mut whole) = (Vec::new(), Vec::new());
+        for number in 0..frames {
+            payload.number = number;
+            let sent = (protocol.frame)(&mut payload);
+            assert!(sent.len() <= protocol.longest);
+            let loses_length = fault == Fault::LengthLost && bursts.random_bool(0.1);
+            let begin = bytes.len();
+            for (place, &byte) in sent.iter().enumerate() {
+                if fault == Fault::Bursts && bursts.random_bool(0.001) {
+                    burst = bursts.random_range(1..=40);
+                }
+                if burst > 0 {
+                    burst -= 1;
+                    bytes.push(bursts.random());
+                } else if !(loses_length && place == protocol.length_at) {
+                    bytes.extend(line.carry(byte).into_iter().flatten());
+                }
+            }
+            if bytes[begin..] == sent {
+                whole.push(begin..bytes.len());
+            }
+        }
+        bytes.extend(BEHIND);
+        Self { bytes, whole }
+    }
+}
