@@ -8,39 +8,47 @@ use framelock::{Framing, Mismatch, Verdict};
 
 use crate::{Crsf, Ibus, Mavlink2, Mavlink2Entry, Sbus, SixAxes, Ubx};
 
-/// Of up to `N` bytes, any beginning against all of them.
+/// Of up to `N` bytes, all of them and any shorter beginning.
 fn keeps_the_laws<F: Framing, const N: usize>(format: &F) {
     let bytes: [u8; N] = kani::any();
     let all: usize = kani::any_where(|&all| 1 <= all && all <= N && all <= F::LONGEST);
-    let fewer: usize = kani::any_where(|&fewer| 1 <= fewer && fewer <= all);
-    let before = format.judge(&bytes[..fewer]);
     let after = format.judge(&bytes[..all]);
-    match before {
-        Verdict::Frame(length) => assert!(1 <= length && length <= fewer && after == before),
-        Verdict::Reject(_) => assert!(after == before),
-        Verdict::Incomplete { at_least } => {
-            assert!(fewer < at_least && at_least <= F::LONGEST);
-            assert!(at_least <= all || matches!(after, Verdict::Incomplete { .. }));
+    is_in_bounds::<F>(after, all);
+    let starts = format.starts(bytes[0]);
+    assert!(starts == (after != Verdict::Reject(Mismatch::NoSync)));
+    let fewer: usize = kani::any_where(|&fewer| 1 <= fewer && fewer <= N);
+    if fewer < all {
+        let before = format.judge(&bytes[..fewer]);
+        is_in_bounds::<F>(before, fewer);
+        match before {
+            Verdict::Incomplete { at_least } => {
+                assert!(at_least <= all || matches!(after, Verdict::Incomplete { .. }));
+            }
+            _ => assert!(after == before),
         }
     }
-    let starts = format.starts(bytes[0]);
-    assert!(starts == (before != Verdict::Reject(Mismatch::NoSync)));
-    let _ = format.decode(&bytes[..fewer]);
-    kani::cover!(matches!(before, Verdict::Frame(_)));
+    let _ = format.decode(&bytes[..all]);
+    kani::cover!(matches!(after, Verdict::Frame(_)));
+}
+
+/// Law 1.
+fn is_in_bounds<F: Framing>(verdict: Verdict, count: usize) {
+    match verdict {
+        Verdict::Frame(length) => assert!(1 <= length && length <= count),
+        Verdict::Incomplete { at_least } => assert!(count < at_least && at_least <= F::LONGEST),
+        Verdict::Reject(_) => {}
+    }
 }
 
 /// Any bytes, up to `N`: the verdict is in bounds, and nothing panics.
 fn nothing_panics<F: Framing, const N: usize>(format: &F) {
     let bytes: [u8; N] = kani::any();
     let count: usize = kani::any_where(|&count| 1 <= count && count <= N && count <= F::LONGEST);
-    match format.judge(&bytes[..count]) {
-        Verdict::Frame(length) => {
-            assert!(1 <= length && length <= count);
-            let _ = format.decode(&bytes[..length]);
-            kani::cover!(length == N);
-        }
-        Verdict::Incomplete { at_least } => assert!(count < at_least && at_least <= F::LONGEST),
-        Verdict::Reject(_) => {}
+    let verdict = format.judge(&bytes[..count]);
+    is_in_bounds::<F>(verdict, count);
+    if let Verdict::Frame(length) = verdict {
+        let _ = format.decode(&bytes[..length]);
+        kani::cover!(length == N);
     }
 }
 

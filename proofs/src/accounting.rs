@@ -253,7 +253,7 @@ fn pushed_bytes_of_any_length_are_counted() {
     assert!(up(line.counters().frame_bytes, start) == pushed);
     let mut frames = u8::from(pushed > 0);
     line.line_event(any_line_event(), |found| {
-        frames += u8::from(found.message().is_some())
+        frames += u8::from(found.message().is_some());
     });
     let counters = line.counters();
     assert!(counters.bytes == start.wrapping_add(2) && line.pending() == 0);
@@ -275,7 +275,7 @@ fn fed_bytes_of_any_length_are_counted() {
     let mut line = any_account(receiver, start);
     let mut frames = 0;
     line.feed(&[0, 1], |found| {
-        frames += u8::from(found.message().is_some())
+        frames += u8::from(found.message().is_some());
     });
     let counters = line.counters();
     assert!(counters.bytes == start.wrapping_add(2) && line.pending() == 0);
