@@ -222,9 +222,9 @@ impl<P: Parser> Accounting<P> {
         let Self { parser, ledger } = self;
         ledger.received(bytes.len());
         parser.feed_events(bytes, |found| {
-            match &found {
+            match found {
                 Event::Frame { .. } => ledger.frame(P::FRAME_LENGTH),
-                Event::Dropped { count, why } => ledger.dropped(*count, *why),
+                Event::Dropped { count, why } => ledger.dropped(count, why),
             }
             event(found);
         });
@@ -236,8 +236,10 @@ impl<P: Parser> Accounting<P> {
     /// Do not push a byte that is known to be bad: report the event in its place.
     pub fn line_event(&mut self, event: LineEvent) {
         self.ledger.counters.events.count(event);
-        self.ledger
-            .dropped(self.parser.pending(), Mismatch::LineEvent);
+        let pending = self.parser.pending();
+        if pending > 0 {
+            self.ledger.dropped(pending, Mismatch::LineEvent);
+        }
         self.parser.reset();
     }
 
@@ -319,7 +321,7 @@ impl Ledger {
 
     #[inline]
     fn dropped(&mut self, count: usize, why: Mismatch) {
-        self.lost |= count > 0;
+        self.lost = true;
         self.counters.discarded.count(why, count);
     }
 

@@ -42,7 +42,7 @@ pub enum Found<Message> {
     },
     /// Bytes that begin no frame.
     Dropped {
-        /// How many.
+        /// How many, at least one.
         count: usize,
         /// Why.
         why: Mismatch,

@@ -59,7 +59,7 @@ pub enum Event<Message> {
     },
     /// Bytes can no longer be part of a frame.
     Dropped {
-        /// How many.
+        /// How many, at least one.
         count: usize,
         /// Why.
         why: Mismatch,

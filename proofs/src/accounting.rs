@@ -183,8 +183,7 @@ fn each_report_is_counted() {
     assert!(counters.bytes == start.wrapping_add(1));
     assert!(counters.frames == start.wrapping_add(frames));
     let is_frame = |event| matches!(event, Event::Frame { .. });
-    let is_loss = |event| matches!(event, Event::Dropped { count, .. } if count > 0);
-    let is_resynchronised = is_loss(events[0]) && is_frame(events[1]);
+    let is_resynchronised = !is_frame(events[0]) && is_frame(events[1]);
     let resynchronisations = start.wrapping_add(usize::from(is_resynchronised));
     assert!(counters.resynchronisations == resynchronisations);
     // Each for its own reason.
