@@ -18,7 +18,7 @@ use crate::error::Refusal;
 use crate::line::Line;
 use crate::peripheral::{Common, Context, Peripheral};
 use receiver::{Heard, Receiver};
-use settings::{CONFIG_PARITY, ENABLE, Settings};
+use settings::{CONFIG_PARITY, ENABLE, RXD, Settings};
 pub(crate) use transmitter::Transmitter;
 
 const STARTRX: u32 = 0x000;
@@ -30,9 +30,6 @@ const ERROR: u32 = 0x124;
 const RXTO: u32 = 0x144;
 const RXSTARTED: u32 = 0x14C;
 const ERRORSRC: u32 = 0x480;
-const RXD_PTR: u32 = 0x534;
-const RXD_MAXCNT: u32 = 0x538;
-const RXD_AMOUNT: u32 = 0x53C;
 
 const SHORT_ENDRX_STARTRX: u32 = 1 << 5;
 const SHORT_ENDRX_STOPRX: u32 = 1 << 6;
@@ -76,9 +73,6 @@ pub(crate) struct Uarte {
     flush: Option<Flush>,
     error_source: u32,
     settings: Settings,
-    pointer: u32,
-    size: u32,
-    amount: u32,
 }
 
 impl Uarte {
@@ -95,10 +89,7 @@ impl Uarte {
             flush: None,
             error_source: 0,
             // No flow control, one stop bit.
-            settings: Settings::new(CONFIG_PARITY),
-            pointer: 0,
-            size: 0,
-            amount: 0,
+            settings: Settings::new(CONFIG_PARITY, RXD),
         }
     }
 
@@ -109,18 +100,18 @@ impl Uarte {
         if self.transfer.is_some() {
             return Err(Refusal::StartWhileReceiving);
         }
-        if self.size == 0 {
+        if self.settings.size == 0 {
             return Err(Refusal::EmptyTransfer);
         }
         // Both ends of the buffer must be RAM.
         let mut byte = [0];
-        context.memory.dma_read(self.pointer, &mut byte)?;
+        context.memory.dma_read(self.settings.pointer, &mut byte)?;
         context
             .memory
-            .dma_read(self.pointer + self.size - 1, &mut byte)?;
+            .dma_read(self.settings.pointer + self.settings.size - 1, &mut byte)?;
         self.transfer = Some(Transfer {
-            pointer: self.pointer,
-            size: self.size,
+            pointer: self.settings.pointer,
+            size: self.settings.size,
             done: 0,
         });
         self.stops_at = None;
@@ -139,11 +130,11 @@ impl Uarte {
         if self.receiver.runs() {
             return Err(Refusal::FlushWhileReceiving);
         }
-        let room = (self.size as usize).min(self.fifo.len());
+        let room = (self.settings.size as usize).min(self.fifo.len());
         let bytes = (0..room).filter_map(|_| self.pop(context)).collect();
         self.flush = Some(Flush {
             ends_at: context.now + self.assumptions.slow_flush,
-            pointer: self.pointer,
+            pointer: self.settings.pointer,
             bytes,
         });
         if self.assumptions.slow_flush == 0 {
@@ -159,7 +150,7 @@ impl Uarte {
         };
         context.memory.dma_write(pointer, &bytes)?;
         if let Ok(amount @ 1..) = u32::try_from(bytes.len()) {
-            self.amount = amount;
+            self.settings.amount = amount;
         } else if self.assumptions.lost_empty_flush_end {
             return Ok(());
         }
@@ -251,7 +242,7 @@ impl Uarte {
     fn end_transfer(&mut self, context: &mut Context) {
         if let Some(transfer) = self.transfer.take() {
             if transfer.done > 0 || !self.assumptions.stale_amount {
-                self.amount = transfer.done;
+                self.settings.amount = transfer.done;
             }
             context.raise(ENDRX);
             if self.assumptions.spurious_timeout && self.stops_at.is_none() {
@@ -301,27 +292,21 @@ impl Peripheral for Uarte {
     }
 
     fn read(&self, offset: u32) -> Option<u32> {
-        Some(match offset {
-            ERRORSRC => self.error_source,
-            RXD_PTR => self.pointer,
-            RXD_MAXCNT => self.size,
-            RXD_AMOUNT => self.amount,
-            _ => return self.settings.read(offset),
-        })
+        if offset == ERRORSRC {
+            return Some(self.error_source);
+        }
+        self.settings.read(offset)
     }
 
     fn write(&mut self, offset: u32, value: u32, _: &mut Context) -> Option<()> {
-        match offset {
+        if offset == ERRORSRC {
             // "A '1' clears."
-            ERRORSRC => self.error_source &= !value,
-            RXD_PTR => self.pointer = value,
-            RXD_MAXCNT if value <= 0xFFFF => self.size = value,
-            _ => {
-                self.settings.write(offset, value)?;
-                if offset == ENABLE && value == 0 {
-                    self.disable();
-                }
-            }
+            self.error_source &= !value;
+            return Some(());
+        }
+        self.settings.write(offset, value)?;
+        if offset == ENABLE && value == 0 {
+            self.disable();
         }
         Some(())
     }

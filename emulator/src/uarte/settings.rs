@@ -1,7 +1,11 @@
-//! What both UARTEs have: enabling, pins, baud rate, the form of a character. Hardware flow control
-//! is not modelled.
+//! What both UARTEs have: enabling, pins, baud rate, the form of a character, and where EasyDMA finds
+//! or puts the bytes. Hardware flow control is not modelled.
 
 use crate::time::MICROSECOND;
+
+/// The first of EasyDMA's registers: PTR, then MAXCNT and AMOUNT.
+pub(super) const RXD: u32 = 0x534;
+pub(super) const TXD: u32 = 0x544;
 
 pub(super) const ENABLE: u32 = 0x500;
 const PSEL_RTS: u32 = 0x508;
@@ -16,6 +20,10 @@ pub(super) const CONFIG_TWO_STOP_BITS: u32 = 1 << 4;
 #[derive(Clone, Debug)]
 pub(super) struct Settings {
     modelled_configuration: u32,
+    easy_dma: u32,
+    pub(super) pointer: u32,
+    pub(super) size: u32,
+    pub(super) amount: u32,
     configuration: u32,
     enable: u32,
     /// RTS, TXD, CTS, RXD.
@@ -24,10 +32,15 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// As after a reset; `modelled_configuration` are the bits of CONFIG that may be set.
-    pub(super) fn new(modelled_configuration: u32) -> Self {
+    /// As after a reset; `modelled_configuration` are the bits of CONFIG that may be set, `easy_dma` is
+    /// [`RXD`] or [`TXD`].
+    pub(super) fn new(modelled_configuration: u32, easy_dma: u32) -> Self {
         Self {
             modelled_configuration,
+            easy_dma,
+            pointer: 0,
+            size: 0,
+            amount: 0,
             configuration: 0,
             enable: 0,
             pins: [u32::MAX; 4],
@@ -56,6 +69,9 @@ impl Settings {
 
     pub(super) fn read(&self, offset: u32) -> Option<u32> {
         Some(match offset {
+            _ if offset == self.easy_dma => self.pointer,
+            _ if offset == self.easy_dma + 4 => self.size,
+            _ if offset == self.easy_dma + 8 => self.amount,
             ENABLE => self.enable,
             PSEL_RTS..=PSEL_RXD => *self.pins.get(((offset - PSEL_RTS) / 4) as usize)?,
             BAUDRATE => self.baud,
@@ -66,6 +82,8 @@ impl Settings {
 
     pub(super) fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
+            _ if offset == self.easy_dma => self.pointer = value,
+            _ if offset == self.easy_dma + 4 && value <= 0xFFFF => self.size = value,
             ENABLE if value == 0 || value == ENABLED => self.enable = value,
             PSEL_RTS..=PSEL_RXD => {
                 *self.pins.get_mut(((offset - PSEL_RTS) / 4) as usize)? = value;

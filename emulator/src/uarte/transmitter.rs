@@ -4,7 +4,7 @@
 //! Each byte is fetched by EasyDMA when its start bit begins; TXDRDY comes at the end of its last
 //! stop bit, and ENDTX with the last TXDRDY.
 
-use super::settings::{CONFIG_PARITY, CONFIG_TWO_STOP_BITS, ENABLE, Settings};
+use super::settings::{CONFIG_PARITY, CONFIG_TWO_STOP_BITS, ENABLE, Settings, TXD};
 use crate::error::Refusal;
 use crate::peripheral::{Common, Context, Peripheral};
 
@@ -14,9 +14,6 @@ const TXDRDY: u32 = 0x11C;
 const ENDTX: u32 = 0x120;
 const TXSTARTED: u32 = 0x150;
 const TXSTOPPED: u32 = 0x158;
-const TXD_PTR: u32 = 0x544;
-const TXD_MAXCNT: u32 = 0x548;
-const TXD_AMOUNT: u32 = 0x54C;
 
 /// An EasyDMA transfer under way.
 #[derive(Clone, Copy, Debug)]
@@ -35,9 +32,6 @@ pub(crate) struct Transmitter {
     pub(crate) wired_pin: Option<u32>,
     transfer: Option<Transfer>,
     settings: Settings,
-    pointer: u32,
-    size: u32,
-    amount: u32,
 }
 
 impl Transmitter {
@@ -45,10 +39,7 @@ impl Transmitter {
         Self {
             wired_pin: None,
             transfer: None,
-            settings: Settings::new(CONFIG_PARITY | CONFIG_TWO_STOP_BITS),
-            pointer: 0,
-            size: 0,
-            amount: 0,
+            settings: Settings::new(CONFIG_PARITY | CONFIG_TWO_STOP_BITS, TXD),
         }
     }
 
@@ -59,14 +50,14 @@ impl Transmitter {
         if self.transfer.is_some() {
             return Err(Refusal::Transmitter("STARTTX while it sends"));
         }
-        if self.size == 0 {
+        if self.settings.size == 0 {
             return Err(Refusal::Transmitter("STARTTX with TXD.MAXCNT 0"));
         }
         context.raise(TXSTARTED);
         self.send(
             Transfer {
-                pointer: self.pointer,
-                size: self.size,
+                pointer: self.settings.pointer,
+                size: self.settings.size,
                 done: 0,
                 ends_at: 0,
                 stops: false,
@@ -103,12 +94,7 @@ impl Peripheral for Transmitter {
     }
 
     fn read(&self, offset: u32) -> Option<u32> {
-        Some(match offset {
-            TXD_PTR => self.pointer,
-            TXD_MAXCNT => self.size,
-            TXD_AMOUNT => self.amount,
-            _ => return self.settings.read(offset),
-        })
+        self.settings.read(offset)
     }
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
@@ -116,8 +102,6 @@ impl Peripheral for Transmitter {
             ENABLE if value == 0 && self.transfer.is_some() => {
                 context.check::<()>(Err(Refusal::Transmitter("disabled while it sends")));
             }
-            TXD_PTR => self.pointer = value,
-            TXD_MAXCNT if value <= 0xFFFF => self.size = value,
             _ => return self.settings.write(offset, value),
         }
         Some(())
@@ -155,7 +139,7 @@ impl Peripheral for Transmitter {
             context.check(sent);
             return;
         }
-        self.amount = transfer.done;
+        self.settings.amount = transfer.done;
         context.raise(ENDTX);
         if transfer.stops {
             context.raise(TXSTOPPED);
