@@ -1,12 +1,12 @@
 //! Target `framing`: formats of any length, lawful and lawless, and a stream of any bytes.
 
 use std::cell::Cell;
-use std::hash::{DefaultHasher, Hash, Hasher};
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{Accounting, BufferedReceiver, Counters, Found, Framing, Mismatch, Verdict};
+use framelock::{Accounting, BufferedReceiver, Found, Framing, Mismatch, Verdict};
 use framelock_proofs::reference::framed;
 
+use crate::outcome::Counted;
 use crate::stream::{Stream, StreamStep};
 
 /// A format that nobody would think of, and a stream.
@@ -115,7 +115,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
     let mut fed = BufferedReceiver::<_, N>::new(format());
     let mut pushed = BufferedReceiver::<_, N>::new(format());
     let mut line = Accounting::new(BufferedReceiver::<_, N>::new(format()));
-    let mut counted = Counters::ZERO;
+    let mut counted = Counted::default();
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = stretch.iter().flat_map(StreamStep::bytes);
         let bytes: Vec<u8> = bytes.copied().collect();
@@ -132,12 +132,12 @@ pub(crate) fn as_the_reference<F, const N: usize>(
         );
 
         let mut frames = Vec::new();
+        let ends = ends(&expected);
         questions(pushed.format());
         for (place, &byte) in bytes.iter().enumerate() {
             if let Some(frame) = pushed.push(byte) {
                 frames.push(frame.to_vec());
-                let end = expected_end(&expected, frames.len());
-                let late = place + 1 - end;
+                let late = place + 1 - ends[frames.len() - 1];
                 assert!(
                     late <= F::LONGEST - frame.len(),
                     "{late} late: {steps:02X?}"
@@ -150,9 +150,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             assert!(pushed.pending() < F::LONGEST, "{steps:02X?}");
         }
         let mut keep = |found: Found<&[u8]>| {
-            if let Found::Frame { message, .. } = found {
-                frames.push(message.to_vec());
-            }
+            frames.extend(found.message().map(<[u8]>::to_vec));
         };
         pushed.feed(&[], &mut keep);
         assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
@@ -164,13 +162,14 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             }
         }
         line.feed(&[], |_| ());
-        counted.bytes += bytes.len();
+        counted.counters.bytes += bytes.len();
         let mut all = expected;
         if let Some(StreamStep::Event(event)) = stretch.last() {
             all = reference(&format(), &bytes, true).0;
             fed.line_event(|found| findings.receive(&bytes, found));
             pushed.line_event(&mut keep);
             line.line_event(*event, |_| ());
+            counted.line_event(*event);
             assert_eq!((fed.pending(), pushed.pending(), line.pending()), (0, 0, 0));
             assert_eq!(findings.0, all, "line event: {steps:02X?}");
         }
@@ -180,16 +179,17 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             Found::Dropped { .. } => &[],
         });
         assert!(frames.iter().eq(expected), "pushed: {steps:02X?}");
-        count(&mut counted, &all);
-        let counters = Counters {
-            resynchronisations: 0,
-            events: Counters::ZERO.events,
-            ..*line.counters()
-        };
-        assert_eq!(counters, counted, "{steps:02X?}");
-        let places = counted.frame_bytes + counted.discarded.total() + line.pending();
+        for found in &all {
+            match *found {
+                Found::Frame { length, .. } => counted.frame(length),
+                Found::Dropped { count, why } => counted.dropped(count, why),
+            }
+        }
+        let counters = line.counters();
+        assert_eq!(counters, &counted.counters, "{steps:02X?}");
+        let places = counters.frame_bytes + counters.discarded.total() + line.pending();
         assert_eq!(
-            counted.bytes, places,
+            counters.bytes, places,
             "every byte has one place: {steps:02X?}"
         );
         if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
@@ -223,34 +223,13 @@ impl<F: Framing> Framing for Frames<F> {
     }
 }
 
-/// The place behind the `count`th frame.
-fn expected_end(findings: &[Found<usize>], count: usize) -> usize {
-    let frames = findings.iter().filter_map(|found| match *found {
+/// The places behind the frames.
+fn ends(findings: &[Found<usize>]) -> Vec<usize> {
+    let end = |found: &Found<usize>| match *found {
         Found::Frame { length, message } => Some(message + length),
         Found::Dropped { .. } => None,
-    });
-    frames.take(count).last().expect("a frame was found")
-}
-
-fn count(counters: &mut Counters, findings: &[Found<usize>]) {
-    for found in findings {
-        match *found {
-            Found::Frame { length, .. } => {
-                counters.frames += 1;
-                counters.frame_bytes += length;
-            }
-            Found::Dropped { count, why } => {
-                *match why {
-                    Mismatch::NoSync => &mut counters.discarded.no_sync,
-                    Mismatch::BrokenSync => &mut counters.discarded.broken_sync,
-                    Mismatch::Header => &mut counters.discarded.header,
-                    Mismatch::Terminator => &mut counters.discarded.terminator,
-                    Mismatch::Check => &mut counters.discarded.check,
-                    Mismatch::LineEvent => &mut counters.discarded.line_event,
-                } += count;
-            }
-        }
-    }
+    };
+    findings.iter().filter_map(end).collect()
 }
 
 /// Whatever the format says: each byte is in one finding or pending, in order, and one question a byte.
@@ -303,9 +282,12 @@ struct Drawn<const LONGEST: usize> {
 
 impl<const LONGEST: usize> Drawn<LONGEST> {
     fn draw(&self, bytes: &[u8]) -> Verdict {
-        let mut hasher = DefaultHasher::new();
-        (self.seed, bytes).hash(&mut hasher);
-        let [luck, why, number, wide, ..] = hasher.finish().to_le_bytes();
+        // FNV-1a, and its upper half, which is mixed best.
+        let start = 0xCBF2_9CE4_8422_2325 ^ u64::from(self.seed);
+        let hash = bytes.iter().fold(start, |hash, &byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3)
+        });
+        let [.., luck, why, number, wide] = hash.wrapping_mul(0x9E37_79B9_7F4A_7C15).to_le_bytes();
         let number = usize::from(number);
         let within = |most: usize| 1 + number % most.max(1);
         match (luck % 16 <= self.patience, self.is_lawful) {

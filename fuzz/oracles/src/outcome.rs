@@ -68,36 +68,38 @@ pub(crate) struct Counted {
 impl Counted {
     /// The bytes since the last line event, and what became of them in frames of so many bytes.
     pub(crate) fn add(&mut self, bytes: usize, frame_length: usize, outcome: &Outcome) {
-        let counters = &mut self.counters;
-        counters.bytes += bytes;
+        self.counters.bytes += bytes;
         for event in &outcome.events {
             match *event {
-                Event::Frame { .. } => {
-                    counters.frames += 1;
-                    counters.frame_bytes += frame_length;
-                    counters.resynchronisations += usize::from(self.lost);
-                    self.lost = false;
-                }
-                Event::Dropped { count, why } => {
-                    *match why {
-                        Mismatch::NoSync => &mut counters.discarded.no_sync,
-                        Mismatch::BrokenSync => &mut counters.discarded.broken_sync,
-                        Mismatch::Header => &mut counters.discarded.header,
-                        Mismatch::LineEvent => &mut counters.discarded.line_event,
-                        Mismatch::Check => &mut counters.discarded.check,
-                        Mismatch::Terminator => &mut counters.discarded.terminator,
-                    } += count;
-                    self.lost = true;
-                }
+                Event::Frame { .. } => self.frame(frame_length),
+                Event::Dropped { count, why } => self.dropped(count, why),
             }
         }
     }
 
-    /// The line event behind them.
-    pub(crate) fn add_event(&mut self, event: LineEvent, outcome: &Outcome) {
-        let Counters {
-            discarded, events, ..
-        } = &mut self.counters;
+    pub(crate) fn frame(&mut self, length: usize) {
+        self.counters.frames += 1;
+        self.counters.frame_bytes += length;
+        self.counters.resynchronisations += usize::from(self.lost);
+        self.lost = false;
+    }
+
+    pub(crate) fn dropped(&mut self, count: usize, why: Mismatch) {
+        let discarded = &mut self.counters.discarded;
+        *match why {
+            Mismatch::NoSync => &mut discarded.no_sync,
+            Mismatch::BrokenSync => &mut discarded.broken_sync,
+            Mismatch::Header => &mut discarded.header,
+            Mismatch::Terminator => &mut discarded.terminator,
+            Mismatch::Check => &mut discarded.check,
+            Mismatch::LineEvent => &mut discarded.line_event,
+        } += count;
+        self.lost |= count > 0;
+    }
+
+    /// The line event behind them. What it drops is told by [`Self::dropped`].
+    pub(crate) fn line_event(&mut self, event: LineEvent) {
+        let events = &mut self.counters.events;
         *match event {
             LineEvent::Framing => &mut events.framing,
             LineEvent::Parity => &mut events.parity,
@@ -105,7 +107,5 @@ impl Counted {
             LineEvent::Break => &mut events.line_break,
             LineEvent::Idle => &mut events.idle,
         } += 1;
-        discarded.line_event += outcome.pending;
-        self.lost |= outcome.pending > 0;
     }
 }

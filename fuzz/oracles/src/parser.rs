@@ -1,6 +1,6 @@
 //! Target `parser`: a stream, cut into slices anywhere, with line events anywhere.
 
-use framelock::{Accounting, Bin, BinCrc8, Event, Lecture, Parser, Receiver, Setpoint};
+use framelock::{Accounting, Bin, BinCrc8, Event, Lecture, Mismatch, Parser, Receiver, Setpoint};
 use framelock_proofs::reference::{self, Format, Policy};
 
 use crate::outcome::{Counted, Outcome};
@@ -51,7 +51,8 @@ where
         counted.add(bytes.len(), P::FRAME_LENGTH, &expected);
         if let Some(StreamStep::Event(event)) = stretch.last() {
             line.line_event(*event);
-            counted.add_event(*event, &expected);
+            counted.dropped(expected.pending, Mismatch::LineEvent);
+            counted.line_event(*event);
             assert_eq!(line.parser(), &P::default(), "reset: {steps:02X?}");
         }
         let counters = line.counters();

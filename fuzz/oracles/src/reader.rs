@@ -5,7 +5,9 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
-use framelock::{Bin, BinCrc8, Counters, Lecture, LineEvent, Parser, Reader, Receiver, Setpoint};
+use framelock::{
+    Bin, BinCrc8, Counters, Lecture, LineEvent, Mismatch, Parser, Reader, Receiver, Setpoint,
+};
 use framelock_proofs::reference::{self, Format, Policy};
 
 use crate::outcome::{Counted, Outcome};
@@ -115,7 +117,8 @@ fn expected<F: Format>(steps: &[StreamStep], policy: Policy) -> (Vec<Answer>, Co
             if let StreamStep::Event(event) = step {
                 answers.push(Err(error(*event)));
                 if ends(step) {
-                    counted.add_event(LineEvent::Overrun, &outcome);
+                    counted.dropped(outcome.pending, Mismatch::LineEvent);
+                    counted.line_event(LineEvent::Overrun);
                 }
             }
         }
