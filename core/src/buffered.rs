@@ -21,13 +21,6 @@ use core::fmt::Debug;
 use crate::{Framing, Mismatch, Verdict};
 
 #[cfg(kani)]
-#[allow(
-    clippy::arithmetic_side_effects,
-    clippy::indexing_slicing,
-    clippy::panic,
-    clippy::unwrap_used,
-    reason = "what goes wrong is what a harness would find"
-)]
 mod verification;
 
 /// What becomes of the next bytes of the stream: each byte is in exactly one of these.

@@ -19,12 +19,6 @@ use core::num::NonZeroU32;
 use crate::Setpoint;
 
 #[cfg(kani)]
-#[allow(
-    clippy::arithmetic_side_effects,
-    clippy::indexing_slicing,
-    clippy::unwrap_used,
-    reason = "what goes wrong is what a harness would find"
-)]
 mod verification;
 
 /// How a [`Failsafe`] behaves. Times are in ticks of whatever clock the program passes in.

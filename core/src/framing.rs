@@ -9,13 +9,6 @@ pub use laws::{BrokenLaw, check_laws};
 use crate::Mismatch;
 
 #[cfg(kani)]
-#[allow(
-    clippy::arithmetic_side_effects,
-    clippy::indexing_slicing,
-    clippy::panic,
-    clippy::unwrap_used,
-    reason = "what goes wrong is what a harness would find"
-)]
 pub(crate) mod verification;
 
 /// What the bytes from some place of the stream on are.
@@ -219,6 +212,21 @@ impl Headed<'_> {
         length: impl FnOnce(&[u8]) -> Option<usize>,
         check: impl FnOnce(&[u8]) -> bool,
     ) -> Verdict {
+        self.judge_and_say_why(bytes, length, |frame| {
+            (!check(frame)).then_some(Mismatch::Check)
+        })
+    }
+
+    /// [`judge`](Self::judge) for frames that can be wrong in more than their checksum: `mismatch` says
+    /// what is wrong with a frame that is there in full, a [`Terminator`](Mismatch::Terminator) for example.
+    #[inline]
+    #[must_use]
+    pub fn judge_and_say_why(
+        &self,
+        bytes: &[u8],
+        length: impl FnOnce(&[u8]) -> Option<usize>,
+        mismatch: impl FnOnce(&[u8]) -> Option<Mismatch>,
+    ) -> Verdict {
         let mut why = Mismatch::NoSync;
         for (byte, sync) in bytes.iter().zip(self.sync) {
             if byte != sync {
@@ -240,8 +248,10 @@ impl Headed<'_> {
             Some(length) if known <= length && length <= self.longest => {
                 match bytes.get(..length) {
                     None => Verdict::Incomplete { at_least: length },
-                    Some(frame) if check(frame) => Verdict::Frame(length),
-                    Some(_) => Verdict::Reject(Mismatch::Check),
+                    Some(frame) => match mismatch(frame) {
+                        None => Verdict::Frame(length),
+                        Some(why) => Verdict::Reject(why),
+                    },
                 }
             }
             _ => Verdict::Reject(Mismatch::Header),

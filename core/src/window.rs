@@ -34,13 +34,6 @@ use crate::{Event, Frame, Mismatch, Shape};
 )]
 mod tests;
 #[cfg(kani)]
-#[allow(
-    clippy::arithmetic_side_effects,
-    clippy::indexing_slicing,
-    clippy::panic,
-    clippy::unwrap_used,
-    reason = "what goes wrong is what a harness would find"
-)]
 mod verification;
 
 /// A word that holds a frame: `u64` for frames of up to 8 bytes, `u128` for up to 16.

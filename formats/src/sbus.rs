@@ -50,11 +50,14 @@ impl Framing for Sbus {
             header: 1,
             longest: Self::LONGEST,
         };
-        let ends = |frame: &[u8]| matches!(frame, [.., 0..=0x0F, 0]);
-        match frame.judge(bytes, |_| Some(Self::LONGEST), ends) {
-            Verdict::Reject(Mismatch::Check) => Verdict::Reject(Mismatch::Terminator),
-            verdict => verdict,
-        }
+        frame.judge_and_say_why(
+            bytes,
+            |_| Some(Self::LONGEST),
+            |frame| match frame {
+                [.., 0..=0x0F, 0] => None,
+                _ => Some(Mismatch::Terminator),
+            },
+        )
     }
 
     #[inline]

@@ -65,11 +65,11 @@ impl Framing for SixAxes {
             header: 2,
             longest: <Self as Framing>::LONGEST,
         };
-        let ends = |frame: &[u8]| frame.ends_with(b"\n\r");
-        match frame.judge(bytes, |_| Some(<Self as Framing>::LONGEST), ends) {
-            Verdict::Reject(Mismatch::Check) => Verdict::Reject(Mismatch::Terminator),
-            verdict => verdict,
-        }
+        frame.judge_and_say_why(
+            bytes,
+            |_| Some(<Self as Framing>::LONGEST),
+            |frame| (!frame.ends_with(b"\n\r")).then_some(Mismatch::Terminator),
+        )
     }
 
     #[inline]

@@ -125,9 +125,9 @@ fn headed_is_lawful() {
     let header = format.header.max(format.sync.len()).max(1);
     kani::assume(header <= format.longest);
     let length: Option<usize> = kani::any();
-    let check: bool = kani::any();
+    let mismatch = kani::any::<bool>().then(any_mismatch);
     let judge = |known: usize| {
-        format.judge(
+        format.judge_and_say_why(
             &bytes[..known],
             |asked| {
                 assert!(core::ptr::eq(asked, &raw const bytes[..header]));
@@ -135,7 +135,7 @@ fn headed_is_lawful() {
             },
             |frame| {
                 assert!(core::ptr::eq(frame, &raw const bytes[..length.unwrap()]));
-                check
+                mismatch
             },
         )
     };
@@ -146,7 +146,7 @@ fn headed_is_lawful() {
         assert!(early == Verdict::Reject(Mismatch::NoSync));
     }
     if let Verdict::Frame(frame) = late {
-        assert!(length == Some(frame) && frame >= header && check);
+        assert!(length == Some(frame) && frame >= header && mismatch.is_none());
         let at = any_up_to(2);
         assert!(at >= format.sync.len() || bytes[at] == sync[at]);
     }

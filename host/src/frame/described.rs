@@ -117,16 +117,11 @@ impl Framing for Described {
                 verdict => verdict,
             };
         }
-        let mut why = Mismatch::Check;
-        let verdict = headed.judge(
+        headed.judge_and_say_why(
             bytes,
             |header| format.length_of(header),
-            |frame| format.mismatch(frame).map(|other| why = other).is_none(),
-        );
-        match verdict {
-            Verdict::Reject(Mismatch::Check) => Verdict::Reject(why),
-            verdict => verdict,
-        }
+            |frame| format.mismatch(frame),
+        )
     }
 
     fn starts(&self, byte: u8) -> bool {
