@@ -85,7 +85,16 @@ impl<F: Format> Receiver<F> {
         frame.map(Self::decode)
     }
 
-    /// Takes a slice: see [`Parser::feed`].
+    /// Takes a slice: see [`Parser::feed`], which is several times as fast as `push` for long ones.
+    ///
+    /// Without a closure, frame by frame:
+    /// ```
+    /// let mut receiver = framelock::Receiver::<framelock::Bin>::new();
+    /// let bytes = b"AB\0\x10\x20\x30\rAB\0\x11\x21\x31\r";
+    /// let mut setpoints = bytes.iter().filter_map(|&byte| receiver.push(byte));
+    /// assert_eq!(setpoints.next().map(|setpoint| setpoint.pitch), Some(0x10));
+    /// assert_eq!(setpoints.next().map(|setpoint| setpoint.pitch), Some(0x11));
+    /// ```
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], frame: impl FnMut(usize, F::Message)) {
         Parser::feed(self, bytes, frame);

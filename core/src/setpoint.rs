@@ -1,11 +1,14 @@
 //! What a frame asks of the three actuators.
 
+use core::fmt;
+
 /// One demand per actuator, each 0..=255 over the actuator's full travel.
 ///
 /// # Examples
 /// ```
 /// let level = framelock::Setpoint { pitch: 128, roll: 128, yaw: 128 };
 /// assert_eq!(framelock::Setpoint::from([128, 128, 128]), level);
+/// assert_eq!(level.to_string(), "pitch 128, roll 128, yaw 128");
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -30,5 +33,12 @@ impl From<Setpoint> for [u8; 3] {
     /// In the order of the frame: pitch, roll, yaw.
     fn from(setpoint: Setpoint) -> Self {
         [setpoint.pitch, setpoint.roll, setpoint.yaw]
+    }
+}
+
+impl fmt::Display for Setpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pitch, roll, yaw } = self;
+        write!(f, "pitch {pitch}, roll {roll}, yaw {yaw}")
     }
 }

@@ -1,6 +1,6 @@
 //! The stages that check sources, tests and documentation on this machine.
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, ensure};
 use xshell::cmd;
 
 use crate::bare_metal::Compiler;
@@ -16,6 +16,7 @@ const MICROCONTROLLERS: [&str; 3] = [
 ];
 
 const FORMATS: &str = "framelock-formats";
+const HOST: &str = "framelock-host";
 
 /// The sources are formatted by rustfmt.
 pub(crate) fn format(workspace: &Workspace, _: &mut Report) -> Result<()> {
@@ -102,6 +103,47 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
             .with(&sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
             .run()?;
     }
+    Ok(())
+}
+
+/// The command line and its tests compile for Windows and macOS; these checks for macOS.
+pub(crate) fn systems(workspace: &Workspace, _: &mut Report) -> Result<()> {
+    let sh = workspace.shell()?;
+    for (target, packages) in [
+        ("x86_64-pc-windows-msvc", &[HOST][..]),
+        ("aarch64-apple-darwin", &[HOST, "xtask"]),
+    ] {
+        cmd!(sh, "rustup target add {target}")
+            .run()
+            .with_context(|| format!("the libraries of {target} come by rustup only"))?;
+        let packages = packages.iter().flat_map(|package| ["--package", package]);
+        let cargo = cmd!(
+            sh,
+            "cargo check {packages...} --all-targets --target {target}"
+        );
+        cargo.env("RUSTFLAGS", "-Dwarnings").run()?;
+    }
+    Ok(())
+}
+
+/// What others depend on can be published, without a warning: all but the upload is done.
+pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
+    let sh = workspace.shell()?;
+    let cargo = cmd!(
+        sh,
+        "cargo publish --dry-run --allow-dirty --package {CORE} --package {FORMATS}"
+    );
+    let output = cargo.ignore_status().output()?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    eprint!("{said}");
+    let warns = |line: &&str| line.starts_with("warning") && !line.contains("due to dry run");
+    let warning = said.lines().find(warns);
+    ensure!(
+        output.status.success(),
+        "cargo publish ended with {}",
+        output.status
+    );
+    ensure!(warning.is_none(), "{}", warning.unwrap_or_default());
     Ok(())
 }
 

@@ -58,6 +58,10 @@ const STAGES: &[Stage] = &[
         checks: "every harness and rule of the firmware is broken by a seeded bug" },
     Stage { name: "fuzz", when: Nightly, run: fuzz::stage,
         checks: "every fuzz target, for a minute" },
+    Stage { name: "systems", when: Nightly, run: checks::systems,
+        checks: "the command line compiles for Windows and macOS" },
+    Stage { name: "publish", when: Nightly, run: checks::publish,
+        checks: "core and formats can be published, without a warning" },
     Stage { name: "mutants", when: Nightly, run: mutants::stage,
         checks: "some test notices each small change of the core (an hour or two)" },
 ];

@@ -1,4 +1,4 @@
-//! What no receiver of such frames can do: the README's limits, each by its example.
+//! What no receiver of such frames can do: N4 and N5 of docs/protocol.md, each by its example.
 
 use framelock::BufferedReceiver;
 use framelock_formats::{Crsf, CrsfMessage};

@@ -60,7 +60,7 @@ fn row(frame: &Frame, random: &mut ChaCha8Rng) -> Vec<Option<Json>> {
     let values = frame.columns.iter().map(|column| {
         if column.is_text {
             let bytes: Vec<u8> = (0..random.random_range(0..9))
-                .map(|_| random.random())
+                .map(|_| random.random::<u8>())
                 .collect();
             return Some(crate::hex::glued(&bytes).into());
         }
