@@ -1,7 +1,14 @@
 //! The stages that check sources, tests and documentation on this machine.
 
+use std::fs;
+use std::path::Path;
+
 use anyhow::{Context as _, Result, ensure};
-use xshell::cmd;
+use object::Endianness;
+use object::read::archive::ArchiveFile;
+use object::read::elf::ElfFile32;
+use object::{Object as _, ObjectSymbol as _};
+use xshell::{Shell, cmd};
 
 use crate::bare_metal::Compiler;
 use crate::report::{Report, run_tests};
@@ -16,6 +23,7 @@ const MICROCONTROLLERS: [&str; 3] = [
 ];
 
 const FORMATS: &str = "framelock-formats";
+const FOR_C: &str = "framelock-c";
 const HOST: &str = "framelock-host";
 
 /// The sources are formatted by rustfmt.
@@ -74,8 +82,8 @@ pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// The core compiles for microcontrollers, without a warning under any subset of its features; so do the formats,
-/// which have none.
+/// The core compiles for microcontrollers, without a warning under any subset of its features; so do the formats
+/// and the library for C, which have none. That library cannot panic.
 pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let compiler = Compiler::of(&MICROCONTROLLERS)?;
     let subsets = subsets(&workspace.core_features);
@@ -92,17 +100,53 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
             &[firmware::TARGET]
         };
         let targets = targets.iter().flat_map(|target| ["--target", target]);
-        let formats = (index == 0).then_some(["--package", FORMATS]);
-        let formats = formats.iter().flatten();
+        let others = (index == 0).then_some(["--package", FORMATS, "--package", FOR_C]);
+        let others = others.iter().flatten();
         let features = features.join(",");
         let cargo = cmd!(
             sh,
-            "cargo check --package {CORE} {formats...} --no-default-features --features={features} --target-dir {folder} {targets...}"
+            "cargo check --package {CORE} {others...} --no-default-features --features={features} --target-dir {folder} {targets...}"
         );
         compiler
             .with(&sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
             .run()?;
     }
+    library_for_c(&sh, &compiler, &folder)
+}
+
+/// The library for C has no way to panic. Every panic goes through functions of `core::panicking`, which are never
+/// inlined all together. Optimised as a whole, it is one object with all that it uses of Rust's `core`.
+fn library_for_c(sh: &Shell, compiler: &Compiler, folder: &Path) -> Result<()> {
+    let target = firmware::TARGET;
+    let cargo = cmd!(
+        sh,
+        "cargo build --package {FOR_C} --profile firmware --target {target} --target-dir {folder}"
+    );
+    compiler
+        .with(sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
+        .run()?;
+    let library = fs::read(folder.join(target).join("firmware/libframelock_c.a"))?;
+    let archive = ArchiveFile::parse(&*library)?;
+    let mut names = Vec::new();
+    for member in archive.members() {
+        let member = member?;
+        if member.name().starts_with(b"framelock_c-") {
+            let object = ElfFile32::<Endianness>::parse(member.data(&*library)?)?;
+            for symbol in object.symbols() {
+                names.push(symbol.name()?.to_owned());
+            }
+        }
+    }
+    ensure!(
+        names.iter().any(|name| name == "framelock_receiver_push"),
+        "the library for C has no symbols"
+    );
+    names.retain(|name| name.contains("panicking"));
+    ensure!(
+        names.is_empty(),
+        "the library for C can panic: {}",
+        names.join(", ")
+    );
     Ok(())
 }
 

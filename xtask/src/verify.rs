@@ -35,7 +35,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "format", when: Always, run: checks::format,
         checks: "the sources are formatted by rustfmt" },
     Stage { name: "core", when: Always, run: checks::core,
-        checks: "the core compiles for microcontrollers under every set of its features" },
+        checks: "the core compiles for microcontrollers under every set of its features; so does the library for C" },
     Stage { name: "prove", when: Always, run: prove::stage,
         checks: "the theorems, by Kani or by the offline prover" },
     Stage { name: "clippy", when: Always, run: checks::clippy,

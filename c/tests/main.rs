@@ -1,0 +1,12 @@
+//! The header, the library and the pages about them, as a C compiler meets them.
+#![cfg(unix)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "tests: a panic is a failure"
+)]
+
+mod compiler;
+mod header;
+mod pages;
+mod receiving;

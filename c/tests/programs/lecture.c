@@ -1,0 +1,33 @@
+/* What docs/from-the-lecture.md leaves to the firmware: bytes from standard input, and the setpoint after each. */
+#include <stdio.h>
+#include <stdint.h>
+
+static int byte;
+
+uint8_t uart_read(void)
+{
+    return (uint8_t)byte;
+}
+
+void receive_interrupt(void);
+
+#ifdef FRAMELOCK
+#include "framelock.h"
+extern framelock_setpoint setpoint;
+void start(void);
+#define SETPOINT setpoint.pitch, setpoint.roll, setpoint.yaw
+#else
+extern volatile uint8_t pitch, roll, yaw;
+#define start()
+#define SETPOINT pitch, roll, yaw
+#endif
+
+int main(void)
+{
+    start();
+    while ((byte = getchar()) != EOF) {
+        receive_interrupt();
+        printf("%d %d %d\n", SETPOINT);
+    }
+    return 0;
+}
