@@ -18,11 +18,15 @@ use clap::ValueEnum;
 use crate::output::Output;
 use arguments::Experiment;
 
-/// What a faulty line does to the system: a simulated line, bit by bit, into the lecture's machine
-/// (policy discard; of BIN only) and the receiver (policy rescan), each with and without an
-/// idle-gap rule and with a failsafe behind it.
+/// What a faulty line does: a line simulated bit by bit, the lecture's machine at its end
+/// (discard, which keeps nothing of a broken frame) and the receiver (rescan, which searches it),
+/// each with and without an idle-gap rule, a failsafe behind each.
 #[derive(clap::Args)]
-#[command(after_help = include_str!("help/simulate.txt"), args_conflicts_with_subcommands = true)]
+#[command(
+    after_help = include_str!("help/simulate.txt"),
+    args_conflicts_with_subcommands = true,
+    max_term_width = 80
+)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
@@ -30,11 +34,17 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     experiment: Experiment,
 
-    /// How to write results
-    #[arg(long, value_enum, default_value_t = OutputFormat::Text, help_heading = "Run")]
+    /// Tables as text, csv or json
+    #[arg(
+        long,
+        value_enum,
+        default_value_t = OutputFormat::Text,
+        hide_possible_values = true,
+        help_heading = "Run"
+    )]
     format: OutputFormat,
 
-    /// Where results go, - being standard output; a file is replaced
+    /// A file for them; - is standard output
     #[arg(
         long,
         short,

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 
 use crate::payload::{FrameFormat, Payload};
@@ -41,6 +41,19 @@ impl Number {
         let (name, is_set) = (self.name, self.get(parameters) == Some(value));
         ensure!(is_set, "--{name} is {value}: a whole number is wanted");
         Ok(())
+    }
+
+    /// The value that a text is.
+    ///
+    /// # Errors
+    /// It is no number, or out of the range.
+    pub fn parse(&self, text: &str) -> Result<f64> {
+        let (least, most) = (self.range.start(), self.range.end());
+        let example = self.get(&Parameters::DEFAULT).unwrap_or(*least);
+        let wanted = || format!("a number from {least} to {most} is wanted, such as {example}");
+        let value = text.parse().ok().with_context(wanted)?;
+        self.set(&mut { Parameters::DEFAULT }, value)?;
+        Ok(value)
     }
 
     fn check(&self, value: f64) -> Result<()> {
@@ -105,51 +118,52 @@ macro_rules! parameters {
 
 parameters! {
     "Run" {
-        /// Runs that know nothing of each other; each begins with receivers at reset
+        /// Independent runs; each begins at reset
         trials: u32 = 32, "trials" "NUMBER" u32 1.0 to 1e9;
         /// Frames sent in each trial
         frames: u32 = 1_000, "frames" "NUMBER" u32 1.0 to 1e9;
     }
     "Sender" {
-        /// Bits in a second on the line, ten for each byte
+        /// Bits in a second, ten for each byte
         baud: u32 = 115_200, "baud" "NUMBER" u32 300.0 to 1e7;
         /// Frames in a second
         rate: f64 = 50.0, "rate" "NUMBER" f64 0.01 to 1e5;
-        /// Idle bits between the bytes of a frame
-        byte_gap: u32 = 0, "byte-gap" "BITS" u32 0.0 to 1e6;
     }
     "Line" {
-        /// By how much the sender's clock is faster than the receiver's
+        /// Share of the bytes lost, unreported
+        lose: f64 = 0.0, "lose" "SHARE" f64 0.0 to 1.0;
+        /// Lose a byte of this frame in each trial
+        lose_one_in: Option<u32> = None, "lose-one-in" "FRAME" u32 0.0 to 1e9;
+        /// Share of the bits inverted
+        bit_flip: f64 = 0.0, "bit-flip" "SHARE" f64 0.0 to 1.0;
+        /// How much faster the sender's clock is
         baud_error: f64 = 0.0, "baud-error" "PERCENT" f64 -50.0 to 50.0;
-        /// Probability that a bit on the line is inverted, 0 to 1; idle bits too
-        bit_flip: f64 = 0.0, "bit-flip" "PROBABILITY" f64 0.0 to 1.0;
-        /// Bursts of noise in a second, in which each half bit is high or low at random
+        /// Bursts of noise in a second
         burst_rate: f64 = 0.0, "burst-rate" "NUMBER" f64 0.0 to 1e6;
         /// How long a burst lasts
-        burst_length: f64 = 5.0, "burst-length" "MILLISECONDS" f64 0.1 to 1e6;
-        /// One burst in each trial at this time; those at random come behind it
+        burst_length: f64 = 5.0, "burst-length" "MS" f64 0.1 to 1e6;
+    }
+    "Receivers and failsafe" {
+        /// Byte times of silence that drop a frame under way, in receivers with an idle-gap rule
+        idle_gap: u32 = 20, "idle-gap" "BYTES" u32 1.0 to 1e6;
+        /// Silence after which the failsafe holds
+        hold_after: f64 = 100.0, "hold-after" "MS" f64 0.001 to 1e6;
+        /// Silence after which it moves to park
+        ramp_after: f64 = 500.0, "ramp-after" "MS" f64 0.001 to 1e6;
+    }
+    "Rarely used" {
+        /// How long an axis takes from end to end
+        full_travel: f64 = 1_000.0, "full-travel" "MS" f64 1.0 to 1e6;
+        /// Idle bits between the bytes of a frame
+        byte_gap: u32 = 0, "byte-gap" "BITS" u32 0.0 to 1e6;
+        /// Share of the bytes delivered twice
+        duplicate: f64 = 0.0, "duplicate" "SHARE" f64 0.0 to 1.0;
+        /// One burst at this time; random ones come behind it
         burst_at: Option<f64> = None, "burst-at" "SECONDS" f64 0.0 to 1e6;
-        /// Breaks in a second: the line is held low
+        /// Breaks (the line held low) in a second
         break_rate: f64 = 0.0, "break-rate" "NUMBER" f64 0.0 to 1e6;
         /// How long a break lasts
         break_length: u32 = 20, "break-length" "BITS" u32 1.0 to 1e6;
-        /// Probability that a byte is lost behind the UART and nothing reports it, 0 to 1
-        lose: f64 = 0.0, "lose" "PROBABILITY" f64 0.0 to 1.0;
-        /// Probability that a byte is delivered twice, 0 to 1
-        duplicate: f64 = 0.0, "duplicate" "PROBABILITY" f64 0.0 to 1.0;
-        /// Lose one byte in each trial, at a random place of this frame, counted from 0
-        lose_one_in: Option<u32> = None, "lose-one-in" "FRAME" u32 0.0 to 1e9;
-    }
-    "Receivers and failsafe" {
-        /// Byte times without a byte after which the receivers with an idle-gap rule drop the
-        /// frame under way
-        idle_gap: u32 = 20, "idle-gap" "BYTES" u32 1.0 to 1e6;
-        /// Silence after which the failsafe holds the output
-        hold_after: f64 = 100.0, "hold-after" "MILLISECONDS" f64 0.001 to 1e6;
-        /// Silence after which it moves the output to park, the middle of each axis
-        ramp_after: f64 = 500.0, "ramp-after" "MILLISECONDS" f64 0.001 to 1e6;
-        /// How long it takes from one end of an axis to the other
-        full_travel: f64 = 1_000.0, "full-travel" "MILLISECONDS" f64 1.0 to 1e6;
     }
 }
 

@@ -54,20 +54,19 @@ pub(crate) fn microseconds(time: u64, baud: u32) -> u64 {
     u64::try_from(microseconds).unwrap_or(u64::MAX)
 }
 
-/// The failsafe, which counts microseconds.
-fn failsafe(parameters: &Parameters) -> Result<Failsafe> {
+/// The failsafe's parameters; it counts microseconds.
+fn failsafe(parameters: &Parameters) -> FailsafeParameters {
     let microseconds = |milliseconds: f64| {
         let rounded = (milliseconds * 1000.0).round();
         u32::try_from(whole(rounded)).unwrap_or(u32::MAX)
     };
     let per_unit = microseconds(parameters.full_travel / f64::from(u8::MAX));
-    let parameters = FailsafeParameters {
+    FailsafeParameters {
         hold_after: microseconds(parameters.hold_after),
         ramp_after: microseconds(parameters.ramp_after),
         park: LEVEL,
         ticks_per_unit: [NonZeroU32::new(per_unit).unwrap_or(NonZeroU32::MIN); 3],
-    };
-    Ok(Failsafe::new(parameters, 0)?)
+    }
 }
 
 /// What a byte made of a station.
@@ -93,6 +92,8 @@ pub struct Station {
     idle_limit: u64,
     idle_from: u64,
     committed: u64,
+    /// Microseconds of silence after which the failsafe holds.
+    hold_after: u64,
     /// The frame that was delivered last, and when.
     delivered: Option<(u64, u64)>,
     is_following: bool,
@@ -114,17 +115,19 @@ impl Station {
                 bail!("policy discard is the lecture's machine, which receives frame bin only")
             }
         };
+        let failsafe = failsafe(parameters);
         Ok(Self {
             receiver,
             pending: 0,
-            failsafe: failsafe(parameters)?,
+            failsafe: Failsafe::new(failsafe, 0)?,
+            hold_after: failsafe.hold_after.into(),
             baud: parameters.baud,
             hears_errors: !parameters.unreported,
             idle_limit: if kind.has_idle_gap { limit } else { u64::MAX },
             idle_from: u64::MAX,
             committed: 0,
             delivered: None,
-            is_following: false,
+            is_following: true,
             outage: None,
             tally: ReceiverTally {
                 kind,
@@ -181,14 +184,20 @@ impl Station {
 
     fn poll(&mut self, at: u64) -> Output {
         let output = self.failsafe.poll(self.ticks(at));
-        self.tally.engagements += self.engagement(output);
-        self.is_following = is_following(output);
+        self.tally.engagements += self.engagement(at, output);
+        self.is_following = self.is_following(at, output);
         output
     }
 
     /// 1 if the failsafe has taken over.
-    fn engagement(&self, output: Output) -> u64 {
-        u64::from(self.is_following && !is_following(output))
+    fn engagement(&self, at: u64, output: Output) -> u64 {
+        u64::from(self.is_following && !self.is_following(at, output))
+    }
+
+    /// Whether the output is the setpoint's, or on its way there, or the first frame is not late yet.
+    fn is_following(&self, at: u64, output: Output) -> bool {
+        microseconds(at, self.baud) < self.hold_after
+            || matches!(output.phase, Phase::Live | Phase::Approach)
     }
 
     /// The output at that time.
@@ -242,14 +251,9 @@ impl Station {
     pub(crate) fn tally(&self, at: u64, bytes_lost: u64) -> ReceiverTally {
         let mut tally = self.tally.clone();
         tally.never_back = u64::from(matches!(self.outage, Some((_, Some(_)))));
-        tally.engagements += self.engagement(self.output(at));
+        tally.engagements += self.engagement(at, self.output(at));
         tally.longest_silence = self.longest_silence(at);
         tally.lost_per_byte = Ratio::of(tally.lost_intact, bytes_lost);
         tally
     }
-}
-
-/// Whether the output is the setpoint's, or on its way there.
-fn is_following(output: Output) -> bool {
-    matches!(output.phase, Phase::Live | Phase::Approach)
 }

@@ -49,7 +49,7 @@ pub struct ReceiverTally {
     pub never_back: u64,
     /// The longest time without a commit, in microseconds.
     pub longest_silence: u64,
-    /// How often the failsafe took over from a setpoint.
+    /// How often the failsafe took over: frames stopped coming, or none came from the beginning.
     pub engagements: u64,
     /// The output of the failsafe against the setpoint sent last, in units of demand: the largest
     /// difference of any axis.

@@ -1,7 +1,9 @@
 //! What is simulated, as options: the numbers from the library's table.
 
+use std::str::FromStr;
+
 use clap::error::ErrorKind;
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use framelock_simulation::{FrameFormat, Parameters, Payload};
 
 use super::sweep::{self, Sweep};
@@ -22,34 +24,15 @@ impl Experiment {
     }
 }
 
-/// The options in front of the numbers.
+/// The options that are no numbers.
 #[derive(Args)]
-struct First {
-    /// Seed of everything random: the same seed gives the same numbers, however many cores there
-    /// are
-    #[arg(long, default_value_t = Parameters::DEFAULT.seed, value_name = "NUMBER", help_heading = "Run")]
+struct Others {
+    /// The same seed gives the same numbers
+    #[arg(long, default_value_t = Parameters::DEFAULT.seed, value_name = "NUMBER", value_parser = whole::<u64>, help_heading = "Run")]
     seed: u64,
 
-    /// The frame format
-    #[arg(long, value_enum, default_value_t = FrameFormat::Bin, help_heading = "Sender")]
-    frame: FrameFormat,
-
-    /// What is sent: motion, random (other bytes in each frame), repeated (the same in every frame of
-    /// a trial), random:40-43 or repeated:40-43 (bytes from 40 to 43, hexadecimal), 00414200 (this
-    /// payload), ambiguous (one of the 512 ambiguous payloads, repeated), noise (no frames)
-    #[arg(long, default_value_t = Parameters::DEFAULT.payload, value_name = "WHAT", help_heading = "Sender")]
-    payload: Payload,
-}
-
-/// The options behind them.
-#[derive(Args)]
-struct Last {
-    /// Do not inform the receivers of framing errors and breaks
-    #[arg(long, help_heading = "Receivers and failsafe")]
-    unreported: bool,
-
-    /// Go through a range: NAME=FROM:TO:STEP, NAME=FROM:TO:xFACTOR or NAME=VALUE,VALUE,... with the
-    /// name of any option that is a number, but the seed; once or twice
+    /// Run over a range of any numeric option, once or twice: lose=0:0.1:0.02 (from, to, step),
+    /// bit-flip=1e-6:1e-3:x10 (factor), rate=25,50
     #[arg(
         long,
         value_name = "NAME=RANGE",
@@ -57,6 +40,32 @@ struct Last {
         allow_hyphen_values = true
     )]
     sweep: Vec<Sweep>,
+
+    /// The frame: bin or bin-crc8
+    #[arg(
+        long,
+        value_enum,
+        default_value_t = FrameFormat::Bin,
+        hide_possible_values = true,
+        help_heading = "Sender"
+    )]
+    frame: FrameFormat,
+
+    /// What is sent: motion, random (other bytes in each frame), repeated (the same in each),
+    /// random:40-43 or repeated:40-43 (of these bytes), 00414200 (this payload), ambiguous (N2 of
+    /// docs/protocol.md) or noise (no frames)
+    #[arg(long, default_value_t = Parameters::DEFAULT.payload, value_name = "WHAT", help_heading = "Sender")]
+    payload: Payload,
+
+    /// Receivers hear nothing of framing errors and breaks
+    #[arg(long, help_heading = "Line", display_order = 100)]
+    unreported: bool,
+}
+
+/// A whole number as an option has it.
+pub(super) fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
+    text.parse()
+        .map_err(|_| "a whole number is wanted, such as 7")
 }
 
 impl Args for Experiment {
@@ -69,10 +78,10 @@ impl Args for Experiment {
                 .help(format!("{}{default}", number.help.trim_start()))
                 .value_name(number.unit)
                 .help_heading(number.group)
-                .value_parser(value_parser!(f64))
+                .value_parser(|text: &str| number.parse(text))
                 .allow_negative_numbers(true)
         });
-        Last::augment_args(First::augment_args(command).args(numbers))
+        Others::augment_args(command).args(numbers)
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -82,31 +91,26 @@ impl Args for Experiment {
 
 impl FromArgMatches for Experiment {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let First {
-            seed,
-            frame,
-            payload,
-        } = First::from_arg_matches(matches)?;
-        let Last {
-            unreported,
-            sweep: sweeps,
-        } = Last::from_arg_matches(matches)?;
+        let others = Others::from_arg_matches(matches)?;
         let mut parameters = Parameters {
-            seed,
-            frame,
-            payload,
-            unreported,
+            seed: others.seed,
+            frame: others.frame,
+            payload: others.payload,
+            unreported: others.unreported,
             ..Parameters::DEFAULT
         };
         for number in Parameters::NUMBERS {
-            if let Some(&value) = matches.get_one(number.name) {
+            if let Some(&value) = matches.get_one::<f64>(number.name) {
                 let is_set = number.set(&mut parameters, value);
                 is_set.map_err(|error| {
                     clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n"))
                 })?;
             }
         }
-        Ok(Self { parameters, sweeps })
+        Ok(Self {
+            parameters,
+            sweeps: others.sweep,
+        })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

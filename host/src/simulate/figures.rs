@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use clap::{Args, Command, FromArgMatches};
 use framelock::Phase;
-use framelock_simulation::{Event, FrameFormat, LEVEL, Parameters, run, theory};
+use framelock_simulation::{Event, FrameFormat, Parameters, run, theory};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -41,7 +41,7 @@ impl Figure {
             for point in parsed(options)? {
                 runs.push(number);
                 // At least two: one has no interval.
-                let trials = (point.trials * effort / 100).max(2.min(point.trials));
+                let trials = (point.trials.saturating_mul(effort) / 100).max(2.min(point.trials));
                 parameters.push(Parameters {
                     seed,
                     trials,
@@ -66,15 +66,10 @@ impl Figure {
                 None => measured(series, &rows, &chart.x, &chart.y),
             };
         }
-        let effort = match effort {
-            100 => String::new(),
-            effort => format!(" (of which {effort} %)"),
-        };
         for (name, value) in [
             ("{trials}", first.parameters.trials.to_string()),
             ("{frames}", first.tally.line.frames_sent.to_string()),
             ("{hours}", format!("{:.1}", hours(first))),
-            ("{effort}", effort),
             ("{seed}", seed.to_string()),
         ] {
             chart.subtitle = chart.subtitle.replace(name, &value);
@@ -82,8 +77,7 @@ impl Figure {
         Ok((points, self.chart))
     }
 
-    /// The axis that has the longest way to park when the burst begins: the demand sent and the
-    /// output of the failsafe behind the receiver, at each look.
+    /// The demand sent and the output of the failsafe behind the receiver, at each look.
     fn looks(&mut self, point: &Point) -> Result<Vec<Value>> {
         let trial = run(&point.parameters, 0, true)?;
         let looks = trial.events.iter().flatten().filter_map(|event| {
@@ -95,31 +89,34 @@ impl Figure {
             else {
                 return None;
             };
-            let output = outputs.get(2)?;
-            let [demand, actual] = [*demand, output.setpoint].map(<[u8; 3]>::from);
             let at = Duration::from_micros(*microseconds).as_secs_f64();
-            Some((at, demand, actual, output.phase))
+            Some((at, demand, outputs.get(2)?))
         });
         let looks: Vec<_> = looks.collect();
         let burst_at = point.parameters.burst_at.unwrap_or_default();
-        let at_burst = looks.iter().find(|(at, ..)| *at >= burst_at);
-        let demand = at_burst.map_or([LEVEL.pitch; 3], |(_, demand, ..)| *demand);
-        let demands = ["pitch", "roll", "yaw"].into_iter().zip(demand).enumerate();
-        let (axis, (name, _)) = demands
-            .max_by_key(|(_, (_, demand))| demand.abs_diff(LEVEL.pitch))
-            .unwrap_or_default();
-        self.chart.y.label = self.chart.y.label.replace("{axis}", name);
-        for of_phase in looks.chunk_by(|(.., before), (.., after)| before == after) {
-            if let [(from, .., phase), .., (to, ..)] = *of_phase
-                && phase != Phase::Live
+        let burst_length = point.parameters.burst_length / 1e3;
+        let bands = &mut self.chart.bands;
+        bands.push(Band {
+            from: burst_at,
+            to: burst_at + burst_length,
+            name: "noise on the line",
+            is_shaded: true,
+        });
+        for of_phase in looks.chunk_by(|(.., before), (.., after)| before.phase == after.phase) {
+            if let [(from, .., output), .., (to, ..)] = *of_phase
+                && output.phase != Phase::Live
                 && to - from > 0.05
             {
-                let name = phase_name(phase);
-                self.chart.bands.push(Band { from, to, name });
+                bands.push(Band {
+                    from,
+                    to,
+                    name: phase_name(output.phase),
+                    is_shaded: false,
+                });
             }
         }
-        let rows = looks.iter().map(|(at, demand, output, _)| {
-            json!({ "seconds": at, "demand": demand.get(axis), "output": output.get(axis) })
+        let rows = looks.iter().map(|(at, demand, output)| {
+            json!({ "seconds": at, "demand": demand, "output": output.setpoint })
         });
         Ok(rows.collect())
     }
@@ -158,7 +155,7 @@ fn expected(format: FrameFormat) -> Vec<Place> {
     places.filter(|place| place.y > 1e-8).collect()
 }
 
-/// What a series shows of the rows that it selects. Zero has no place on a logarithmic axis.
+/// What a series shows of the rows that it selects. Where it reaches zero on a logarithmic axis it ends.
 fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
     let pointer = series.value.as_ref().unwrap_or(&y.value);
     let is_selected = |row: &&Value| {
@@ -168,7 +165,7 @@ fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
     let number = |row: &Value, pointer: &str| row.pointer(pointer).and_then(Value::as_f64);
     let places = rows.iter().filter(is_selected).flat_map(|row| {
         if let Some(back) = row.pointer(pointer).filter(|value| value.is_object()) {
-            return shares_by_frames_lost(back);
+            return shares_by_frames_lost(back, x.to);
         }
         let place = number(row, &x.value)
             .zip(number(row, pointer))
@@ -180,25 +177,65 @@ fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
             });
         place.into_iter().collect()
     });
+    let mut has_ended = false;
+    let places = places.take_while(|place| {
+        let shown = !has_ended;
+        has_ended = y.is_logarithmic && place.y <= 0.0;
+        shown
+    });
     places
-        .filter(|place| place.y > 0.0 || !y.is_logarithmic)
+        .filter(|place| x.from <= place.x && place.x <= x.to)
         .collect()
 }
 
-/// Of the losses, how many of a hundred cost 0, 1, 2, 3, 4 intact frames, 5 or more, or all.
-fn shares_by_frames_lost(back: &Value) -> Vec<Place> {
-    let mut counts = [0.0; 7];
-    let lost = back["by_intact_frames_lost"].as_object();
-    for (frames, count) in lost.into_iter().flatten() {
-        if let Some(sum) = counts.get_mut(frames.parse().unwrap_or(5).min(5)) {
-            *sum += count.as_f64().unwrap_or_default();
+/// Of a hundred losses, after how many a frame is delivered again when at most so many intact ones have
+/// been lost.
+fn shares_by_frames_lost(back: &Value, most: f64) -> Vec<Place> {
+    let counts = back["by_intact_frames_lost"].as_object();
+    let counts: Vec<(f64, f64)> = counts
+        .into_iter()
+        .flatten()
+        .filter_map(|(frames, count)| Some((frames.parse().ok()?, count.as_f64()?)))
+        .collect();
+    let never = back["never"].as_f64().unwrap_or_default();
+    let all = counts.iter().map(|(_, count)| count).sum::<f64>() + never;
+    let steps = (0_u32..).map(f64::from).take_while(|&x| x <= most);
+    let share = |x: f64| {
+        let back = counts.iter().filter(|(frames, _)| *frames <= x);
+        100.0 * back.map(|(_, count)| count).sum::<f64>() / all
+    };
+    steps.map(|x| Place::new(x, share(x))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use super::*;
+
+    #[test]
+    fn every_series_shows_something_on_its_axes() {
+        for figure in all().unwrap() {
+            let name = figure.name.clone();
+            let (_, chart) = figure.measure(1, 1).unwrap();
+            for series in &chart.series {
+                assert!(!series.places.is_empty(), "{name} {:?}", series.select);
+                for Place { x, y, .. } in &series.places {
+                    assert!((chart.x.from..=chart.x.to).contains(x), "{name} {x}");
+                    let is_zero = chart.y.is_logarithmic && *y == 0.0;
+                    assert!(
+                        is_zero || (chart.y.from..=chart.y.to).contains(y),
+                        "{name} {y}"
+                    );
+                }
+            }
         }
     }
-    let [.., never] = &mut counts;
-    *never = back["never"].as_f64().unwrap_or_default();
-    let all = counts.iter().sum::<f64>().max(1.0);
-    let places = (0_u32..).zip(counts);
-    places
-        .map(|(x, count)| Place::new(x.into(), 100.0 * count / all))
-        .collect()
+
+    #[test]
+    fn losses_that_never_end_are_in_the_share() {
+        let back = json!({ "by_intact_frames_lost": { "0": 1, "2": 2 }, "never": 1 });
+        let shares = shares_by_frames_lost(&back, 3.0).into_iter();
+        assert!(shares.map(|place| place.y).eq([25.0, 25.0, 75.0, 75.0]));
+    }
 }

@@ -60,13 +60,14 @@ pub(super) fn rows(point: &Point) -> Vec<Value> {
     let receivers = point.tally.receivers.iter();
     let rows = receivers.map(|receiver| {
         let has_rule = receiver.kind.has_idle_gap;
-        let rule = has_rule.then(|| format!("idle gap {}", point.parameters.idle_gap));
+        let policy = json!(receiver.kind.policy);
+        let name = text(Some(&policy)) + if has_rule { "+gap" } else { "" };
         json!({
             "parameters": point.parameters,
             "line": line(point),
-            "policy": receiver.kind.policy,
+            "policy": policy,
             "idle_gap_rule": has_rule,
-            "rule": rule.as_deref().unwrap_or(" "),
+            "name": name,
             "receiver": result(point, receiver),
         })
     });
@@ -165,13 +166,13 @@ pub(super) fn write_text(
                 names.map(|name| cell(first, &format!("/parameters/{name}")));
             writeln!(
                 out,
-                "seed {seed}, {trials} trials of {frames} frames ({frame}, {payload}), {baud} \
-                 baud, {rate} frames a second\n"
+                "seed {seed}, {trials} trials of {frames} frames ({frame}, {payload})\n\
+                 {baud} baud, {rate} frames a second\n"
             )?;
             let line = include_str!("tables/line.txt");
             write_table(out, line, [22, 14], slice::from_ref(first))?;
             writeln!(out)?;
-            write_table(out, include_str!("tables/receiver.txt"), [34, 16], &rows)
+            write_table(out, include_str!("tables/receiver.txt"), [26, 13], &rows)
         }
         _ => write_many(out, sweeps, &rows),
     }
@@ -194,32 +195,39 @@ fn write_table(
     Ok(())
 }
 
-/// A line for each row: what is swept, and what matters most.
+/// A line for each row: what is swept, and what matters most. Of two sweeps the first makes parts.
 fn write_many(out: &mut impl Write, sweeps: &[Sweep], rows: &[Value]) -> io::Result<()> {
     let columns = [
-        ("gap", 5, "/receiver/idle_gap"),
-        ("delivered", 12, "/receiver/delivered %"),
-        ("lost intact", 13, "/receiver/lost_intact/count"),
-        ("wrong", 12, "/receiver/wrong_setpoints/count"),
-        ("false", 10, "/receiver/false_frames/count"),
-        ("silence, ms", 12, "/receiver/longest_silence_ms .1"),
-        ("failsafe", 11, "/receiver/failsafe_engagements"),
-        ("RMS", 8, "/receiver/actuator_error/rms .2"),
+        ("delivered", 11, "/receiver/delivered %"),
+        ("lost", 8, "/receiver/lost_intact/count"),
+        ("wrong", 7, "/receiver/wrong_setpoints/count"),
+        ("false", 7, "/receiver/false_frames/count"),
+        ("silence", 9, "/receiver/longest_silence_ms .1"),
+        ("holds", 7, "/receiver/failsafe_engagements"),
+        ("RMS", 6, "/receiver/actuator_error/rms .2"),
     ];
-    for sweep in sweeps {
-        write!(out, "{:>14}", sweep.number.name)?;
-    }
-    write!(out, "  {:<8}", "policy")?;
+    let place = |sweep: &Sweep| format!("/parameters/{}", sweep.number.name.replace('-', "_"));
+    let (part, swept) = match sweeps {
+        [first, second] => (Some(first), second),
+        [swept] => (None, swept),
+        _ => return Ok(()),
+    };
+    write!(out, "{:>12}  {:<11}", swept.number.name, "policy")?;
     for (name, width, _) in columns {
         write!(out, "{name:>width$}")?;
     }
     writeln!(out)?;
+    let mut before = None;
     for row in rows {
-        for sweep in sweeps {
-            let name = sweep.number.name.replace('-', "_");
-            write!(out, "{:>14}", cell(row, &format!("/parameters/{name}")))?;
+        if let Some(part) = part {
+            let value = cell(row, &place(part));
+            if before.as_ref() != Some(&value) {
+                writeln!(out, "{} {value}:", part.number.name)?;
+            }
+            before = Some(value);
         }
-        write!(out, "  {:<8}", cell(row, "/policy"))?;
+        let (value, name) = (cell(row, &place(swept)), cell(row, "/name"));
+        write!(out, "{value:>12}  {name:<11}")?;
         for (_, width, place) in columns {
             write!(out, "{:>width$}", cell(row, place))?;
         }

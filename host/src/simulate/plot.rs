@@ -1,33 +1,34 @@
-//! Charts as SVG.
+//! Charts as SVG, for light pages and dark ones.
 
+use std::fs;
 use std::path::Path;
 
 use anyhow::Result;
 use plotters::chart::{ChartBuilder, ChartContext};
+use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::element::{DashedPathElement, EmptyElement, ErrorBar, PathElement, Rectangle, Text};
 use plotters::prelude::{
-    Cartesian2d, Circle, Color, IntoDrawingArea, IntoFont, RGBColor, SVGBackend,
-    SeriesLabelPosition, ShapeStyle, TextStyle,
+    Cartesian2d, Color, DrawingArea, IntoDrawingArea, RGBColor, SVGBackend, TextStyle,
 };
 use plotters::series::LineSeries;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{BLACK, FontStyle, WHITE};
+use plotters::style::{BLACK, FontDesc, FontFamily, FontStyle, WHITE};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-/// Pixels.
-const SIZE: (u32, u32) = (900, 540);
+/// Pixels: narrow, so that words can be read on a telephone.
+const SIZE: (u32, u32) = (640, 440);
 
-const FONT: &str = "sans-serif";
-
-/// Colours that people with any colour vision can tell apart (Okabe and Ito).
+/// Colours that people with any colour vision can tell apart (Okabe and Ito); those of the machines
+/// mean nothing else in any figure.
 fn colour(name: &str) -> RGBColor {
     match name {
-        "blue" | "approach" => RGBColor(0, 114, 178),
-        "red" | "ramp" => RGBColor(213, 94, 0),
+        "rescan" => RGBColor(0, 114, 178),
+        "discard" => RGBColor(213, 94, 0),
         "green" => RGBColor(0, 158, 115),
-        "yellow" | "hold" => RGBColor(230, 159, 0),
+        "purple" => RGBColor(204, 121, 167),
+        "black" => BLACK,
         _ => RGBColor(110, 110, 110),
     }
 }
@@ -36,11 +37,16 @@ fn colour(name: &str) -> RGBColor {
 #[derive(Deserialize)]
 pub(super) struct Axis {
     pub(super) label: String,
-    from: f64,
-    to: f64,
+    pub(super) from: f64,
+    pub(super) to: f64,
     /// Powers of ten are equally far apart.
     #[serde(default)]
     pub(super) is_logarithmic: bool,
+    /// What stands where a logarithmic axis begins, if that is where zero is drawn.
+    zero: Option<String>,
+    /// A value holds to the middle between it and the next.
+    #[serde(default)]
+    is_stepped: bool,
     /// At most this many labels.
     labels: usize,
     /// Where in a row of results its values are, and by how much they are multiplied.
@@ -62,7 +68,6 @@ enum Mark {
 
 #[derive(Deserialize)]
 pub(super) struct Series {
-    name: String,
     colour: String,
     mark: Mark,
     /// Where in a row its values are, if not where the axis says.
@@ -74,6 +79,16 @@ pub(super) struct Series {
     pub(super) places: Vec<Place>,
 }
 
+/// Words in the chart, which begin at a place; behind a line if they have a colour.
+#[derive(Deserialize)]
+struct Label {
+    at: (f64, f64),
+    text: String,
+    colour: Option<String>,
+    #[serde(default)]
+    is_dashed: bool,
+}
+
 /// A place in the chart, and the interval of its value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
@@ -83,11 +98,13 @@ pub(super) struct Place {
     pub(super) high: f64,
 }
 
-/// A part of the x axis with a name of its own.
+/// A part of the x axis with a name of its own, at the upper or the lower end of the chart.
+#[derive(Clone)]
 pub(super) struct Band {
     pub(super) from: f64,
     pub(super) to: f64,
     pub(super) name: &'static str,
+    pub(super) is_shaded: bool,
 }
 
 /// A chart.
@@ -98,8 +115,8 @@ pub(super) struct Chart {
     pub(super) subtitle: String,
     pub(super) x: Axis,
     pub(super) y: Axis,
-    legend: String,
     pub(super) series: Vec<Series>,
+    labels: Vec<Label>,
     #[serde(skip)]
     pub(super) bands: Vec<Band>,
     /// Names of the places 0, 1, 2, ... of the x axis, if they have names instead of numbers.
@@ -109,6 +126,7 @@ pub(super) struct Chart {
 
 type Coordinates = Cartesian2d<RangedCoordf64, RangedCoordf64>;
 type Drawing<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Coordinates>;
+type Page<'b> = DrawingArea<SVGBackend<'b>, Shift>;
 
 impl Place {
     pub(super) fn new(x: f64, y: f64) -> Self {
@@ -118,11 +136,10 @@ impl Place {
 }
 
 impl Axis {
-    /// Where a value is on it.
+    /// Where a value is on it; 0 is where a logarithmic axis begins.
     fn place(&self, value: f64) -> f64 {
         if self.is_logarithmic {
-            // What is 0 lies below the axis.
-            value.max(self.from / 10.0).log10()
+            value.max(self.from).log10()
         } else {
             value
         }
@@ -135,10 +152,19 @@ impl Axis {
     fn name(&self, place: f64) -> String {
         // Without what rounding leaves.
         let place = (place * 1e6).round() / 1e6 + 0.0;
-        match self.is_logarithmic {
-            false => place.to_string(),
-            true if place.fract() == 0.0 => format!("1e{place}"),
-            true => String::new(),
+        match &self.zero {
+            Some(zero) if place <= self.range().start => zero.clone(),
+            _ if !self.is_logarithmic => place.to_string(),
+            _ if place.fract() != 0.0 => String::new(),
+            _ if (0.0..=5.0).contains(&place) => 10_f64.powf(place).to_string(),
+            _ => {
+                let digits = place.to_string();
+                let raised = digits.chars().filter_map(|digit| match digit.to_digit(10) {
+                    Some(value) => "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(value as usize),
+                    None => Some('⁻'),
+                });
+                format!("10{}", raised.collect::<String>())
+            }
         }
     }
 }
@@ -149,20 +175,32 @@ impl Chart {
     /// # Errors
     /// The file cannot be written.
     pub(super) fn write(&self, path: &Path) -> Result<()> {
-        let root = SVGBackend::new(path, SIZE).into_drawing_area();
-        root.fill(&WHITE)?;
-        let title = (FONT, 22, FontStyle::Bold).into_font();
-        root.draw(&Text::new(self.title.as_str(), (20, 14), title))?;
-        let subtitle = (FONT, 14).into_font().color(&colour("grey"));
-        root.draw(&Text::new(self.subtitle.as_str(), (20, 42), subtitle))?;
-        let (_, area) = root.split_vertically(64);
+        let mut svg = String::new();
+        self.draw(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())?;
+        // The style replaces colours where the reader's pages are dark.
+        let style = concat!(">\n", include_str!("tables/figures.css"));
+        Ok(fs::write(path, svg.replacen('>', style, 1))?)
+    }
+
+    fn draw(&self, page: &Page) -> Result<()> {
+        page.fill(&WHITE)?;
+        let title = font(20.0).style(FontStyle::Bold);
+        page.draw(&Text::new(self.title.as_str(), (16, 12), title))?;
+        let mut top = 40;
+        for line in self.subtitle.lines() {
+            let style = font(14.0).color(&colour("grey"));
+            page.draw(&Text::new(line.to_owned(), (16, top), style))?;
+            top += 18;
+        }
+        let (_, area) = page.split_vertically(top);
         let mut chart = ChartBuilder::on(&area)
             .margin_right(24)
-            .margin_top(14)
-            .margin_left(8)
-            .margin_bottom(6)
-            .x_label_area_size(if self.places.is_empty() { 48 } else { 64 })
-            .y_label_area_size(76)
+            // Room for the value above a bar of full height.
+            .margin_top(22)
+            .margin_left(6)
+            .margin_bottom(4)
+            .x_label_area_size(if self.places.is_empty() { 46 } else { 62 })
+            .y_label_area_size(66)
             .build_cartesian_2d(self.x.range(), self.y.range())?;
         let x_name = |place: &f64| self.x.name(*place);
         let y_name = |place: &f64| self.y.name(*place);
@@ -173,10 +211,10 @@ impl Chart {
             .y_labels(self.y.labels)
             .x_label_formatter(&x_name)
             .y_label_formatter(&y_name)
-            .label_style((FONT, 14))
-            .axis_desc_style((FONT, 15))
+            .label_style(font(15.0))
+            .axis_desc_style(font(15.0))
             .bold_line_style(BLACK.mix(0.12))
-            .light_line_style(BLACK.mix(0.0));
+            .max_light_lines(0);
         if !self.places.is_empty() {
             mesh.disable_x_mesh().x_labels(0);
         }
@@ -185,21 +223,11 @@ impl Chart {
         for (index, series) in self.series.iter().enumerate() {
             self.draw_series(&mut chart, index, series)?;
         }
-        let legend = match self.legend.as_str() {
-            "upper-left" => SeriesLabelPosition::UpperLeft,
-            "lower-middle" => SeriesLabelPosition::LowerMiddle,
-            "lower-right" => SeriesLabelPosition::LowerRight,
-            _ => SeriesLabelPosition::UpperRight,
-        };
-        chart
-            .configure_series_labels()
-            .position(legend)
-            .margin(12)
-            .label_font((FONT, 14))
-            .background_style(WHITE.mix(0.9))
-            .border_style(BLACK.mix(0.3))
-            .draw()?;
-        root.present()?;
+        for label in &self.labels {
+            let (x, y) = (self.x.place(label.at.0), self.y.place(label.at.1));
+            label.draw(page, chart.backend_coord(&(x, y)))?;
+        }
+        page.present()?;
         Ok(())
     }
 
@@ -207,18 +235,30 @@ impl Chart {
     fn draw_names(&self, chart: &mut Drawing) -> Result<()> {
         let y = self.y.range();
         for band in &self.bands {
-            let corners = [(band.from, y.start), (band.to, y.end)];
-            let colour = colour(band.name);
-            chart.draw_series([Rectangle::new(corners, colour.mix(0.13).filled())])?;
-            let middle = f64::midpoint(band.from, band.to);
-            let text = Text::new(band.name, (0, 4), centred(14, colour));
-            chart.draw_series([EmptyElement::at((middle, y.end)) + text])?;
+            let (middle, grey) = (f64::midpoint(band.from, band.to), colour("grey"));
+            let (at, from_end) = if band.is_shaded {
+                let corners = [(band.from, y.start), (band.to, y.end)];
+                chart.draw_series([Rectangle::new(corners, grey.mix(0.18).filled())])?;
+                (y.end, 6)
+            } else {
+                for x in [band.from, band.to] {
+                    let ends = [0.1, 0.55].map(|part| (x, y.start + part * (y.end - y.start)));
+                    chart.draw_series([DashedPathElement::new(
+                        ends,
+                        2,
+                        3,
+                        grey.stroke_width(1),
+                    )])?;
+                }
+                (y.start, -20)
+            };
+            let text = Text::new(band.name, (0, from_end), centred(14.0));
+            chart.draw_series([EmptyElement::at((middle, at)) + text])?;
         }
         for (place, name) in (0_u32..).zip(&self.places) {
-            // A name may have two lines.
-            for (line, part) in (0..).zip(name.split('\n')) {
+            for (line, part) in (0..).zip(name.lines()) {
                 let at = EmptyElement::at((f64::from(place), y.start));
-                let text = Text::new(part.to_owned(), (0, 6 + 17 * line), centred(14, BLACK));
+                let text = Text::new(part.to_owned(), (0, 6 + 17 * line), centred(14.0));
                 chart.draw_series([at + text])?;
             }
         }
@@ -227,59 +267,78 @@ impl Chart {
 
     fn draw_series(&self, chart: &mut Drawing, index: usize, series: &Series) -> Result<()> {
         let colour = colour(&series.colour);
-        let thick = ShapeStyle::from(&colour).stroke_width(2);
+        let thick = colour.stroke_width(3);
         let values = || series.places.iter();
         let points = values().map(|value| (self.x.place(value.x), self.y.place(value.y)));
-        let drawn = match series.mark {
+        let mut points: Vec<_> = points.collect();
+        if self.x.is_stepped {
+            let pairs = points.iter().zip(points.iter().skip(1));
+            let steps = pairs.flat_map(|(from, to)| {
+                let middle = f64::midpoint(from.0, to.0);
+                [*from, (middle, from.1), (middle, to.1), *to]
+            });
+            points = steps.collect();
+        }
+        match series.mark {
             Mark::Line => {
-                let line = chart.draw_series(LineSeries::new(points, thick))?;
-                line.legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], thick))
+                chart.draw_series(LineSeries::new(points, thick))?;
             }
             Mark::Dashes => {
-                let line = chart.draw_series([DashedPathElement::new(points, 6, 4, thick)])?;
-                line.legend(move |(x, y)| {
-                    DashedPathElement::new([(x, y), (x + 18, y)], 5, 3, thick)
-                })
+                chart.draw_series([DashedPathElement::new(points, 6, 4, thick)])?;
             }
             Mark::Dots => {
-                let dots = chart.draw_series(values().map(|value| {
+                chart.draw_series(values().map(|value| {
                     let [low, y, high] = [value.low, value.y, value.high].map(|y| self.y.place(y));
                     let style = colour.filled();
                     ErrorBar::new_vertical(self.x.place(value.x), low, y, high, style, 8)
                 }))?;
-                dots.legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()))
             }
             Mark::Bars => {
                 #[expect(clippy::cast_precision_loss, reason = "a few")]
-                let (index, width) = (index as f64, 0.8 / self.series.len() as f64);
+                let (index, width) = (index as f64, 0.7 / self.series.len() as f64);
                 let bottom = self.y.range().start;
-                let left = |value: &Place| value.x - 0.4 + index * width;
-                let top = |value: &Place| self.y.place(value.y).max(bottom);
-                chart.draw_series(values().map(|value| {
-                    let at = (left(value) + width / 2.0, top(value));
-                    let decimals = if value.y < 10.0 { 2 } else { 1 };
-                    let text = format!("{:.decimals$}", value.y);
-                    let text = Text::new(text, (0, -18), centred(13, colour));
-                    EmptyElement::at(at) + text
-                }))?;
-                let bars = chart.draw_series(values().map(|value| {
-                    let from = (left(value) + 0.04 * width, bottom);
-                    let to = (left(value) + 0.96 * width, top(value));
-                    Rectangle::new([from, to], colour.mix(0.85).filled())
-                }))?;
-                bars.legend(move |(x, y)| {
-                    Rectangle::new([(x + 2, y - 6), (x + 16, y + 6)], colour.filled())
-                })
+                for value in values() {
+                    let left = value.x - 0.35 + index * width;
+                    let (right, top) = (left + 0.94 * width, self.y.place(value.y));
+                    let text = (value.y * 100.0).round() / 100.0;
+                    let text = Text::new(text.to_string(), (0, -20), centred(15.0));
+                    chart.draw_series([EmptyElement::at((left + width / 2.0, top)) + text])?;
+                    let bar = Rectangle::new([(left, bottom), (right, top)], colour.filled());
+                    chart.draw_series([bar])?;
+                    // Zero is to be seen as well.
+                    let foot = PathElement::new([(left, bottom), (right, bottom)], thick);
+                    chart.draw_series([foot])?;
+                }
             }
-        };
-        drawn.label(&series.name);
+        }
         Ok(())
     }
 }
 
-fn centred(size: u32, colour: RGBColor) -> TextStyle<'static> {
-    (FONT, size)
-        .into_font()
-        .color(&colour)
-        .pos(Pos::new(HPos::Center, VPos::Top))
+impl Label {
+    fn draw(&self, page: &Page, (mut x, y): (i32, i32)) -> Result<()> {
+        if let Some(name) = &self.colour {
+            let dash = if self.is_dashed { 6 } else { 24 };
+            let style = colour(name).stroke_width(4);
+            page.draw(&DashedPathElement::new(
+                [(x, y), (x + 24, y)],
+                dash,
+                4,
+                style,
+            ))?;
+            x += 30;
+        }
+        let style = TextStyle::from(font(15.0)).pos(Pos::new(HPos::Left, VPos::Center));
+        page.draw(&Text::new(self.text.as_str(), (x, y), style))?;
+        Ok(())
+    }
+}
+
+/// The font in that size in pixels, of which the drawing library makes a 1.24th.
+fn font(pixels: f64) -> FontDesc<'static> {
+    FontDesc::new(FontFamily::SansSerif, pixels * 1.24, FontStyle::Normal)
+}
+
+fn centred(pixels: f64) -> TextStyle<'static> {
+    TextStyle::from(font(pixels)).pos(Pos::new(HPos::Center, VPos::Top))
 }

@@ -5,13 +5,13 @@ use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use clap::value_parser;
 use framelock_simulation::Parameters;
 
+use super::arguments::whole;
 use super::{figures, output};
 use crate::output::Output;
 
-/// Every figure of docs/line-faults.md: NAME.svg, and what was measured as NAME.csv
+/// Every figure of docs/line-faults.md, as SVG and CSV
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Where to write them; made if it is not there
@@ -19,11 +19,11 @@ pub(super) struct Arguments {
     directory: PathBuf,
 
     /// Seed of everything random
-    #[arg(long, default_value_t = Parameters::DEFAULT.seed, value_name = "NUMBER")]
+    #[arg(long, default_value_t = Parameters::DEFAULT.seed, value_name = "NUMBER", value_parser = whole::<u64>)]
     seed: u64,
 
     /// Per cent of the trials: fewer for a quick look
-    #[arg(long, default_value_t = 100, value_name = "NUMBER", value_parser = value_parser!(u32).range(1..=10_000))]
+    #[arg(long, default_value_t = 100, value_name = "PERCENT", value_parser = whole::<u32>)]
     effort: u32,
 }
 

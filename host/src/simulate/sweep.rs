@@ -16,7 +16,8 @@ pub(super) struct Sweep {
     pub(super) values: Vec<f64>,
 }
 
-const WANTED: &str = "NAME=FROM:TO:STEP, NAME=FROM:TO:xFACTOR or NAME=VALUE,VALUE,... is wanted";
+const WANTED: &str = "NAME=FROM:TO:STEP, NAME=FROM:TO:xFACTOR or NAME=VALUE,VALUE,... is wanted, \
+                      such as lose=0:0.1:0.02";
 
 impl FromStr for Sweep {
     type Err = anyhow::Error;

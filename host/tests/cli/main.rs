@@ -15,7 +15,7 @@ mod demo;
 mod encode;
 mod every_subcommand;
 mod frames;
-mod from_the_lecture;
+mod guide;
 #[cfg(target_os = "linux")]
 mod monitor;
 mod own_frame;

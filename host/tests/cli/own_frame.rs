@@ -1,46 +1,17 @@
 //! The guide `docs/own-frame.md`: its commands do what it says, and its Rust receives the same frames.
 
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use framelock::{BufferedReceiver, Found, Framing, Headed, Verdict, check_laws};
 
-const GUIDE: &str = include_str!("../../../docs/own-frame.md");
+use crate::guide;
 
-/// The blocks of one language, and the text that follows each directly.
-fn blocks(language: &str) -> impl Iterator<Item = (&'static str, Option<&'static str>)> {
-    let fence = format!("\n```{language}\n");
-    let from: Vec<usize> = GUIDE
-        .match_indices(&fence)
-        .map(|(at, found)| at + found.len())
-        .collect();
-    from.into_iter().map(|from| {
-        let (block, behind) = GUIDE[from..].split_once("\n```\n").unwrap();
-        let output = behind
-            .strip_prefix("```text\n")
-            .and_then(|text| text.split_once("```\n"));
-        (block, output.map(|(output, _)| output))
-    })
-}
+const GUIDE: &str = include_str!("../../../docs/own-frame.md");
 
 #[test]
 #[cfg(unix)]
 fn the_commands_do_what_the_guide_says() {
-    let folder = tempfile::tempdir().unwrap();
-    let program = Path::new(env!("CARGO_BIN_EXE_framelock")).parent().unwrap();
-    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
-    for (commands, expected) in blocks("sh") {
-        let mut shell = Command::new("sh");
-        shell
-            .args(["-e", "-c", commands])
-            .current_dir(&folder)
-            .env("PATH", &path);
-        let output = shell.output().unwrap();
-        assert!(output.status.success(), "{commands}: {output:?}");
-        let shown = String::from_utf8(output.stdout).unwrap();
-        assert_eq!(shown, expected.unwrap(), "{commands}");
-    }
+    let folder = guide::runs(GUIDE);
     // What the commands made from values is what the guide's capture has of kind 1.
     let capture = fs::read(folder.path().join("capture.bin")).unwrap();
     assert!(capture.starts_with(&[
@@ -60,7 +31,7 @@ fn the_commands_do_what_the_guide_says() {
 
 #[test]
 fn the_guides_rust_is_this_tests() {
-    let (code, _) = blocks("rust").next().unwrap();
+    let (code, _) = guide::blocks(GUIDE, "rust")[0];
     assert!(include_str!("own_frame.rs").contains(code));
 }
 

@@ -40,6 +40,8 @@ fn one_lost_byte_makes_the_lectures_machine_deaf() {
     assert_eq!(tally.line.frames_intact, 70 * 299);
     assert_eq!(discard.delivered, 0);
     assert_eq!(discard.never_back, 70);
+    // It is never heard, so the failsafe takes over once, as the first frame's time has passed.
+    assert_eq!([discard.engagements, rescan.engagements], [70, 0]);
     assert_eq!(rescan.delivered, 70 * 299);
     assert_eq!(rescan.times_back(), 70);
 }
