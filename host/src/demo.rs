@@ -6,9 +6,12 @@
 mod arguments;
 mod bytes;
 mod demonstration;
+mod lane;
 mod live;
 mod plain;
+mod record;
 mod script;
+mod story;
 mod view;
 
 use std::io::{BufWriter, Write};
@@ -23,10 +26,14 @@ use demonstration::Demonstration;
 /// Runs `framelock demo`.
 ///
 /// # Errors
-/// If the frames do not fit on the line, or if the terminal or standard output fails. That the
-/// reader of the output has gone is no error.
+/// If the frames do not fit on the line, or if the terminal, standard output or the file fails. That
+/// the reader of the output has gone is no error.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let mut demonstration = Demonstration::new(*arguments)?;
+    let mut demonstration = Demonstration::new(arguments.clone())?;
+    if let Some(path) = &arguments.record {
+        let picture = record::picture(&mut demonstration)?;
+        return Ok(Output::create(path)?.write_all(picture.as_bytes())?);
+    }
     let is_live = !arguments.plain && screen::is_there();
     if is_live {
         live::run(&mut demonstration, arguments.speed)?;

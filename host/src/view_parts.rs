@@ -4,8 +4,13 @@ use framelock::Phase;
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
+/// What is well, and what is not: a pair that colour-blind people tell apart, as Okabe and Ito chose
+/// it, on light and on dark. The nearest of the 256 colours, which every terminal has.
+pub(crate) const BLUE: Color = Color::Indexed(32);
+pub(crate) const VERMILLION: Color = Color::Indexed(166);
+
 /// Eighths of a cell, from none to all.
-const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
+pub(crate) const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 
 /// A bar of `width` cells for the output; a mark stands where the axis was sent.
 pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
@@ -72,10 +77,8 @@ pub(crate) const fn phase_name(phase: Phase) -> &'static str {
 /// How a phase is shown.
 pub(crate) fn phase_style(phase: Phase) -> Style {
     let color = match phase {
-        Phase::Live => Color::Green,
-        Phase::Approach => Color::Cyan,
-        Phase::Hold | Phase::Ramp => Color::Yellow,
-        Phase::Parked => Color::Red,
+        Phase::Live | Phase::Approach => BLUE,
+        Phase::Hold | Phase::Ramp | Phase::Parked => VERMILLION,
     };
     Style::new().fg(color).bold()
 }

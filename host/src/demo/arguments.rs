@@ -1,16 +1,19 @@
 //! The options of `framelock demo`.
 
+use std::path::PathBuf;
+
 use clap::value_parser;
 
 use crate::numbers::{number, probability};
 
-/// The main job without hardware: a simulated motion PC sends frames over a faulty line to the
-/// lecture's machine and to the receiver, each with the failsafe behind it.
+/// The story of a lost byte, without hardware: a simulated PC sends a motion seat's position over a
+/// faulty line to the lecture's machine and to framelock, each with the failsafe behind it.
 ///
-/// In turn: motion over a line that loses and corrupts bytes; silence, in which the failsafe
-/// holds, moves to park and comes back; motion; the simulator parked on payload 00 41 42 00, where
-/// one lost byte makes the lecture's machine deaf; motion. It ends with a table.
-#[derive(clap::Args, Clone, Copy, Debug)]
+/// In turn: the seat stands still, and one lost byte makes the lecture's machine deaf; a ride, over
+/// a line that loses and changes bytes; silence, in which the failsafe holds the seat and moves it
+/// to the middle; the ride again. It ends with a table. A terminal of 80 columns and 24 rows shows
+/// all of it, one of 60 and 16 the most.
+#[derive(clap::Args, Clone, Debug)]
 #[command(after_help = include_str!("../help/demo.txt"))]
 pub(crate) struct Arguments {
     /// Seed of the motion and of the line's faults: the same seed gives the same table
@@ -18,23 +21,23 @@ pub(crate) struct Arguments {
     pub(super) seed: u64,
 
     /// How long it lasts; the passages are parts of it
-    #[arg(long, default_value_t = 26, value_name = "SECONDS", value_parser = value_parser!(u32).range(1..=86_400))]
+    #[arg(long, default_value_t = 20, value_name = "SECONDS", value_parser = value_parser!(u32).range(1..=86_400))]
     pub(super) seconds: u32,
 
-    /// Probability that the line loses a byte in motion, 0 to 1
-    #[arg(long, default_value_t = 0.004, value_name = "PROBABILITY", value_parser = probability, allow_negative_numbers = true)]
+    /// Probability that the line loses a byte of the ride, 0 to 1
+    #[arg(long, default_value_t = 0.02, value_name = "PROBABILITY", value_parser = probability, allow_negative_numbers = true)]
     pub(super) drop: f64,
 
-    /// Probability that it inverts one bit of a byte in motion, 0 to 1
-    #[arg(long, default_value_t = 0.0005, value_name = "PROBABILITY", value_parser = probability, allow_negative_numbers = true)]
+    /// Probability that it inverts one bit of a byte of the ride, 0 to 1
+    #[arg(long, default_value_t = 0.002, value_name = "PROBABILITY", value_parser = probability, allow_negative_numbers = true)]
     pub(super) flip: f64,
 
     /// Bits in a second on the line, ten for each byte
     #[arg(long, default_value_t = 115_200, value_name = "NUMBER", value_parser = value_parser!(u32).range(300..=10_000_000))]
     pub(super) baud: u32,
 
-    /// Frames in a second
-    #[arg(long, default_value_t = 50, value_name = "NUMBER", value_parser = value_parser!(u32).range(1..=100_000))]
+    /// Frames in a second: few enough to watch each; motion software sends 50 and more
+    #[arg(long, default_value_t = 10, value_name = "NUMBER", value_parser = value_parser!(u32).range(1..=100_000))]
     pub(super) rate: u32,
 
     /// Byte times without a byte after which the frame under way is dropped; not done unless given,
@@ -49,6 +52,10 @@ pub(crate) struct Arguments {
     /// Lines of text, without waiting: as if standard output were no terminal
     #[arg(long)]
     pub(super) plain: bool,
+
+    /// Write the first ten seconds to a file, as a moving picture (SVG), and show nothing
+    #[arg(long, value_name = "FILE", conflicts_with = "plain")]
+    pub(super) record: Option<PathBuf>,
 }
 
 fn speed(text: &str) -> Result<f64, String> {

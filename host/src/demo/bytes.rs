@@ -1,13 +1,13 @@
-//! The bytes to be shown: those that came last, and a fault from close up; a column for each.
+//! The bytes to be shown: a fault from close up, a column for each byte.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use framelock_simulation::Outcome;
-use ratatui::style::{Color, Style, Stylize};
+use ratatui::style::{Style, Stylize};
 use ratatui::text::{Line, Span};
 
 use crate::frame::LECTURE_STATES;
+use crate::view_parts::{BLUE, VERMILLION};
 
 /// One byte on the line, and what it made of each receiver.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -20,99 +20,90 @@ pub(super) struct ByteOnLine {
     pub(super) outcomes: Vec<Outcome>,
 }
 
+impl ByteOnLine {
+    /// Whether the line lost or changed it.
+    pub(super) fn is_fault(&self) -> bool {
+        self.received != Some(self.sent)
+    }
+}
+
 /// Three frames: the one at fault, the one that follows, and one to see how it goes on.
 const CLOSE_UP_LENGTH: usize = 21;
 
 /// For how long a fault is looked at, at least.
 const CLOSE_UP_TIME: Duration = Duration::from_millis(1200);
 
-/// How many bytes there may be room for.
-const RECENT_LENGTH: usize = 128;
-
-/// What has been on the line lately.
+/// The frame under way, and the last fault.
 #[derive(Debug, Default)]
-pub(super) struct Recent {
-    /// The latest first.
-    bytes: VecDeque<ByteOnLine>,
-    /// The frame of the latest fault, and the two behind it, as far as they have come.
+pub(super) struct Bytes {
+    /// The frame under way, as far as it has come.
+    pub(super) frame: Vec<ByteOnLine>,
+    /// The frame of the last fault and the two behind it, as far as they have come; before there is
+    /// a fault, the first three.
     pub(super) close_up: Vec<ByteOnLine>,
     close_up_from: Duration,
 }
 
-impl Recent {
-    pub(super) fn push(&mut self, now: Duration, byte: ByteOnLine) {
-        let is_fault = byte.received != Some(byte.sent);
-        let frame = byte.place + 1;
-        self.bytes.truncate(RECENT_LENGTH - 1);
-        self.bytes.push_front(byte.clone());
-        if !self.close_up.is_empty() && self.close_up.len() < CLOSE_UP_LENGTH {
+impl Bytes {
+    /// The next byte, of the frame that was due at that time.
+    pub(super) fn push(&mut self, due: Duration, byte: ByteOnLine) {
+        let (is_fault, is_first) = (byte.is_fault(), self.close_up.is_empty());
+        if byte.place == 0 {
+            self.frame.clear();
+        }
+        self.frame.push(byte.clone());
+        if (1..CLOSE_UP_LENGTH).contains(&self.close_up.len()) {
             self.close_up.push(byte);
-        } else if is_fault
-            && (self.close_up.is_empty() || now >= self.close_up_from + CLOSE_UP_TIME)
-        {
-            self.close_up_from = now;
+        } else if is_first || is_fault && due >= self.close_up_from + CLOSE_UP_TIME {
+            self.close_up_from = due;
             // From the first byte of the frame on.
-            self.close_up = self.last(frame).cloned().collect();
+            self.close_up.clone_from(&self.frame);
         }
     }
-
-    /// The bytes that came last, at most `count`, oldest first.
-    pub(super) fn last(&self, count: usize) -> impl Iterator<Item = &ByteOnLine> {
-        self.bytes.iter().take(count).rev()
-    }
-}
-
-/// What a receiver that has that many bytes of a frame waits for.
-pub(super) fn state(pending: usize) -> &'static str {
-    LECTURE_STATES.get(pending).copied().unwrap_or_default()
 }
 
 /// Columns that the rows' names take.
-const NAMES_WIDTH: u16 = 10;
+const NAMES_WIDTH: usize = 10;
 
-/// Columns that a byte takes.
-const BYTE_WIDTH: u16 = 3;
-
-/// How many bytes there is room for.
-pub(super) fn room(width: u16) -> usize {
-    usize::from(width.saturating_sub(NAMES_WIDTH) / BYTE_WIDTH)
-}
-
-/// Four rows: what was sent, what arrived, and where it took each machine.
+/// Four rows: what was sent, what arrived, and what each machine waits for next.
 pub(super) fn rows<'a>(bytes: impl Iterator<Item = &'a ByteOnLine>) -> [Line<'static>; 4] {
-    let mut rows = ["sent", "received", "lecture", "receiver"].map(|name| {
-        let width = usize::from(NAMES_WIDTH);
-        Line::from(Span::from(format!("{name:<width$}")).dim())
-    });
+    let mut rows = ["sent", "arrived", "lecture's", "framelock"]
+        .map(|name| Line::from(Span::from(format!("{name:<NAMES_WIDTH$}")).dim()));
     for byte in bytes {
+        let separator = if byte.place == 6 { "│" } else { " " };
         for (row, cell) in rows.iter_mut().zip(column(byte)) {
             row.push_span(cell);
-            row.push_span(" ");
+            row.push_span(separator.dim());
         }
     }
     rows
 }
 
 fn column(byte: &ByteOnLine) -> [Span<'static>; 4] {
-    let fault = Style::new().fg(Color::Red).bold();
+    let fault = Style::new().fg(VERMILLION).bold();
     let is_lost = byte.received.is_none();
     let sent_style = if is_lost { fault } else { Style::new() };
     let sent = Span::styled(format!("{:02X}", byte.sent), sent_style);
     let arrived = match byte.received {
         None => Span::styled("--", fault),
-        Some(arrived) if arrived == byte.sent => Span::from(format!("{arrived:02X}")),
-        Some(arrived) => Span::styled(format!("{arrived:02X}"), fault.reversed()),
+        Some(arrived) if byte.is_fault() => {
+            Span::styled(format!("{arrived:02X}"), fault.reversed())
+        }
+        Some(arrived) => Span::from(format!("{arrived:02X}")),
     };
     let outcome = |station| byte.outcomes.get(station).map_or(Span::from("  "), cell);
     [sent, arrived, outcome(0), outcome(1)]
 }
 
-/// The state after the byte, or how the commit was.
+/// What the machine waits for after the byte, or how the commit was.
 fn cell(outcome: &Outcome) -> Span<'static> {
     match outcome {
-        Outcome::Pending(bytes) => Span::from(format!("{:<2}", state(*bytes))).dim(),
-        Outcome::Delivered => Span::from("ok").fg(Color::Green).bold(),
-        Outcome::Wrong => Span::from("!!").fg(Color::Red).bold(),
+        Outcome::Pending(bytes) => {
+            let state = LECTURE_STATES.get(*bytes).copied().unwrap_or_default();
+            Span::from(format!("{state:<2}")).dim()
+        }
+        Outcome::Delivered => Span::from("ok").fg(BLUE).bold(),
+        Outcome::Wrong => Span::from("!!").fg(VERMILLION).bold(),
     }
 }
 
@@ -122,36 +113,26 @@ mod tests {
 
     #[test]
     fn each_byte_has_its_column() {
-        let byte = ByteOnLine {
+        let byte = |place, received, outcomes: &[Outcome]| ByteOnLine {
             sent: 0x41,
-            place: 0,
-            received: Some(0x41),
-            outcomes: vec![Outcome::Pending(1), Outcome::Wrong],
+            place,
+            received,
+            outcomes: outcomes.to_vec(),
         };
         let bytes = [
-            byte.clone(),
-            ByteOnLine {
-                received: None,
-                outcomes: Vec::new(),
-                ..byte.clone()
-            },
-            ByteOnLine {
-                received: Some(0x43),
-                outcomes: vec![Outcome::Pending(6), Outcome::Delivered],
-                ..byte
-            },
+            byte(0, Some(0x41), &[Outcome::Pending(1), Outcome::Wrong]),
+            byte(1, None, &[]),
+            byte(6, Some(0x43), &[Outcome::Pending(6), Outcome::Delivered]),
         ];
         let rows = rows(bytes.iter()).map(|row| row.to_string());
         assert_eq!(
             rows,
             [
-                "sent      41 41 41 ",
-                "received  41 -- 43 ",
-                "lecture   B     CR ",
-                "receiver  !!    ok ",
+                "sent      41 41 41│",
+                "arrived   41 -- 43│",
+                "lecture's B     CR│",
+                "framelock !!    ok│",
             ]
         );
-        assert_eq!(room(78), 22);
-        assert_eq!(room(3), 0);
     }
 }

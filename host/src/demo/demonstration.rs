@@ -1,41 +1,34 @@
 //! The whole demonstration in virtual time: nothing in here waits, draws or prints.
 
-use std::collections::VecDeque;
-use std::mem;
 use std::time::Duration;
 
 use anyhow::Result;
 use framelock::{Output, Setpoint};
 use framelock_simulation::{
     Event, FaultRates, Frame, FrameFormat, Kind, LineTally, Origin, Parameters, Policy,
-    ReceiverTally, Seed, SmoothMotion, Trial, check_rate, time_on_line,
+    ReceiverTally, Seed, SmoothMotion, Trial, check_rate,
 };
 
 use super::arguments::Arguments;
-use super::bytes::{ByteOnLine, Recent};
+use super::bytes::{ByteOnLine, Bytes};
+use super::lane::{Fate, Lane};
 use super::script::{Passage, Script};
 
 /// Bytes in a frame.
 const FRAME_LENGTH: usize = FrameFormat::Bin.length();
 
-/// A look at the pitch: when; as it was sent, and as each station put it out.
-pub(super) type Sample = (Duration, [u8; 3]);
-
-/// How far apart samples are, and how many are kept: the last ten seconds.
-const SAMPLE_EVERY: Duration = Duration::from_millis(100);
-const SAMPLES: usize = 100;
-
 /// What there is to see of a station.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Report {
-    /// Bytes of a frame that the receiver has.
-    pub(super) pending: usize,
     pub(super) output: Output,
     pub(super) tally: ReceiverTally,
     /// Frames sent whose setpoint was not committed with their own last byte.
     pub(super) lost: u64,
     /// Commits of anything else than a frame's setpoint with its last byte.
     pub(super) wrong: u64,
+    /// For how long it has been deaf, if it is, and the longest that it was.
+    pub(super) deaf: Option<Duration>,
+    pub(super) longest_deafness: Duration,
 }
 
 /// A motion PC, a line, and a station for each policy at its end.
@@ -45,21 +38,18 @@ pub(super) struct Demonstration {
     pub(super) now: Duration,
     /// The setpoint sent last.
     pub(super) last_sent: Option<Setpoint>,
-    pub(super) recent: Recent,
-    /// The latest first.
-    pub(super) samples: VecDeque<Sample>,
+    pub(super) bytes: Bytes,
+    /// Of the lecture's machine and of the receiver.
+    pub(super) lanes: [Lane; 2],
     script: Script,
     motion: SmoothMotion,
     trial: Trial,
     slot: u64,
-    /// When the frame sent last ends, and the longest time between two such.
-    sent_at: Duration,
-    longest_pause: Duration,
 }
 
 impl Demonstration {
     pub(super) fn new(arguments: Arguments) -> Result<Self> {
-        let Arguments { baud, rate, .. } = arguments;
+        let (baud, rate) = (arguments.baud, arguments.rate);
         check_rate(rate.into(), FRAME_LENGTH, 0, baud, 1.0)?;
         let period = 1_000.0 / f64::from(rate);
         let parameters = Parameters {
@@ -87,20 +77,18 @@ impl Demonstration {
         let mut trial = Trial::new(&parameters, seed, rates, &stations)?;
         trial.events = Some(Vec::new());
         Ok(Self {
-            arguments,
             script: Script {
                 slots: u64::from(arguments.seconds) * u64::from(rate),
             },
+            arguments,
             // Two seconds from one point to the next.
             motion: SmoothMotion::new(seed, 2 * u64::from(rate)),
             trial,
             now: Duration::ZERO,
             slot: 0,
-            sent_at: Duration::ZERO,
-            longest_pause: Duration::ZERO,
             last_sent: None,
-            recent: Recent::default(),
-            samples: VecDeque::new(),
+            bytes: Bytes::default(),
+            lanes: Default::default(),
         })
     }
 
@@ -126,37 +114,26 @@ impl Demonstration {
     /// Goes on to that bit, and keeps what is to be shown of what happens.
     fn run_to(&mut self, bit: u64) {
         self.trial.advance_to(bit);
-        let now = self.slot_begin(self.slot);
-        for event in self.trial.events.iter_mut().flat_map(mem::take) {
-            match event {
-                Event::Byte { sent: None, .. } => {}
-                Event::Byte {
-                    sent: Some((Origin { place, .. }, sent)),
-                    received,
-                    outcomes,
-                } => {
-                    let byte = ByteOnLine {
-                        sent,
-                        place,
-                        received,
-                        outcomes,
-                    };
-                    self.recent.push(now, byte);
-                }
-                Event::Look {
-                    microseconds,
-                    demand,
-                    outputs,
-                } => {
-                    let at = Duration::from_micros(microseconds);
-                    let last = self.samples.front();
-                    let is_due = last.is_none_or(|(last, _)| at >= *last + SAMPLE_EVERY);
-                    if is_due && let [lecture, receiver] = outputs[..] {
-                        let setpoints = [demand, lecture.setpoint, receiver.setpoint];
-                        self.samples.truncate(SAMPLES - 1);
-                        self.samples
-                            .push_front((at, setpoints.map(|setpoint| setpoint.pitch)));
-                    }
+        for event in self.trial.events.replace(Vec::new()).unwrap_or_default() {
+            let Event::Byte {
+                sent: Some((Origin { frame, place }, sent)),
+                received,
+                outcomes,
+            } = event
+            else {
+                continue;
+            };
+            let due = self.slot_begin(frame);
+            let byte = ByteOnLine {
+                sent,
+                place,
+                received,
+                outcomes,
+            };
+            self.bytes.push(due, byte);
+            if place + 1 == FRAME_LENGTH {
+                for (station, lane) in self.lanes.iter_mut().enumerate() {
+                    lane.push(due, Fate::of(&self.bytes.frame, station));
                 }
             }
         }
@@ -171,9 +148,13 @@ impl Demonstration {
         let setpoint = self.script.setpoint(slot, &mut self.motion);
         let passage = self.script.passage(slot).0;
         if passage == Passage::Silence {
+            let due = self.slot_begin(slot);
+            for lane in &mut self.lanes {
+                lane.push(due, Fate::NotSent);
+            }
             return;
         }
-        self.trial.is_faulty = passage == Passage::Motion;
+        self.trial.is_faulty = passage != Passage::Still;
         if self.arguments.drop > 0.0 && self.script.loses_first_byte(slot) {
             let (frame, place) = (slot, 0);
             self.trial.lost = Some(Origin { frame, place });
@@ -182,9 +163,6 @@ impl Demonstration {
         let frame = Frame::new(FrameFormat::Bin, [0, pitch, roll, yaw]);
         self.trial.send(slot, frame);
         self.last_sent = Some(setpoint);
-        let sent_at = self.slot_begin(slot) + time_on_line(FRAME_LENGTH, self.arguments.baud);
-        self.longest_pause = sent_at.saturating_sub(self.sent_at).max(self.longest_pause);
-        self.sent_at = sent_at;
     }
 
     pub(super) fn end(&self) -> Duration {
@@ -203,21 +181,16 @@ impl Demonstration {
     /// The line, and the stations of the lecture's machine and of the receiver.
     pub(super) fn report(&self) -> (LineTally, Vec<Report>) {
         let tally = self.trial.tally();
-        let stations = self.trial.stations().zip(tally.receivers);
-        let reports = stations.map(|((station, output), receiver)| Report {
-            pending: station.pending,
+        let stations = self.trial.stations().zip(tally.receivers).zip(&self.lanes);
+        let reports = stations.map(|(((_, output), receiver), lane)| Report {
             output,
+            deaf: lane.deaf(self.now),
+            longest_deafness: lane.longest_deafness(self.now),
             lost: tally.line.frames_sent - receiver.delivered,
             wrong: receiver.wrong_setpoints + receiver.false_frames,
             tally: receiver,
         });
         (tally.line, reports.collect())
-    }
-
-    /// The longest time between the ends of two frames sent: no silence can be shorter.
-    pub(super) fn longest_pause(&self) -> Duration {
-        let pause = self.now.saturating_sub(self.sent_at);
-        self.longest_pause.max(pause)
     }
 }
 

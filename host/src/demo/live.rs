@@ -18,9 +18,9 @@ const LONGEST_STEP: Duration = Duration::from_millis(250);
 pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
     let mut screen = Screen::take()?;
     let mut drawn_at = Instant::now();
-    let mut is_paused = false;
+    let (mut is_paused, mut has_room) = (false, true);
     while !demonstration.is_over() && !screen.is_ended() {
-        screen.draw(|frame| view::draw(frame, demonstration, is_paused))?;
+        screen.draw(|frame| has_room = view::draw(frame, demonstration, is_paused))?;
         if let Some(key) = key_within(DRAW_EVERY)?
             && !goes_on(key, &mut is_paused)
         {
@@ -28,7 +28,7 @@ pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
         }
         let elapsed = drawn_at.elapsed();
         drawn_at += elapsed;
-        if !is_paused {
+        if !is_paused && has_room {
             let step = elapsed.min(LONGEST_STEP).mul_f64(speed);
             demonstration.advance_to(demonstration.now + step);
         }

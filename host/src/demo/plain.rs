@@ -3,42 +3,54 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use framelock::Setpoint;
-
 use super::demonstration::{Demonstration, Report};
+use super::story::story;
 use crate::view_parts::phase_name;
 
-/// How many lines there are at most, so that a long run can still be read.
-const MOST_LINES: u32 = 30;
+/// How many lines of numbers there are at most, so that a long run can still be read.
+const MOST_LINES: u32 = 20;
 
-/// Runs the demonstration to its end, as fast as it goes; a line for each second, or for several.
+/// Runs the demonstration to its end, as fast as it goes: the story, and between its parts a line
+/// for each second, or for several.
 pub(super) fn run(demonstration: &mut Demonstration, out: &mut impl Write) -> io::Result<()> {
+    let seconds = demonstration.arguments.seconds;
+    let step = seconds.div_ceil(MOST_LINES);
     writeln!(
         out,
-        "                            lecture's machine (discard)       receiver (rescan)\n    \
-         time  line        sent    lost wrong output   failsafe    lost wrong output   failsafe"
+        "{:<31}{:<29}framelock\n{:>8}{:>8}{COLUMNS}{COLUMNS}",
+        "", "lecture's machine", "time", "sent"
     )?;
-    let seconds = demonstration.arguments.seconds;
-    let step = seconds.div_ceil(MOST_LINES).max(1);
-    let mut second = 0;
-    while second < seconds {
+    let (mut second, mut told) = (0, None);
+    loop {
+        let story = story(demonstration);
+        if told.as_ref() != Some(&story) {
+            writeln!(out, "\n{}\n{}\n", story.heading, story.text)?;
+            told = Some(story);
+        }
+        if second > 0 {
+            let (line, reports) = demonstration.report();
+            let sent = line.frames_sent;
+            let stations: String = reports.iter().map(columns).collect();
+            let line = format!("{second:>6} s{sent:>8}{stations}");
+            writeln!(out, "{}", line.trim_end())?;
+        }
+        if second == seconds {
+            return writeln!(out);
+        }
         second = (second + step).min(seconds);
         demonstration.advance_to(Duration::from_secs(second.into()));
-        let passage = demonstration.passage().name();
-        let (line, reports) = demonstration.report();
-        let sent = line.frames_sent;
-        let stations: String = reports.iter().map(columns).collect();
-        let line = format!("{second:>6} s  {passage:<8}{sent:>8}{stations}");
-        writeln!(out, "{}", line.trim_end())?;
     }
-    writeln!(out)
 }
 
+const COLUMNS: &str = "    lost        deaf  failsafe";
+
 fn columns(report: &Report) -> String {
-    let Setpoint { pitch, roll, yaw } = report.output.setpoint;
+    let deaf = report.deaf.map_or_else(
+        || "-".to_owned(),
+        |time| format!("{:.1} s", time.as_secs_f64()),
+    );
     let phase = phase_name(report.output.phase);
-    let (lost, wrong) = (report.lost, report.wrong);
-    format!("  {lost:>6}{wrong:>6} {pitch:02X} {roll:02X} {yaw:02X} {phase:<8}")
+    format!("{:>8}{deaf:>12}  {phase:<8}", report.lost)
 }
 
 type Value<'a> = &'a dyn Fn(&Report) -> u64;
@@ -48,13 +60,14 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
     let arguments = &demonstration.arguments;
     writeln!(
         out,
-        "seed {}, {} s, {} baud, {} frames a second",
-        arguments.seed, arguments.seconds, arguments.baud, arguments.rate
-    )?;
-    writeln!(
-        out,
-        "in motion a byte is lost with probability {}, a bit inverted with {}",
-        arguments.drop, arguments.flip
+        "seed {}, {} s, {} baud, {} frames a second\n\
+         in the ride a byte is lost with probability {}, a bit inverted with {}",
+        arguments.seed,
+        arguments.seconds,
+        arguments.baud,
+        arguments.rate,
+        arguments.drop,
+        arguments.flip
     )?;
     if let Some(gap) = arguments.idle_gap {
         writeln!(
@@ -68,8 +81,8 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
     }
     writeln!(
         out,
-        "\n{:<30}{:>20}{:>12}\n{:<30}{:>20}{:>12}",
-        "", "lecture's machine", "receiver", "", "(discard)", "(rescan)"
+        "\n{:<30}{:>20}{:>12}",
+        "", "lecture's machine", "framelock"
     )?;
     let (line, reports) = demonstration.report();
     let rows: [(&str, Value); 8] = [
@@ -80,8 +93,8 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
             report.tally.lost_intact
         }),
         ("wrong commits", &|report| report.wrong),
-        ("longest silence, ms", &|report| {
-            report.tally.longest_silence / 1_000
+        ("deaf for at most, ms", &|report| {
+            u64::try_from(report.longest_deafness.as_millis()).unwrap_or(u64::MAX)
         }),
         ("failsafe engagements", &|report| report.tally.engagements),
         ("bytes discarded", &|report| report.tally.bytes_discarded),
@@ -93,10 +106,12 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
         }
         writeln!(out)?;
     }
+    let broken = line.frames_sent - line.frames_intact;
+    let mut missed = reports.iter().map(|report| report.tally.lost_intact);
+    let [lecture, framelock] = [(); 2].map(|()| missed.next().unwrap_or_default());
     writeln!(
         out,
-        "\nThe line broke {} frames; the sender itself paused for {} ms at most.",
-        line.frames_sent - line.frames_intact,
-        demonstration.longest_pause().as_millis(),
+        "\nBroken by the line: {broken}. Missed though whole: lecture's machine {lecture}, \
+         framelock {framelock}."
     )
 }

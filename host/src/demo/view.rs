@@ -1,194 +1,162 @@
 //! The live view: one drawing of the demonstration as it stands. It reads, and changes nothing.
 //!
-//! Laid out for 80 columns and 24 rows; a lower terminal goes without the bytes, a higher one has
-//! room for a chart.
+//! Laid out for 80 columns and 24 rows. A lower terminal goes without the bytes, then without the
+//! seats.
 
 use framelock::Output;
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Style, Stylize};
-use ratatui::symbols::Marker;
+use ratatui::layout::{Constraint, Layout, Margin};
+use ratatui::style::Stylize;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph};
+use ratatui::widgets::{Paragraph, Wrap};
 
-use super::bytes::{self, ByteOnLine};
+use super::bytes;
 use super::demonstration::{Demonstration, Report};
-use super::script::Passage;
-use crate::view_parts::{RowsLeft, bar, emphasised, phase_name, phase_style};
+use super::lane::Fate;
+use super::story::story;
+use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, phase_name, phase_style};
 
-const TITLE_HEIGHT: u16 = 2;
-const STATIONS_HEIGHT: u16 = 9;
-const BYTES_HEIGHT: u16 = 6;
-const KEYS_HEIGHT: u16 = 1;
-const CHART_HEIGHT: u16 = 8;
+/// The smallest terminal that the story fits on.
+const LEAST_WIDTH: u16 = 60;
+const LEAST_HEIGHT: u16 = 16;
 
-/// Draws the demonstration as it stands.
-pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: bool) {
+/// Columns that the story's lines and the whole legends need.
+const WIDE: u16 = 78;
+
+/// Draws the demonstration as it stands; returns whether there is room for it.
+pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: bool) -> bool {
     let area = frame.area();
-    let mut rows_left = RowsLeft::new(area.height, TITLE_HEIGHT + STATIONS_HEIGHT + KEYS_HEIGHT);
-    let line_height = rows_left.exactly(BYTES_HEIGHT);
-    let close_up_height = rows_left.exactly(BYTES_HEIGHT);
-    let chart_height = rows_left.all_of(CHART_HEIGHT);
-    let [title, stations, line, close_up, chart, keys] = Layout::vertical([
-        Constraint::Length(TITLE_HEIGHT),
-        Constraint::Length(STATIONS_HEIGHT),
-        Constraint::Length(line_height),
-        Constraint::Length(close_up_height),
-        Constraint::Length(chart_height),
-        Constraint::Length(KEYS_HEIGHT),
-    ])
-    .areas(area);
-
-    frame.render_widget(title_of(demonstration), title);
-    draw_stations(frame, demonstration, stations);
-    let room = bytes::room(line.width.saturating_sub(2));
-    let titles = [
-        "the line; state after each byte, ok = committed, !! = a wrong commit",
-        "a fault from close up: the frame it hits, and the two behind it",
-    ];
-    draw_bytes(frame, titles[0], demonstration.recent.last(room), line);
-    draw_bytes(
-        frame,
-        titles[1],
-        demonstration.recent.close_up.iter(),
-        close_up,
-    );
-    draw_chart(frame, demonstration, chart);
-    let space = if is_paused { "goes on" } else { "pauses" };
-    let keys_line = Line::from(format!(" q quits, space {space}")).dim();
-    frame.render_widget(keys_line, keys);
-}
-
-fn title_of(demonstration: &Demonstration) -> Paragraph<'static> {
-    let arguments = &demonstration.arguments;
-    let what = match demonstration.passage() {
-        Passage::Motion => "motion, over a faulty line",
-        Passage::Silence => "silence: nothing is sent",
-        Passage::Parking => "parking, over a faultless line",
-        Passage::Parked if arguments.drop > 0.0 => "parked on 00 41 42 00; one byte is lost",
-        Passage::Parked => "parked on 00 41 42 00",
-    };
-    let (line, _) = demonstration.report();
-    let numbers = format!(
-        "{:5.1} of {} s  sent {:<5} broken {:<4} ",
-        demonstration.now.as_secs_f64(),
-        arguments.seconds,
-        line.frames_sent,
-        line.frames_sent - line.frames_intact,
-    );
-    let settings = format!(
-        " seed {}, {} baud, {} frames/s, drop {}, flip {}",
-        arguments.seed, arguments.baud, arguments.rate, arguments.drop, arguments.flip
-    );
-    Paragraph::new(vec![
-        Line::from(vec![
-            Span::from(" framelock demo ").bold().reversed(),
-            Span::from(settings).dim(),
-        ]),
-        Line::from(vec![
-            Span::from(format!(" {numbers}")),
-            Span::from(what).bold(),
-        ]),
-    ])
-}
-
-fn draw_stations(frame: &mut Frame, demonstration: &Demonstration, area: Rect) {
-    let areas: [Rect; 2] = Layout::horizontal([Constraint::Fill(1); 2]).areas(area);
-    let names = ["the lecture's machine: discard", "the receiver: rescan"];
-    let (_, reports) = demonstration.report();
-    for ((area, name), report) in areas.into_iter().zip(names).zip(reports) {
-        let block = Block::bordered().title(Span::from(format!(" {name} ")).bold());
-        let inside = block.inner(area);
-        frame.render_widget(block, area);
-        let lines = station(&report, demonstration, inside.width);
-        frame.render_widget(Paragraph::new(lines), inside);
-    }
-}
-
-fn station(report: &Report, demonstration: &Demonstration, width: u16) -> Vec<Line<'static>> {
-    let Output { setpoint, phase } = report.output;
-    let mut lines = vec![Line::from(vec![
-        Span::from("state "),
-        Span::from(format!("{:<4}", bytes::state(report.pending))).bold(),
-        Span::from("failsafe "),
-        Span::styled(phase_name(phase).to_uppercase(), phase_style(phase)),
-    ])];
-    let sent = demonstration.last_sent.map(<[u8; 3]>::from);
-    let names = ["pitch", "roll", "yaw"];
-    for (index, (name, output)) in names.into_iter().zip(<[u8; 3]>::from(setpoint)).enumerate() {
-        let sent = sent.and_then(|axes| axes.get(index).copied());
-        let numbers = format!(
-            " {output:02X} sent {}",
-            sent.map_or_else(|| "--".to_owned(), |sent| format!("{sent:02X}"))
+    if area.width < LEAST_WIDTH || area.height < LEAST_HEIGHT {
+        let text = format!(
+            "The demo needs {LEAST_WIDTH} columns and {LEAST_HEIGHT} rows; here are {} and {}. \
+             Enlarge the terminal and it begins, or press q and run: framelock demo --plain",
+            area.width, area.height
         );
-        let mut line = Line::from(format!("{name:<6}"));
-        let bar_width = width.saturating_sub(6 + 11);
-        line.spans.extend(bar(output, sent, bar_width).spans);
-        line.push_span(numbers);
-        lines.push(line);
+        frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
+        return false;
     }
-    let tally = &report.tally;
-    lines.push(Line::from(vec![
-        Span::from(format!("received {:<6}lost ", tally.delivered)),
-        emphasised(report.lost, Color::Yellow),
-        Span::from(" wrong "),
-        emphasised(report.wrong, Color::Red),
-    ]));
-    lines.push(Line::from(vec![
-        Span::from("lost though delivered whole "),
-        emphasised(tally.lost_intact, Color::Red),
-    ]));
-    let discarded = tally.bytes_discarded;
-    lines.push(Line::from(format!("bytes discarded {discarded}")));
-    lines
+    let area = area.inner(Margin::new(1, 0));
+    let story_height = if area.width < WIDE { 7 } else { 5 };
+    let mut rows_left = RowsLeft::new(area.height, 1 + story_height + 2 * 3);
+    let gap = rows_left.exactly(2) / 2;
+    let lane_height = 3 + rows_left.exactly(2) / 2;
+    let bytes_height = rows_left.exactly(6);
+    let title_height = 1 + rows_left.exactly(1);
+    let heights = [
+        title_height,
+        story_height,
+        gap,
+        lane_height,
+        gap,
+        lane_height,
+        bytes_height,
+    ];
+    let [title, told, _, lecture, _, receiver, bytes] =
+        Layout::vertical(heights.map(Constraint::Length)).areas(area);
+
+    let space = if is_paused { "goes on" } else { "pauses" };
+    let keys = format!("q quits, space {space}").dim();
+    let name = " framelock demo ".bold().reversed();
+    frame.render_widget(ends(vec![name], vec![keys], area.width), title);
+
+    let story = story(demonstration);
+    let (now, seconds) = (demonstration.now, demonstration.arguments.seconds);
+    let time = format!("{:.1} of {seconds} s", now.as_secs_f64()).dim();
+    let lines = vec![
+        ends(vec![story.heading.bold()], vec![time], area.width),
+        story.text.replace('\n', " ").into(),
+    ];
+    frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), told);
+
+    let (line, reports) = demonstration.report();
+    let broken = line.frames_sent - line.frames_intact;
+    let names = ["the lecture's machine", "framelock"];
+    let receivers = reports.iter().zip(&demonstration.lanes).zip(names);
+    for (((report, lane), name), area) in receivers.zip([lecture, receiver]) {
+        let lines = vec![
+            status(name, report, area.width),
+            lane.last(area.width.into()).map(mark).collect(),
+            counts(report, broken, area.width),
+            seat(report, demonstration, area.width),
+        ];
+        frame.render_widget(Paragraph::new(lines), area);
+    }
+    let caption = "Bytes from the last fault on, and what each waits for next";
+    let mut lines = vec![Line::default(), caption.dim().into()];
+    lines.extend(bytes::rows(demonstration.bytes.close_up.iter()));
+    frame.render_widget(Paragraph::new(lines), bytes);
+    true
 }
 
-fn draw_bytes<'a>(
-    frame: &mut Frame,
-    title: &'static str,
-    bytes: impl Iterator<Item = &'a ByteOnLine>,
-    area: Rect,
-) {
-    let block = Block::bordered().title(format!(" {title} "));
-    let rows = bytes::rows(bytes).to_vec();
-    frame.render_widget(Paragraph::new(rows).block(block), area);
+/// A row with something at its left end and something at its right end.
+fn ends(mut left: Vec<Span<'static>>, right: Vec<Span<'static>>, width: u16) -> Line<'static> {
+    let taken: usize = left.iter().chain(&right).map(Span::width).sum();
+    left.push(" ".repeat(usize::from(width).saturating_sub(taken)).into());
+    left.extend(right);
+    left.into()
 }
 
-/// The curves of the chart.
-const CURVES: [(&str, Color); 3] = [
-    ("sent", Color::Yellow),
-    ("lecture's machine", Color::Red),
-    ("receiver", Color::Green),
-];
+fn status(name: &'static str, report: &Report, width: u16) -> Line<'static> {
+    let status = match report.deaf {
+        Some(time) => format!(" DEAF for {:.1} s ", time.as_secs_f64()).fg(VERMILLION),
+        None => " LISTENING ".fg(BLUE),
+    };
+    let name = format!("{name:<23}").bold();
+    let phase = report.output.phase;
+    let phase_name = phase_name(phase).to_uppercase();
+    let failsafe = vec![
+        "failsafe ".into(),
+        Span::styled(phase_name, phase_style(phase)),
+    ];
+    let left = vec![name, status.bold().reversed()];
+    ends(left, failsafe, width)
+}
 
-/// The pitch of the last ten seconds: as sent, and as each station put it out.
-fn draw_chart(frame: &mut Frame, demonstration: &Demonstration, area: Rect) {
-    let mut title = Line::from(" pitch, the last ten seconds: ");
-    let mut curves: [Vec<(f64, f64)>; 3] = Default::default();
-    for (at, pitches) in &demonstration.samples {
-        for (curve, pitch) in curves.iter_mut().zip(pitches) {
-            curve.push((at.as_secs_f64(), f64::from(*pitch)));
-        }
+/// How the fate of a frame is marked.
+fn mark(fate: Fate) -> Span<'static> {
+    match fate {
+        Fate::NotSent => " ".into(),
+        Fate::Delivered => "●".fg(BLUE),
+        Fate::Missed => "○".fg(VERMILLION).bold(),
+        Fate::Broken => "×".bold(),
+        Fate::Wrong => "!".fg(VERMILLION).bold(),
     }
-    let datasets = curves.iter().zip(CURVES).map(|(curve, (name, color))| {
-        title.push_span(Span::from(name).fg(color));
-        title.push_span(" ");
-        Dataset::default()
-            .marker(Marker::Braille)
-            .graph_type(GraphType::Line)
-            .style(Style::new().fg(color))
-            .data(curve)
-    });
-    let datasets = datasets.collect();
-    let from = (demonstration.now.as_secs_f64() - 10.0).max(0.0);
-    let heights = Axis::default()
-        .bounds([0.0, 255.0])
-        .labels(["00", "80", "FF"]);
-    let chart = Chart::new(datasets)
-        .block(Block::bordered().title(title))
-        .x_axis(Axis::default().bounds([from, from + 10.0]))
-        .y_axis(heights);
-    frame.render_widget(chart, area);
+}
+
+/// How many of each mark, which is what the marks mean too.
+fn counts(report: &Report, broken: u64, width: u16) -> Line<'static> {
+    let (missed, broken_by_line) = if width < WIDE {
+        ("missed", "broken")
+    } else {
+        ("missed though whole", "broken by the line")
+    };
+    let mut line = Line::default();
+    for (fate, count, meaning) in [
+        (Fate::Delivered, report.tally.delivered, "delivered"),
+        (Fate::Missed, report.tally.lost_intact, missed),
+        (Fate::Broken, broken, broken_by_line),
+        (Fate::Wrong, report.wrong, "wrong"),
+    ] {
+        line.push_span(mark(fate));
+        line.push_span(format!(" {count} {meaning}  "));
+    }
+    line
+}
+
+/// Where the failsafe has the seat, and where the PC wants it.
+fn seat(report: &Report, demonstration: &Demonstration, width: u16) -> Line<'static> {
+    let Output { setpoint, .. } = report.output;
+    let sent = demonstration.last_sent.map(<[u8; 3]>::from);
+    let mut line = Line::from("seat, ┃ as sent  ");
+    let bar_width = (width - 17).div_ceil(3).saturating_sub(7);
+    let names = ["pitch", "roll", "yaw"];
+    for (axis, (name, output)) in names.into_iter().zip(<[u8; 3]>::from(setpoint)).enumerate() {
+        let sent = sent.and_then(|axes| axes.get(axis).copied());
+        line.push_span(format!("{name:>5} ").dim());
+        line.extend(bar(output, sent, bar_width));
+        line.push_span(" ");
+    }
+    line
 }
 
 #[cfg(test)]

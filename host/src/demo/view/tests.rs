@@ -22,7 +22,9 @@ fn demonstration(milliseconds: u64) -> Demonstration {
 fn screen(demonstration: &Demonstration, width: u16, height: u16) -> Vec<String> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
-        .draw(|frame| draw(frame, demonstration, false))
+        .draw(|frame| {
+            draw(frame, demonstration, false);
+        })
         .unwrap();
     let buffer = terminal.backend().buffer();
     let cells = buffer.content().chunks(usize::from(width).max(1));
@@ -31,98 +33,117 @@ fn screen(demonstration: &Demonstration, width: u16, height: u16) -> Vec<String>
         .collect()
 }
 
-/// The screen's two halves, of the rows that belong to the stations.
-fn stations(screen: &[String]) -> [String; 2] {
-    let half = |from: usize| {
-        let rows = screen.iter().skip(2).take(9);
-        let halves = rows.map(|row| row.chars().skip(from).take(40).collect::<String>());
-        halves.collect::<Vec<_>>().join("\n")
-    };
-    [half(0), half(40)]
+/// The place of the row that begins so.
+fn row(screen: &[String], start: &str) -> usize {
+    let mut rows = screen.iter();
+    let found = rows.position(|row| row.trim_start().starts_with(start));
+    found.unwrap_or_else(|| panic!("no {start:?} in\n{}", screen.join("\n")))
 }
 
 #[test]
-fn parked_shows_one_station_deaf_and_the_other_live() {
-    let screen = screen(&demonstration(22_000), 80, 24);
-    assert_eq!(screen.len(), 24);
-    assert!(screen[1].contains("22.0 of 26 s"), "{}", screen[1]);
-    assert!(screen[1].trim_end().ends_with("one byte is lost"));
+fn within_five_seconds_one_receiver_is_deaf_and_the_other_listens() {
+    let screen = screen(&demonstration(4_500), 80, 24);
+    assert!(screen[0].trim_end().ends_with("q quits, space pauses"));
+    let heading = &screen[row(&screen, "ONE LOST BYTE")];
+    assert!(heading.trim_end().ends_with("4.5 of 20 s"), "{heading}");
 
-    let [discard, rescan] = stations(&screen);
-    assert!(discard.contains("the lecture's machine: discard"));
-    assert!(discard.contains("failsafe PARKED"));
-    assert!(discard.contains(" 80 sent 41"));
-    assert!(rescan.contains("the receiver: rescan"));
-    assert!(rescan.contains("failsafe LIVE"));
-    assert!(rescan.contains(" 41 sent 41"));
-    assert!(rescan.contains(" 00 sent 00"));
+    let lecture = &screen[row(&screen, "the lecture's machine  ")..];
+    assert!(lecture[0].contains(" DEAF for 2.4 s "), "{}", lecture[0]);
+    assert!(lecture[0].contains("failsafe RAMP"), "{}", lecture[0]);
+    let (heard, missed) = ("●".repeat(20), "○".repeat(24));
+    assert_eq!(lecture[1].trim(), format!("{heard}×{missed}"));
+    assert_eq!(
+        lecture[2].trim(),
+        "● 20 delivered  ○ 24 missed though whole  × 1 broken by the line  ! 0 wrong"
+    );
 
-    assert!(screen[23].contains("q quits"));
+    let framelock = &screen[row(&screen, "framelock  ")..];
+    assert!(framelock[0].contains(" LISTENING "), "{}", framelock[0]);
+    assert!(framelock[0].contains("failsafe LIVE"), "{}", framelock[0]);
+    assert_eq!(framelock[1].trim(), format!("{heard}×{}", "●".repeat(24)));
+    assert!(framelock[2].contains("● 44 delivered  ○ 0 missed though whole"));
 }
 
 #[test]
 fn the_close_up_marks_the_lost_byte_and_shows_both_machines() {
-    let screen = screen(&demonstration(22_000), 80, 24);
-    let close_up: Vec<&str> = screen[18..22]
+    let screen = screen(&demonstration(7_000), 80, 24);
+    let close_up: Vec<&str> = screen[row(&screen, "sent ")..][..4]
         .iter()
-        .map(|row| row.trim_matches(['│', ' ']))
+        .map(|row| row.trim())
         .collect();
     assert_eq!(
         close_up,
         [
-            "sent      41 42 00 41 42 00 0D 41 42 00 41 42 00 0D 41 42 00 41 42 00 0D",
-            "received  -- 42 00 41 42 00 0D 41 42 00 41 42 00 0D 41 42 00 41 42 00 0D",
-            "lecture      A  A  B  1  2  3  4  CR A  B  1  2  3  4  CR A  B  1  2  3",
-            "receiver     A  A  B  1  2  3  4  CR 2  3  4  CR ok B  1  2  3  4  CR ok",
+            "sent      41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│",
+            "arrived   -- 42 00 41 42 00 0D│41 42 00 41 42 00 0D│41 42 00 41 42 00 0D│",
+            "lecture's    A  A  B  1  2  3 │4  CR A  B  1  2  3 │4  CR A  B  1  2  3 │",
+            "framelock    A  A  B  1  2  3 │4  CR 2  3  4  CR ok│B  1  2  3  4  CR ok│",
         ]
     );
 }
 
+/// Where the failsafe has taken one seat and not the other, the bars show it.
 #[test]
-fn the_counters_are_the_simulations() {
-    let demonstration = demonstration(9_000);
-    let screen = screen(&demonstration, 80, 24);
-    let (line, reports) = demonstration.report();
-    assert!(screen[1].contains(&format!("sent {}", line.frames_sent)));
-    for (half, report) in stations(&screen).iter().zip(reports) {
-        for text in [
-            format!("received {} ", report.tally.delivered),
-            format!("lost {} ", report.lost),
-            format!("wrong {} ", report.wrong),
-            format!("lost though delivered whole {} ", report.tally.lost_intact),
-            format!("bytes discarded {} ", report.tally.bytes_discarded),
-        ] {
-            assert!(half.contains(&text), "{text:?} in\n{half}");
+fn the_seats_are_where_the_failsafes_have_them() {
+    let screen = screen(&demonstration(7_000), 80, 24);
+    let seat = |name| &screen[row(&screen, name) + 3];
+    let blocks = |row: &str| row.matches('█').count();
+    let [lecture, framelock] = ["the lecture's machine  ", "framelock  "].map(seat);
+    assert!(lecture.contains("pitch ███┃"), "{lecture}");
+    assert!(framelock.contains("pitch ███┃"), "{framelock}");
+    assert!(
+        blocks(lecture) > 2 * blocks(framelock),
+        "{lecture}{framelock}"
+    );
+}
+
+#[test]
+fn every_story_is_told_to_its_end_on_every_terminal_that_has_room() {
+    for milliseconds in [1_000, 4_000, 10_000, 14_000, 18_000] {
+        let demonstration = demonstration(milliseconds);
+        let story = story(&demonstration);
+        for line in story.text.lines() {
+            assert!(line.len() <= usize::from(WIDE), "{line}");
+        }
+        let end = story.text.split_whitespace().next_back().unwrap();
+        for (width, height) in [(60, 16), (79, 24), (80, 16), (80, 24), (300, 100)] {
+            let screen = screen(&demonstration, width, height);
+            let told = &screen[..row(&screen, "the lecture's machine  ")];
+            let mut rows = told.iter().rev().map(|row| row.trim());
+            let last = rows.find(|row| !row.is_empty()).unwrap();
+            assert!(last.ends_with(end), "{width}x{height}: {last}");
+            assert!(screen.iter().any(|row| row.contains("missed")));
         }
     }
 }
 
 #[test]
-fn a_high_terminal_has_a_chart_and_a_low_one_has_not() {
+fn a_low_terminal_goes_without_the_bytes_and_then_without_the_seats() {
     let demonstration = demonstration(10_000);
-    let has_chart = |height| {
-        let screen = screen(&demonstration, 100, height);
-        screen
-            .iter()
-            .any(|row| row.contains("the last ten seconds"))
+    let has = |height, start| {
+        let screen = screen(&demonstration, 80, height);
+        screen.iter().any(|row| row.trim_start().starts_with(start))
     };
-    assert!(has_chart(40));
-    assert!(!has_chart(24));
+    for (height, has_bytes, has_seats) in [(24, true, true), (20, false, true), (16, false, true)] {
+        assert_eq!(has(height, "arrived"), has_bytes, "{height}");
+        assert_eq!(has(height, "seat"), has_seats, "{height}");
+    }
+    let screen = screen(&demonstration, 60, 16);
+    assert!(
+        !screen
+            .iter()
+            .any(|row| row.trim_start().starts_with("seat"))
+    );
 }
 
 #[test]
-fn a_low_terminal_shows_the_stations_whole() {
-    let screen = screen(&demonstration(10_000), 80, 15);
-    assert!(stations(&screen)[1].contains("bytes discarded"));
-    assert!(!screen.iter().any(|row| row.starts_with("│sent ")));
-}
-
-#[test]
-fn no_terminal_is_too_small_and_no_time_too_early() {
-    for milliseconds in [0, 5, 3_000] {
-        let demonstration = demonstration(milliseconds);
-        for (width, height) in [(1, 1), (10, 3), (40, 12), (79, 23), (300, 100)] {
-            screen(&demonstration, width, height);
-        }
+fn on_a_terminal_that_is_too_small_it_says_what_it_needs() {
+    let demonstration = demonstration(3_000);
+    let shown = screen(&demonstration, 50, 12).join("");
+    assert!(shown.starts_with("The demo needs 60 columns and 16 rows; here are 50"));
+    assert!(shown.contains("framelock demo --plain"));
+    for (width, height) in [(1, 1), (59, 16), (60, 15)] {
+        let shown = screen(&demonstration, width, height).join("");
+        assert!(!shown.contains("LISTENING"), "{shown}");
     }
 }
