@@ -45,7 +45,7 @@ pub(crate) struct Chip {
     memory: Memory,
     pub(crate) peripherals: Peripherals,
     /// Their events, shorts and interrupts.
-    common: [Common; 10],
+    common: [Common; 12],
     ppi: Ppi,
     pub(crate) nonvolatile: Nonvolatile,
     ports: [Port; 2],
@@ -199,7 +199,10 @@ impl Chip {
             GPIO => self.read_port(offset),
             FICR | UICR | NVMC => self.nonvolatile.read(base, offset),
             _ if Common::owns(offset) => self.common.get(number(base)?)?.read(offset),
-            _ => self.peripherals.all().get(number(base)?)?.read(offset),
+            _ => {
+                let all = self.peripherals.all();
+                all.get(number(base)?)?.read(offset, self.now)
+            }
         }
     }
 

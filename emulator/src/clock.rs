@@ -1,8 +1,9 @@
-//! The crystal's start: nRF52840 Product Specification, section "CLOCK".
+//! The clocks' start: nRF52840 Product Specification, section "CLOCK".
 //!
 //! CLOCK, POWER and APPROTECT share one block of registers and one interrupt, and so they do here:
-//! RESETREAS is POWER's, and the debug port's protection is described in "Debug and trace". The
-//! low-frequency clock is not modelled: the watchdog starts it by itself.
+//! RESETREAS is POWER's, and the debug port's protection is described in "Debug and trace". Of the
+//! low-frequency clock only the start is modelled: RTC1 and the watchdog run without it, which on
+//! silicon only the watchdog does, since it starts the clock itself.
 
 use crate::nonvolatile::UNPROTECTED;
 use crate::peripheral::{Common, Context, Peripheral};
@@ -10,15 +11,22 @@ use crate::time::MICROSECOND;
 
 const HFCLKSTART: u32 = 0x000;
 const HFCLKSTOP: u32 = 0x004;
+const LFCLKSTART: u32 = 0x008;
+const LFCLKSTOP: u32 = 0x00C;
 const HFCLKSTARTED: u32 = 0x100;
+const LFCLKSTARTED: u32 = 0x104;
 const RESETREAS: u32 = 0x400;
 const HFCLKRUN: u32 = 0x408;
 const HFCLKSTAT: u32 = 0x40C;
+const LFCLKSRC: u32 = 0x518;
 const FORCEPROTECT: u32 = 0x550;
 const DISABLE: u32 = 0x558;
 
 /// HFXO's start-up time: 360 us at most by the section's "64 MHz crystal oscillator (HFXO)".
 const HFXO_STARTUP: u64 = 360 * MICROSECOND;
+
+/// The RC oscillator of 32 768 Hz starts in 600 us; a crystal would take a quarter of a second.
+const LFRC_STARTUP: u64 = 600 * MICROSECOND;
 
 /// Bits of RESETREAS: section "POWER".
 pub(crate) const RESETREAS_PIN: u32 = 1;
@@ -31,6 +39,8 @@ pub(crate) struct Clock {
     crystal_requested: bool,
     crystal_runs_at: Option<u64>,
     crystal_runs: bool,
+    /// When the low-frequency clock will have started.
+    low_runs_at: Option<u64>,
     /// How long it takes to start; nothing if it never does: [`crate::Board::break_crystal`].
     pub(crate) crystal_startup: Option<u64>,
     /// Survives every reset but power-on: the bits of RESETREAS add up.
@@ -46,6 +56,7 @@ impl Clock {
             crystal_requested: false,
             crystal_runs_at: None,
             crystal_runs: false,
+            low_runs_at: None,
             crystal_startup: Some(HFXO_STARTUP),
             reset_reason: 0,
             protection: 0,
@@ -61,15 +72,16 @@ impl Clock {
 
 impl Peripheral for Clock {
     fn common(&self) -> Common {
-        Common::new("CLOCK/POWER", &[HFCLKSTARTED], 0)
+        Common::new("CLOCK/POWER", &[HFCLKSTARTED, LFCLKSTARTED], 0)
     }
 
-    fn read(&self, offset: u32) -> Option<u32> {
+    fn read(&self, offset: u32, _: u64) -> Option<u32> {
         Some(match offset {
             RESETREAS => self.reset_reason,
             HFCLKRUN => u32::from(self.crystal_requested),
             // One of them always runs: state running, source by what has started.
             HFCLKSTAT => 1 << 16 | u32::from(self.crystal_runs),
+            LFCLKSRC => 0,
             FORCEPROTECT if self.forces_protection => 0,
             FORCEPROTECT => u32::MAX,
             DISABLE => self.protection,
@@ -81,6 +93,8 @@ impl Peripheral for Clock {
         match offset {
             // "A field is cleared by writing '1' to it."
             RESETREAS => self.reset_reason &= !value,
+            // The RC oscillator: the other sources take other times to start.
+            LFCLKSRC if value == 0 => {}
             FORCEPROTECT => self.forces_protection |= value == 0,
             DISABLE => self.protection = value,
             _ => return None,
@@ -99,18 +113,29 @@ impl Peripheral for Clock {
                 self.crystal_runs_at = None;
                 self.crystal_runs = false;
             }
+            LFCLKSTART => self.low_runs_at = Some(context.now + LFRC_STARTUP),
+            LFCLKSTOP => self.low_runs_at = None,
             _ => return None,
         }
         Some(())
     }
 
     fn next(&self) -> Option<u64> {
-        self.crystal_runs_at
+        [self.crystal_runs_at, self.low_runs_at]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     fn advance(&mut self, context: &mut Context) {
-        self.crystal_runs_at = None;
-        self.crystal_runs = true;
-        context.raise(HFCLKSTARTED);
+        let now = context.now;
+        let due = |at: &mut u64| *at <= now;
+        if self.crystal_runs_at.take_if(due).is_some() {
+            self.crystal_runs = true;
+            context.raise(HFCLKSTARTED);
+        }
+        if self.low_runs_at.take_if(due).is_some() {
+            context.raise(LFCLKSTARTED);
+        }
     }
 }

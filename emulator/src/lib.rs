@@ -26,10 +26,12 @@
 //! | UARTE1 | `uarte/transmitter.rs` | transmission, which a wire may bring to UARTE0 |
 //! | line and sender | `line.rs` | baud rate of its own, parity, breaks, missing stop bits, noise |
 //! | TIMER0 to 4 | `timer.rs` | timer and counter, captures, compares, shorts |
+//! | RTC1 | `rtc.rs` | the counter, compares, overflow |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
 //! | PWM0 | `pwm.rs` | sequences from RAM; the pulses that come out |
 //! | WDT | `watchdog.rs` | reload, timeout, reset |
-//! | CLOCK, POWER, APPROTECT | `clock.rs` | the crystal's start, RESETREAS, the debug port |
+//! | CLOCK, POWER, APPROTECT | `clock.rs` | the clocks' start, RESETREAS, the debug port |
+//! | TEMP | `temp.rs` | its calibration, kept without effect |
 //! | UICR, NVMC | `nonvolatile.rs` | words written, the instruction cache switched (without effect) |
 //! | GPIO | `gpio.rs` | outputs, and the input buffer |
 //! | RTT, defmt | `rtt.rs`, `log.rs` | logs, as a debug probe fetches them |
@@ -74,7 +76,9 @@ mod peripheral;
 mod peripherals;
 mod ppi;
 mod pwm;
+mod rtc;
 mod rtt;
+mod temp;
 mod time;
 mod timer;
 mod trace;

@@ -13,6 +13,9 @@ const FICR_VARIANT: u32 = 0x104;
 /// "AAF0": build code F, the first whose debug port is closed unless the firmware opens it.
 const VARIANT: u32 = 0x4141_4630;
 
+/// TEMP's calibration, A0 to T4. It differs from chip to chip, and has no effect here.
+const FICR_TEMP: std::ops::RangeInclusive<u32> = 0x404..=0x444;
+
 const UICR_APPROTECT: u32 = 0x208;
 const UICR_LAST: u32 = 0x304;
 
@@ -61,6 +64,7 @@ impl Nonvolatile {
         Some(match (base, offset) {
             (FICR, FICR_PART) => 0x0005_2840,
             (FICR, FICR_VARIANT) => VARIANT,
+            (FICR, offset) if FICR_TEMP.contains(&offset) => 0,
             (UICR, ..=UICR_LAST) => self.word(offset),
             (NVMC, READY | READYNEXT) => 1,
             (NVMC, CONFIG) => self.configuration,

@@ -12,8 +12,8 @@ pub(crate) trait Peripheral {
     /// Its name, events and shorts, as they are after a reset.
     fn common(&self) -> Common;
 
-    /// A register of its own; `None` if it is not modelled.
-    fn read(&self, offset: u32) -> Option<u32>;
+    /// A register of its own at `now`; `None` if it is not modelled.
+    fn read(&self, offset: u32, now: u64) -> Option<u32>;
 
     /// A register of its own; `None` if it, or that value of it, is not modelled.
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()>;
@@ -84,6 +84,7 @@ pub(crate) struct Common {
     existing: u32,
     raised: u32,
     enabled: u32,
+    raised_only_if_enabled: bool,
     modelled_shorts: u32,
     pub(crate) shorts: u32,
 }
@@ -96,13 +97,24 @@ impl Common {
             existing: events.iter().fold(0, |mask, event| mask | bit(*event)),
             raised: 0,
             enabled: 0,
+            raised_only_if_enabled: false,
             modelled_shorts: shorts,
             shorts: 0,
         }
     }
 
+    /// Events do not come unless the interrupt is enabled: section "RTC", "Event control feature".
+    pub(crate) fn raised_only_if_enabled(self) -> Self {
+        Self {
+            raised_only_if_enabled: true,
+            ..self
+        }
+    }
+
     pub(crate) fn raise(&mut self, event: u32) {
-        self.raised |= bit(event);
+        if !self.raised_only_if_enabled || self.enabled & bit(event) != 0 {
+            self.raised |= bit(event);
+        }
     }
 
     /// Whether the interrupt line is up.

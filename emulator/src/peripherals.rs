@@ -3,6 +3,8 @@
 use crate::clock::Clock;
 use crate::peripheral::Peripheral;
 use crate::pwm::Pwm;
+use crate::rtc::Rtc;
+use crate::temp::Temp;
 use crate::timer::Timer;
 use crate::uarte::{Transmitter, Uarte};
 use crate::watchdog::Watchdog;
@@ -12,7 +14,9 @@ const UARTE0: u32 = 0x4000_2000;
 const TIMER0: u32 = 0x4000_8000;
 const TIMER1: u32 = 0x4000_9000;
 const TIMER2: u32 = 0x4000_A000;
+const TEMP: u32 = 0x4000_C000;
 pub(crate) const WDT: u32 = 0x4001_0000;
+const RTC1: u32 = 0x4001_1000;
 const TIMER3: u32 = 0x4001_A000;
 const TIMER4: u32 = 0x4001_B000;
 const PWM0: u32 = 0x4001_C000;
@@ -27,11 +31,13 @@ pub(crate) struct Peripherals {
     timers: [Timer; 5],
     pub(crate) watchdog: Watchdog,
     pub(crate) pwm: Pwm,
+    rtc: Rtc,
+    temp: Temp,
 }
 
 /// Where their registers are, in the order in which [`Peripherals::all`] has them.
-pub(crate) const BASES: [u32; 10] = [
-    CLOCK, UARTE0, UARTE1, WDT, PWM0, TIMER0, TIMER1, TIMER2, TIMER3, TIMER4,
+pub(crate) const BASES: [u32; 12] = [
+    CLOCK, UARTE0, UARTE1, WDT, PWM0, RTC1, TEMP, TIMER0, TIMER1, TIMER2, TIMER3, TIMER4,
 ];
 
 impl Peripherals {
@@ -50,14 +56,30 @@ impl Peripherals {
             ],
             watchdog: Watchdog::new(),
             pwm: Pwm::new(),
+            rtc: Rtc::default(),
+            temp: Temp,
         }
     }
 
-    pub(crate) fn all(&self) -> [&dyn Peripheral; 10] {
+    pub(crate) fn all(&self) -> [&dyn Peripheral; 12] {
         let [t0, t1, t2, t3, t4] = &self.timers;
         let (clock, watchdog, pwm) = (&self.clock, &self.watchdog, &self.pwm);
         let (uarte, transmitter) = (&self.uarte, &self.transmitter);
-        [clock, uarte, transmitter, watchdog, pwm, t0, t1, t2, t3, t4]
+        let (rtc, temp) = (&self.rtc, &self.temp);
+        [
+            clock,
+            uarte,
+            transmitter,
+            watchdog,
+            pwm,
+            rtc,
+            temp,
+            t0,
+            t1,
+            t2,
+            t3,
+            t4,
+        ]
     }
 
     pub(crate) fn get_mut(&mut self, n: usize) -> Option<&mut dyn Peripheral> {
@@ -67,7 +89,9 @@ impl Peripherals {
             2 => &mut self.transmitter,
             3 => &mut self.watchdog,
             4 => &mut self.pwm,
-            _ => self.timers.get_mut(n - 5)?,
+            5 => &mut self.rtc,
+            6 => &mut self.temp,
+            _ => self.timers.get_mut(n - 7)?,
         })
     }
 }

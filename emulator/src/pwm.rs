@@ -199,7 +199,7 @@ impl Peripheral for Pwm {
         Common::new("PWM0", &events, SHORT_SEQEND0_STOP)
     }
 
-    fn read(&self, offset: u32) -> Option<u32> {
+    fn read(&self, offset: u32, _: u64) -> Option<u32> {
         Some(match offset {
             ENABLE => u32::from(self.enabled),
             MODE | LOOP => 0,

@@ -121,7 +121,7 @@ impl Peripheral for Timer {
         Common::new(self.name, &events, clear_and_stop)
     }
 
-    fn read(&self, offset: u32) -> Option<u32> {
+    fn read(&self, offset: u32, _: u64) -> Option<u32> {
         match offset {
             MODE => Some(self.mode),
             BITMODE => Some(self.bitmode),

@@ -26,9 +26,11 @@ const STOPRX: u32 = 0x004;
 const FLUSHRX: u32 = 0x02C;
 const RXDRDY: u32 = 0x108;
 const ENDRX: u32 = 0x110;
+const ENDTX: u32 = 0x120;
 const ERROR: u32 = 0x124;
 const RXTO: u32 = 0x144;
 const RXSTARTED: u32 = 0x14C;
+const TXSTARTED: u32 = 0x150;
 const ERRORSRC: u32 = 0x480;
 
 const SHORT_ENDRX_STARTRX: u32 = 1 << 5;
@@ -287,11 +289,12 @@ fn lost(count: &mut u32) -> bool {
 
 impl Peripheral for Uarte {
     fn common(&self) -> Common {
-        let events = [RXDRDY, ENDRX, ERROR, RXTO, RXSTARTED];
+        // The transmitter's, which never come, are cleared by drivers nevertheless.
+        let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
         Common::new("UARTE0", &events, SHORT_ENDRX_STARTRX | SHORT_ENDRX_STOPRX)
     }
 
-    fn read(&self, offset: u32) -> Option<u32> {
+    fn read(&self, offset: u32, _: u64) -> Option<u32> {
         if offset == ERRORSRC {
             return Some(self.error_source);
         }

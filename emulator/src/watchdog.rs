@@ -64,7 +64,7 @@ impl Peripheral for Watchdog {
         Common::new("WDT", &[TIMEOUT], 0)
     }
 
-    fn read(&self, offset: u32) -> Option<u32> {
+    fn read(&self, offset: u32, _: u64) -> Option<u32> {
         Some(match offset {
             RUNSTATUS => u32::from(self.running),
             REQSTATUS => self.requested,

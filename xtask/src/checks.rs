@@ -29,7 +29,7 @@ const HOST: &str = "framelock-host";
 /// The sources are formatted by rustfmt.
 pub(crate) fn format(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    for folder in [".", "firmware", "fuzz"] {
+    for folder in [".", "firmware", "firmware/examples", "fuzz"] {
         let _here = sh.push_dir(folder);
         cmd!(sh, "cargo fmt --all --check")
             .run()

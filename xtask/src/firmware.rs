@@ -78,13 +78,8 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
     let sh = &Shell::new()?;
     sh.change_dir(workspace.root.join("firmware"));
     for build in &BUILDS {
-        // What `cargo clippy` does, but over `cargo build`, which has the dependencies already. Clippy
-        // optimises less: the image is built again. It goes with its own toolchain's compiler only.
         if !compiler.is_debian {
-            cargo_build(sh, workspace, &compiler, build)
-                .env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
-                .env("CLIPPY_ARGS", "-Dwarnings")
-                .run()?;
+            lint(cargo_build(sh, workspace, &compiler, build)).run()?;
         }
         build_image(workspace, &workspace.root, &compiler, build)?;
     }
@@ -109,6 +104,40 @@ pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Resu
     report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
 }
 
+/// The stage: the examples for other frameworks build without a warning from the compiler or clippy,
+/// and do what they should, in the emulator. So do the commands of their guide.
+pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let compiler = Compiler::of(&[TARGET])?;
+    report.says = format!("by {}", compiler.says);
+    let sh = &Shell::new()?;
+    let folder = workspace.root.join("firmware").join("examples");
+    sh.change_dir(&folder);
+    let build = || {
+        // Where the guide's commands find it.
+        let cargo = cmd!(sh, "cargo build --locked --release --target-dir target");
+        compiler.with(sh, cargo.env_remove("RUSTFLAGS"))
+    };
+    let mut tests = workspace.cargo();
+    tests.args(["test", "--package", TESTS, "--test", "examples"]);
+    if compiler.is_debian {
+        // Built with plain `cargo`.
+        tests.args(["--", "--skip", "the_guides_commands"]);
+    } else {
+        lint(build()).run()?;
+    }
+    build().run()?;
+    let images = folder.join("target").join(TARGET).join("release");
+    report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
+}
+
+/// What `cargo clippy` does, but over `cargo build`, which has the dependencies already. Clippy
+/// optimises less: the image is built again. It goes with its own toolchain's compiler only.
+fn lint(build: Cmd) -> Cmd {
+    build
+        .env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
+        .env("CLIPPY_ARGS", "-Dwarnings")
+}
+
 /// Whether that one test, which may be one that takes long, passes on the images of the sources at `root`.
 pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
     let mut tests = tests(workspace, root)?;
@@ -125,7 +154,7 @@ fn tests(workspace: &Workspace, root: &Path) -> Result<Command> {
         build_image(workspace, root, &compiler, build)?;
     }
     let mut tests = workspace.cargo();
-    tests.args(["test", "--package", TESTS]);
+    tests.args(["test", "--package", TESTS, "--test", "firmware"]);
     tests.env("FRAMELOCK_IMAGES", images(workspace, root));
     Ok(tests)
 }

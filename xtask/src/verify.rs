@@ -50,6 +50,8 @@ const STAGES: &[Stage] = &[
         checks: "the firmware's release images, run in the emulator" },
     Stage { name: "random", when: Nightly, run: firmware::random_streams,
         checks: "the firmware with many more random streams, and under each assumption about the chip" },
+    Stage { name: "examples", when: Nightly, run: firmware::examples,
+        checks: "the examples for Embassy and RTIC, built without warnings, and run in the emulator" },
     Stage { name: "statistics", when: Nightly, run: checks::statistics,
         checks: "the simulator's findings, with all trials" },
     Stage { name: "prover", when: Nightly, run: prove::prover_stage,

@@ -3,6 +3,7 @@
 
 mod against_reference;
 mod checksum;
+mod examples;
 mod failsafe;
 mod lecture_table;
 mod protocol_findings;

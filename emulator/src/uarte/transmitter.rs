@@ -93,7 +93,7 @@ impl Peripheral for Transmitter {
         Common::new("UARTE1", &[TXDRDY, ENDTX, TXSTARTED, TXSTOPPED], 0)
     }
 
-    fn read(&self, offset: u32) -> Option<u32> {
+    fn read(&self, offset: u32, _: u64) -> Option<u32> {
         self.settings.read(offset)
     }
 

@@ -6,6 +6,7 @@ mod board;
 mod nonvolatile;
 mod pwm_watchdog;
 mod registers;
+mod rtc;
 #[cfg(feature = "runner")]
 mod runner;
 mod timer_ppi;

@@ -1,0 +1,43 @@
+//! What the outputs do when setpoints stop coming, and when they come again.
+//!
+//! `cargo run -p framelock --example failsafe`
+
+use core::num::NonZeroU32;
+
+use framelock::{Failsafe, FailsafeError, FailsafeParameters, Setpoint};
+
+pub(crate) fn main() -> Result<(), FailsafeError> {
+    let parameters = FailsafeParameters {
+        // The clock is in milliseconds: hold after a tenth of a second, park after half a second.
+        hold_after: 100,
+        ramp_after: 500,
+        park: Setpoint::from([128; 3]),
+        ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3],
+    };
+    let mut failsafe = Failsafe::new(parameters, 0)?;
+
+    // Frames, silence from 200 ms on, frames again from 1000 ms on.
+    for now in (0..1_200).step_by(100) {
+        if !(200..1_000).contains(&now) {
+            failsafe.frame(now, Setpoint::from([140, 128, 110]));
+        }
+        // In firmware: for each period of the servos.
+        let output = failsafe.poll(now);
+        println!("{now:4} ms  {:?}: {}", output.phase, output.setpoint);
+    }
+    Ok(())
+}
+
+// It prints:
+//    0 ms  Approach: pitch 128, roll 128, yaw 128
+//  100 ms  Live: pitch 140, roll 128, yaw 110
+//  200 ms  Hold: pitch 140, roll 128, yaw 110
+//  300 ms  Hold: pitch 140, roll 128, yaw 110
+//  400 ms  Hold: pitch 140, roll 128, yaw 110
+//  500 ms  Hold: pitch 140, roll 128, yaw 110
+//  600 ms  Ramp: pitch 140, roll 128, yaw 110
+//  700 ms  Parked: pitch 128, roll 128, yaw 128
+//  800 ms  Parked: pitch 128, roll 128, yaw 128
+//  900 ms  Parked: pitch 128, roll 128, yaw 128
+// 1000 ms  Approach: pitch 128, roll 128, yaw 128
+// 1100 ms  Live: pitch 140, roll 128, yaw 110

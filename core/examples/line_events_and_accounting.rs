@@ -1,0 +1,54 @@
+//! Where every byte went, and what to do when the UART reports an error or the line falls silent.
+//!
+//! `cargo run -p framelock --example line_events_and_accounting`
+
+use framelock::{Accounting, Bin, LineEvent, Receiver};
+
+/// Silence that ends a frame, in microseconds.
+const IDLE: u32 = 5_000;
+
+/// What the UART's interrupt handler finds, and when: `?` is a byte without a stop bit, `_` a pause.
+fn interrupts() -> impl Iterator<Item = (u32, Result<u8, LineEvent>)> {
+    let mut now: u32 = 0;
+    let line = b"AB\0abc\rAB\0a?c\rAB\0ab_AB\0def\r";
+    line.iter().filter_map(move |&byte| {
+        now += if byte == b'_' { 9_000 } else { 87 };
+        match byte {
+            b'_' => None,
+            b'?' => Some((now, Err(LineEvent::Framing))),
+            _ => Some((now, Ok(byte))),
+        }
+    })
+}
+
+pub(crate) fn main() {
+    let mut line = Accounting::new(Receiver::<Bin>::new());
+    let mut heard = 0;
+    for (now, found) in interrupts() {
+        // The interrupt handler. No frame holds bytes from both sides of a line event.
+        if now.wrapping_sub(heard) >= IDLE {
+            line.line_event(LineEvent::Idle);
+        }
+        heard = now;
+        match found {
+            Ok(byte) => {
+                if let Some(setpoint) = line.push(byte) {
+                    println!("{setpoint}");
+                }
+            }
+            // In place of the byte.
+            Err(event) => line.line_event(event),
+        }
+    }
+    let counted = line.counters();
+    println!("{} bytes, {} in frames", counted.bytes, counted.frame_bytes);
+    println!("{:?}", counted.discarded);
+    println!("{:?}", counted.events);
+}
+
+// It prints:
+// pitch 97, roll 98, yaw 99
+// pitch 100, roll 101, yaw 102
+// 25 bytes, 14 in frames
+// Discarded { no_sync: 2, broken_sync: 0, header: 0, check: 0, terminator: 0, line_event: 9 }
+// LineEvents { framing: 1, parity: 0, overrun: 0, line_break: 0, idle: 1 }

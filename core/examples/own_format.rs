@@ -1,0 +1,70 @@
+//! Frames of your own: one of fixed length, one whose header says how long it is.
+//!
+//! `cargo run -p framelock --example own_format`
+
+use framelock::{BufferedReceiver, Format, Framing, Headed, Receiver, Shape, Verdict};
+
+/// `FE`, a 16-bit throttle, `0A`.
+struct Throttle;
+
+impl Format for Throttle {
+    type Frame = [u8; 4];
+    type Message = u16;
+    const SHAPE: Shape<[u8; 4]> = Shape::new([Some(0xFE), None, None, Some(0x0A)]);
+
+    fn decode([_, high, low, _]: [u8; 4]) -> u16 {
+        u16::from_be_bytes([high, low])
+    }
+    fn encode(throttle: u16) -> [u8; 4] {
+        let [high, low] = throttle.to_be_bytes();
+        [0xFE, high, low, 0x0A]
+    }
+}
+
+// `cargo check` then finds mistakes in the format.
+const _: Receiver<Throttle> = Receiver::new();
+
+/// `AA`, how many bytes of text follow, the text, the sum of its bytes.
+struct Text;
+
+fn sum(text: &[u8]) -> u8 {
+    text.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
+}
+
+impl Framing for Text {
+    const LONGEST: usize = 34;
+    type Message<'a> = &'a [u8];
+
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        const TEXT: Headed = Headed {
+            sync: &[0xAA],
+            header: 2,
+            longest: Text::LONGEST,
+        };
+        let length = |header: &[u8]| Some(usize::from(*header.last()?) + 3);
+        let check = |frame: &[u8]| matches!(frame, [_, _, text @ .., last] if sum(text) == *last);
+        TEXT.judge(bytes, length, check)
+    }
+    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+        frame.get(2..frame.len() - 1).unwrap_or_default()
+    }
+}
+
+pub(crate) fn main() {
+    let mut receiver = Receiver::<Throttle>::new();
+    for byte in Throttle::encode(1_000) {
+        if let Some(throttle) = receiver.push(byte) {
+            println!("throttle {throttle}");
+        }
+    }
+    let mut receiver = BufferedReceiver::<_, 34>::new(Text);
+    for &byte in b"noise\xAA\x02hi\xD1" {
+        if let Some(text) = receiver.push(byte) {
+            println!("{}", text.escape_ascii());
+        }
+    }
+}
+
+// It prints:
+// throttle 1000
+// hi

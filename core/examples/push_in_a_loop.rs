@@ -1,0 +1,23 @@
+//! Bytes in, setpoints out.
+//!
+//! `cargo run -p framelock --example push_in_a_loop`
+
+use framelock::{Bin, Receiver};
+
+/// Something else before the first frame, and a frame that lost a byte.
+const RECEIVED: &[u8] = b"boot\r\nAB\0\x10\x20\x30\rAB\0\x11\x31\rAB\0\x12\x22\x32\r";
+
+pub(crate) fn main() {
+    let mut receiver = Receiver::<Bin>::new();
+    // In firmware: for as long as the serial port has a byte.
+    for &byte in RECEIVED {
+        // All three axes at once, in the step that takes the frame's last byte.
+        if let Some(setpoint) = receiver.push(byte) {
+            println!("{setpoint}");
+        }
+    }
+}
+
+// It prints:
+// pitch 16, roll 32, yaw 48
+// pitch 18, roll 34, yaw 50

@@ -1,0 +1,120 @@
+//! framelock in Embassy, on an nRF52840: setpoints in by UARTE0, a failsafe, and what it puts out as a log.
+//!
+//! `BufferedUarteRx` receives in the background. It reports overruns only, so a timer counts the UARTE's
+//! errors, whatever their kind. The line is idle when a read takes too long.
+#![no_std]
+#![no_main]
+#![allow(
+    clippy::used_underscore_binding,
+    reason = "Embassy's macro uses `_spawner`"
+)]
+
+use core::{cell::RefCell, num::NonZeroU32, ptr::NonNull};
+
+use defmt::{info, unwrap, warn};
+use embassy_executor::Spawner;
+use embassy_futures::join::join;
+use embassy_nrf::buffered_uarte::{BufferedUarteRx, InterruptHandler};
+use embassy_nrf::ppi::{Event, Ppi};
+use embassy_nrf::{bind_interrupts, pac, peripherals, timer, uarte};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
+use framelock::{Accounting, Bin, Failsafe, FailsafeParameters, LineEvent, Receiver, Setpoint};
+use {defmt_rtt as _, panic_probe as _};
+
+bind_interrupts!(struct Interrupts {
+    UARTE0 => InterruptHandler<peripherals::UARTE0>;
+});
+
+/// Silence that ends a frame: more than a USB serial adapter leaves inside one.
+const IDLE: Duration = Duration::from_millis(5);
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let mut p = embassy_nrf::init(embassy_nrf::config::Config::default());
+    // An error of the UARTE makes TIMER1 count.
+    let errors = timer::Timer::new_counter(p.TIMER1);
+    let error = unwrap!(NonNull::new(pac::UARTE0.events_error().as_ptr()));
+    // SAFETY: the address is that of one of a peripheral's events.
+    let error = unsafe { Event::new_unchecked(error) };
+    let mut channel = Ppi::new_one_to_one(p.PPI_CH2, error, errors.task_count());
+    channel.enable();
+    errors.start();
+    let parameters = FailsafeParameters {
+        hold_after: 100,
+        ramp_after: 500,
+        park: Setpoint::from([128; 3]),
+        ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3], // the full travel in a second
+    };
+    let failsafe = RefCell::new(unwrap!(Failsafe::new(parameters, milliseconds())));
+    let receive = async {
+        let mut line = Accounting::new(Receiver::new());
+        let mut buffer = [0; 256];
+        loop {
+            // 115 200 baud, 8N1, on the pin of the nRF52840-DK's USB serial port.
+            let serial = BufferedUarteRx::new(
+                p.UARTE0.reborrow(),
+                p.TIMER0.reborrow(),
+                p.PPI_CH0.reborrow(),
+                p.PPI_CH1.reborrow(),
+                p.PPI_GROUP0.reborrow(),
+                Interrupts,
+                p.P0_08.reborrow(),
+                uarte::Config::default(),
+                &mut buffer,
+            );
+            receive_until_overrun(serial, errors.cc(0), &mut line, &failsafe).await;
+            // The driver may have lost its place: it starts again.
+            line.line_event(LineEvent::Overrun);
+            warn!("{}", LineEvent::Overrun);
+        }
+    };
+    join(receive, actuate(&failsafe)).await;
+}
+
+async fn receive_until_overrun(
+    mut serial: BufferedUarteRx<'_>,
+    errors: timer::Cc<'_>,
+    line: &mut Accounting<Receiver<Bin>>,
+    failsafe: &RefCell<Failsafe>,
+) {
+    let mut bytes = [0; 64];
+    let (mut seen, mut in_doubt) = (errors.capture(), false);
+    loop {
+        let wait = if in_doubt { Duration::MIN } else { IDLE };
+        let read = with_timeout(wait, serial.read(&mut bytes)).await;
+        let now = errors.capture();
+        match read {
+            Ok(Err(_)) => return,
+            // Where in the driver's buffer the error lies is not known: all in it is dropped.
+            _ if now != seen => {
+                (seen, in_doubt) = (now, true);
+                line.line_event(LineEvent::Framing);
+                warn!("{}", LineEvent::Framing);
+            }
+            Ok(Ok(_)) if in_doubt => {}
+            Ok(Ok(count)) => line.feed(bytes.get(..count).unwrap_or_default(), |_, setpoint| {
+                failsafe.borrow_mut().frame(milliseconds(), setpoint);
+            }),
+            Err(_) if line.pending() > 0 => line.line_event(LineEvent::Idle),
+            Err(_) => in_doubt = false,
+        }
+    }
+}
+
+/// Moves the outputs, fifty times a second: set servos here.
+async fn actuate(failsafe: &RefCell<Failsafe>) {
+    let mut last = None;
+    loop {
+        let output = failsafe.borrow_mut().poll(milliseconds());
+        if last.replace(output) != Some(output) {
+            info!("{}", output);
+        }
+        Timer::after_millis(20).await;
+    }
+}
+
+/// The failsafe's clock.
+#[expect(clippy::cast_possible_truncation, reason = "it may wrap")]
+fn milliseconds() -> u32 {
+    Instant::now().as_millis() as u32
+}

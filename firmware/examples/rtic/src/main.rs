@@ -1,0 +1,120 @@
+//! framelock in RTIC, on an nRF52840: setpoints in by UARTE0, a failsafe, and what it puts out as a log.
+//!
+//! The UARTE stores one byte at a time. While the handler is late, bytes wait in the UARTE's FIFO; if
+//! that is full, the UARTE reports an overrun.
+#![no_std]
+#![no_main]
+
+use {defmt_rtt as _, panic_probe as _};
+
+#[rtic::app(device = nrf52840_hal::pac, dispatchers = [SWI0_EGU0])]
+mod app {
+    use core::num::NonZeroU32;
+    use core::sync::atomic::{AtomicU8, Ordering, fence};
+
+    use framelock::LineEvent::{Framing, Idle, Overrun};
+    use framelock::{Accounting, Bin, Failsafe, FailsafeParameters, Receiver, Setpoint};
+    use nrf52840_hal::{clocks::Clocks, gpio::p0, pac::UARTE0};
+    use rtic_monotonics::nrf::timer::prelude::*;
+    nrf_timer0_monotonic!(Mono, 1_000_000);
+    /// Milliseconds of silence that end a frame: more than a USB serial adapter leaves inside one.
+    const IDLE: u32 = 5;
+    /// How many bytes are dropped after an error: the UARTE may have received them before it.
+    const IN_DOUBT: u8 = 8;
+    /// Where the UARTE puts a byte.
+    static BYTE: AtomicU8 = AtomicU8::new(0);
+    #[shared]
+    struct Shared {
+        failsafe: Failsafe,
+    }
+
+    #[local]
+    struct Local {
+        uarte: UARTE0,
+    }
+
+    #[init]
+    fn init(cx: init::Context) -> (Shared, Local) {
+        Clocks::new(cx.device.CLOCK).enable_ext_hfosc();
+        Mono::start(cx.device.TIMER0, Priority::rtic_default());
+        // 115 200 baud, 8N1, on P0.08: the nRF52840-DK's USB serial port.
+        p0::Parts::new(cx.device.P0).p0_08.into_pullup_input();
+        let uarte = cx.device.UARTE0;
+        // SAFETY: pin 8 of port 0; one byte in RAM, which is the UARTE's.
+        unsafe {
+            uarte.psel.rxd.write(|w| w.bits(8));
+            uarte.rxd.maxcnt.write(|w| w.maxcnt().bits(1));
+            uarte.rxd.ptr.write(|w| w.ptr().bits(BYTE.as_ptr() as u32));
+        }
+        uarte.baudrate.write(|w| w.baudrate().baud115200());
+        uarte.intenset.write(|w| w.endrx().set().error().set());
+        uarte.enable.write(|w| w.enable().enabled());
+        uarte.tasks_startrx.write(|w| w.tasks_startrx().set_bit());
+        let parameters = FailsafeParameters {
+            hold_after: 100,
+            ramp_after: 500,
+            park: Setpoint::from([128; 3]),
+            ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3], // the full travel in a second
+        };
+        let failsafe = defmt::unwrap!(Failsafe::new(parameters, milliseconds()));
+        defmt::unwrap!(actuate::spawn().ok());
+        (Shared { failsafe }, Local { uarte })
+    }
+
+    /// An error, a byte, or both.
+    #[task(binds = UARTE0_UART0, priority = 2, shared = [failsafe], local = [
+        uarte, in_doubt: u8 = 0, heard: u32 = 0,
+        line: Accounting<Receiver<Bin>> = Accounting::new(Receiver::new()),
+    ])]
+    fn receive(mut cx: receive::Context) {
+        let (uarte, line, in_doubt) = (cx.local.uarte, cx.local.line, cx.local.in_doubt);
+        let now = milliseconds();
+        let silence = now.wrapping_sub(core::mem::replace(cx.local.heard, now));
+        if silence >= IDLE {
+            line.line_event(Idle);
+            *in_doubt = 0;
+        }
+        if uarte.events_error.read().bits() != 0 {
+            uarte.events_error.reset();
+            let overrun = uarte.errorsrc.read().overrun().is_present();
+            // SAFETY: ones clear the causes.
+            uarte.errorsrc.write(|w| unsafe { w.bits(0xF) });
+            let event = if overrun { Overrun } else { Framing };
+            line.line_event(event);
+            defmt::warn!("{}", event);
+            *in_doubt = IN_DOUBT;
+        }
+        if uarte.events_endrx.read().bits() != 0 {
+            uarte.events_endrx.reset();
+            // The byte was stored before the event, and the next is stored after STARTRX.
+            fence(Ordering::SeqCst);
+            let byte = BYTE.load(Ordering::Relaxed);
+            fence(Ordering::SeqCst);
+            uarte.tasks_startrx.write(|w| w.tasks_startrx().set_bit());
+            if *in_doubt > 0 {
+                *in_doubt -= 1;
+            } else if let Some(setpoint) = line.push(byte) {
+                cx.shared.failsafe.lock(|all| all.frame(now, setpoint));
+            }
+        }
+    }
+
+    /// Moves the outputs, fifty times a second: set servos here.
+    #[task(shared = [failsafe], priority = 1)]
+    async fn actuate(mut cx: actuate::Context) {
+        let mut last = None;
+        loop {
+            let output = cx.shared.failsafe.lock(|all| all.poll(milliseconds()));
+            if last.replace(output) != Some(output) {
+                defmt::info!("{}", output);
+            }
+            Mono::delay(20.millis()).await;
+        }
+    }
+
+    /// The failsafe's clock.
+    #[expect(clippy::cast_possible_truncation, reason = "it may wrap")]
+    fn milliseconds() -> u32 {
+        Mono::now().duration_since_epoch().as_millis() as u32
+    }
+}

@@ -1,0 +1,209 @@
+//! The examples for Embassy and RTIC, unchanged, in the emulator. Each passes the same tests.
+//!
+//! They are built by `cargo xtask verify --only examples`, which says in the variable
+//! `FRAMELOCK_EXAMPLES` where they are. Without it the tests fail; they are never skipped.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+use std::path::PathBuf;
+
+use nrf52840_emulator::{Board, Image, LineSymbol, LogTable, MILLISECOND};
+
+const SETPOINT: &[u8] = b"AB\0\x76\x77\x78\r";
+const LIVE: &str = "Setpoint { pitch: 118, roll: 119, yaw: 120 }, phase: Live";
+
+/// What of an example's log tests look at.
+struct Log(Vec<String>);
+
+impl Log {
+    fn phases(&self) -> Vec<&str> {
+        let outputs = self.0.iter().filter(|line| line.starts_with("INFO"));
+        let phases = outputs.filter_map(|line| line.split_once("phase: ")?.1.split(' ').next());
+        let mut phases: Vec<&str> = phases.collect();
+        phases.dedup();
+        phases
+    }
+
+    fn says(&self, text: &str) -> bool {
+        self.0.iter().any(|line| line.contains(text))
+    }
+}
+
+/// Runs each example: `test` sends to the booted board, then it runs for so long.
+fn each(milliseconds: u64, test: impl Fn(&str, &mut Board), check: impl Fn(&Log)) {
+    let Some(folder) = std::env::var_os("FRAMELOCK_EXAMPLES").map(PathBuf::from) else {
+        panic!("FRAMELOCK_EXAMPLES is not set: run these by `cargo xtask verify --only examples`");
+    };
+    for example in ["framelock-embassy", "framelock-rtic"] {
+        let elf = std::fs::read(folder.join(example)).unwrap();
+        let mut board = Board::new(Image::parse(&elf).unwrap()).unwrap();
+        let table = LogTable::parse(&elf).unwrap();
+        let mut decoder = table.decoder();
+        board.run_for(10 * MILLISECOND).unwrap();
+        test(example, &mut board);
+        let mut log = Vec::new();
+        for _ in 0..milliseconds {
+            board.run_for(MILLISECOND).unwrap();
+            log.extend(decoder.lines(&board.take_rtt(0)));
+        }
+        println!("{example}:\n{}", log.join("\n"));
+        check(&Log(log));
+    }
+}
+
+#[test]
+fn setpoints_come_out_and_the_failsafe_takes_over_when_they_stop() {
+    let frames = SETPOINT.repeat(200);
+    each(
+        700,
+        |_, board| {
+            board.send(&frames);
+        },
+        |log| {
+            assert!(log.says(LIVE));
+            assert_eq!(
+                log.phases(),
+                ["Parked", "Approach", "Live", "Hold", "Ramp", "Parked"]
+            );
+        },
+    );
+}
+
+/// Without the byte that has the error, and those that are dropped behind it, the others are a frame.
+#[test]
+fn bytes_around_a_framing_error_are_no_frame() {
+    each(
+        200,
+        |_, board| {
+            // Noticed late, when all this is in the driver's buffer.
+            board.send(&[b'.'; 70]);
+            board.send(b"AB\0de");
+            let late = board.send_symbols(&[LineSymbol::BadStop(b'f')]);
+            board.hold_off(board.now(), late - board.now());
+            board.send_symbols(&[LineSymbol::Idle(300)]);
+            board.send(b"f\r");
+            board.send_symbols(&[LineSymbol::Idle(1152)]);
+            for dropped in 0..10 {
+                board.send(b"AB\0de");
+                board.send_symbols(&[LineSymbol::BadStop(b'f')]);
+                board.send(&b".........."[..dropped]);
+                board.send(b"f\r");
+                // 10 ms.
+                board.send_symbols(&[LineSymbol::Idle(1152)]);
+            }
+        },
+        |log| {
+            assert_eq!(log.phases(), ["Parked"]);
+            assert!(log.says("WARN  Framing"));
+        },
+    );
+}
+
+/// Without the bytes that are lost, those before and behind them are a frame.
+#[test]
+fn bytes_around_an_overrun_are_no_frame() {
+    each(
+        100,
+        |example, board| {
+            // What the UARTE's FIFO and the driver's buffer take, and what is lost.
+            let kept = if example == "framelock-rtic" {
+                7
+            } else {
+                256 + 6
+            };
+            board.send(&vec![b'.'; kept - 5]);
+            board.send(b"AB\0de");
+            let lost = board.send(&[b'.'; 70]);
+            board.hold_off(board.now(), lost - board.now());
+            // 2.6 ms: all that was kept is parsed, and the line is not idle.
+            board.send_symbols(&[LineSymbol::Idle(300)]);
+            board.send(b"f\r");
+        },
+        |log| {
+            assert_eq!(log.phases(), ["Parked"]);
+            assert!(log.says("WARN  Overrun"));
+        },
+    );
+}
+
+#[test]
+fn bytes_around_a_pause_are_no_frame() {
+    each(
+        100,
+        |_, board| {
+            board.send(b"AB\0de");
+            // 10 ms.
+            board.send_symbols(&[LineSymbol::Idle(1152)]);
+            board.send(b"f\r");
+        },
+        |log| assert_eq!(log.phases(), ["Parked"]),
+    );
+}
+
+/// Without a pause, too: behind an overrun, and behind a bad byte.
+#[test]
+fn frames_behind_an_error_come_out() {
+    each(
+        100,
+        |_, board| {
+            let lost = board.send(&[b'.'; 400]);
+            board.hold_off(board.now(), lost - board.now());
+            board.send(SETPOINT);
+            board.send_symbols(&[LineSymbol::BadStop(b'A')]);
+            board.send(&SETPOINT.repeat(100));
+        },
+        |log| assert!(log.says(LIVE) && log.says("WARN  Framing")),
+    );
+}
+
+const GUIDE: &str = include_str!("../../docs/frameworks.md");
+
+/// The guide's blocks of that language.
+fn blocks(language: &str) -> Vec<&'static str> {
+    let fence = format!("\n```{language}\n");
+    let parts = GUIDE.split(&fence).skip(1);
+    parts
+        .map(|part| part.split_once("```").unwrap().0)
+        .collect()
+}
+
+/// The lines as they stand, but for their indentation.
+fn unindented(text: &str) -> String {
+    text.lines()
+        .map(|line| line.trim().to_owned() + "\n")
+        .collect()
+}
+
+#[test]
+fn the_guides_rust_is_the_examples() {
+    let sources = [
+        include_str!("../examples/embassy/src/main.rs"),
+        include_str!("../examples/rtic/src/main.rs"),
+        include_str!("../../core/examples/line_events_and_accounting.rs"),
+        include_str!("../../core/examples/push_in_a_loop.rs"),
+    ]
+    .map(unindented);
+    assert!(!blocks("rust").is_empty());
+    for block in blocks("rust").into_iter().map(unindented) {
+        assert!(
+            sources.iter().any(|source| source.contains(&block)),
+            "{block}"
+        );
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn the_guides_commands_show_a_setpoint() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    for commands in blocks("sh") {
+        let mut shell = std::process::Command::new("sh");
+        let output = shell
+            .args(["-e", "-c", commands])
+            .current_dir(root)
+            .output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{commands}: {output:?}");
+        let shown = String::from_utf8(output.stdout).unwrap();
+        assert!(shown.contains(LIVE), "{shown}");
+    }
+}
