@@ -1,20 +1,23 @@
 //! Frames from a stream: a file, standard input or a serial port.
 
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::ValueEnum;
-use framelock::{Discarded, Found};
+use framelock::{Discarded, Found, LineEvent};
 use serde::Serialize;
 
-use crate::frame::Frame;
-use crate::input::{CHUNK_LENGTH, Input, for_each_chunk};
+use crate::clock::{Timestamps, time_of_day};
+use crate::frame::{Frame, Place};
+use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
 use crate::interrupt;
 use crate::line::Line;
 use crate::names::PolicyName;
-use crate::output::{Output, exit_code};
+use crate::output::{Output, exit_code, note};
+use crate::serial::PortOptions;
 
 /// Frames from a stream: a file, standard input or a serial port.
 #[derive(clap::Args)]
@@ -22,9 +25,10 @@ use crate::output::{Output, exit_code};
 pub(crate) struct Arguments {
     /// A file, a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
     #[arg(value_name = "FILE|PORT", default_value = "-")]
-    input: PathBuf,
-    /// What to do with the bytes behind a broken frame
-    #[arg(long, value_enum, default_value_t = PolicyName::Rescan)]
+    source: PathBuf,
+    /// Of the bytes behind a broken frame: rescan (search them again) or discard (as the lecture's
+    /// machine does; bin only)
+    #[arg(long, value_enum, default_value_t = PolicyName::Rescan, hide_possible_values = true)]
     policy: PolicyName,
     /// The frames: a name, or a file that describes them [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
@@ -32,15 +36,24 @@ pub(crate) struct Arguments {
     /// Write the frames' description and nothing else: to read it, or to begin one of your own with
     #[arg(long)]
     describe: bool,
-    /// How to write frames
-    #[arg(long, value_enum, default_value_t = OutputFormat::Jsonl)]
+    /// How the input is written: bytes, or hex: text such as 41 42 00 or 0x41,0x42
+    #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
+    input: Spelling,
+    /// How frames are written: jsonl (an object per line), csv, text (columns) or none
+    #[arg(long, value_enum, default_value_t = OutputFormat::Jsonl, hide_possible_values = true)]
     format: OutputFormat,
-    /// At the end, write one JSON object that says what became of every byte; Ctrl-C is an end
+    /// When each frame came, in seconds since the start; =unix counts from 1970
+    #[arg(long, value_enum, value_name = "start|unix", num_args = 0..=1, require_equals = true, default_missing_value = "start", hide_possible_values = true)]
+    timestamps: Option<Timestamps>,
+    /// At the end, or at Ctrl-C, write what became of every byte as a JSON object: to standard error,
+    /// or to FILE, where - is standard output
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    summary: Option<String>,
+    #[command(flatten)]
+    port: PortOptions,
+    /// When the port is gone wait for it, and go on when it is back
     #[arg(long)]
-    summary: bool,
-    /// The serial port's rate [default: 115200]; 8 data bits, no parity, 1 stop bit
-    #[arg(long, value_name = "RATE", value_parser = clap::value_parser!(u32).range(1..))]
-    baud: Option<u32>,
+    reconnect: bool,
 }
 
 /// How frames are written.
@@ -57,21 +70,18 @@ enum OutputFormat {
 }
 
 impl OutputFormat {
-    /// Writes a frame whose last byte is at `offset`.
+    /// Writes a frame.
     fn write(
         self,
         output: &mut impl Write,
-        offset: usize,
+        place: &Place,
         frame: &Frame,
         bytes: &[u8],
     ) -> io::Result<()> {
         match self {
-            Self::Jsonl => frame.write_json(output, offset, bytes)?,
-            Self::Csv => return frame.write_csv(output, offset, bytes),
-            Self::Text => {
-                write!(output, "byte {offset:>10}")?;
-                frame.write_text(output, bytes)?;
-            }
+            Self::Jsonl => frame.write_json(output, place, bytes)?,
+            Self::Csv => return frame.write_csv(output, place, bytes),
+            Self::Text => frame.write_columns(output, place, bytes)?,
             Self::None => return Ok(()),
         }
         writeln!(output)
@@ -102,7 +112,10 @@ struct Decoder<W> {
     output: W,
     /// How many bytes have become a frame, or were discarded.
     settled: usize,
-    is_summarised: bool,
+    start: Instant,
+    timestamps: Option<Timestamps>,
+    /// Where the summary goes, until it is there.
+    summary: Option<Output>,
 }
 
 impl<W: Write> Decoder<W> {
@@ -113,11 +126,13 @@ impl<W: Write> Decoder<W> {
             format,
             output,
             settled: 0,
-            is_summarised: false,
+            start: Instant::now(),
+            timestamps: None,
+            summary: None,
         })
     }
 
-    fn take(&mut self, bytes: &[u8]) -> Result<()> {
+    fn take(&mut self, arrival: &Arrival) -> Result<()> {
         let Self {
             frame,
             format,
@@ -125,16 +140,26 @@ impl<W: Write> Decoder<W> {
             settled,
             ..
         } = self;
+        let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());
-        self.line.feed(bytes, |found| match found {
+        let settle = |found: Found<&[u8]>| match found {
             Found::Frame { length, message } => {
                 *settled += length;
+                let offset = *settled - 1;
                 if outcome.is_ok() {
-                    outcome = format.write(output, *settled - 1, frame, message);
+                    outcome = format.write(output, &Place { offset, time }, frame, message);
                 }
             }
             Found::Dropped { count, .. } => *settled += count,
-        });
+        };
+        match arrival {
+            Arrival::Bytes(bytes) => self.line.feed(bytes, settle),
+            Arrival::Gone(error) => {
+                note(&format!("{}: {error}; waiting for it", time_of_day()));
+                self.line.line_event(LineEvent::Idle, settle);
+            }
+            Arrival::Back(_) => note(&format!("{}: the port is back", time_of_day())),
+        }
         outcome?;
         Ok(output.flush()?)
     }
@@ -157,12 +182,13 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Writes the summary, unless it is there already.
+    /// Writes the summary, if one is wanted and it is not there already.
     fn summarise(&mut self) -> Result<()> {
-        if !std::mem::replace(&mut self.is_summarised, true) {
-            writeln!(self.output, "{}", serde_json::to_string(&self.summary())?)?;
+        self.output.flush()?;
+        if let Some(mut output) = self.summary.take() {
+            writeln!(output, "{}", serde_json::to_string(&self.summary())?)?;
         }
-        Ok(self.output.flush()?)
+        Ok(())
     }
 }
 
@@ -171,16 +197,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.describe {
         return Ok(Output::standard()?.write_all(arguments.frame.text.as_bytes())?);
     }
-    let input = Input::open(&arguments.input, arguments.baud)?;
+    let input = Input::open(&arguments.source, &arguments.port)?;
+    if arguments.timestamps.is_some() && input.is_file() {
+        bail!(
+            "--timestamps: {} is a file, which does not say when its bytes came: name a serial \
+             port, or pipe a stream in as it comes",
+            input.name
+        );
+    }
+    let mut input = input.spelled(arguments.input);
+    input.reconnects = arguments.reconnect;
     let output = Output::standard()?;
     if output.is_file || arguments.format == OutputFormat::None {
         input.show_progress();
     }
     let progress = input.progress.clone();
     let output = BufWriter::with_capacity(CHUNK_LENGTH, output);
-    let decoder = Decoder::new(&arguments.frame, arguments.policy, arguments.format, output)?;
+    let mut decoder = Decoder::new(&arguments.frame, arguments.policy, arguments.format, output)?;
+    decoder.timestamps = arguments.timestamps;
+    decoder.summary = arguments.summary()?;
     let decoder = Arc::new(Mutex::new(decoder));
-    if arguments.summary {
+    if arguments.summary.is_some() {
         let decoder = Arc::clone(&decoder);
         interrupt::watch(move || {
             progress.finish_and_clear();
@@ -188,10 +225,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         })?;
     }
     decode(&decoder, input)?;
-    if arguments.summary {
-        lock(&decoder).summarise()?;
+    lock(&decoder).summarise()
+}
+
+impl Arguments {
+    /// Where the summary is to go, if there is to be one.
+    fn summary(&self) -> Result<Option<Output>> {
+        let path = self.summary.as_deref();
+        path.map(|path| match path {
+            "" => Ok(Output::new("standard error", io::stderr())),
+            path => Output::create(Path::new(path)),
+        })
+        .transpose()
     }
-    Ok(())
 }
 
 /// Decodes `input` to its end: writes each frame no later than the next byte is waited for.
@@ -201,13 +247,14 @@ fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
             format,
             output,
             frame,
+            timestamps,
             ..
         } = &mut *lock(decoder);
         if *format == OutputFormat::Csv {
-            frame.write_csv_header(output)?;
+            frame.write_csv_header(output, timestamps.is_some())?;
         }
     }
-    for_each_chunk(input, |chunk| lock(decoder).take(chunk))
+    for_each_arrival(input, |arrival| lock(decoder).take(&arrival))
 }
 
 /// What is in there is whole, even after a panic.

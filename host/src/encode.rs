@@ -4,14 +4,15 @@ use std::fs;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 use crate::frame::Frame;
 use crate::input::Input;
-use crate::output::Output;
+use crate::output::{Output, note};
 use crate::rows::{InputFormat, rows};
+use crate::serial::PortOptions;
 
-/// Frames from rows of values: setpoints, or what a description names.
+/// Frames from rows of values: setpoints, or what a description names
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/encode.txt"))]
 pub(crate) struct Arguments {
@@ -21,41 +22,70 @@ pub(crate) struct Arguments {
     /// The frames: a name, or a file that describes them [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
     frame: Frame,
-    /// How the values are written
-    #[arg(long, value_enum, default_value_t = InputFormat::Auto)]
+    /// How the values are written: csv, jsonl (JSON: an object per line, or an array of them), or
+    /// auto, which tells them apart
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = InputFormat::Auto, hide_possible_values = true)]
     input_format: InputFormat,
-    /// Where frames go, - being standard output even if that is a terminal; a file is replaced
+    /// Where frames go, - being standard output even if that is a terminal; a file is replaced when
+    /// all rows are right, and left as it is otherwise
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
-/// Runs the subcommand: writes each frame before the next row is waited for.
+/// Runs the subcommand.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let input = Input::open(&arguments.input, None)?;
-    let mut output = open_output(arguments.output.as_deref(), &arguments.input)?;
-    if output.is_file {
-        input.show_progress();
+    let path = arguments.output.as_deref();
+    if path.is_none() && std::io::stdout().is_terminal() {
+        bail!(
+            "standard output is a terminal, and frames are binary: redirect it, or name a file \
+             with --output, where - is the terminal all the same"
+        );
     }
-    for row in rows(input, arguments.input_format, &arguments.frame, false)? {
-        output.write_all(&row?.frame)?;
-    }
-    Ok(())
-}
-
-fn open_output(argument: Option<&Path>, input: &Path) -> Result<Output> {
-    let Some(path) = argument else {
-        if std::io::stdout().is_terminal() {
-            bail!(
-                "standard output is a terminal, and frames are binary: redirect it, or name a file \
-                 with --output, where - is the terminal all the same"
-            );
-        }
-        return Output::standard();
+    let input = Input::open(&arguments.input, &PortOptions::default())?;
+    let Some(path) = path.filter(|path| becomes_a_file(path)) else {
+        let output = path.map_or_else(Output::standard, Output::create)?;
+        return arguments.encode(input, output);
     };
-    // It would be emptied before it is read.
-    if path.is_file() && fs::canonicalize(path).ok() == fs::canonicalize(input).ok() {
+    if path.exists() && fs::canonicalize(path).ok() == fs::canonicalize(&arguments.input).ok() {
         let name = path.display();
         bail!("{name} is the input: give --output another name");
     }
-    Output::create(path)
+    // Beside it, so that it can take its place.
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    let outcome = Output::create(Path::new(&partial))
+        .and_then(|output| arguments.encode(input, output))
+        .and_then(|()| {
+            fs::rename(&partial, path)
+                .with_context(|| format!("cannot write to {}", path.display()))
+        });
+    if outcome.is_err() {
+        // What went wrong is said already.
+        let _ = fs::remove_file(&partial);
+    }
+    outcome
+}
+
+/// Whether frames for `path` are to be a file; a device takes them as they come.
+fn becomes_a_file(path: &Path) -> bool {
+    path.as_os_str() != "-" && fs::metadata(path).map_or(true, |metadata| metadata.is_file())
+}
+
+impl Arguments {
+    /// Writes each frame before the next row is waited for.
+    fn encode(&self, input: Input, mut output: Output) -> Result<()> {
+        if output.is_file {
+            input.show_progress();
+        }
+        let name = input.name.clone();
+        let mut count = 0_u64;
+        for row in rows(input, self.input_format, &self.frame, false)? {
+            output.write_all(&row?.frame)?;
+            count += 1;
+        }
+        if count == 0 {
+            note(&format!("{name} has no rows, so there are no frames"));
+        }
+        Ok(())
+    }
 }

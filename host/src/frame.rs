@@ -13,7 +13,8 @@ use clap::ValueEnum;
 use framelock::{Bin, BinCrc8, Format, Setpoint};
 use framelock_simulation::FrameFormat;
 
-pub(crate) use described::{Column, Described, LONGEST};
+pub(crate) use described::{Column, Described, LONGEST, quote};
+pub(crate) use written::Place;
 
 /// What a receiver of BIN waits for at each place of a frame, by the lecture's names.
 pub(crate) const LECTURE_STATES: [&str; 7] = ["A", "B", "1", "2", "3", "4", "CR"];

@@ -1,6 +1,8 @@
 //! Bytes as people write them in hex.
 
+use std::collections::VecDeque;
 use std::ffi::OsStr;
+use std::io::{self, BufRead, ErrorKind, Read};
 
 /// The bytes of words in hex, separated by arguments, blanks, commas, semicolons or colons; each
 /// with or without `0x`.
@@ -39,6 +41,45 @@ fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// The bytes that a text says, a line at a time.
+pub(crate) struct Reader<R> {
+    text: R,
+    /// What of a line has come.
+    line: Vec<u8>,
+    number: u64,
+    bytes: VecDeque<u8>,
+}
+
+impl<R: BufRead> Reader<R> {
+    pub(crate) fn new(text: R) -> Self {
+        Self {
+            text,
+            line: Vec::new(),
+            number: 1,
+            bytes: VecDeque::new(),
+        }
+    }
+}
+
+impl<R: BufRead> Read for Reader<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while self.bytes.is_empty() {
+            if self.text.read_until(b'\n', &mut self.line)? == 0 && self.line.is_empty() {
+                break;
+            }
+            let number = self.number;
+            let bytes = parse(&[&*String::from_utf8_lossy(&self.line)]).map_err(|why| {
+                let told = format!("line {number}: {why}; wanted are bytes such as 41 42 00 7F");
+                io::Error::new(ErrorKind::InvalidData, told)
+            })?;
+            self.bytes = bytes.into();
+            self.number += 1;
+            self.line.clear();
+        }
+        self.bytes.read(buffer)
+    }
+}
+
 /// Bytes as digits without anything between them.
 pub(crate) fn glued(bytes: &[u8]) -> String {
     let digits = bytes.iter().map(|byte| format!("{byte:02X}"));
@@ -67,6 +108,17 @@ mod tests {
             assert_eq!(parsed(spelling), Ok(bytes), "{spelling:?}");
         }
         assert_eq!(parsed(&[""]), Ok(vec![]));
+    }
+
+    #[test]
+    fn a_text_is_read_line_by_line() {
+        let text = b"41 42\r\n\n0x00, 0x7F\nC8:4A 0d\n4Z\n";
+        let mut reader = Reader::new(&text[..]);
+        let mut bytes = Vec::new();
+        let error = reader.read_to_end(&mut bytes).map_err(|it| it.to_string());
+        assert_eq!(bytes, [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D]);
+        let told = "line 5: word 1, '4Z', has 'Z', which is no hex digit; wanted are bytes such as";
+        assert!(error.is_err_and(|error| error.starts_with(told)));
     }
 
     #[test]

@@ -1,15 +1,17 @@
 //! What a stream is read from: a file, standard input or a serial port.
 
 use std::fs::{File, Metadata};
-use std::io::{self, ErrorKind, IsTerminal, Read, Seek};
-use std::path::Path;
+use std::io::{self, BufReader, ErrorKind, IsTerminal, Read, Seek};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, bail};
+use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::serial::{self, Device};
-use crate::standard;
+use crate::output::note;
+use crate::serial::{self, Device, PortOptions};
+use crate::{hex, standard};
 
 /// Bytes read or written at a time: enough that calls of the operating system cost little.
 pub(crate) const CHUNK_LENGTH: usize = 64 * 1024;
@@ -20,9 +22,46 @@ pub(crate) struct Input<'a> {
     pub(crate) name: String,
     reader: Box<dyn Read + Send + 'a>,
     /// If it is a serial port.
-    pub(crate) port: Option<Device>,
+    pub(crate) port: Option<OpenPort>,
+    /// If the port is opened again when it is gone.
+    pub(crate) reconnects: bool,
+    spelling: Spelling,
     /// How many bytes of it have been read, and of a regular file how many there are.
     pub(crate) progress: ProgressBar,
+}
+
+/// How to open a port again, and its device.
+pub(crate) struct OpenPort {
+    path: PathBuf,
+    options: PortOptions,
+    pub(crate) device: Device,
+}
+
+/// How bytes are written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Spelling {
+    /// As they are
+    Bytes,
+    /// As text in hex, the way loggers print it
+    Hex,
+}
+
+/// What an input brings.
+pub(crate) enum Arrival<'b> {
+    Bytes(&'b [u8]),
+    /// The port is gone, for this reason. What was under way on it will not go on.
+    Gone(io::Error),
+    /// The port is there again.
+    Back(Device),
+}
+
+impl Arrival<'_> {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Bytes(bytes) => bytes,
+            Self::Gone(_) | Self::Back(_) => &[],
+        }
+    }
 }
 
 impl<'a> Input<'a> {
@@ -32,38 +71,72 @@ impl<'a> Input<'a> {
             name: name.to_owned(),
             reader: Box::new(reader),
             port: None,
+            reconnects: false,
+            spelling: Spelling::Bytes,
             progress: ProgressBar::hidden(),
         }
     }
 
-    /// Opens `argument`: `-` is standard input, a terminal device a serial port, which `baud` is
-    /// for, and anything else a file.
-    pub(crate) fn open(argument: &Path, baud: Option<u32>) -> Result<Self> {
+    /// Opens `argument`: `-` is standard input, a terminal device a serial port, which `options`
+    /// are for, and anything else a file.
+    pub(crate) fn open(argument: &Path, options: &PortOptions) -> Result<Self> {
         let path = argument.to_string_lossy();
         let (name, file) = if path == "-" {
             let file = standard::file(io::stdin()).context("cannot open standard input")?;
             ("standard input", file)
         } else {
-            if let Some(port) = serial::open_if_port(argument, baud)? {
-                let device = port.device.clone();
+            if let Some(port) = serial::open_if_port(argument, options)? {
+                let open_port = OpenPort {
+                    path: argument.to_owned(),
+                    options: options.clone(),
+                    device: port.device.clone(),
+                };
                 let mut input = Self::new(&path, port);
-                input.port = Some(device);
+                input.port = Some(open_port);
                 return Ok(input);
             }
             (&*path, open_file(argument)?)
         };
-        if baud.is_some() {
-            bail!("--baud is for serial ports, and {name} is none: leave it out, or name a port");
-        }
+        options.check_none(name)?;
         if file.is_terminal() {
-            eprintln!(
-                "framelock: reading what is typed (Ctrl-D ends it); see --help for files and ports"
-            );
+            note("reading what is typed (Ctrl-D ends it); see --help for files and ports");
         }
         let size = remaining(&file);
         let input = Self::new(name, file);
         size.inspect(|&size| input.progress.set_length(size));
         Ok(input)
+    }
+
+    /// The bytes that its text says, if that is how they are written.
+    pub(crate) fn spelled(mut self, spelling: Spelling) -> Self {
+        self.spelling = spelling;
+        if spelling == Spelling::Hex {
+            let text = std::mem::replace(&mut self.reader, Box::new(io::empty()));
+            self.reader = spelled(text, spelling);
+            // How many bytes there will be is not known.
+            self.progress = ProgressBar::hidden();
+        }
+        self
+    }
+
+    /// Whether it was there before the program: when its bytes came, it does not say.
+    pub(crate) fn is_file(&self) -> bool {
+        self.progress.length().is_some()
+    }
+
+    /// Waits until the port that is gone is back; gives its device.
+    fn reopen(&mut self) -> Option<Device> {
+        self.reader = Box::new(io::empty());
+        let OpenPort { path, options, .. } = self.port.take()?;
+        let port = serial::reopen(&path, &options, || false)?;
+        let device = port.device.clone();
+        self.reader = spelled(port, self.spelling);
+        self.port = Some(OpenPort {
+            path,
+            options,
+            device: device.clone(),
+        });
+        Some(device)
     }
 
     /// Shows how far the input has been read, if it has a size and standard error is a terminal;
@@ -108,18 +181,33 @@ impl Read for Input<'_> {
     }
 }
 
-/// Calls `take` with each piece of `input` as soon as it is there, until the input ends.
-pub(crate) fn for_each_chunk(
-    mut input: impl Read,
-    mut take: impl FnMut(&[u8]) -> Result<()>,
+/// Calls `take` with whatever `input` brings as soon as it is there, until the input ends.
+pub(crate) fn for_each_arrival(
+    mut input: Input,
+    mut take: impl FnMut(Arrival) -> Result<()>,
 ) -> Result<()> {
     let mut chunk = vec![0; CHUNK_LENGTH];
     loop {
-        let count = input.read(&mut chunk)?;
-        match chunk.get(..count) {
-            None | Some([]) => return Ok(()),
-            Some(bytes) => take(bytes)?,
+        let outcome = input.read(&mut chunk);
+        match outcome {
+            Ok(0) => return Ok(()),
+            Ok(count) => take(Arrival::Bytes(chunk.get(..count).unwrap_or_default()))?,
+            Err(error) if input.reconnects && serial::is_gone(&error) => {
+                take(Arrival::Gone(error))?;
+                if let Some(device) = input.reopen() {
+                    take(Arrival::Back(device))?;
+                }
+            }
+            Err(error) => return Err(error.into()),
         }
+    }
+}
+
+/// What the bytes of `text` mean, if that is how they are written.
+fn spelled<'a>(text: impl Read + Send + 'a, spelling: Spelling) -> Box<dyn Read + Send + 'a> {
+    match spelling {
+        Spelling::Bytes => Box::new(text),
+        Spelling::Hex => Box::new(hex::Reader::new(BufReader::new(text))),
     }
 }
 
@@ -159,8 +247,8 @@ mod tests {
     fn read(script: Vec<io::Result<&'static [u8]>>, take: usize) -> (Vec<Vec<u8>>, Result<()>) {
         let mut chunks = Vec::new();
         let input = Input::new("the line", Script(script.into_iter()));
-        let outcome = for_each_chunk(input, |chunk| {
-            chunks.push(chunk.to_vec());
+        let outcome = for_each_arrival(input, |arrival| {
+            chunks.push(arrival.bytes().to_vec());
             anyhow::ensure!(chunks.len() < take, "had enough");
             Ok(())
         });

@@ -1,9 +1,13 @@
 //! The framelock command line, as a library so that tests can drive it without a process.
 
+use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use anyhow::{Result, anyhow};
+use clap::builder::{Resettable, StyledStr};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
+mod clock;
 mod decode;
 mod demo;
 mod encode;
@@ -17,6 +21,7 @@ mod monitor;
 mod names;
 mod numbers;
 mod output;
+mod ports;
 mod rows;
 pub mod screen;
 mod send;
@@ -26,10 +31,9 @@ mod standard;
 mod trace;
 mod view_parts;
 
-/// A serial-frame receiver that never goes deaf: decode, trace, encode and demonstrate
-/// 'A' 'B' reserved pitch roll yaw CR.
+/// Serial frames, received without ever going deaf: shown, decoded, watched, sent
 #[derive(Parser)]
-#[command(name = "framelock", version)]
+#[command(name = "framelock", version, after_help = include_str!("help/framelock.txt"))]
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
@@ -37,25 +41,72 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Command {
-    Decode(decode::Arguments),
-    Trace(trace::Arguments),
-    Encode(encode::Arguments),
+    /// A faulty line, and what two receivers make of it, live
     Demo(demo::Arguments),
-    Send(send::Arguments),
+    /// What the machine does with each byte: a row per byte
+    Trace(trace::Arguments),
+    /// Frames from a file, standard input or a serial port
+    Decode(decode::Arguments),
+    /// A live view of a line: state, values, rates, counters
     Monitor(monitor::Arguments),
+    /// Frames to a board, on time: a profile, a motion or UDP
+    Send(send::Arguments),
+    /// Frames from rows of values, such as setpoints
+    Encode(encode::Arguments),
+    /// What a faulty line does to a receiver, counted
     Simulate(simulate::Arguments),
+    /// The serial ports that are there
+    Ports,
+    /// A script that completes commands in a shell
+    #[command(after_help = include_str!("help/completions.txt"))]
+    Completions { shell: clap_complete::Shell },
+    /// The manual page, of one command or of all
+    Man { command: Option<String> },
 }
 
 /// Does what this process's arguments say.
 #[must_use]
 pub fn run() -> ExitCode {
-    ExitCode::from(output::exit_code(match CommandLine::parse().command {
-        Command::Decode(arguments) => decode::run(&arguments),
-        Command::Trace(arguments) => trace::run(&arguments),
-        Command::Encode(arguments) => encode::run(&arguments),
+    let mut command = CommandLine::command();
+    // The short help is without examples. (Clap's own long help takes three lines for an option.)
+    if std::env::args_os().any(|argument| argument == "-h") {
+        command =
+            command.mut_subcommands(|command| command.after_help(Resettable::<StyledStr>::Reset));
+    }
+    let arguments = CommandLine::from_arg_matches(&command.get_matches());
+    let outcome = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Demo(arguments) => demo::run(&arguments),
-        Command::Send(arguments) => send::run(&arguments),
+        Command::Trace(arguments) => trace::run(&arguments),
+        Command::Decode(arguments) => decode::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Send(arguments) => send::run(&arguments),
+        Command::Encode(arguments) => encode::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
-    }))
+        Command::Ports => ports::run(),
+        Command::Completions { shell } => write_completions(shell),
+        Command::Man { command } => write_manual(command.as_deref()),
+    };
+    ExitCode::from(output::exit_code(outcome))
+}
+
+fn write_completions(shell: clap_complete::Shell) -> Result<()> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut CommandLine::command(), "framelock", &mut script);
+    Ok(output::Output::standard()?.write_all(&script)?)
+}
+
+fn write_manual(name: Option<&str>) -> Result<()> {
+    let mut command = CommandLine::command();
+    command.build();
+    if let Some(name) = name {
+        let found = command.find_subcommand(name).cloned();
+        command =
+            found.ok_or_else(|| anyhow!("there is no command {name}: see framelock --help"))?;
+    }
+    let mut page = Vec::new();
+    let source = concat!("framelock ", env!("CARGO_PKG_VERSION"));
+    clap_mangen::Man::new(command)
+        .source(source)
+        .render(&mut page)?;
+    Ok(output::Output::standard()?.write_all(&page)?)
 }

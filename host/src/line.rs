@@ -61,7 +61,8 @@ impl Line {
         }
     }
 
-    fn line_event(&mut self, why: LineEvent, mut event: impl FnMut(Found<&[u8]>)) {
+    /// No more bytes will come for what is pending; says what becomes of it.
+    pub(crate) fn line_event(&mut self, why: LineEvent, mut event: impl FnMut(Found<&[u8]>)) {
         let count = self.pending();
         match self {
             Self::Bin(line) => line.line_event(why),

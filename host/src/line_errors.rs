@@ -47,8 +47,15 @@ impl Drop for Marking {
 }
 
 /// Reads the marks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Marks {
+    /// What a byte that came with an error means: with a parity bit most likely that it is wrong.
+    pub(crate) error: LineEvent,
+    state: State,
+}
+
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) enum Marks {
+enum State {
     /// None is under way.
     #[default]
     Between,
@@ -59,21 +66,32 @@ pub(crate) enum Marks {
 }
 
 impl Marks {
+    /// Of a line with or without a parity bit.
+    pub(crate) fn new(has_parity: bool) -> Self {
+        Self {
+            error: if has_parity {
+                LineEvent::Parity
+            } else {
+                LineEvent::Framing
+            },
+            state: State::Between,
+        }
+    }
+
     /// Takes what the operating system gave; gives `take` what the line brought: bytes, and line
     /// errors in place of bytes.
     pub(crate) fn feed(&mut self, bytes: &[u8], mut take: impl FnMut(Result<u8, LineEvent>)) {
         for &byte in bytes {
-            let before = std::mem::take(self);
+            let before = std::mem::take(&mut self.state);
             match (before, byte) {
-                (Self::Between, 0xFF) => *self = Self::Begun,
-                (Self::Between, byte) => take(Ok(byte)),
-                (Self::Begun, 0x00) => *self = Self::Error,
-                (Self::Begun, 0xFF) => take(Ok(0xFF)),
+                (State::Between, 0xFF) => self.state = State::Begun,
+                (State::Between, byte) => take(Ok(byte)),
+                (State::Begun, 0x00) => self.state = State::Error,
+                (State::Begun, 0xFF) => take(Ok(0xFF)),
                 // No mark that there is: nothing is lost.
-                (Self::Begun, byte) => [0xFF, byte].map(Ok).into_iter().for_each(&mut take),
-                (Self::Error, 0x00) => take(Err(LineEvent::Break)),
-                // There is no parity on this line.
-                (Self::Error, _) => take(Err(LineEvent::Framing)),
+                (State::Begun, byte) => [0xFF, byte].map(Ok).into_iter().for_each(&mut take),
+                (State::Error, 0x00) => take(Err(LineEvent::Break)),
+                (State::Error, _) => take(Err(self.error)),
             }
         }
     }
@@ -89,26 +107,28 @@ mod tests {
             0x41, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x7F, 0xFF, 0x00, 0x00, 0xFF, 0x00, 0xFF, 0x0D,
             0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x12,
         ];
-        let expected = [
-            Ok(0x41),
-            Ok(0xFF),
-            Ok(0x00),
-            Err(LineEvent::Framing),
-            Err(LineEvent::Break),
-            Err(LineEvent::Framing),
-            Ok(0x0D),
-            Ok(0xFF),
-            Ok(0xFF),
-            Ok(0xFF),
-            Ok(0x12),
-        ];
-        for length in 1..=given.len() {
-            let mut marks = Marks::default();
-            let mut received = Vec::new();
-            for piece in given.chunks(length) {
-                marks.feed(piece, |it| received.push(it));
+        for (has_parity, error) in [(false, LineEvent::Framing), (true, LineEvent::Parity)] {
+            let expected = [
+                Ok(0x41),
+                Ok(0xFF),
+                Ok(0x00),
+                Err(error),
+                Err(LineEvent::Break),
+                Err(error),
+                Ok(0x0D),
+                Ok(0xFF),
+                Ok(0xFF),
+                Ok(0xFF),
+                Ok(0x12),
+            ];
+            for length in 1..=given.len() {
+                let mut marks = Marks::new(has_parity);
+                let mut received = Vec::new();
+                for piece in given.chunks(length) {
+                    marks.feed(piece, |it| received.push(it));
+                }
+                assert_eq!(received, expected, "{length}");
             }
-            assert_eq!(received, expected, "{length}");
         }
     }
 }

@@ -11,24 +11,21 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use clap::value_parser;
 use framelock::FailsafeParameters;
 use framelock_simulation::LEVEL;
 
 use crate::frame::Frame;
 use crate::input::Input;
 use crate::line::Line;
-use crate::line_errors::{Marking, Marks};
 use crate::names::{PolicyName, name};
+use crate::numbers::whole;
 use crate::output::Output;
-use crate::{screen, serial};
+use crate::screen;
+use crate::serial::PortOptions;
 use session::{Recording, Session};
 use watch::Watch;
 
-/// A live view of a line: the machine's state, values, rates, counters and what was discarded.
-///
-/// Behind a receiver of setpoints is a failsafe as a board has it. Keys: ? help, space pauses, r records, z
-/// sets the counters to zero, q quits. It ends with one line of counters on standard output.
+/// A live view of a line: the machine's state, values, rates, counters, what was discarded
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/monitor.txt"))]
 pub(crate) struct Arguments {
@@ -36,27 +33,31 @@ pub(crate) struct Arguments {
     /// keys are then read from the terminal all the same
     #[arg(value_name = "PORT|PTY|-")]
     line: PathBuf,
-    /// What to do with the bytes behind a broken frame
-    #[arg(long, value_enum, default_value_t = PolicyName::Rescan)]
+    /// Of the bytes behind a broken frame: rescan (search them again) or discard (as the lecture's
+    /// machine does; bin only)
+    #[arg(long, value_enum, default_value_t = PolicyName::Rescan, hide_possible_values = true)]
     policy: PolicyName,
     /// The frames: a name, or a file that describes them [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
     frame: Frame,
-    /// The serial port's rate [default: 115200]; 8 data bits, no parity, 1 stop bit
-    #[arg(long, value_name = "RATE", value_parser = value_parser!(u32).range(1..))]
-    baud: Option<u32>,
-    /// Record the line in this new file from the start
+    #[command(flatten)]
+    port: PortOptions,
+    /// End with an error when the port is gone, instead of waiting for it
+    #[arg(long)]
+    no_reconnect: bool,
+    /// Record the line in this new file from the start: its bytes, or in a file called .csv its
+    /// frames with their times
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Drop the current frame after a pause of this length; not done unless given, since USB adapters
     /// deliver in batches
-    #[arg(long, value_name = "MILLISECONDS", value_parser = value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
     idle_gap: Option<u64>,
     /// Silence after which the failsafe holds
-    #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     hold_after: u32,
     /// Silence after which it moves to park, 128 on every axis, the full travel in a second
-    #[arg(long, value_name = "MILLISECONDS", default_value_t = 500, value_parser = value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "MILLISECONDS", default_value_t = 500, value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     ramp_after: u32,
 }
 
@@ -76,17 +77,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let watch = Watch::new(arguments.frame.clone(), line, failsafe, idle_gap)
         .context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;
-    let input = Input::open(&arguments.line, arguments.baud)?;
+    let mut input = Input::open(&arguments.line, &arguments.port)?;
+    input.reconnects = !arguments.no_reconnect;
     let recording = arguments.record.clone().map(|path| {
         let cannot = format!("cannot record in {}: a new file is wanted", path.display());
-        Recording::begin(path).context(cannot)
+        Recording::begin(path, &arguments.frame).context(cannot)
     });
-    let recording = recording.transpose()?;
-    // Until the end: then the port is as before.
-    let marking: Option<Marking> = input.port.clone().and_then(Marking::begin);
-    let marks = marking.as_ref().map(|_| Marks::default());
     let title = arguments.title(&input);
-    let mut session = Session::new(title, watch, marks, recording);
+    let mut session = Session::new(title, watch, recording.transpose()?);
+    if let Some(port) = &input.port {
+        session.mark_errors(port.device.clone(), arguments.port.has_parity());
+    }
     let outcome = live::run(&mut session, input);
     // However it ended, this was seen.
     let told = session.finish().join("\n") + "\n";
@@ -122,11 +123,11 @@ impl Arguments {
     }
 
     fn title(&self, input: &Input) -> String {
-        let baud = match self.baud.unwrap_or(serial::DEFAULT_BAUD) {
-            baud if input.port.is_some() => format!(", {baud} baud"),
-            _ => String::new(),
+        let port = match input.port {
+            Some(_) => format!(", {}", self.port),
+            None => String::new(),
         };
         let (frame, policy) = (&self.frame, name(&self.policy));
-        format!("{}{baud}, {frame}, {policy}", input.name)
+        format!("{}{port}, {frame}, {policy}", input.name)
     }
 }

@@ -12,3 +12,12 @@ pub(crate) fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
         _ => Err(format!("a number from {least} to {most} is wanted")),
     }
 }
+
+/// A whole number from `least` to `most`.
+pub(crate) fn whole<T: TryFrom<u64>>(text: &str, least: u64, most: u64) -> Result<T, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|number| (least..=most).contains(number))
+        .and_then(|number| T::try_from(number).ok())
+        .ok_or_else(|| format!("a whole number from {least} to {most} is wanted"))
+}

@@ -76,6 +76,11 @@ fn failure(error: io::Error, name: &str) -> io::Error {
     io::Error::new(error.kind(), told)
 }
 
+/// Says something on standard error, which may be closed.
+pub(crate) fn note(text: &str) {
+    let _ = writeln!(io::stderr(), "framelock: {text}");
+}
+
 /// Says on standard error what went wrong, if something did. It is nothing wrong if the reader of
 /// standard output has gone, as `head` does.
 pub(crate) fn exit_code(outcome: Result<()>) -> u8 {
@@ -84,6 +89,6 @@ pub(crate) fn exit_code(outcome: Result<()>) -> u8 {
     if io_error.is_some_and(|error| error.kind() == ErrorKind::BrokenPipe) {
         return 0;
     }
-    eprintln!("framelock: {error:#}");
+    note(&format!("{error:#}"));
     2
 }

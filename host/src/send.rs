@@ -6,15 +6,15 @@ mod profile;
 mod session;
 mod setpoint;
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use anyhow::{Result, bail};
-use clap::value_parser;
 use framelock::Setpoint;
 use framelock_simulation::{
     Axis, ByteFaults, FaultRates, Motion, Seed, Shape, check_rate, time_on_line,
@@ -22,19 +22,16 @@ use framelock_simulation::{
 
 use crate::frame::Frame;
 use crate::input::Input;
-use crate::numbers::{number, probability};
-use crate::output::Output;
-use crate::{interrupt, serial};
+use crate::interrupt;
+use crate::numbers::{number, probability, whole};
+use crate::output::{Output, note};
+use crate::serial::{self, LastingPort, PortOptions};
 use datagrams::{Datagrams, Heard};
 use pacer::{Clock, Rate, RealClock};
 use profile::Profile;
 use session::{Parking, Session, Source};
 
-/// Frames to a board: from a motion profile, a built-in motion or UDP datagrams, on time.
-///
-/// Each frame's deadline counts from the beginning, so that lateness never adds up. At the end,
-/// Ctrl-C included, the axes go to park and stay there for five frames; a second Ctrl-C ends at
-/// once. Standard error then says what was sent, and how late the latest frame was.
+/// Frames to a board: from a motion profile, a built-in motion or UDP datagrams, on time
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/send.txt"))]
 #[command(group(clap::ArgGroup::new("source").required(true).args(["motion", "profile", "udp"])))]
@@ -43,35 +40,44 @@ pub(crate) struct Arguments {
     #[arg(value_name = "PORT|PTY|-")]
     line: PathBuf,
 
-    /// A built-in motion, around level
-    #[arg(long, value_enum, value_name = "MOTION", help_heading = "What is sent")]
+    /// A built-in motion, around level: sine-sweep, step or figure-of-eight
+    #[arg(
+        long,
+        value_enum,
+        value_name = "MOTION",
+        hide_possible_values = true,
+        help_heading = "What is sent"
+    )]
     motion: Option<Shape>,
     /// Rows from a file, or - for standard input; read to its end before any is sent
     #[arg(long, value_name = "FILE", help_heading = "What is sent")]
     profile: Option<PathBuf>,
     /// Setpoints from datagrams that come to this address; port 0 is any that is free
-    #[arg(long, value_name = "ADDRESS:PORT", help_heading = "What is sent")]
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = address, help_heading = "What is sent")]
     udp: Option<SocketAddr>,
 
     /// Frames in a second [default: 50, or the profile's own times]
-    #[arg(long, value_name = "HZ", value_parser = value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "HZ", value_parser = |text: &str| whole::<u32>(text, 1, 100_000))]
     rate: Option<u32>,
     /// End after this time; without it, where the profile ends, or never
     #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
     seconds: Option<f64>,
-    /// The frames: a name, or a file that describes them [default: bin]. Only bin and bin-crc8 have
-    /// motions, datagrams and a place to park; the others are sent from a profile
+    /// The frames: a name, or a file that describes them [default: bin]. Those other than bin and
+    /// bin-crc8 are sent from a profile, and do not park
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
     frame: Frame,
-    /// The serial port's rate [default: 115200]; 8 data bits, no parity, 1 stop bit
-    #[arg(long, value_name = "RATE", value_parser = value_parser!(u32).range(1..))]
-    baud: Option<u32>,
+    #[command(flatten)]
+    port: PortOptions,
+    /// End with an error when the port is gone, instead of waiting for it
+    #[arg(long)]
+    no_reconnect: bool,
 
     #[command(flatten)]
     shape: ShapeArguments,
 
-    /// How old the last datagram may be; then nothing is sent, and the board's failsafe takes over
-    #[arg(long, value_name = "MILLISECONDS", default_value_t = 200, value_parser = value_parser!(u64).range(1..), help_heading = "Datagrams")]
+    /// How old the last datagram may be, in milliseconds; then nothing is sent, and the board's
+    /// failsafe takes over
+    #[arg(long, value_name = "MS", default_value_t = 200, value_parser = |text: &str| whole::<u64>(text, 1, u64::MAX), help_heading = "Datagrams")]
     stale_after: u64,
 
     #[command(flatten)]
@@ -86,7 +92,7 @@ pub(crate) struct Arguments {
 #[command(next_help_heading = "The built-in motions")]
 struct ShapeArguments {
     /// The way from level to either end, in units of demand
-    #[arg(long, value_name = "UNITS", default_value_t = 100, value_parser = value_parser!(u8).range(1..=127))]
+    #[arg(long, value_name = "UNITS", default_value_t = 100, value_parser = |text: &str| whole::<u8>(text, 1, 127))]
     amplitude: u8,
     /// How long until it repeats [default: 20 for the sweep, 4 for the others]
     #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
@@ -103,7 +109,8 @@ struct ShapeArguments {
         value_enum,
         value_delimiter = ',',
         value_name = "AXIS,..",
-        default_value = "pitch,roll,yaw"
+        default_value = "pitch,roll,yaw",
+        hide_possible_values = true
     )]
     axes: Vec<Axis>,
 }
@@ -125,23 +132,31 @@ struct End {
 
 /// Faults on purpose.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Faults on purpose, for each byte but those that park")]
+#[command(
+    next_help_heading = "Faults on purpose, with probability P (0 to 1) for each byte not of parking"
+)]
 struct FaultArguments {
-    /// Probability that it is not sent, 0 to 1
-    #[arg(long, value_name = "PROBABILITY", default_value_t = 0.0, value_parser = probability, allow_negative_numbers = true)]
+    /// It is not sent
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     drop: f64,
-    /// Probability that one bit of it is inverted
-    #[arg(long, value_name = "PROBABILITY", default_value_t = 0.0, value_parser = probability, allow_negative_numbers = true)]
+    /// One bit of it is inverted
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     flip: f64,
-    /// Probability that it is sent twice
-    #[arg(long, value_name = "PROBABILITY", default_value_t = 0.0, value_parser = probability, allow_negative_numbers = true)]
+    /// It is sent twice
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     duplicate: f64,
-    /// Probability that a random byte is sent in front of it
-    #[arg(long, value_name = "PROBABILITY", default_value_t = 0.0, value_parser = probability, allow_negative_numbers = true)]
+    /// A random byte is sent in front of it
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     insert: f64,
     /// The same seed makes the same faults
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
+}
+
+/// Where datagrams come to.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse()
+        .map_err(|_| "an address and a port are wanted, for example 127.0.0.1:4123".into())
 }
 
 /// What is sent unless a rate is asked for, in hertz.
@@ -156,13 +171,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let rate = arguments.rate().0.get().into();
         let setpoint = arguments.frame.described.longest();
         let longest = profile.as_ref().map_or(setpoint, Profile::longest);
-        check_rate(rate, longest, 0, arguments.baud(), 1.0)?;
+        check_rate(rate, longest, 0, arguments.port.usual_baud(), 1.0)?;
     }
     let (source, datagrams) = arguments.source(profile)?;
-    let mut line = arguments.open_line()?;
+    let is_stopped = Arc::new(AtomicBool::new(false));
+    let mut line = arguments.open_line(&is_stopped)?;
     let name = line.name.clone();
     let (stop, stopped) = mpsc::channel();
     interrupt::watch(move || {
+        is_stopped.store(true, Ordering::Relaxed);
         // It may just have ended by itself.
         let _ = stop.send(());
     })?;
@@ -173,8 +190,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let outcome = session.run(source, length, parking);
     let heard = datagrams.map(|datagrams| datagrams.heard());
     for line in report(&session, &name, arguments.faults.seed, heard.as_ref()) {
-        // Standard error may be closed.
-        let _ = writeln!(std::io::stderr(), "framelock: {line}");
+        note(&line);
     }
     outcome?;
     if let Some(failure) = heard.and_then(|heard| heard.failure) {
@@ -231,10 +247,6 @@ impl Arguments {
         self.rate.and_then(NonZeroU32::new).map_or(USUAL_RATE, Rate)
     }
 
-    fn baud(&self) -> u32 {
-        self.baud.unwrap_or(serial::DEFAULT_BAUD)
-    }
-
     /// What is behind standard output may be of any speed.
     fn is_port(&self) -> bool {
         self.line.as_os_str() != "-"
@@ -243,7 +255,7 @@ impl Arguments {
     /// The profile, if there is one.
     fn profile(&self) -> Result<Option<Profile>> {
         let path = self.profile.as_ref();
-        path.map(|path| Profile::read(Input::open(path, None)?, &self.frame))
+        path.map(|path| Profile::read(Input::open(path, &PortOptions::default())?, &self.frame))
             .transpose()
     }
 
@@ -270,7 +282,8 @@ impl Arguments {
                 return Ok((profile.held(rate), None));
             }
             if self.is_port() {
-                profile.check_line_carries(time_on_line(profile.longest(), self.baud()))?;
+                profile
+                    .check_line_carries(time_on_line(profile.longest(), self.port.usual_baud()))?;
             }
             return Ok((profile.in_turn(rate), None));
         }
@@ -291,21 +304,32 @@ impl Arguments {
         Ok((source, None))
     }
 
-    fn open_line(&self) -> Result<Output> {
+    fn open_line(&self, is_stopped: &Arc<AtomicBool>) -> Result<Output> {
         let name = self.line.to_string_lossy();
         if self.is_port() {
-            return match serial::open_if_port(&self.line, self.baud)? {
-                Some(port) => Ok(Output::new(&name, port)),
+            return match serial::open_if_port(&self.line, &self.port)? {
+                Some(port) if self.no_reconnect => Ok(Output::new(&name, port)),
+                Some(port) => {
+                    let is_stopped = Arc::clone(is_stopped);
+                    let lasting = LastingPort {
+                        path: self.line.clone(),
+                        options: self.port.clone(),
+                        port: Some(port),
+                        is_stopped: move || is_stopped.load(Ordering::Relaxed),
+                    };
+                    Ok(Output::new(&name, lasting))
+                }
                 None if self.line.exists() => bail!(
                     "{name} is no serial port: name one, or - for standard output; frames go to a \
                      file by `framelock encode`"
                 ),
-                None => bail!("there is no {name}: name a serial port, or - for standard output"),
+                None => bail!(
+                    "there is no {name}: name a serial port (`framelock ports` lists them), or - for \
+                     standard output"
+                ),
             };
         }
-        if self.baud.is_some() {
-            bail!("--baud is for serial ports, and standard output is none: leave it out");
-        }
+        self.port.check_none("standard output")?;
         if std::io::stdout().is_terminal() {
             bail!(
                 "standard output is a terminal, and frames are binary: redirect it, or name a \

@@ -5,7 +5,7 @@ mod stream;
 mod table;
 
 use std::ffi::OsString;
-use std::io::{BufWriter, Cursor, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Cursor, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::{Error, Result, anyhow, bail};
@@ -13,50 +13,36 @@ use framelock_simulation::FrameFormat;
 
 use crate::frame::Frame;
 use crate::hex;
-use crate::input::Input;
+use crate::input::{Input, Spelling};
 use crate::names::PolicyName;
-use crate::output::Output;
+use crate::output::{Output, note};
+use crate::serial::PortOptions;
 use table::Format;
 
-/// Show what the state machine does with each byte: the lecture's table, a row per byte.
-///
-/// Each row has the byte's offset, the byte, the state before and after it (the lecture's names:
-/// A, B, 1, 2, 3, 4, CR), the temporary pitch, roll and yaw as stored last, the current setpoint
-/// (SP), and what happened. Below the rows: where every byte has gone.
+/// What the machine does with each byte: the lecture's table, a row per byte
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/trace.txt"))]
 pub(crate) struct Arguments {
-    /// Bytes in hex, separate or glued; or one file or serial port; or - for standard input.
-    /// Nothing: the lecture's two worked examples
-    ///
-    /// What can be read as hex is hex, even if a file has that name: write ./4142 for the file.
+    /// Bytes in hex, separate or glued; or one file or serial port; or - for standard input, which is
+    /// read too if bytes are piped in. Else: the lecture's two worked examples
     #[arg(value_name = "HEX|FILE|PORT|-")]
     source: Vec<OsString>,
-
-    /// Which machine: the lecture's (discard), the receiver (rescan), or both
-    ///
-    /// With both there is one row where they do the same and one each where they differ: what
-    /// firmware like the lecture's makes of the bytes, and what this receiver does.
-    #[arg(long, value_enum, default_value_t = Machines::Both)]
+    /// Which machine: discard (the lecture's, which discards a failed frame), rescan (the receiver,
+    /// which searches it for the next), or both, with one row where they do the same
+    #[arg(long, value_enum, default_value_t = Machines::Both, hide_possible_values = true)]
     policy: Machines,
-
     /// The frames: a name, or a file that describes them [default: bin]. Of others than bin each row has
     /// how many bytes are pending, the frames with their fields, and why bytes are discarded
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named, requires = "source")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
     frame: Frame,
-
-    /// A table, or a JSON object per byte and machine
-    #[arg(
-        long,
-        value_enum,
-        default_value_t = Format::Text,
-        requires_if("jsonl", "source")
-    )]
+    /// How a file, port or pipe is written: bytes, or hex: text such as 41 42 00 or 0x41,0x42
+    #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
+    input: Spelling,
+    /// What to write: text (a table to read) or jsonl (an object per byte and machine)
+    #[arg(long, value_enum, default_value_t = Format::Text, hide_possible_values = true)]
     format: Format,
-
-    /// The serial port's rate [default: 115200]; 8 data bits, no parity, 1 stop bit
-    #[arg(long, value_name = "RATE", value_parser = clap::value_parser!(u32).range(1..), requires = "source")]
-    baud: Option<u32>,
+    #[command(flatten)]
+    port: PortOptions,
 }
 
 /// Whose steps are shown.
@@ -120,6 +106,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     };
     match (hex::parse(&arguments.source), &*arguments.source) {
         (_, []) => {
+            if let Some(input) = arguments.piped()? {
+                return print("", input);
+            }
+            if arguments.format != Format::Text || arguments.frame.name != "bin" {
+                bail!(
+                    "nothing to trace: the examples are a table of bin frames; for anything else \
+                     give HEX|FILE|PORT|-, for example framelock trace --frame crsf capture.bin"
+                );
+            }
+            arguments.port.check_none("the example")?;
             for (number, [title, sent, received]) in EXAMPLES.into_iter().enumerate() {
                 let space = "\n\n".repeat(number);
                 let heading =
@@ -135,15 +131,34 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 && Path::new(only).exists()
             {
                 let name = only.display();
-                eprintln!("framelock: {name} is taken as hex; for the file write ./{name}");
+                note(&format!(
+                    "{name} is taken as hex; for the file write ./{name}"
+                ));
             }
             print("", Input::new("", Cursor::new(bytes)))
         }
         (Err(why), [only]) => {
-            let input = Input::open(Path::new(only), arguments.baud)
+            let input = Input::open(Path::new(only), &arguments.port)
                 .map_err(|error| anyhow!("not hex: {why}; and no file: {error:#}"))?;
-            print("", input)
+            print("", input.spelled(arguments.input))
         }
         (Err(why), _) => bail!(why),
+    }
+}
+
+impl Arguments {
+    /// Standard input, if something is piped in.
+    fn piped(&self) -> Result<Option<Input<'static>>> {
+        if io::stdin().is_terminal() {
+            return Ok(None);
+        }
+        let mut input = BufReader::new(Input::open(Path::new("-"), &PortOptions::default())?);
+        if input.fill_buf()?.is_empty() {
+            return Ok(None);
+        }
+        self.port.check_none("standard input")?;
+        Ok(Some(
+            Input::new("standard input", input).spelled(self.input),
+        ))
     }
 }

@@ -285,11 +285,9 @@ impl Described {
                 return Err(format!("missing field `{}`", field.name));
             }
             let parse = |(number, value): (usize, &&Json)| {
-                field.parse(value).map_err(|why| {
-                    // Something that was not meant to be a number may be long.
-                    let value: String = value.to_string().chars().take(40).collect();
-                    format!("{} {value} {why}", field.column(number))
-                })
+                field
+                    .parse(value)
+                    .map_err(|why| format!("{} {} {why}", field.column(number), quote(value)))
             };
             let row = row.iter().enumerate().map(parse);
             let row = row.collect::<Result<Vec<_>, _>>()?;
@@ -331,6 +329,11 @@ impl Described {
             format.shortest, format.longest
         ))
     }
+}
+
+/// A value in a message: what was not meant to be a number may be long.
+pub(crate) fn quote(value: &Json) -> String {
+    value.to_string().chars().take(40).collect()
 }
 
 impl Format {

@@ -8,14 +8,23 @@ use anyhow::Result;
 
 use super::session::Session;
 use super::view;
-use crate::input::{Input, for_each_chunk};
+use crate::input::{Arrival, Input, for_each_arrival};
 use crate::screen::{DRAW_EVERY, Screen, key_within};
+use crate::serial::Device;
 
 /// How much may wait to be watched: enough for a line, and a pipe waits beyond it.
 const MOST_WAITING: usize = 64;
 
 /// How long is spent on what waits before keys are looked at again.
 const LONGEST_CATCHING_UP: Duration = Duration::from_millis(50);
+
+/// What comes from the other thread.
+enum News {
+    Bytes(Vec<u8>),
+    Gone(String),
+    Back(Device),
+    Failed(anyhow::Error),
+}
 
 /// Shows the line until the user ends it or it is cut. The terminal is as before afterwards,
 /// whatever happens.
@@ -26,23 +35,32 @@ pub(super) fn run(session: &mut Session, input: Input<'static>) -> Result<()> {
     // It ends with the process if it waits for input then.
     thread::spawn(move || {
         // Once the view is gone nothing receives it.
-        let send = |arrival| drop(sender.send((Instant::now(), arrival)));
-        let outcome = for_each_chunk(input, |chunk| {
-            send(Ok(chunk.to_vec()));
+        let send = |news| drop(sender.send((Instant::now(), news)));
+        let outcome = for_each_arrival(input, |arrival| {
+            send(match arrival {
+                Arrival::Bytes(bytes) => News::Bytes(bytes.to_vec()),
+                Arrival::Gone(error) => News::Gone(error.to_string()),
+                Arrival::Back(device) => News::Back(device),
+            });
             Ok(())
         });
         if let Err(failure) = outcome {
-            send(Err(failure));
+            send(News::Failed(failure));
         }
     });
     while !screen.is_ended() {
         let now = Instant::now();
         while now.elapsed() < LONGEST_CATCHING_UP {
             match arrivals.try_recv() {
-                Ok((at, Ok(bytes))) => {
-                    session.receive(at.saturating_duration_since(beginning), &bytes);
+                Ok((at, news)) => {
+                    let at = at.saturating_duration_since(beginning);
+                    match news {
+                        News::Bytes(bytes) => session.receive(at, &bytes),
+                        News::Gone(why) => session.lose_port(at, &why),
+                        News::Back(device) => session.regain_port(device),
+                        News::Failed(failure) => return Err(failure),
+                    }
                 }
-                Ok((_, Err(failure))) => return Err(failure),
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
                     session.has_ended = true;

@@ -7,36 +7,48 @@ use std::time::Duration;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use framelock::LineEvent;
+
 use super::watch::Watch;
-use crate::line_errors::Marks;
+use crate::clock::time_of_day;
+use crate::frame::Frame;
+use crate::line_errors::{Marking, Marks};
 use crate::screen::quits;
+use crate::serial::Device;
 
 /// How many names are tried for a recording.
 const MOST_NAMES: u32 = 9_999;
 
-/// A recording: the bytes of the line in a file, as they came.
+/// A recording: the bytes of the line in a file, as they came, or its frames with their times.
 pub(super) struct Recording {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
+    has_frames: bool,
     file: BufWriter<File>,
 }
 
 impl Recording {
-    /// Begins one in a new file: a recording never replaces anything.
-    pub(super) fn begin(path: PathBuf) -> io::Result<Self> {
-        let file = BufWriter::new(File::create_new(&path)?);
+    /// Begins one in a new file: a recording never replaces anything. It is of frames if the file's
+    /// name ends in `.csv`.
+    pub(super) fn begin(path: PathBuf, frame: &Frame) -> io::Result<Self> {
+        let mut file = BufWriter::new(File::create_new(&path)?);
+        let has_frames = path.extension().is_some_and(|extension| extension == "csv");
+        if has_frames {
+            frame.write_csv_header(&mut file, true)?;
+        }
         Ok(Self {
             path,
             bytes: 0,
+            has_frames,
             file,
         })
     }
 
     /// Begins one in `directory`, in the first of `framelock-1.bin`, `framelock-2.bin` and so on
     /// that is not there yet.
-    fn begin_numbered(directory: &Path) -> io::Result<Self> {
+    fn begin_numbered(directory: &Path, frame: &Frame) -> io::Result<Self> {
         (1..=MOST_NAMES)
-            .map(|number| Self::begin(directory.join(format!("framelock-{number}.bin"))))
+            .map(|number| Self::begin(directory.join(format!("framelock-{number}.bin")), frame))
             .find(|outcome| !matches!(outcome, Err(error) if error.kind() == ErrorKind::AlreadyExists))
             .unwrap_or_else(|| Err(ErrorKind::AlreadyExists.into()))
     }
@@ -57,32 +69,32 @@ pub(super) struct Session {
     frozen: Option<Watch>,
     /// How bytes come: with marks, if the port reports line errors.
     pub(super) marks: Option<Marks>,
+    /// What makes the port mark them; then the port is as before.
+    marking: Option<Marking>,
     pub(super) recording: Option<Recording>,
-    /// What became of the recordings before it.
-    pub(super) recorded: Vec<String>,
+    /// What became of the recordings before it, and of the port.
+    pub(super) notes: Vec<String>,
     /// Where recordings that have no name go.
     directory: PathBuf,
     pub(super) has_help: bool,
     pub(super) has_ended: bool,
+    pub(super) is_gone: bool,
 }
 
 impl Session {
-    pub(super) fn new(
-        title: String,
-        watch: Watch,
-        marks: Option<Marks>,
-        recording: Option<Recording>,
-    ) -> Self {
+    pub(super) fn new(title: String, watch: Watch, recording: Option<Recording>) -> Self {
         Self {
             title,
             watch,
             frozen: None,
-            marks,
+            marks: None,
+            marking: None,
             recording,
-            recorded: Vec::new(),
+            notes: Vec::new(),
             directory: PathBuf::new(),
             has_help: false,
             has_ended: false,
+            is_gone: false,
         }
     }
 
@@ -109,12 +121,52 @@ impl Session {
             Some(marks) => marks.feed(bytes, take),
             None => bytes.iter().for_each(|&byte| take(Ok(byte))),
         }
-        self.record(|recording| recording.write(&data));
+        self.record_arrivals(&data);
+    }
+
+    /// Records what has come: these bytes, or the frames.
+    fn record_arrivals(&mut self, bytes: &[u8]) {
+        let mut rows = Vec::new();
+        let Watch { frame, arrived, .. } = &mut self.watch;
+        let wants_rows = self.recording.as_ref().is_some_and(|it| it.has_frames);
+        for (place, bytes) in arrived.drain(..).filter(|_| wants_rows) {
+            // To memory nothing is written in vain.
+            let _ = frame.write_csv(&mut rows, &place, &bytes);
+        }
+        self.record(|recording| recording.write(if wants_rows { &rows } else { bytes }));
+    }
+
+    /// Lets the port mark line errors, where the operating system can.
+    pub(super) fn mark_errors(&mut self, device: Device, has_parity: bool) {
+        self.marking = Marking::begin(device);
+        self.marks = self.marking.as_ref().map(|_| Marks::new(has_parity));
+    }
+
+    /// The port is gone. No frame goes on behind that.
+    pub(super) fn lose_port(&mut self, at: Duration, why: &str) {
+        self.watch.event(at, LineEvent::Idle);
+        self.record_arrivals(&[]);
+        self.notes.push(format!("{}: {why}", time_of_day()));
+        // What is open keeps its name from being used again.
+        self.marking = None;
+        self.is_gone = true;
+    }
+
+    /// The port is back.
+    pub(super) fn regain_port(&mut self, device: Device) {
+        let has_parity = self
+            .marks
+            .is_some_and(|marks| marks.error == LineEvent::Parity);
+        self.mark_errors(device, has_parity);
+        self.notes
+            .push(format!("{}: the port is back", time_of_day()));
+        self.is_gone = false;
     }
 
     /// Time passes.
     pub(super) fn advance_to(&mut self, now: Duration) {
         self.watch.advance_to(now);
+        self.record_arrivals(&[]);
         // Others find all of it in the file.
         self.record(|recording| recording.file.flush());
     }
@@ -135,14 +187,16 @@ impl Session {
             KeyCode::Char(' ' | 'p') => self.frozen = Some(self.watch.clone()),
             KeyCode::Char('z') => self.watch.reset_counters(),
             KeyCode::Char('r') if self.recording.is_some() => self.end_recording(),
-            KeyCode::Char('r') => match Recording::begin_numbered(&self.directory) {
-                Ok(recording) => self.recording = Some(recording),
-                Err(error) => {
-                    let directory = self.directory.display();
-                    self.recorded
-                        .push(format!("cannot record in {directory}: {error}"));
+            KeyCode::Char('r') => {
+                match Recording::begin_numbered(&self.directory, &self.watch.frame) {
+                    Ok(recording) => self.recording = Some(recording),
+                    Err(error) => {
+                        let directory = self.directory.display();
+                        self.notes
+                            .push(format!("cannot record in {directory}: {error}"));
+                    }
                 }
-            },
+            }
             _ => {}
         }
         true
@@ -154,7 +208,7 @@ impl Session {
             && let Err(error) = write(recording)
         {
             let (name, bytes) = (recording.path.display(), recording.bytes);
-            self.recorded.push(format!(
+            self.notes.push(format!(
                 "recording in {name} ended behind byte {bytes}: {error}"
             ));
             self.recording = None;
@@ -165,8 +219,7 @@ impl Session {
         self.record(|recording| recording.file.flush());
         if let Some(Recording { path, bytes, .. }) = self.recording.take() {
             let name = path.display();
-            self.recorded
-                .push(format!("{bytes} bytes recorded in {name}"));
+            self.notes.push(format!("{bytes} bytes recorded in {name}"));
         }
     }
 
@@ -184,7 +237,7 @@ impl Session {
             counters.resynchronisations,
             events.framing + events.parity + events.overrun + events.line_break,
         )];
-        told.append(&mut self.recorded);
+        told.append(&mut self.notes);
         told
     }
 }

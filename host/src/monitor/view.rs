@@ -3,7 +3,7 @@
 //! Laid out for 80 columns and 24 rows; a lower terminal goes without the chart, then without the
 //! discarded bytes.
 
-use framelock::Output;
+use framelock::{LineEvent, Output};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Stylize};
@@ -13,6 +13,7 @@ use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph,
 
 use super::session::Session;
 use super::watch::{Lock, Watch};
+use crate::line_errors::Marks;
 use crate::view_parts::{RowsLeft, bar, emphasised, phase_name, phase_style};
 
 const TITLE_ROWS: u16 = 2;
@@ -91,6 +92,7 @@ fn title_lines(session: &Session) -> Vec<Line<'static>> {
         title.push(" THE INPUT HAS ENDED ".cyan().reversed());
     }
     let lock = match watch.lock() {
+        _ if session.is_gone => " GONE     ".red(),
         Lock::Silent => " SILENT   ".red(),
         Lock::Searching => " SEARCHING".yellow(),
         Lock::Locked => " LOCKED   ".green(),
@@ -162,10 +164,10 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
         });
         spans.collect::<Line>()
     };
-    let line_errors = [
-        ("line errors: framing", events.framing),
-        ("break", events.line_break),
-    ];
+    let line_errors = |marks: &Marks| match marks.error {
+        LineEvent::Parity => ("line errors: parity", events.parity),
+        _ => ("line errors: framing", events.framing),
+    };
     let mut lines = vec![
         format!("bytes {}  frames {}", counters.bytes, counters.frames).into(),
         of_note(&[("discarded", discarded.total())]),
@@ -184,11 +186,11 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
             counters.resynchronisations, events.idle
         )
         .into(),
-        match session.marks {
-            Some(_) => of_note(&line_errors),
+        match &session.marks {
+            Some(marks) => of_note(&[line_errors(marks), ("break", events.line_break)]),
             None => Line::from("line errors: this input reports none").dim(),
         },
-        match (&session.recording, session.recorded.last()) {
+        match (&session.recording, session.notes.last()) {
             (Some(recording), _) => {
                 let name = recording.path.display();
                 Line::from(format!("recorded in {name}: {}", recording.bytes)).red()

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use framelock::{Failsafe, FailsafeError, FailsafeParameters, LineEvent, Output, Setpoint};
 
-use crate::frame::Frame;
+use crate::frame::{Frame, Place};
 use crate::line::{Line, Piece, Watched};
 
 /// How far apart samples are, and how many are kept: the last ten seconds.
@@ -47,6 +47,10 @@ pub(super) struct Sample {
 pub(super) struct Watch {
     pub(super) now: Sample,
     pub(super) frame: Frame,
+    /// Frames that were not taken from here yet, each with its place.
+    pub(super) arrived: Vec<(Place, Vec<u8>)>,
+    /// How many bytes have become a frame, or were discarded.
+    settled: usize,
     /// The last frame's bytes.
     pub(super) last: Option<Vec<u8>>,
     pub(super) line: Watched,
@@ -77,6 +81,8 @@ impl Watch {
         Ok(Self {
             now: Sample::default(),
             frame,
+            arrived: Vec::new(),
+            settled: 0,
             last: None,
             line: Watched::new(line),
             failsafe: Failsafe::new(parameters, 0)?,
@@ -135,6 +141,7 @@ impl Watch {
 
     fn settle(&mut self, pieces: Vec<Piece>) {
         for Piece { bytes, dropped } in pieces {
+            self.settled += bytes.len();
             if dropped.is_some() {
                 for byte in bytes {
                     let follows = std::mem::replace(&mut self.is_in_loss, true);
@@ -148,6 +155,11 @@ impl Watch {
                 self.now.setpoint = Some(setpoint);
                 self.failsafe.frame(ticks(self.now.at), setpoint);
             }
+            let place = Place {
+                offset: self.settled - 1,
+                time: Some(self.now.at),
+            };
+            self.arrived.push((place, bytes.clone()));
             self.last = Some(bytes);
             self.framed_at = Some(self.now.at);
             self.is_searching = false;

@@ -1,6 +1,5 @@
 //! Setpoints from UDP datagrams, as motion software sends them.
 
-use std::io::Write;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -13,6 +12,7 @@ use super::pacer::Rate;
 use super::session::Source;
 use super::setpoint;
 use crate::frame::Frame;
+use crate::output::note;
 
 /// Longer than any datagram that means something.
 const LONGEST: usize = 512;
@@ -37,7 +37,7 @@ impl Datagrams {
         let socket = UdpSocket::bind(address)
             .with_context(|| format!("cannot listen for datagrams at {address}"))?;
         let address = socket.local_addr().unwrap_or(address);
-        eprintln!("framelock: listening for datagrams at {address}");
+        note(&format!("listening for datagrams at {address}"));
         let datagrams = Self(Arc::default());
         let to_fill = datagrams.clone();
         // It ends with the process.
@@ -92,12 +92,9 @@ impl Datagrams {
                 heard.bad += 1;
             }
             if let (Err(problem), 1) = (outcome, heard.bad) {
-                // Standard error may be closed.
-                let _ = writeln!(
-                    std::io::stderr(),
-                    "framelock: a bad datagram from {sender}: {problem}; further bad ones are only \
-                     counted"
-                );
+                note(&format!(
+                    "a bad datagram from {sender}: {problem}; further bad ones are only counted"
+                ));
             }
         }
     }

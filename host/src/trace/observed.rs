@@ -91,12 +91,12 @@ impl Observed {
         match (before, stored) {
             (0 | 1, _) if after > before => "sync".into(),
             (0, _) => "no sync: discarded".into(),
-            (1, _) if after == 1 => "sync again: the 'A' before it discarded".into(),
-            (1, _) => "no sync: discarded, and the 'A' before it".into(),
+            (1, _) if after == 1 => "sync; the 'A' discarded".into(),
+            (1, _) => "no sync: both discarded".into(),
             (2, _) => "reserved, not kept".into(),
             (_, Some(axis)) => format!("temp {axis}={byte:02X}"),
             (_, None) => {
-                let what = format!("not CR: nothing is implemented, {discarded} bytes discarded");
+                let what = format!("not CR: {discarded} bytes discarded");
                 let start = if after == 1 { "A" } else { "AB" };
                 match self.line.counters().bytes - after {
                     _ if after == 0 => what,
@@ -110,26 +110,24 @@ impl Observed {
     pub(super) fn balance(&self) -> String {
         let counters = self.line.counters();
         let discarded = &counters.discarded;
-        let mut reasons = vec![
+        let reasons = [
             ("no sync", discarded.no_sync),
             ("broken sync", discarded.broken_sync),
             ("no CR", discarded.terminator),
         ];
-        reasons.retain(|(_, count)| *count > 0);
-        let reasons = reasons.iter().map(|(why, count)| format!("{why} {count}"));
-        let reasons = match reasons.collect::<Vec<_>>().join(", ") {
-            none if none.is_empty() => none,
-            reasons => format!(" ({reasons})"),
-        };
+        let reasons = reasons.iter().filter(|(_, count)| *count > 0);
+        let reasons = reasons.map(|(why, count)| format!("; {why}: {count}"));
         format!(
-            "{} byte{} = {} x {} committed + {} discarded{reasons} + {} under way; SP={}",
+            "{} byte{} = {} x {} committed + {} discarded + {} pending\n{:9}SP={}{}",
             counters.bytes,
             if counters.bytes == 1 { "" } else { "s" },
             LECTURE_STATES.len(),
             counters.frames,
             discarded.total(),
             self.line.pending().len(),
+            "",
             in_brackets(self.setpoint),
+            reasons.collect::<Vec<_>>().concat(),
         )
     }
 }

@@ -5,9 +5,9 @@ use std::io::Write;
 use anyhow::Result;
 
 use super::table::{Format, character};
-use crate::frame::Frame;
+use crate::frame::{Frame, Place};
 use crate::hex;
-use crate::input::{Input, for_each_chunk};
+use crate::input::{Input, for_each_arrival};
 use crate::line::{Line, Piece, Watched, reason};
 use crate::names::PolicyName;
 
@@ -25,8 +25,8 @@ pub(super) fn print(
         writeln!(out, "offset  byte    pending  what happened")?;
         out.flush()?;
     }
-    for_each_chunk(input, |chunk| {
-        for &byte in chunk {
+    for_each_arrival(input, |arrival| {
+        for &byte in arrival.bytes() {
             let pieces = line.push(byte);
             let pending = line.pending().len();
             if format == Format::Text {
@@ -45,7 +45,10 @@ pub(super) fn print(
                 if format == Format::Jsonl {
                     out.write_all(if number > 0 { b"," } else { b"" })?;
                     match dropped.map(reason) {
-                        None => frame.write_json(out, settled - 1, bytes)?,
+                        None => {
+                            let (offset, time) = (settled - 1, None);
+                            frame.write_json(out, &Place { offset, time }, bytes)?;
+                        }
                         Some(why) => write!(
                             out,
                             r#"{{"discarded":{count},"from":{from},"bytes":"{hex}","why":"{why}"}}"#

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use anyhow::Result;
 
 use super::observed::{Observed, Step};
-use crate::input::{Input, for_each_chunk};
+use crate::input::{Input, for_each_arrival};
 use crate::names::{PolicyName, name};
 
 /// How the steps are written.
@@ -29,12 +29,12 @@ pub(super) fn print(
     if format == Format::Text {
         writeln!(
             out,
-            "offset  byte    policy   state     temp (P R Y)  SP (P R Y)  what happened"
+            "offset  byte    policy   state     temp      setpoint  what happened"
         )?;
         out.flush()?;
     }
-    for_each_chunk(input, |chunk| {
-        for &byte in chunk {
+    for_each_arrival(input, |arrival| {
+        for &byte in arrival.bytes() {
             let steps = machines.iter_mut().map(|machine| machine.push(byte));
             let steps: Vec<Step> = steps.collect();
             match format {
@@ -74,9 +74,14 @@ fn write_rows<T>(
         .try_for_each(|row| writeln!(out, "{row}"))
 }
 
+/// A row of eighty columns; where the machine goes on stands in a line of its own.
 fn row(step: &Step, policy: &str) -> String {
+    let what = match step.what.split_once("; ") {
+        Some((what, goes_on)) if step.discarded > 1 => format!("{what}\n{:25}{goes_on}", ""),
+        _ => step.what.clone(),
+    };
     format!(
-        "{:>6}  {:02X} {:<3}  {policy:<7}  {:>2} -> {:<2}  {}      {}    {}",
+        "{:>6}  {:02X} {:<3}  {policy:<7}  {:>2} -> {:<2}  {}  {}  {what}",
         step.offset,
         step.byte,
         character(step.byte),
@@ -84,7 +89,6 @@ fn row(step: &Step, policy: &str) -> String {
         step.state_after,
         axes(step.temp),
         axes(step.setpoint.map_or([None; 3], |axes| axes.map(Some))),
-        step.what,
     )
 }
 

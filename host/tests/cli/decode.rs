@@ -1,10 +1,11 @@
 //! `framelock decode`: from pipes and files, and on Linux at a serial port.
 
 use std::io::{BufRead, BufReader, Read, Write};
+use std::time::{Duration, Instant, SystemTime};
 
 use framelock::{BinCrc8, Format};
 
-use crate::process::{CLEAN, LOSSY, shown, signal, start};
+use crate::process::{CLEAN, LOSSY, complaint, run, shown, signal, start, text};
 
 #[test]
 fn what_is_received_is_written_in_every_format() {
@@ -30,11 +31,77 @@ fn what_is_received_is_written_in_every_format() {
         (&["--format=none"], &both, ""),
         (&[], b"", ""),
         (&["--format=csv"], b"", header),
-        (&["--summary"], &LOSSY, &format!("{lossy}{summary}")),
+        (&["--summary=-"], &LOSSY, &format!("{lossy}{summary}")),
     ] {
         let shown = shown(&[&["decode"], arguments].concat(), stream);
         assert_eq!(shown, expected, "{arguments:?}");
     }
+}
+
+#[test]
+fn the_summary_is_apart_from_the_frames() {
+    let output = run(&["decode", "--format=csv", "--summary"], CLEAN);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(text(output.stdout), "offset,pitch,roll,yaw\n6,127,200,74\n");
+    let summary = text(output.stderr);
+    assert!(summary.starts_with("{\"bytes\":7,"), "{summary}");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("summary.json");
+    let option = format!("--summary={}", file.display());
+    assert!(shown(&["decode", &option], CLEAN).starts_with("{\"offset\":6,"));
+    assert_eq!(std::fs::read_to_string(file).unwrap(), summary);
+}
+
+#[test]
+fn hex_as_loggers_print_it_is_read_and_what_is_not_hex_is_told_with_its_line() {
+    let log = "41 42 00 7F\r\n\n0xc8, 0x4A, 0x0D\n";
+    assert_eq!(
+        shown(&["decode", "--input=hex", "--format=csv"], log),
+        "offset,pitch,roll,yaw\n6,127,200,74\n"
+    );
+    let told = complaint(run(&["decode", "--input=hex"], "41 42\n[12:00] 41\n"));
+    let expected = "cannot read standard input behind byte 2: line 2: word 1, '[12', has '['";
+    assert!(told.contains(expected), "{told}");
+}
+
+#[test]
+fn a_time_stands_beside_each_frame_of_a_stream_and_not_of_a_file() {
+    let mut child = start(&["decode", "--timestamps", "--format=csv"]);
+    let mut input = child.stdin.take().unwrap();
+    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+    let began = Instant::now();
+    let mut times = Vec::new();
+    for pause in [0, 30] {
+        std::thread::sleep(Duration::from_millis(pause));
+        input.write_all(&CLEAN).unwrap();
+        let mut row = rows.next().unwrap().unwrap();
+        if row == "time,offset,pitch,roll,yaw" {
+            row = rows.next().unwrap().unwrap();
+        }
+        let (time, _) = row.split_once(',').unwrap();
+        times.push(time.parse::<f64>().unwrap());
+    }
+    drop(input);
+    assert!(child.wait().unwrap().success());
+    assert!(times[1] - times[0] > 0.02, "{times:?}");
+    assert!(times[1] - times[0] <= began.elapsed().as_secs_f64());
+    // Since 1970, and in the other formats.
+    let object = shown(&["decode", "--timestamps=unix"], CLEAN);
+    let seconds = object.strip_prefix("{\"time\":").unwrap();
+    let (seconds, _) = seconds.split_once(',').unwrap();
+    let since = SystemTime::UNIX_EPOCH.elapsed().unwrap().as_secs_f64();
+    assert!((seconds.parse::<f64>().unwrap() - since).abs() < 60.0);
+    let columns = shown(&["decode", "--timestamps", "--format=text"], CLEAN);
+    assert!(
+        columns.contains(" s  byte          6   pitch 127"),
+        "{columns}"
+    );
+
+    let mut file = tempfile::NamedTempFile::new().unwrap();
+    file.write_all(&CLEAN).unwrap();
+    let name = file.path().to_str().unwrap();
+    let told = complaint(run(&["decode", "--timestamps", name], ""));
+    assert!(told.contains("does not say when its bytes came"), "{told}");
 }
 
 #[test]
@@ -49,7 +116,10 @@ fn the_summary_counts() {
         ("--policy=discard", late, [34, 7, 0]),
         ("--frame=bin-crc8", late_with_check, [39, 8, 4]),
     ] {
-        let summary = shown(&["decode", "--format=none", "--summary", argument], stream);
+        let summary = shown(
+            &["decode", "--format=none", "--summary=-", argument],
+            stream,
+        );
         let expected =
             format!("{{\"bytes\":{bytes},\"frame_length\":{length},\"frames\":{frames},");
         assert!(summary.starts_with(&expected), "{argument}: {summary}");
@@ -77,7 +147,7 @@ fn offsets_count_from_the_beginning_of_the_stream() {
 #[test]
 #[cfg(unix)]
 fn setpoints_come_out_while_the_stream_goes_on_and_ctrl_c_ends_it_with_the_summary() {
-    let mut child = start(&["decode", "--summary"]);
+    let mut child = start(&["decode", "--summary=-"]);
     let mut input = child.stdin.take().unwrap();
     let mut output = BufReader::new(child.stdout.take().unwrap());
     for offset in [6, 13, 20] {
@@ -98,9 +168,13 @@ fn setpoints_come_out_while_the_stream_goes_on_and_ctrl_c_ends_it_with_the_summa
 
 #[cfg(target_os = "linux")]
 mod at_a_serial_port {
-    use std::fs::File;
+    use std::fs::{self, File};
     use std::io::{BufRead, BufReader, Read, Write};
+    use std::os::unix::fs::symlink;
     use std::process::{Child, ChildStdout};
+
+    use rustix::io::ioctl_fionread;
+    use rustix::termios::{ControlModes, tcgetattr};
 
     use crate::process::{CLEAN, complaint, feed, signal, start};
     use crate::pseudo_terminal::line;
@@ -109,7 +183,7 @@ mod at_a_serial_port {
     struct Session {
         far_end: File,
         /// Held open: a pseudo-terminal that nobody has open counts as disconnected.
-        _near_end: File,
+        near_end: File,
         port: String,
         child: Child,
         output: BufReader<ChildStdout>,
@@ -121,7 +195,7 @@ mod at_a_serial_port {
         let output = BufReader::new(child.stdout.take().unwrap());
         let mut session = Session {
             far_end,
-            _near_end: near_end,
+            near_end,
             port,
             child,
             output,
@@ -142,7 +216,7 @@ mod at_a_serial_port {
 
     #[test]
     fn setpoints_come_as_the_line_brings_them_until_ctrl_c() {
-        let mut session = decoding(&["--summary", "--baud=57600"]);
+        let mut session = decoding(&["--summary=-", "--baud=57600"]);
         for offset in [13, 20, 27] {
             // Every byte must arrive as it was sent: a terminal would alter some.
             session.far_end.write_all(&CLEAN).unwrap();
@@ -153,6 +227,27 @@ mod at_a_serial_port {
         assert!(summary.starts_with("{\"bytes\":28,\"frame_length\":7,\"frames\":4,"));
         let ended = session.child.wait_with_output().unwrap();
         assert_eq!((ended.status.code(), ended.stderr), (Some(0), vec![]));
+    }
+
+    /// A pseudo-terminal has no parity bit, but keeps which it would be.
+    #[test]
+    fn the_port_is_set_as_the_options_say() {
+        for (options, modes) in [
+            (&[][..], ControlModes::empty()),
+            (&["--stop-bits=2"], ControlModes::CSTOPB),
+            (
+                &["--parity=odd", "--stop-bits=2"],
+                ControlModes::CSTOPB | ControlModes::PARODD,
+            ),
+            (&["--parity=even"], ControlModes::empty()),
+        ] {
+            let mut session = decoding(options);
+            let settings = tcgetattr(&session.near_end).unwrap();
+            let all = ControlModes::CSTOPB | ControlModes::PARODD;
+            assert_eq!(settings.control_modes & all, modes, "{options:?}");
+            session.child.kill().unwrap();
+            session.child.wait().unwrap();
+        }
     }
 
     #[test]
@@ -167,6 +262,43 @@ mod at_a_serial_port {
         let expected =
             format!("framelock: cannot read {port} behind byte 7: the serial port is gone");
         assert!(told.starts_with(&expected), "{told}");
+    }
+
+    #[test]
+    fn a_port_that_comes_back_is_read_again_and_no_frame_reaches_across_the_gap() {
+        let folder = tempfile::tempdir().unwrap();
+        let name = folder.path().join("port");
+        let [
+            (mut far_end, near_end, port),
+            (mut second, _near_end, second_port),
+        ] = [line(), line()];
+        symlink(port, &name).unwrap();
+        let path = name.to_str().unwrap();
+        let mut child = start(&["decode", path, "--format=csv", "--reconnect"]);
+        let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+        let mut told = BufReader::new(child.stderr.take().unwrap()).lines();
+        far_end.write_all(&CLEAN).unwrap();
+        far_end.write_all(&CLEAN[..4]).unwrap();
+        assert_eq!(rows.next().unwrap().unwrap(), "offset,pitch,roll,yaw");
+        assert_eq!(rows.next().unwrap().unwrap(), "6,127,200,74");
+        fs::remove_file(&name).unwrap();
+        // What nobody has read is lost with the line.
+        while ioctl_fionread(&near_end).unwrap() > 0 {
+            std::thread::yield_now();
+        }
+        drop((far_end, near_end));
+        let gone = told.next().unwrap().unwrap();
+        let expected = format!("UTC: cannot read {path} behind byte 11: the serial port is gone");
+        assert!(gone.contains(&expected), "{gone}");
+        symlink(second_port, &name).unwrap();
+        let back = told.next().unwrap().unwrap();
+        assert!(back.ends_with("UTC: the port is back"), "{back}");
+        // The rest of the frame that was cut is none.
+        second.write_all(&CLEAN[4..]).unwrap();
+        second.write_all(&CLEAN).unwrap();
+        assert_eq!(rows.next().unwrap().unwrap(), "20,127,200,74");
+        child.kill().unwrap();
+        child.wait().unwrap();
     }
 
     #[test]

@@ -7,7 +7,7 @@ use framelock::{Bin, BinCrc8, Format, Setpoint};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::process::{CLEAN, complaint, run, shown, start, written};
+use crate::process::{CLEAN, complaint, run, shown, start, text, written};
 
 /// The frames; it must succeed, and have nothing to complain of.
 fn encoded(arguments: &[&str], input: impl AsRef<[u8]>) -> Vec<u8> {
@@ -106,6 +106,40 @@ fn frames_go_to_the_file_named() {
 }
 
 #[test]
+fn a_row_that_is_wrong_leaves_a_file_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.bin");
+    let arguments = ["encode", "-o", out.to_str().unwrap()];
+    let told = complaint(run(&arguments, "1,2,3\n4,5,600\n"));
+    assert!(told.contains("line 2: yaw 600"), "{told}");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+    fs::write(&out, "older").unwrap();
+    complaint(run(&arguments, "1,2,3\n4,5,600\n"));
+    assert_eq!(fs::read(&out).unwrap(), b"older");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+#[test]
+fn rows_that_are_not_there_and_text_that_is_utf_16_are_told() {
+    let output = run(&["encode"], "pitch,roll,yaw\n");
+    assert_eq!((output.status.code(), output.stdout), (Some(0), vec![]));
+    let told = text(output.stderr);
+    assert_eq!(
+        told,
+        "framelock: standard input has no rows, so there are no frames\n"
+    );
+    for bytes in [&b"\xFF\xFE1\0,\0"[..], b"\xFE\xFF\x001\x00,"] {
+        for arguments in [&["encode"][..], &["send", "-", "--profile=-"]] {
+            let told = complaint(run(arguments, bytes));
+            assert!(
+                told.contains("standard input is UTF-16 text: save it as UTF-8"),
+                "{told}"
+            );
+        }
+    }
+}
+
+#[test]
 fn frames_come_out_while_rows_go_on() {
     let row = |demand| format!("{{\"pitch\":{demand},\"roll\":2,\"yaw\":3}}\n");
     for rows in [
@@ -146,4 +180,10 @@ fn a_terminal_gets_frames_only_if_it_is_named() {
             assert!(complaint(output).contains("--output"));
         }
     }
+    // Before anything is asked for.
+    let (_user, near_end) = terminal(80, 24);
+    let mut command = framelock(&["encode"]);
+    let stream = near_end.try_clone().unwrap();
+    let output = command.stdin(stream).stdout(near_end).output().unwrap();
+    assert_eq!(complaint(output).lines().count(), 1);
 }

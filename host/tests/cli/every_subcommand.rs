@@ -3,11 +3,65 @@
 use std::fs::File;
 use std::process::Stdio;
 
-use crate::process::{CLEAN, complaint, feed, framelock, shown, start, text};
+use crate::process::{CLEAN, complaint, feed, framelock, run, shown, start, text};
 
 const SUBCOMMANDS: [&str; 7] = [
     "decode", "trace", "encode", "demo", "send", "monitor", "simulate",
 ];
+
+#[test]
+fn help_begins_with_the_demo_and_is_a_page_on_a_terminal_of_eighty_columns() {
+    let help = |arguments: &[&str]| {
+        let mut command = framelock(arguments);
+        let child = command.env("COLUMNS", "80").spawn().unwrap();
+        let help = text(feed(child, b"").stdout);
+        let usage = help.lines().filter(|line| !line.starts_with("Usage: "));
+        assert!(usage.clone().all(|line| line.len() <= 80), "{help}");
+        help
+    };
+    let all = help(&["--help"]);
+    let (_, commands) = all.split_once("Commands:\n").unwrap();
+    let commands = commands.lines().take_while(|line| !line.is_empty());
+    let commands: Vec<&str> = commands
+        .map(|line| line.split_whitespace().next().unwrap())
+        .collect();
+    let expected = "demo trace decode monitor send encode simulate ports completions man help";
+    assert_eq!(commands.join(" "), expected, "each in a line of its own");
+    assert!(all.contains("Examples:\n  framelock demo "), "{all}");
+    for subcommand in ["trace", "decode", "monitor", "send", "encode"] {
+        let long = help(&[subcommand, "--help"]);
+        assert!(long.lines().count() <= 80, "{long}");
+        let short = help(&[subcommand, "-h"]);
+        assert!(!short.contains("Examples:"), "{short}");
+        assert!(long.starts_with(&short), "{short}");
+    }
+}
+
+#[test]
+fn completions_and_manual_pages_have_every_command() {
+    for (arguments, commands) in [
+        (&["completions", "bash"][..], &SUBCOMMANDS[..]),
+        (&["completions", "zsh"], &SUBCOMMANDS),
+        (&["completions", "fish"], &SUBCOMMANDS),
+        (&["completions", "powershell"], &SUBCOMMANDS),
+        (&["completions", "elvish"], &SUBCOMMANDS),
+        (&["man"], &SUBCOMMANDS),
+        (&["man", "send"], &["stop\\-bits", "framelock\\-send"]),
+    ] {
+        let shown = shown(arguments, "");
+        for command in commands {
+            assert!(shown.contains(command), "{arguments:?}: {command}");
+        }
+    }
+}
+
+#[test]
+fn ports_are_listed_or_there_are_none() {
+    let output = run(&["ports"], "");
+    assert_eq!(output.status.code(), Some(0));
+    let told = text(output.stderr).starts_with("framelock: there is no serial port: is the board");
+    assert_eq!(told, output.stdout.is_empty());
+}
 
 #[test]
 fn help_has_examples() {
@@ -27,7 +81,7 @@ fn the_reader_of_standard_output_may_go() {
     let rows = b"1,2,3\n".repeat(100_000);
     for (arguments, input) in [
         (&["decode"][..], &frames),
-        (&["decode", "--summary"], &frames),
+        (&["decode", "--summary=-"], &frames),
         (&["trace", "-"], &frames),
         (&["encode"], &rows),
         (&["demo"], &vec![]),
@@ -50,7 +104,7 @@ fn a_full_disk_is_told() {
     for (arguments, input, named) in [
         (&["decode"][..], &CLEAN[..], "standard output"),
         (
-            &["decode", "--summary", "--format=none"],
+            &["decode", "--summary=-", "--format=none"],
             &CLEAN,
             "standard output",
         ),
@@ -84,6 +138,9 @@ const CANNOT_BE_OPENED: &str = "
     trace , => no bytes in the arguments
     encode no/such/file => cannot open no/such/file
     encode --output=no/such/folder/file => cannot write to no/such/folder/file
+    decode --parity=even => --parity is for serial ports, and standard input is none
+    decode --stop-bits=2 Cargo.toml => --stop-bits is for serial ports, and Cargo.toml
+    man nothing => there is no command nothing
     send - --profile=no/such/file => cannot open no/such/file
     send /dev/null --motion=step => /dev/null is no serial port
     send no/such/port --motion=step => there is no no/such/port
@@ -93,7 +150,12 @@ const CANNOT_BE_OPENED: &str = "
 
 /// Command lines that no run could mean, and what is named.
 const IMPOSSIBLE: &str = "
-    trace --format jsonl => HEX|FILE
+    decode --baud=abc => a rate in bits per second is wanted, for example 115200
+    decode --baud=0 => for example 115200
+    decode --stop-bits=3 => a whole number from 1 to 2 is wanted
+    decode --parity=mark => [possible values: none, even, odd]
+    send - --udp=4123 => an address and a port are wanted, for example 127.0.0.1:4123
+    send - --motion=step --rate=abc => a whole number from 1 to 100000 is wanted
     trace 41 --policy guess => guess
     send - => --motion <MOTION>|--profile <FILE>|--udp
     send - --motion=step --udp=127.0.0.1:0 => --motion

@@ -90,7 +90,7 @@ fn the_summary_says_where_every_byte_has_gone() {
         &bytes("C8 01 C8 02 14 00 C8 0C 14 10 13 63 97 01 02 03 08 58 94 FC C8"),
     ];
     let summary = shown(
-        &["decode", "--frame=crsf", "--format=none", "--summary"],
+        &["decode", "--frame=crsf", "--format=none", "--summary=-"],
         stream.concat(),
     );
     assert_eq!(

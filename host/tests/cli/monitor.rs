@@ -1,8 +1,9 @@
 //! `framelock monitor` at a terminal: a pseudo-terminal whose screen the test reads.
 
 use std::fmt::Write as _;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{Read, Write as _};
+use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -107,7 +108,7 @@ impl AtTerminal {
     fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let children = format!("/proc/{id}/task/{id}/children");
-        let children = std::fs::read_to_string(children).unwrap_or_default();
+        let children = fs::read_to_string(children).unwrap_or_default();
         let program = children.split_whitespace().next().unwrap_or(&id);
         let kill = Command::new("kill").args([name, program]).status();
         assert!(kill.unwrap().success());
@@ -115,22 +116,79 @@ impl AtTerminal {
 }
 
 /// A monitor that has seen a frame, the line's far end and near end, and the port's name.
-fn watching(directory: &Path) -> (AtTerminal, File, File, String) {
+fn watching(directory: &Path, arguments: &[&str]) -> (AtTerminal, File, File, String) {
     let (mut far_end, near_end, port) = line();
+    let monitor = watching_port(&port, &mut far_end, directory, arguments);
+    (monitor, far_end, near_end, port)
+}
+
+/// A monitor of this port that has seen a frame.
+fn watching_port(
+    port: &str,
+    far_end: &mut File,
+    directory: &Path,
+    arguments: &[&str],
+) -> AtTerminal {
     // The lock is not lost to silence, however long a busy computer takes.
-    let patient = ["--hold-after=1000000", "--ramp-after=1000000"];
-    let arguments = [&[port.as_str()], &patient[..]].concat();
-    let mut monitor = AtTerminal::monitor(&arguments, "", directory);
+    let patient = [port, "--hold-after=1000000", "--ramp-after=1000000"];
+    let mut monitor = AtTerminal::monitor(&[&patient, arguments].concat(), "", directory);
     monitor.wait_for("help");
     far_end.write_all(&CLEAN).unwrap();
     monitor.wait_for("LOCKED");
-    (monitor, far_end, near_end, port)
+    monitor
+}
+
+#[test]
+fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap() {
+    let directory = tempfile::tempdir().unwrap();
+    let name = directory.path().join("port");
+    let [
+        (mut far_end, near_end, port),
+        (mut second, second_near_end, second_port),
+    ] = [line(), line()];
+    symlink(port, &name).unwrap();
+    let path = name.to_str().unwrap();
+    let record = ["--record=capture.bin"];
+    let mut monitor = watching_port(path, &mut far_end, directory.path(), &record);
+    far_end.write_all(&CLEAN[..4]).unwrap();
+    // Of what is drawn, only what changes is sent to the terminal.
+    monitor.wait_for(" frames 1");
+    fs::remove_file(&name).unwrap();
+    drop((far_end, near_end));
+    monitor.wait_for("GONE");
+    symlink(second_port, &name).unwrap();
+    let is_marked = || {
+        let settings = tcgetattr(&second_near_end).unwrap();
+        settings.input_modes.contains(InputModes::PARMRK)
+    };
+    // Line errors are to be marked there too.
+    for _ in 0..600 {
+        if is_marked() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(is_marked());
+    second.write_all(&CLEAN[4..]).unwrap();
+    second.write_all(&CLEAN).unwrap();
+    wait_for_length(&directory.path().join("capture.bin"), 21);
+    monitor.type_key("q");
+    let (behind, code) = monitor.end();
+    assert_eq!(code, Some(0), "{behind}");
+    for told in [
+        "bytes 21, frames 2, bytes discarded 7,",
+        "UTC: cannot read ",
+        "behind byte 11: the serial port is gone",
+        "UTC: the port is back",
+    ] {
+        assert!(behind.contains(told), "{behind}");
+    }
 }
 
 #[test]
 fn every_way_out_leaves_the_terminal_and_the_port_as_they_were() {
     for way in ["q", "\x1b", "\x03", "-TERM", "-INT", "-HUP", "unplugged"] {
-        let (mut monitor, far_end, near_end, port) = watching(Path::new("/"));
+        let (mut monitor, far_end, near_end, port) = watching(Path::new("/"), &["--no-reconnect"]);
         let marks_errors = || {
             let settings = tcgetattr(&near_end);
             settings.is_ok_and(|it| it.input_modes.contains(InputModes::PARMRK))
@@ -184,7 +242,7 @@ fn a_view_that_panics() {
 #[test]
 fn standard_input_may_be_the_stream_and_keys_come_all_the_same() {
     let directory = tempfile::tempdir().unwrap();
-    std::fs::write(directory.path().join("capture.bin"), CLEAN.repeat(3)).unwrap();
+    fs::write(directory.path().join("capture.bin"), CLEAN.repeat(3)).unwrap();
     let mut monitor = AtTerminal::monitor(&["-"], "< capture.bin", directory.path());
     monitor.wait_for("ENDED");
     monitor.type_key("q");
@@ -198,7 +256,7 @@ fn standard_input_may_be_the_stream_and_keys_come_all_the_same() {
 
 /// Waits until the file is as long, or for ever.
 fn wait_for_length(path: &Path, length: u64) {
-    while std::fs::metadata(path).map_or(0, |data| data.len()) < length {
+    while fs::metadata(path).map_or(0, |data| data.len()) < length {
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -220,7 +278,7 @@ fn what_is_sent_over_a_serial_line_is_watched_and_recorded() {
         // FF and 0 next to each other among them, which are marks of line errors to some.
         writeln!(profile, "{demand},{},65", 255 - demand).unwrap();
     }
-    std::fs::write(directory.join("profile.csv"), &profile).unwrap();
+    fs::write(directory.join("profile.csv"), &profile).unwrap();
 
     // Two lines, and a cable between them.
     let (mut from, _near_end, sender_port) = line();
@@ -265,7 +323,7 @@ fn what_is_sent_over_a_serial_line_is_watched_and_recorded() {
 #[test]
 fn a_key_begins_a_recording_and_ends_it() {
     let directory = tempfile::tempdir().unwrap();
-    let (mut monitor, mut far_end, _near_end, _port) = watching(directory.path());
+    let (mut monitor, mut far_end, _near_end, _port) = watching(directory.path(), &[]);
     monitor.type_key("r");
     monitor.wait_for("framelock-1.bin");
     far_end.write_all(b"AB\0\x01\x02\x03\r").unwrap();
@@ -278,14 +336,14 @@ fn a_key_begins_a_recording_and_ends_it() {
         behind.contains("7 bytes recorded in framelock-1.bin"),
         "{behind}"
     );
-    assert_eq!(std::fs::read(file).unwrap(), b"AB\0\x01\x02\x03\r");
+    assert_eq!(fs::read(file).unwrap(), b"AB\0\x01\x02\x03\r");
 }
 
 #[test]
 fn what_cannot_be_watched_is_told_before_the_terminal_is_taken_over() {
     let directory = tempfile::tempdir().unwrap();
     let directory = directory.path();
-    std::fs::write(directory.join("taken.bin"), "precious").unwrap();
+    fs::write(directory.join("taken.bin"), "precious").unwrap();
     let (_far_end, _near_end, port) = line();
     for case in "\
         - => the terminal that keys are typed at
@@ -311,6 +369,6 @@ fn what_cannot_be_watched_is_told_before_the_terminal_is_taken_over() {
         assert_eq!(code, Some(2));
         assert!(all.contains(told) && !all.contains(ENTER), "{all}");
     }
-    let taken = std::fs::read(directory.join("taken.bin"));
+    let taken = fs::read(directory.join("taken.bin"));
     assert_eq!(taken.unwrap(), b"precious");
 }

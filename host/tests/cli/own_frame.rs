@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use framelock::{BufferedReceiver, Found, Framing, Headed, Verdict, check_laws};
+use framelock::{BufferedReceiver, Framing, Headed, Verdict, check_laws};
 
 use crate::guide;
 
@@ -21,7 +21,7 @@ fn the_commands_do_what_the_guide_says() {
     let mut receiver = BufferedReceiver::<_, 21>::new(Motor);
     let mut values = Vec::new();
     receiver.feed(&capture, |found| {
-        if let Found::Frame { message, .. } = found {
+        if let Some(message) = found.message() {
             values.push((message.position, message.current, message.temperature));
         }
     });

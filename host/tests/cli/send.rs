@@ -1,8 +1,10 @@
 //! `framelock send` as its user meets it: over pipes, serial lines and the loopback network.
 
 use std::fmt::Write as _;
+use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::net::UdpSocket;
+use std::os::unix::fs::symlink;
 
 use framelock::{Bin, BinCrc8, Receiver};
 
@@ -197,7 +199,13 @@ fn every_byte_arrives_at_the_other_end_of_a_serial_line() {
 #[test]
 fn a_line_that_is_cut_is_told() {
     let (mut far_end, _near_end, port) = line();
-    let child = start(&["send", &port, "--motion=step", "--rate=1000"]);
+    let child = start(&[
+        "send",
+        &port,
+        "--motion=step",
+        "--rate=1000",
+        "--no-reconnect",
+    ]);
     read_exactly(&mut far_end, &mut [0; 7]);
     drop(far_end);
     let told = complaint(child.wait_with_output().unwrap());
@@ -209,6 +217,44 @@ fn a_line_that_is_cut_is_told() {
 }
 
 #[test]
+fn a_port_that_comes_back_is_sent_to_again_and_ctrl_c_ends_the_wait() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = folder.path().join("port");
+    let path = name.to_str().unwrap();
+    let [
+        (mut far_end, near_end, port),
+        (mut second, second_near_end, second_port),
+    ] = [line(), line()];
+    symlink(port, &name).unwrap();
+    let mut child = start(&["send", path, "--motion=step", "--rate=1000"]);
+    let mut told = BufReader::new(child.stderr.take().unwrap()).lines();
+    read_exactly(&mut far_end, &mut [0; 7]);
+    fs::remove_file(&name).unwrap();
+    drop((far_end, near_end));
+    let gone = told.next().unwrap().unwrap();
+    assert!(gone.contains("the serial port is gone"), "{gone}");
+    assert!(
+        gone.contains(" UTC: ") && gone.ends_with("waiting for it"),
+        "{gone}"
+    );
+    symlink(second_port, &name).unwrap();
+    let back = told.next().unwrap().unwrap();
+    assert!(back.ends_with(&format!(" UTC: {path} is back")), "{back}");
+    // Whole frames, from the first on.
+    let mut bytes = [0; 70];
+    read_exactly(&mut second, &mut bytes);
+    assert_eq!(received(bytes), [[228; 3]; 10]);
+    fs::remove_file(&name).unwrap();
+    drop((second, second_near_end));
+    assert!(told.next().unwrap().unwrap().ends_with("waiting for it"));
+    signal(&child, "-INT");
+    assert_eq!(child.wait().unwrap().code(), Some(2));
+    let told: Vec<String> = told.map(Result::unwrap).collect();
+    let end = told.last().unwrap();
+    assert!(end.contains(&format!("cannot write to {path}: ")), "{end}");
+}
+
+#[test]
 fn what_the_line_cannot_carry_is_not_begun() {
     let (_far_end, _near_end, port) = line();
     let times = "0,1,1,1\n0.02,1,1,1\n0.021,1,1,1\n";
@@ -216,6 +262,7 @@ fn what_the_line_cannot_carry_is_not_begun() {
         --motion=step --rate=200 --baud=9600 => 200 frames of 7 bytes in a second need 14000 baud
         --motion=step --rate=200 --baud=9600 => lower --rate to 137 at most
         --motion=step --rate=1500 --frame=bin-crc8 => 1500 frames of 8 bytes in a second need 120000
+        --motion=step --rate=120 --baud=9600 --parity=even --stop-bits=2 => lower --rate to 114 at most
         --profile=- --baud=9600 => setpoints 2 and 3 of the profile are 1 ms apart, and a frame takes 7.29"
         .lines()
     {

@@ -13,8 +13,8 @@ pub(in super::super) fn session(directory: &Path, with_marks: bool) -> Session {
 
 pub(in super::super) fn session_of(frame: &str, directory: &Path, with_marks: bool) -> Session {
     let title = format!("/dev/ttyACM0, 115200 baud, {frame}, rescan");
-    let marks = with_marks.then(Marks::default);
-    let mut session = Session::new(title, watch_frames(frame, None), marks, None);
+    let mut session = Session::new(title, watch_frames(frame, None), None);
+    session.marks = with_marks.then(|| Marks::new(false));
     session.directory = directory.to_owned();
     session
 }
@@ -71,7 +71,7 @@ fn a_recording_holds_what_came_between_the_two_keys_and_replaces_nothing() {
     let directory = tempfile::tempdir().unwrap();
     let path = |name: &str| directory.path().join(name);
     std::fs::write(path("framelock-1.bin"), "precious").unwrap();
-    assert!(Recording::begin(path("framelock-1.bin")).is_err());
+    assert!(Recording::begin(path("framelock-1.bin"), &Frame::named("bin").unwrap()).is_err());
     let mut session = session(directory.path(), false);
     session.receive(ms(1), b"before");
     session.press('r');
@@ -91,6 +91,24 @@ fn a_recording_holds_what_came_between_the_two_keys_and_replaces_nothing() {
     let [second, third] = names;
     assert_eq!(told[1], format!("9 bytes recorded in {second}"));
     assert_eq!(told[2], format!("0 bytes recorded in {third}"));
+}
+
+#[test]
+fn a_recording_of_frames_has_their_times() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("moves.csv");
+    let mut session = session(directory.path(), false);
+    session.recording = Recording::begin(path.clone(), &session.watch.frame).ok();
+    session.receive(ms(20), b"??");
+    session.receive(ms(40), FRAME);
+    session.receive(ms(60), &FRAME[..4]);
+    session.receive(ms(1_500), &[&FRAME[4..], FRAME].concat());
+    session.finish();
+    assert_eq!(
+        std::fs::read_to_string(path).unwrap(),
+        "time,offset,pitch,roll,yaw\n0.040000,8,16,32,48\n1.500000,15,16,32,48\n\
+         1.500000,22,16,32,48\n"
+    );
 }
 
 #[test]
@@ -126,6 +144,7 @@ fn a_recording_that_cannot_be_is_told_and_the_line_is_watched_all_the_same() {
             session.recording = Some(Recording {
                 path: "/dev/full".into(),
                 bytes: 0,
+                has_frames: false,
                 file: BufWriter::new(file),
             });
         } else {

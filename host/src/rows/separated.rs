@@ -1,0 +1,107 @@
+//! Rows of values separated by commas, semicolons or tabs.
+
+use std::io::{self, Read};
+
+use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
+use serde_json::Value;
+
+use super::{Fields, Line, fill};
+use crate::frame::Column;
+
+/// What separates values: what the first line has most of, of commas, semicolons and tabs.
+pub(super) fn delimiter(first: &[u8]) -> u8 {
+    let count = |&delimiter: &u8| first.split(|&byte| byte == delimiter).count();
+    // Of equal ones the last is taken.
+    b"\t;,".iter().copied().max_by_key(count).unwrap_or(b',')
+}
+
+pub(super) fn lines<'a>(
+    input: impl Read + 'a,
+    columns: &'a [Column],
+    delimiter: u8,
+    reads_times: bool,
+) -> impl Iterator<Item = io::Result<Line<'a>>> {
+    // A line feed at the end of every line, so that a row's number follows from the reader's.
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(Trim::All)
+        .delimiter(delimiter)
+        .comment(Some(b'#'))
+        .terminator(Terminator::Any(b'\n'))
+        .from_reader(input.chain(&b"\n"[..]));
+    let (mut header, mut record) = (None, ByteRecord::new());
+    let mut next = move || -> io::Result<Option<Line<'a>>> {
+        while reader.read_byte_record(&mut record)? {
+            // What a column that means nothing holds need not be UTF-8.
+            let record = StringRecord::from_byte_record_lossy(record.clone());
+            let to_value = |text: &str| inferred(text, delimiter != b',');
+            if let Some(fields) = fields(&record, columns, &mut header, reads_times, to_value) {
+                return Ok(Some((reader.position().line() - 1, fields)));
+            }
+        }
+        Ok(None)
+    };
+    std::iter::from_fn(move || next().transpose())
+}
+
+/// The fields of a record; none if it is blank, a comment or the header.
+fn fields<'a>(
+    record: &StringRecord,
+    columns: &'a [Column],
+    header: &mut Option<StringRecord>,
+    reads_times: bool,
+    to_value: impl Fn(&str) -> Value,
+) -> Option<Result<Fields<'a>, String>> {
+    let is_comment = record.get(0).is_some_and(|text| text.starts_with('#'));
+    if is_comment || record.iter().all(str::is_empty) {
+        return None;
+    }
+    let is_column = |name: &str| columns.iter().any(|column| column.name == name);
+    if header.is_none() {
+        let names: StringRecord = record.iter().map(str::to_ascii_lowercase).collect();
+        if names.iter().any(is_column) {
+            *header = Some(names);
+            return None;
+        }
+    }
+    let names = || columns.iter().map(|column| &*column.name);
+    let time = (reads_times && record.len() == columns.len() + 1).then_some("time");
+    let header = header.get_or_insert_with(|| time.into_iter().chain(names()).collect());
+    if record.len() != header.len() {
+        return Some(Err(format!(
+            "columns: {}, expected: {}; columns beside {} need a header that names all",
+            record.len(),
+            header.len(),
+            names().collect::<Vec<_>>().join(",")
+        )));
+    }
+    let mut fields = Fields::new(columns);
+    let set = |(name, text): (&str, &str)| {
+        let is_text = |column: &Column| column.name == name && column.is_text;
+        let is_text = columns.iter().any(is_text);
+        match fields.places(name)? {
+            [] => Ok(()),
+            places => fill(
+                places,
+                name,
+                if is_text { text.into() } else { to_value(text) },
+            ),
+        }
+    };
+    Some(header.iter().zip(record).try_for_each(set).map(|()| fields))
+}
+
+/// A number, if it is one. Where commas do not separate values, one may stand for a decimal point.
+fn inferred(text: &str, may_have_comma: bool) -> Value {
+    if may_have_comma && text.contains(',') {
+        return inferred(&text.replace(',', "."), false);
+    }
+    let whole = text.parse::<u64>().map(Value::from);
+    let signed = || text.parse::<i64>().map(Value::from);
+    let number = || text.parse::<f64>().map(Value::from);
+    whole
+        .or_else(|_| signed())
+        .or_else(|_| number())
+        .unwrap_or_else(|_| text.into())
+}
