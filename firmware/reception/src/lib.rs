@@ -274,6 +274,12 @@ impl<const HALF: u32> Reception<HALF> {
                 self.take(received.saturating_sub(self.doubt), registers);
             }
         }
+        self.end_at_gap(registers)
+    }
+
+    /// In doubt: nothing goes on across a gap, so the UARTE can be stopped.
+    #[inline]
+    fn end_at_gap(&mut self, registers: &mut impl Registers) -> Option<Stop> {
         if registers.happened(Event::Gap) {
             if self.doubt != 0 {
                 // No frame goes on across a gap: none is cut.

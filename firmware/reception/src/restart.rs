@@ -90,7 +90,7 @@ impl<const HALF: u32> Reception<HALF> {
 
     /// Starts the UARTE anew. What came since the last byte that was taken is lost, and what came while
     /// it was off was not even counted.
-    fn begin_again(&mut self, registers: &mut impl Registers) {
+    pub(crate) fn begin_again(&mut self, registers: &mut impl Registers) {
         let taken = self.begun_at.wrapping_add(self.taken);
         let lost = registers.count(Moment::Now).wrapping_sub(taken);
         if lost <= u32::MAX / 2 {

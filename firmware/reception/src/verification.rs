@@ -10,10 +10,13 @@
 //! * S4. Two rounds leave no event whose interrupt would come again at once; three, if the second has
 //!   started the UARTE anew.
 //!
-//! Proof by induction. [`chip`] is a model of the chip that moves in small steps; it asserts S1 and S2 of
-//! each byte that it hands on. [`invariant`] says what always holds of the chip and the handler's state. It
-//! holds at the start; every step of the chip keeps it, from any state; and so does every round, and every tick. Hence it
-//! holds, with S1 and S2, after any number of steps and rounds.
+//! Proof by induction. [`chip`] is a model of the chip that moves in small steps; [`access`] is what the
+//! handler reads and writes of it, and asserts S1 and S2 of each byte that is handed on. [`invariant`] says what
+//! always holds of the chip and the handler's state. It holds at the start; every step of the chip keeps it,
+//! from any state; and so does every round, and every tick, while the chip makes any steps between any two
+//! accesses of the handler and any two bytes that it reads ([`interleaving`]). Hence it holds, with S1 to S3,
+//! after any number of steps and rounds. For S4 alone the chip stands still: one that moves may raise the
+//! next event at any time.
 //!
 //! What the model's chip may do: raise RXDRDY any time until the next byte, also after the ENDRX of that
 //! byte; raise RXTO unasked while it receives, or never when it is asked; never end a flush; leave AMOUNT as
@@ -24,10 +27,14 @@
 //!
 //! What it takes for granted: what a byte leads to has happened before the next byte comes, but for
 //! RXDRDY; and before the line has been silent for three byte times. RXTO does not come unasked once a
-//! full half starts no other. While a round runs the chip stands still.
+//! full half starts no other. To look at an event and to clear it is one access: what comes in between is
+//! cleared with it, as if it had come before.
 //!
 //! Halves have two bytes in the model, and the FIFO three. Counts matter only by their differences, so
 //! the proof takes one count at which the open half was begun.
+mod access;
 mod chip;
 mod induction;
+mod interleaving;
 mod invariant;
+mod motion;

@@ -1,11 +1,10 @@
 //! The chip behind [`Registers`]: UARTE0's receiver, EasyDMA, the timers that count, and memory.
 //!
-//! It moves in small steps. Which comes next, if any, `kani::any` says, between any two accesses of
-//! the handler and any two bytes that it reads.
+//! It moves in small steps: [`Chance`] says which, and what it leads to. [`Motion`] says what the handler
+//! reads if the chip moves while a round runs.
 
-use framelock::LineEvent;
-
-use crate::{Causes, Event, Half, Moment, Registers};
+use super::motion::Motion;
+use crate::Half;
 
 /// Bytes of a half in the model.
 pub(super) const HALF: u8 = 2;
@@ -28,7 +27,7 @@ pub(super) fn narrow(count: u32) -> Option<u8> {
 }
 
 /// A byte that was received. It is known by its number.
-#[derive(Clone, Copy, kani::Arbitrary)]
+#[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
 pub(super) struct Byte {
     pub(super) number: u8,
     /// Something was lost just before it, or it is spoilt itself.
@@ -46,10 +45,41 @@ pub(super) enum Dma {
     Restarting,
 }
 
-/// `ERRORS`: bytes may be spoilt. `MOVING`: the chip goes on while the handler runs.
+/// What the chip does next.
+#[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
+pub(super) enum Step {
+    Arrive,
+    Ready,
+    Store,
+    End,
+    Restart,
+    FallSilent,
+    TimeOut,
+    TimeOutUnasked,
+    EndFlush,
+}
+
+/// The next step, and what nothing else decides about it.
+#[expect(clippy::struct_excessive_bools, reason = "each decides one thing")]
+#[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
+pub(super) struct Chance {
+    pub(super) step: Step,
+    /// The byte is spoilt; if so, it is stored (parity) or not, and then counted or not; RXDRDY comes
+    /// before ERROR.
+    is_spoilt: bool,
+    is_stored: bool,
+    is_counted: bool,
+    is_counted_first: bool,
+    /// ENDRX sets AMOUNT though there was no byte.
+    sets_amount: bool,
+}
+
 #[expect(clippy::struct_excessive_bools, reason = "a chip's flags")]
-#[derive(Clone, Copy)]
-pub(super) struct Chip<const ERRORS: bool, const MOVING: bool> {
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Chip {
+    pub(super) chance: Chance,
+    /// The chip moves while the handler runs.
+    pub(super) motion: Option<Motion>,
     /// The number of the next byte, and whether something is lost before it.
     pub(super) number: u8,
     pub(super) broken: bool,
@@ -98,7 +128,7 @@ pub(super) struct Chip<const ERRORS: bool, const MOVING: bool> {
     pub(super) fed: u8,
 }
 
-impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
+impl Chip {
     /// After a reset.
     pub(super) fn new() -> Self {
         let count = kani::any_where(|&count| count < MANY);
@@ -107,6 +137,8 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
             broken: false,
         };
         Self {
+            chance: kani::any(),
+            motion: None,
             number: 0,
             broken: false,
             fifo: [nothing; FIFO as usize],
@@ -144,33 +176,18 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
         }
     }
 
-    /// One thing happens, or none.
-    fn step(&mut self) {
-        if kani::any() {
-            self.arrive();
-        } else {
-            self.go_on();
-        }
-    }
-
-    /// What has come leads to something, or time passes.
-    pub(super) fn go_on(&mut self) {
-        match kani::any::<u8>() {
-            0 => self.ready(),
-            1 => self.store(),
-            2 => self.end(),
-            3 => self.restart(),
-            4 => self.fall_silent(),
-            5 => self.time_out(),
-            6 => self.time_out_unasked(),
-            7 => self.end_flush(),
-            _ => {}
-        }
-    }
-
-    fn access(&mut self) {
-        if MOVING {
-            self.step();
+    /// One thing happens, if it can.
+    pub(super) fn step(&mut self) {
+        match self.chance.step {
+            Step::Arrive => self.arrive(),
+            Step::Ready => self.ready(),
+            Step::Store => self.store(),
+            Step::End => self.end(),
+            Step::Restart => self.restart(),
+            Step::FallSilent => self.fall_silent(),
+            Step::TimeOut => self.time_out(),
+            Step::TimeOutUnasked => self.time_out_unasked(),
+            Step::EndFlush => self.end_flush(),
         }
     }
 
@@ -190,16 +207,12 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
             self.broken = true;
             return;
         }
-        if self.held == FIFO && !ERRORS {
-            // No byte comes.
-            return;
-        }
         if self.held == FIFO {
             self.overrun = true;
             return self.spoil();
         }
-        if ERRORS && kani::any() {
-            if kani::any() {
+        if self.chance.is_spoilt {
+            if !self.chance.is_stored {
                 return self.spoil();
             }
             // Parity: it is stored.
@@ -229,7 +242,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     /// It is not stored; and perhaps counted.
     fn spoil(&mut self) {
         self.broken = true;
-        self.ready_due = kani::any();
+        self.ready_due = self.chance.is_counted;
         self.fail();
     }
 
@@ -237,7 +250,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     fn fail(&mut self) {
         // Without the spoilt byte.
         self.at_error = self.count;
-        if kani::any() {
+        if self.chance.is_counted_first {
             self.ready();
         }
         self.error = true;
@@ -289,7 +302,7 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
 
     /// ENDRX. If there was no byte AMOUNT may keep its value.
     fn say_ended(&mut self, amount: u8) {
-        if amount > 0 || kani::any() {
+        if amount > 0 || self.chance.sets_amount {
             self.amount = amount;
         }
         self.ended = true;
@@ -356,140 +369,5 @@ impl<const ERRORS: bool, const MOVING: bool> Chip<ERRORS, MOVING> {
     pub(super) fn is_quiet(&self) -> bool {
         let error = self.error && self.listening;
         !(self.started || self.ended || self.timed_out || error || self.silent || self.gap)
-    }
-
-    fn hand_on(&mut self, byte: Byte) {
-        assert!(self.expected <= byte.number, "S1: in order, none twice");
-        let follows = byte.number == self.expected && !byte.broken;
-        assert!(follows || self.reported, "S2: a loss is reported");
-        self.expected = byte.number.wrapping_add(1);
-        self.reported = false;
-        self.fed = self.fed.wrapping_add(1);
-    }
-}
-
-impl<const ERRORS: bool, const MOVING: bool> Registers for Chip<ERRORS, MOVING> {
-    fn happened(&mut self, event: Event) -> bool {
-        self.access();
-        let flag = match event {
-            Event::Started => &mut self.started,
-            Event::Ended => {
-                self.ends = 0;
-                &mut self.ended
-            }
-            Event::TimedOut => &mut self.timed_out,
-            Event::Error => &mut self.error,
-            Event::Silent => &mut self.silent,
-            Event::Gap => &mut self.gap,
-        };
-        core::mem::take(flag)
-    }
-
-    fn count(&mut self, moment: Moment) -> u32 {
-        self.access();
-        match moment {
-            Moment::Now => wide(self.count),
-            Moment::End => wide(self.at_end),
-            Moment::Error => wide(self.at_error),
-            Moment::Silent => wide(self.at_silence),
-        }
-    }
-
-    fn errors(&mut self) -> u32 {
-        self.access();
-        wide(self.errors)
-    }
-
-    fn causes(&mut self) -> Causes {
-        self.access();
-        Causes {
-            overrun: core::mem::take(&mut self.overrun),
-            ..Causes::default()
-        }
-    }
-
-    fn amount(&mut self) -> u32 {
-        self.access();
-        self.amount.into()
-    }
-
-    fn listen_to_errors(&mut self, listen: bool) {
-        self.access();
-        self.listening = listen;
-    }
-
-    fn name(&mut self, half: Half) {
-        self.access();
-        self.named = half;
-    }
-
-    fn start(&mut self) {
-        self.access();
-        let is_off = !self.runs && !self.stopping && !self.flushing && self.dma == Dma::Closed;
-        assert!(is_off, "the UARTE is started when it is off");
-        self.held = 0;
-        self.runs = true;
-        self.short = true;
-        self.named = Half::First;
-        self.dma = Dma::Restarting;
-        self.restart();
-    }
-
-    fn last_half(&mut self) {
-        self.access();
-        self.short = false;
-    }
-
-    fn stop(&mut self) {
-        self.access();
-        self.stopping = true;
-    }
-
-    fn flush(&mut self) {
-        self.access();
-        assert!(!self.runs, "the UARTE is flushed when the receiver is off");
-        self.flushing = true;
-    }
-
-    fn switch_off_and_on(&mut self) {
-        self.access();
-        self.runs = false;
-        self.stopping = false;
-        self.flushing = false;
-        self.short = false;
-        self.ready_due = false;
-        self.dma = Dma::Closed;
-    }
-
-    fn feed(&mut self, half: Half, from: u32, to: u32) {
-        assert!(from <= to && to <= HALF.into(), "bytes of the half");
-        for at in 0..HALF {
-            if from <= at.into() && u32::from(at) < to {
-                self.access();
-                assert!(self.named != half, "S1: it cannot be overwritten");
-                let is_stored = self.writing != half || at < self.done;
-                assert!(is_stored, "S1: it is stored");
-                let [first, second] = self.memory;
-                self.hand_on(match half {
-                    Half::First => first[usize::from(at)],
-                    Half::Second => second[usize::from(at)],
-                });
-            }
-        }
-    }
-
-    fn feed_flushed(&mut self, count: u32) {
-        assert!(count <= self.held.into(), "S1: it is stored");
-        for at in 0..FIFO {
-            if u32::from(at) < count {
-                self.access();
-                self.hand_on(self.fifo[at as usize]);
-            }
-        }
-    }
-
-    fn report(&mut self, event: LineEvent) {
-        let _ = event;
-        self.reported = true;
     }
 }

@@ -6,29 +6,18 @@ use crate::{Half, PATIENCE, Reception, State};
 pub(super) type Handler = Reception<{ HALF as u32 }>;
 
 /// What always holds.
-pub(super) fn holds<const ERRORS: bool, const MOVING: bool>(
-    chip: &Chip<ERRORS, MOVING>,
-    reception: &Handler,
-) -> bool {
-    let (Some(begun_at), Some(errors_seen)) =
-        (narrow(reception.begun_at), narrow(reception.errors_seen))
-    else {
-        return false;
-    };
-    let view = View {
-        chip,
-        reception,
-        taken: reception.taken.min(100) as u8,
-        begun_at,
-        doubt: reception.doubt.min(100) as u8,
-        unread: chip.errors.wrapping_sub(errors_seen),
-    };
-    errors_seen <= chip.errors && view.holds()
+pub(super) fn holds(chip: &Chip, reception: &Handler) -> bool {
+    View::of(chip, reception).is_some_and(|view| view.is_sound() && view.state())
+}
+
+/// The part of it that is about the chip alone: it holds too when the handler is late.
+pub(super) fn is_sound(chip: &Chip, reception: &Handler) -> bool {
+    View::of(chip, reception).is_some_and(|view| view.is_sound())
 }
 
 /// The chip and the handler's state.
-struct View<'a, const ERRORS: bool, const MOVING: bool> {
-    chip: &'a Chip<ERRORS, MOVING>,
+struct View<'a> {
+    chip: &'a Chip,
     reception: &'a Handler,
     taken: u8,
     begun_at: u8,
@@ -37,8 +26,21 @@ struct View<'a, const ERRORS: bool, const MOVING: bool> {
     unread: u8,
 }
 
-impl<const ERRORS: bool, const MOVING: bool> View<'_, ERRORS, MOVING> {
-    fn holds(&self) -> bool {
+impl<'a> View<'a> {
+    /// None if their counts do not fit.
+    fn of(chip: &'a Chip, reception: &'a Handler) -> Option<Self> {
+        let errors_seen = narrow(reception.errors_seen)?;
+        Some(Self {
+            chip,
+            reception,
+            taken: reception.taken.min(100) as u8,
+            begun_at: narrow(reception.begun_at)?,
+            doubt: reception.doubt.min(100) as u8,
+            unread: chip.errors.checked_sub(errors_seen)?,
+        })
+    }
+
+    fn is_sound(&self) -> bool {
         let chip = self.chip;
         let counts = chip.at_error <= chip.count
             && chip.at_end <= chip.count
@@ -56,14 +58,17 @@ impl<const ERRORS: bool, const MOVING: bool> View<'_, ERRORS, MOVING> {
             Dma::Open => chip.done < HALF && chip.held <= 1,
             Dma::Full | Dma::Restarting => chip.done == HALF && chip.held == 0,
         };
-        let state = match self.reception.state {
+        counts && events && fifo && dma && !(chip.short && chip.stopping)
+    }
+
+    fn state(&self) -> bool {
+        match self.reception.state {
             State::Receiving => self.receiving(),
             State::Stopping { exact } => {
                 self.restarting() && self.stopping() && (!exact || self.exact())
             }
             State::Flushing => self.restarting() && self.flushing(),
-        };
-        counts && events && fifo && dma && state
+        }
     }
 
     /// The number of the oldest byte in the FIFO, or of the next.
