@@ -129,7 +129,9 @@ mod tests {
         for command in shown {
             let words = command.split_whitespace();
             let parsed = CommandLine::try_parse_from(std::iter::once("framelock").chain(words));
-            assert!(parsed.is_ok(), "{command}: {}", parsed.err().unwrap());
+            if let Err(error) = parsed {
+                panic!("{command}: {error}");
+            }
         }
     }
 }

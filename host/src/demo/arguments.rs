@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::value_parser;
-
-use crate::numbers::{number, probability};
+use crate::numbers::{number, probability, whole};
 
 /// The story of a lost byte, without hardware: a simulated PC sends a motion seat's position over a
 /// faulty line to the lecture's machine and to framelock, each with the failsafe behind it.
@@ -21,7 +19,7 @@ pub(crate) struct Arguments {
     pub(super) seed: u64,
 
     /// How long it lasts; the passages are parts of it
-    #[arg(long, default_value_t = 20, value_name = "SECONDS", value_parser = value_parser!(u32).range(1..=86_400))]
+    #[arg(long, default_value_t = 20, value_name = "SECONDS", value_parser = |text: &str| whole::<u32>(text, 1, 86_400))]
     pub(super) seconds: u32,
 
     /// Probability that the line loses a byte of the ride, 0 to 1
@@ -33,16 +31,16 @@ pub(crate) struct Arguments {
     pub(super) flip: f64,
 
     /// Bits in a second on the line, ten for each byte
-    #[arg(long, default_value_t = 115_200, value_name = "NUMBER", value_parser = value_parser!(u32).range(300..=10_000_000))]
+    #[arg(long, default_value_t = 115_200, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 300, 10_000_000))]
     pub(super) baud: u32,
 
     /// Frames in a second: few enough to watch each; motion software sends 50 and more
-    #[arg(long, default_value_t = 10, value_name = "NUMBER", value_parser = value_parser!(u32).range(1..=100_000))]
+    #[arg(long, default_value_t = 10, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 1, 100_000))]
     pub(super) rate: u32,
 
     /// Byte times without a byte after which the frame under way is dropped; not done unless given,
     /// since DMA and USB adapters deliver in batches
-    #[arg(long, value_name = "BYTES", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "BYTES", value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     pub(super) idle_gap: Option<u32>,
 
     /// The live view's speed: 0.1 for a tenth of real time

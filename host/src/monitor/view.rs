@@ -14,7 +14,7 @@ use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph,
 use super::session::Session;
 use super::watch::{Lock, Watch};
 use crate::line_errors::Marks;
-use crate::view_parts::{RowsLeft, bar, emphasised, phase_name, phase_style};
+use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, emphasised, phase_name, phase_style};
 
 const TITLE_ROWS: u16 = 2;
 const BOX_ROWS: u16 = 9;
@@ -24,8 +24,8 @@ const KEY_ROWS: u16 = 1;
 
 /// The axes' names and the colors of their curves.
 const AXES: [(&str, Color); 3] = [
-    ("pitch", Color::Yellow),
-    ("roll", Color::Green),
+    ("pitch", BLUE),
+    ("roll", VERMILLION),
     ("yaw", Color::Magenta),
 ];
 
@@ -92,10 +92,10 @@ fn title_lines(session: &Session) -> Vec<Line<'static>> {
         title.push(" THE INPUT HAS ENDED ".cyan().reversed());
     }
     let lock = match watch.lock() {
-        _ if session.is_gone => " GONE     ".red(),
-        Lock::Silent => " SILENT   ".red(),
+        _ if session.is_gone => " GONE     ".fg(VERMILLION),
+        Lock::Silent => " SILENT   ".fg(VERMILLION),
         Lock::Searching => " SEARCHING".yellow(),
-        Lock::Locked => " LOCKED   ".green(),
+        Lock::Locked => " LOCKED   ".fg(BLUE),
     };
     let age = match watch.framed_at {
         Some(at) => {

@@ -106,6 +106,7 @@ fn impossible_parameters_are_named() {
         (&["--flip", "NaN"], "--flip <PROBABILITY>"),
         (&["--flip", "often"], "'often'"),
         (&["--speed", "0"], "a number from 0.01 to 100 is wanted"),
+        (&["--seconds", "0.5"], "a whole number from 1 to 86400"),
         (&["--seconds", "0"], "--seconds"),
         (&["--rate", "0"], "--rate"),
         (&["--baud", "1"], "--baud"),
