@@ -12,6 +12,7 @@ mod mutants;
 mod prove;
 mod report;
 mod verify;
+mod web;
 mod workspace;
 
 use std::process::ExitCode;
@@ -28,6 +29,7 @@ enum Task {
     Firmware(firmware::Arguments),
     Emulate(emulate::Arguments),
     Fuzz(fuzz::Arguments),
+    Web(web::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Task::Firmware(arguments) => firmware::build(&arguments),
         Task::Emulate(arguments) => emulate::emulate(&arguments),
         Task::Fuzz(arguments) => fuzz::fuzz(&arguments),
+        Task::Web(arguments) => web::web(&arguments),
     };
     outcome.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");

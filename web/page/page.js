@@ -1,0 +1,263 @@
+'use strict';
+// It turns clicks into calls, and keeps the address.
+let page = null;
+let presets = [];
+let view = null;
+let position = 0;
+let playing = false;
+let file = new Uint8Array(0);
+let wanted = ''; // the address that is shown, or waits for its file
+let opened = 0; // counts, so that decoding ends when something else is opened
+let edited = null; // the place on the line of the byte that is being edited
+let written = 0; // when the address was last to be written,
+let later = 0; // and the timer that will
+
+function complain(error) {
+  $('error').hidden = !error;
+  say($('error'), error ? String(error) : '');
+}
+
+/** The scenario of an address, which is decoded in pieces. */
+async function open(address) {
+  const turn = ++opened;
+  pause();
+  let next;
+  try {
+    next = wasm_bindgen.Run.open(address, /(^|&)file=/.test(address) ? file : new Uint8Array(0));
+  } catch (error) {
+    wanted = address;
+    return complain(error);
+  }
+  complain('');
+  let since = performance.now();
+  for (let decoded = 0; (decoded = next.decode()) < next.bytes(); ) {
+    if (performance.now() - since < 30) continue;
+    $('progress').hidden = false;
+    $('progress').value = decoded / next.bytes();
+    await new Promise((resolve) => setTimeout(resolve));
+    if (turn !== opened) return next.free();
+    since = performance.now();
+  }
+  $('progress').hidden = true;
+  page?.free();
+  page = next;
+  wanted = address;
+  position = page.position();
+  closeEditor();
+  showSettings();
+  draw();
+  remember();
+}
+
+/** The address says what is shown. Browsers limit how often it may be written. */
+function remember() {
+  written = performance.now();
+  clearTimeout(later);
+  later = setTimeout(() => history.replaceState(null, '', '#' + page.with(`at=${position}`)), 200);
+}
+
+function change(pairs) {
+  try {
+    return open(page.with(`at=${position}&${pairs}`));
+  } catch (error) {
+    complain(error);
+  }
+}
+
+function showSettings() {
+  const settings = new URLSearchParams(page.with(''));
+  for (const control of document.querySelectorAll('[data-key]')) {
+    const value = settings.get(control.dataset.key);
+    if (control.type === 'checkbox') control.checked = value === 'on';
+    else control.value = value ?? control.defaultValue;
+  }
+  $('own').value = (settings.get('bytes') ?? '').replace(/..(?=.)/g, '$& ');
+  const own = settings.has('bytes') || settings.has('file');
+  $('sender').disabled = own;
+  $('again').hidden = !own;
+  document.querySelector('[data-key=payload]').disabled = settings.get('frame') === 'crsf';
+  const scenario = page.with('at=0');
+  let explanation = '';
+  presets.forEach((preset, index) => {
+    const chosen = preset.address === scenario;
+    $('presets').children[index].setAttribute('aria-pressed', chosen);
+    if (chosen) explanation = preset.explanation;
+  });
+  say($('explanation'), explanation || 'A line of your own making: the address has all of it, so you can send it as a link.');
+}
+
+function go(to) {
+  position = Math.max(0, Math.min(to, view.positions));
+  draw();
+  if (!playing || performance.now() - written > 1000) remember();
+}
+
+function play() {
+  if (playing) return pause();
+  if (position >= view.positions) position = 0;
+  // It stops behind the last byte; from there it goes on through the silence.
+  const end = position < view.bytes ? view.bytes : view.positions;
+  playing = true;
+  say($('play'), 'Pause');
+  // While it plays, every step would be read out.
+  $('sentence').setAttribute('aria-live', 'off');
+  let last = performance.now();
+  let due = 0;
+  const frame = (now) => {
+    if (!playing) return;
+    due += ((now - last) / 1000) * Number($('speed').value);
+    last = now;
+    const steps = Math.floor(due);
+    due -= steps;
+    if (steps > 0) go(Math.min(end, position + steps));
+    if (position >= end) return pause();
+    requestAnimationFrame(frame);
+  };
+  requestAnimationFrame(frame);
+}
+
+function pause() {
+  if (!playing) return;
+  playing = false;
+  say($('play'), 'Play');
+  $('sentence').setAttribute('aria-live', 'polite');
+  say($('sentence'), '');
+  if (view) go(position);
+}
+
+function stop(at) {
+  pause();
+  go(at);
+}
+
+function openEditor(node) {
+  const cell = view.cells[[...$('cells').children].indexOf(node)];
+  if (!cell) return;
+  pause();
+  edited = cell.place;
+  const byte = cell.received ?? cell.sent;
+  say($('edited'), `Byte ${edited + 1}: ${byte === null ? 'not heard' : `${hex(byte)} ${character(byte)}`}, ${cell.kind}`);
+  say($('drop'), cell.kind === 'inserted' ? 'Take it away' : cell.kind === 'lost' ? 'Do not drop' : 'Drop');
+  $('editor').hidden = false;
+}
+
+function closeEditor() {
+  edited = null;
+  $('editor').hidden = true;
+}
+
+async function edit(action, value = 0) {
+  const place = edited;
+  const pressed = document.activeElement;
+  await open(`${page.edited(place, action, value)}&at=${position}`);
+  const node = $('cells').children[view.cells.findIndex((cell) => cell.place === place)];
+  if (action !== 'flip' || !node) return focusCell(node);
+  openEditor(node); // another bit, perhaps
+  pressed.focus();
+}
+
+function focusCell(node) {
+  if (!node || node.disabled) return;
+  for (const other of $('cells').children) other.tabIndex = other === node ? 0 : -1;
+  node.focus();
+}
+
+async function send(chosen) {
+  file = new Uint8Array(await chosen.arrayBuffer());
+  if (file.length === 0) return complain(`${chosen.name} is empty`);
+  const waits = new URLSearchParams(wanted).get('file');
+  if (Number(waits) === file.length) return open(wanted);
+  if (file.length <= 1024) return change(`edits=&at=0&bytes=${[...file].map(hex).join('')}`);
+  return open(page.with(`edits=&bytes=&at=0&file=${file.length}`));
+}
+
+function listen() {
+  $('play').onclick = play;
+  $('step').onclick = () => stop(position + 1);
+  $('back').onclick = () => stop(position - 1);
+  $('start').onclick = () => stop(0);
+  $('position').oninput = (event) => stop(Number(event.target.value));
+  $('cells').onclick = (event) => {
+    openEditor(event.target.closest('button'));
+    $('drop').focus();
+  };
+  $('cells').onkeydown = (event) => {
+    const node = event.target.closest('button');
+    const to = { ArrowLeft: node.previousSibling, ArrowRight: node.nextSibling }[event.key];
+    if (event.key === 'Delete') {
+      openEditor(node);
+      edit('drop');
+    } else if (to === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    focusCell(to);
+  };
+  $('drop').onclick = () => edit('drop');
+  $('insert').onclick = () => {
+    const value = $('value').value;
+    if (!/^[0-9a-f]{1,2}$/i.test(value)) return complain(`${value}: two hexadecimal digits are wanted`);
+    edit('insert', parseInt(value, 16));
+  };
+  $('close').onclick = closeEditor;
+  for (let bit = 7; bit >= 0; bit--) {
+    $('bits').append(element('button', { textContent: bit, ariaLabel: `Flip bit ${bit}`, onclick: () => edit('flip', 1 << bit) }));
+  }
+  for (const control of document.querySelectorAll('[data-key]')) {
+    control.onchange = () => {
+      const value = control.type === 'checkbox' ? (control.checked ? 'on' : 'off') : control.value.trim();
+      change(`${control.dataset.key}=${value}${control.dataset.key === 'frame' ? '&edits=' : ''}`);
+    };
+  }
+  $('send').onclick = () => change(`edits=&at=0&bytes=${$('own').value}`);
+  $('own').onkeydown = (event) => void (event.key === 'Enter' && $('send').click());
+  $('again').onclick = () => change('bytes=&edits=&at=0');
+  const take = (files) => files.length && send(files[0]).catch(complain);
+  $('file').onchange = (event) => take(event.target.files);
+  ondragover = (event) => event.preventDefault();
+  ondrop = (event) => {
+    event.preventDefault();
+    take(event.dataTransfer.files);
+  };
+  onkeydown = (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest('input, select')) return;
+    if (event.key === 'Escape') return closeEditor();
+    const to = { ArrowLeft: position - 1, ArrowRight: position + 1, Home: 0, End: view.bytes }[event.key];
+    if (event.key === ' ' && !event.target.closest('button')) play();
+    else if (to !== undefined) stop(to);
+    else return;
+    event.preventDefault();
+  };
+  onresize = () => view && draw();
+  onhashchange = () => open(location.hash.slice(1));
+}
+
+async function show(preset) {
+  await open(preset.address);
+  $('speed').value = view.bytes < 60 ? 7 : 30;
+  play();
+}
+
+async function main() {
+  const bytes = Uint8Array.from(atob(MACHINES), (character) => character.charCodeAt(0));
+  const unpacked = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  await wasm_bindgen({ module_or_path: await new Response(unpacked).arrayBuffer() });
+  presets = JSON.parse(wasm_bindgen.presets());
+  $('presets').append(...presets.map((preset) => element('button', { textContent: preset.name, onclick: () => show(preset) })));
+  listen();
+  const address = location.hash.slice(1);
+  if (address) await open(address);
+  if (page) return;
+  const complaint = $('error').textContent;
+  await open(presets[0].address);
+  if (!complaint) return matchMedia('(prefers-reduced-motion: reduce)').matches || play();
+  // What is wrong with the address, or its file, can still be seen to.
+  complain(complaint);
+  wanted = address;
+  clearTimeout(later);
+  history.replaceState(null, '', '#' + address);
+}
+
+/** What is shown, as JSON: for tests, and for whoever looks closely. */
+window.framelock = () => JSON.stringify({ playing, error: $('error').textContent, address: page?.with(`at=${position}`), ...view });
+
+main().catch(complain);

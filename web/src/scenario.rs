@@ -1,0 +1,202 @@
+//! What is sent and what the line does to it, as text: the page's address.
+
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+use framelock_simulation::Payload;
+
+/// The frames on the line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum FrameKind {
+    Bin,
+    BinCrc8,
+    Crsf,
+}
+
+const KINDS: [(&str, FrameKind); 3] = [
+    ("bin", FrameKind::Bin),
+    ("bin-crc8", FrameKind::BinCrc8),
+    ("crsf", FrameKind::Crsf),
+];
+
+/// All that determines what there is to see. It is the same on every computer.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Scenario {
+    pub(crate) frame: FrameKind,
+    /// What frames of setpoints carry. CRSF frames carry smooth motion.
+    pub(crate) payload: Payload,
+    pub(crate) frames: u32,
+    /// Probability that a byte is lost, and that a bit of it is inverted.
+    pub(crate) lose: f64,
+    pub(crate) flip: f64,
+    pub(crate) seed: u64,
+    /// Whether the machines drop what is pending when the line is idle.
+    pub(crate) idle: bool,
+    /// Bytes of the user's own, which are sent in place of frames.
+    pub(crate) own: Vec<u8>,
+    /// The length of a file that is sent in place of frames; its bytes are not in the address.
+    pub(crate) file: usize,
+    /// What the user does to bytes, by their places as the edits before have left them.
+    pub(crate) edits: Vec<(usize, Action)>,
+    /// The position: how many bytes have come.
+    pub(crate) at: usize,
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            frame: FrameKind::Bin,
+            payload: Payload::Motion,
+            frames: 40,
+            lose: 0.0,
+            flip: 0.0,
+            seed: 1,
+            idle: false,
+            own: Vec::new(),
+            file: 0,
+            edits: Vec::new(),
+            at: 0,
+        }
+    }
+}
+
+impl Scenario {
+    /// Sets keys of the address: `lose=0.01&idle=on`.
+    pub(crate) fn apply(&mut self, pairs: &str) -> Result<(), String> {
+        for pair in pairs.split('&').filter(|pair| !pair.is_empty()) {
+            let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
+            self.set(key, value).map_err(|wanted| {
+                let pair: String = pair.chars().take(60).collect();
+                format!("{pair}: {wanted}")
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The error says what is wanted.
+    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        match key {
+            "frame" => {
+                let kind = KINDS.iter().find(|(name, _)| *name == value);
+                self.frame = kind.ok_or("bin, bin-crc8 or crsf is wanted")?.1;
+            }
+            "payload" => self.payload = value.parse().map_err(|error| format!("{error}"))?,
+            "frames" => self.frames = number(value, 1..=2_000)?,
+            "lose" => self.lose = number(value, 0.0..=1.0)?,
+            "flip" => self.flip = number(value, 0.0..=1.0)?,
+            "seed" => self.seed = number(value, 0..=u64::MAX)?,
+            "idle" if matches!(value, "on" | "off") => self.idle = value == "on",
+            "idle" => return Err("on or off is wanted".to_owned()),
+            "bytes" => {
+                let own = hexadecimal(value).filter(|own| own.len() <= 4_096);
+                self.own = own.ok_or("up to 4096 bytes of two hexadecimal digits are wanted")?;
+                self.file = 0;
+            }
+            "file" => self.file = number(value, 0..=1 << 25)?,
+            "edits" => {
+                let edits = value.split('.').filter(|edit| !edit.is_empty());
+                let edits = edits.map(edit).collect::<Option<_>>();
+                self.edits = edits.ok_or("edits such as 21d.30f04.40i41 are wanted")?;
+            }
+            "at" => self.at = number(value, 0..=usize::MAX)?,
+            _ => return Err("the address has no such key".to_owned()),
+        }
+        Ok(())
+    }
+}
+
+fn number<T>(text: &str, range: RangeInclusive<T>) -> Result<T, String>
+where
+    T: FromStr + PartialOrd + fmt::Display,
+{
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    let (least, most) = range.into_inner();
+    number.ok_or_else(|| format!("a number from {least} to {most} is wanted"))
+}
+
+/// Bytes of two digits each; blanks between them do not matter.
+fn hexadecimal(text: &str) -> Option<Vec<u8>> {
+    let digits = text.chars().filter(|digit| !digit.is_whitespace());
+    let digits = digits.map(|digit| digit.to_digit(16).and_then(|digit| digit.try_into().ok()));
+    let digits: Vec<u8> = digits.collect::<Option<_>>()?;
+    let (pairs, []) = digits.as_chunks() else {
+        return None;
+    };
+    Some(pairs.iter().map(|[high, low]| high << 4 | low).collect())
+}
+
+impl FromStr for Scenario {
+    type Err = String;
+
+    fn from_str(address: &str) -> Result<Self, String> {
+        let mut scenario = Self::default();
+        scenario.apply(address)?;
+        Ok(scenario)
+    }
+}
+
+/// The frame, and what is not as it usually is.
+impl fmt::Display for Scenario {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = KINDS.iter().find(|(_, kind)| *kind == self.frame);
+        write!(f, "frame={}", kind.map_or("bin", |(name, _)| name))?;
+        let own: Vec<String> = self.own.iter().map(|byte| format!("{byte:02X}")).collect();
+        let edits: Vec<String> = self
+            .edits
+            .iter()
+            .map(|(place, action)| format!("{place}{action}"))
+            .collect();
+        for (key, value, usual) in [
+            ("payload", self.payload.to_string(), "motion"),
+            ("frames", self.frames.to_string(), "40"),
+            ("lose", self.lose.to_string(), "0"),
+            ("flip", self.flip.to_string(), "0"),
+            ("seed", self.seed.to_string(), "1"),
+            ("idle", if self.idle { "on" } else { "" }.to_owned(), ""),
+            ("bytes", own.concat(), ""),
+            ("file", self.file.to_string(), "0"),
+            ("edits", edits.join("."), ""),
+            ("at", self.at.to_string(), "0"),
+        ] {
+            if value != usual {
+                write!(f, "&{key}={value}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What the user does to a byte.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Action {
+    /// It is lost; if it was, it is not. One that nobody sent goes.
+    Drop,
+    /// These bits are inverted.
+    Flip(u8),
+    /// This byte comes in front of it, which nobody sent.
+    Insert(u8),
+}
+
+impl fmt::Display for Action {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Drop => f.write_str("d"),
+            Self::Flip(bits) => write!(f, "f{bits:02X}"),
+            Self::Insert(byte) => write!(f, "i{byte:02X}"),
+        }
+    }
+}
+
+/// A place and what is done there: `21d`.
+fn edit(text: &str) -> Option<(usize, Action)> {
+    let (place, action) = text.split_at(text.find(['d', 'f', 'i'])?);
+    let (action, byte) = action.split_at(1);
+    let action = match (action, &hexadecimal(byte)?[..]) {
+        ("d", []) => Action::Drop,
+        ("f", &[bits]) => Action::Flip(bits),
+        ("i", &[byte]) => Action::Insert(byte),
+        _ => return None,
+    };
+    Some((place.parse().ok()?, action))
+}
