@@ -6,6 +6,8 @@ use std::path::Path;
 use anyhow::{Context as _, Result, ensure};
 use xshell::{Cmd, Shell, cmd};
 
+use crate::debian;
+
 /// Debian keeps a recent compiler for its browsers, and the source of Rust's libraries with it.
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 
@@ -31,7 +33,7 @@ impl Compiler {
                 .is_err();
         let says = if is_debian {
             eprintln!("rustup cannot add the targets; Debian's compiler is used");
-            let version = debian(sh).with_context(|| {
+            let version = debians(sh).with_context(|| {
                 let targets = targets.join(" ");
                 format!(
                     "there is no compiler for {targets}. With a connection to \
@@ -83,22 +85,8 @@ fn has_core(sh: &Shell, target: &str) -> bool {
 }
 
 /// Finds Debian's compiler, or installs it; returns its version.
-fn debian(sh: &Shell) -> Result<String> {
-    let packages = ["rustc-web", "rust-web-src"];
-    let state = "--showformat=${db:Status-Status},";
-    let query = cmd!(sh, "dpkg-query --show {state} {packages...}");
-    if query.ignore_status().ignore_stderr().read()? != "installed,installed," {
-        // The lists of packages are often out of date. `--no-remove`: rather fail than take away
-        // another Rust that someone installed.
-        cmd!(sh, "apt-get -o DPkg::Lock::Timeout=120 update").run()?;
-        cmd!(
-            sh,
-            "apt-get -o DPkg::Lock::Timeout=120 install --yes --no-install-recommends --no-remove
-             {packages...}"
-        )
-        .env("DEBIAN_FRONTEND", "noninteractive")
-        .run()?;
-    }
+fn debians(sh: &Shell) -> Result<String> {
+    debian::install(sh, &["rustc-web", "rust-web-src"])?;
     let rustc = || cmd!(sh, "{DEBIAN_RUSTC}").env_remove("LD_LIBRARY_PATH");
     let sysroot = rustc().args(["--print", "sysroot"]).read()?;
     let core = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core");

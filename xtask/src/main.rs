@@ -2,8 +2,10 @@
 
 mod answer;
 mod bare_metal;
+mod browser;
 mod bugs;
 mod checks;
+mod debian;
 mod emulate;
 mod firmware;
 mod fuzz;

@@ -8,7 +8,7 @@ use clap::builder::PossibleValuesParser;
 
 use crate::report::{Report, TestCount};
 use crate::workspace::Workspace;
-use crate::{bugs, checks, firmware, fuzz, mutants, prove};
+use crate::{browser, bugs, checks, firmware, fuzz, mutants, prove};
 
 /// One check. To add one: write its function, and give it a line in [`STAGES`].
 struct Stage {
@@ -64,6 +64,8 @@ const STAGES: &[Stage] = &[
         checks: "the command line compiles for Windows and macOS" },
     Stage { name: "publish", when: Nightly, run: checks::publish,
         checks: "core and formats can be published, without a warning" },
+    Stage { name: "web", when: Nightly, run: browser::stage,
+        checks: "the page, tried in a browser" },
     Stage { name: "mutants", when: Nightly, run: mutants::stage,
         checks: "some test notices each small change of the core (an hour or two)" },
 ];

@@ -35,9 +35,24 @@ pub(crate) struct Arguments {
 
 /// `cargo xtask web`.
 pub(crate) fn web(arguments: &Arguments) -> Result<ExitCode> {
-    let workspace = Workspace::load()?;
+    let page = page(&Workspace::load()?)?;
+    if arguments.open {
+        let browser = match std::env::consts::OS {
+            "macos" => "open",
+            "windows" => "explorer",
+            _ => "xdg-open",
+        };
+        // Windows' explorer always says that it failed.
+        let sh = Shell::new()?;
+        cmd!(sh, "{browser} {page}").ignore_status().run()?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Builds the page; returns its file.
+pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
     let sh = &workspace.shell_with("wasm-bindgen-cli", WASM_BINDGEN)?;
-    let built = build(sh, &workspace)?;
+    let built = build(sh, workspace)?;
     // Nothing but the page is in it, so that the folder can be published.
     let folder = workspace.target_directory.join("web");
     sh.remove_path(&folder)?;
@@ -46,16 +61,7 @@ pub(crate) fn web(arguments: &Arguments) -> Result<ExitCode> {
     sh.write_file(&page, assembled(sh, &built)?)?;
     let bytes = std::fs::metadata(&page)?.len();
     println!("{}: {bytes} bytes", page.display());
-    if arguments.open {
-        let browser = match std::env::consts::OS {
-            "macos" => "open",
-            "windows" => "explorer",
-            _ => "xdg-open",
-        };
-        // Windows' explorer always says that it failed.
-        cmd!(sh, "{browser} {page}").ignore_status().run()?;
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(page)
 }
 
 /// Compiles the machines, and writes what the page's script needs to call them; returns their folder.

@@ -1,0 +1,257 @@
+//! The page in a headless Chromium, for its tests. What goes wrong here fails the test that asked for
+//! it, so everything panics.
+
+#![allow(clippy::missing_panics_doc, reason = "a panic fails the test")]
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::thread::{panicking, sleep};
+use std::time::{Duration, Instant};
+
+use headless_chrome::browser::default_executable;
+use headless_chrome::protocol::cdp::Log::LogEntryLevel;
+use headless_chrome::protocol::cdp::types::{Event, Method};
+use headless_chrome::{Browser, LaunchOptions, Tab};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// Nothing here takes as long. No test depends on how fast the machine is.
+const LONG: Duration = Duration::from_secs(120);
+
+/// What the page says last; behind it no complaint can be under way.
+const END: &str = "the test is over";
+
+/// For scripts: a function that moves the slider to a position, and returns what the page shows then.
+pub const GO: &str = "const go = (to) => {
+    const slider = document.getElementById('position');
+    slider.value = to;
+    slider.dispatchEvent(new Event('input'));
+    return JSON.parse(framelock());
+};";
+
+/// Commands to the browser, with their parameters and answers as plain JSON: Chromium may be
+/// newer than the crate's types, and then answer what they do not know.
+macro_rules! commands {
+    ($($name:ident: $method:literal,)*) => {$(
+        #[derive(Debug, Serialize)]
+        struct $name(Value);
+
+        impl Method for $name {
+            const NAME: &'static str = $method;
+            type ReturnObject = Value;
+        }
+    )*};
+}
+commands! {
+    Evaluate: "Runtime.evaluate",
+    AccessibilityTree: "Accessibility.getFullAXTree",
+    Drag: "Input.dispatchDragEvent",
+    Media: "Emulation.setEmulatedMedia",
+    Metrics: "Emulation.setDeviceMetricsOverride",
+}
+
+/// The page, open in a browser of its own. When it is dropped, the test fails if the browser has
+/// complained of anything: an error, a warning, a violation of the page's security policy.
+pub struct Page {
+    // It ends with this value.
+    _browser: Browser,
+    tab: Arc<Tab>,
+    complaints: Arc<Mutex<Vec<String>>>,
+}
+
+impl Page {
+    /// A browser with an empty tab, 1280 pixels wide.
+    #[must_use]
+    pub fn none() -> Self {
+        let chromium = default_executable()
+            .expect("there is no Chromium in PATH; on Debian, as root: apt-get install chromium");
+        let options = LaunchOptions::default_builder()
+            .path(Some(chromium))
+            // It would need privileges that root and many containers do not have; the page is ours.
+            .sandbox(false)
+            .idle_browser_timeout(LONG)
+            .build()
+            .expect("these options can be combined");
+        let browser = Browser::new(options).expect("Chromium starts");
+        browser.set_default_timeout(LONG);
+        let tab = browser.new_tab().expect("Chromium opens a tab");
+        let complaints = Arc::new(Mutex::new(Vec::new()));
+        let heard = Arc::clone(&complaints);
+        let listener = move |event: &Event| {
+            if let Some(complaint) = complaint(event) {
+                heard.lock().expect("nobody panics").push(complaint);
+            }
+        };
+        tab.add_event_listener(Arc::new(listener))
+            .and_then(|_| tab.enable_log()?.enable_runtime().map(drop))
+            .expect("Chromium reports what is written to its console");
+        let page = Self {
+            _browser: browser,
+            tab,
+            complaints,
+        };
+        page.resize(1280, 900);
+        page
+    }
+
+    /// The page at that moment: what is behind the # in its address.
+    #[must_use]
+    pub fn at(moment: &str) -> Self {
+        let page = Self::none();
+        page.open(moment);
+        page
+    }
+
+    /// Opens the page anew, at that moment.
+    pub fn open(&self, moment: &str) {
+        let page = built("FRAMELOCK_PAGE");
+        // From elsewhere: another # alone would not load it again.
+        for url in [
+            "about:blank",
+            &format!("file://{}#{moment}", page.display()),
+        ] {
+            self.tab.navigate_to(url).expect("it can be opened");
+        }
+        self.wait_for("window.framelock && JSON.parse(framelock()).address");
+    }
+
+    /// Runs a script, whose last expression is the answer.
+    #[allow(clippy::must_use_candidate, reason = "some scripts only do something")]
+    pub fn run(&self, script: &str) -> Value {
+        self.tried(script)
+            .unwrap_or_else(|error| panic!("{script}\n{error}"))
+    }
+
+    fn tried(&self, script: &str) -> Result<Value, String> {
+        let parameters = json!({"expression": script, "returnByValue": true, "awaitPromise": true});
+        let answer = self.tab.call_method(Evaluate(parameters));
+        let answer = answer.map_err(|error| error.to_string())?;
+        match answer.get("exceptionDetails") {
+            Some(exception) => Err(exception.to_string()),
+            None => Ok(answer["result"]["value"].clone()),
+        }
+    }
+
+    /// Waits until the script's answer is true, or something that counts as true.
+    pub fn wait_for(&self, condition: &str) {
+        wait_until(condition, || {
+            self.tried(&format!("!!({condition})")) == Ok(Value::Bool(true))
+        });
+    }
+
+    /// What the page shows.
+    #[must_use]
+    pub fn state(&self) -> Value {
+        self.run("JSON.parse(framelock())")
+    }
+
+    /// Moves the slider to a position; what the page shows then.
+    #[must_use]
+    pub fn go(&self, position: u64) -> Value {
+        self.run(&format!("{{ {GO} go({position}) }}"))
+    }
+
+    /// Presses a key, `ArrowLeft` for example.
+    pub fn press(&self, key: &str) {
+        self.tab.press_key(key).expect("there is such a key");
+    }
+
+    /// What the user has asked the system for, such as `prefers-color-scheme` and `dark`.
+    pub fn prefer(&self, feature: &str, value: &str) {
+        let features = json!({"features": [{"name": feature, "value": value}]});
+        self.call(Media(features));
+    }
+
+    /// Gives the page that many pixels.
+    pub fn resize(&self, width: u32, height: u32) {
+        let size =
+            json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false});
+        self.call(Metrics(size));
+    }
+
+    /// Drops a file on the page, as from the desktop.
+    pub fn drop_file(&self, file: &Path) {
+        for step in ["dragEnter", "dragOver", "drop"] {
+            let data = json!({"items": [], "files": [file], "dragOperationsMask": 1});
+            self.call(Drag(
+                json!({"type": step, "x": 300, "y": 300, "data": data}),
+            ));
+        }
+    }
+
+    /// Role and name of everything that a screen reader comes to.
+    #[must_use]
+    pub fn accessible(&self) -> Vec<(String, String)> {
+        let tree = self.call(AccessibilityTree(json!({})));
+        let nodes = tree["nodes"].as_array().expect("a list of nodes");
+        let text = |value: &Value| value["value"].as_str().unwrap_or_default().to_owned();
+        let heard = nodes.iter().filter(|node| node["ignored"] == false);
+        heard
+            .map(|node| (text(&node["role"]), text(&node["name"])))
+            .collect()
+    }
+
+    /// The page as it looks, as PNG.
+    #[must_use]
+    pub fn picture(&self) -> Vec<u8> {
+        use headless_chrome::protocol::cdp::Page::CaptureScreenshotFormatOption::Png;
+        let picture = self.tab.capture_screenshot(Png, None, None, true);
+        picture.expect("Chromium takes a screenshot")
+    }
+
+    fn call(&self, command: impl Method<ReturnObject = Value> + Serialize) -> Value {
+        let answer = self.tab.call_method(command);
+        answer.expect("Chromium knows the command")
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        if panicking() {
+            return;
+        }
+        self.run(&format!("console.debug('{END}')"));
+        wait_until("the end in the console", || {
+            let complaints = self.complaints.lock().expect("nobody panics");
+            complaints.last().is_some_and(|last| last.contains(END))
+        });
+        let mut complaints = self.complaints.lock().expect("nobody panics");
+        complaints.pop();
+        let complaints = complaints.join("\n");
+        assert!(
+            complaints.is_empty(),
+            "the browser complains:\n{complaints}"
+        );
+    }
+}
+
+fn wait_until(what: &str, is_so: impl Fn() -> bool) {
+    let begin = Instant::now();
+    while !is_so() {
+        assert!(begin.elapsed() < LONG, "it never came: {what}");
+        sleep(Duration::from_millis(20));
+    }
+}
+
+/// What the browser writes to its console, if that is not for information only. The page's own script
+/// writes nothing there.
+fn complaint(event: &Event) -> Option<String> {
+    match event {
+        Event::LogEntryAdded(event) => {
+            let entry = &event.params.entry;
+            let matters = matches!(entry.level, LogEntryLevel::Warning | LogEntryLevel::Error);
+            matters.then(|| format!("{:?}: {}", entry.source, entry.text))
+        }
+        Event::RuntimeExceptionThrown(event) => Some(format!("{:?}", event.params)),
+        Event::RuntimeConsoleAPICalled(event) => Some(format!("{:?}", event.params.args)),
+        _ => None,
+    }
+}
+
+/// What a variable names, which the command that builds it sets.
+#[must_use]
+pub fn built(variable: &str) -> PathBuf {
+    let path = std::env::var_os(variable);
+    let path = path.unwrap_or_else(|| panic!("{variable}: run `cargo xtask verify --only web`"));
+    path.into()
+}

@@ -1,0 +1,370 @@
+//! What someone with a browser relies on, tried in one.
+//!
+//! `FRAMELOCK_PICTURES=docs cargo xtask verify --only web` also takes the pictures of it in the README.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+
+use framelock_web_browser::{GO, Page, built};
+use serde_json::{Value, json};
+
+/// The deaf machine, as the page's first preset has it.
+const DEAF: &str = "frame=bin&payload=00414200&edits=21d";
+
+/// Opens each preset by its button, as a click does, and calls that with its name.
+fn each_preset(page: &Page, mut check: impl FnMut(&str)) {
+    let names = page.run(
+        "[...document.querySelectorAll('#presets button')].map((button) => button.textContent)",
+    );
+    let names = names.as_array().expect("a list");
+    assert!(names.len() >= 6, "{names:?}");
+    for (nth, name) in names.iter().enumerate() {
+        let button = format!("document.querySelectorAll('#presets button')[{nth}]");
+        page.run(&format!("{button}.click()"));
+        // It begins to play.
+        page.wait_for(&format!(
+            "{button}.ariaPressed === 'true' && JSON.parse(framelock()).playing"
+        ));
+        page.run("document.getElementById('play').click()");
+        check(name.as_str().expect("a name"));
+    }
+}
+
+/// The bytes that arrive: the page shows some of the line at a time.
+fn received(page: &Page) -> Vec<u8> {
+    let bytes = page.run(&format!(
+        "{{ {GO}
+        const cells = new Map();
+        const {{ bytes }} = JSON.parse(framelock());
+        while (cells.size < bytes) for (const cell of go(cells.size).cells) cells.set(cell.place, cell.received);
+        [...cells.values()].filter((byte) => byte !== null) }}"
+    ));
+    serde_json::from_value(bytes).expect("bytes")
+}
+
+fn number(value: &Value) -> u64 {
+    value
+        .as_u64()
+        .unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+fn list(value: &Value) -> &[Value] {
+    value
+        .as_array()
+        .unwrap_or_else(|| panic!("{value} is no list"))
+}
+
+/// The last line that the command line writes about those bytes, as JSON.
+fn framelock(arguments: &[&str], bytes: &[u8]) -> Value {
+    let mut child = Command::new(built("FRAMELOCK"))
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the command line can be run");
+    let mut to = child.stdin.take().expect("it is piped");
+    let output = thread::scope(|scope| {
+        scope.spawn(move || to.write_all(bytes));
+        child.wait_with_output()
+    });
+    let output = output.expect("it ends");
+    assert!(output.status.success(), "{arguments:?}: {}", output.status);
+    let text = String::from_utf8(output.stdout).expect("it is text");
+    let last = text.lines().last().unwrap_or("null");
+    serde_json::from_str(last).unwrap_or_else(|error| panic!("{last}: {error}"))
+}
+
+/// The frames in the page's address.
+fn frames(state: &Value) -> &str {
+    let address = state["address"].as_str().expect("an address");
+    let mut pairs = address.split('&');
+    let frame = pairs.find_map(|pair| pair.strip_prefix("frame="));
+    frame.expect("the address has the frames")
+}
+
+/// What the command line calls a machine of the page.
+fn policy(machine: &Value) -> &'static str {
+    if machine["name"] == "The lecture's machine" {
+        "discard"
+    } else {
+        "rescan"
+    }
+}
+
+/// Where every byte has gone, according to the page and to `decode --summary`.
+fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
+    for machine in list(&state["machines"]) {
+        let policy = policy(machine);
+        let decode = ["decode", "--format", "none", "--summary"];
+        let which = ["--frame", frames(state), "--policy", policy];
+        let summary = framelock(&[decode, which].concat(), bytes);
+        let counters = &machine["counters"];
+        for (counted, expected) in [
+            (&counters["bytes"], &summary["bytes"]),
+            (&counters["frames"], &summary["frames"]),
+            (&counters["discarded"], &summary["discarded_by"]),
+        ] {
+            assert_eq!(counted, expected, "{name}, {policy}: {counters} {summary}");
+        }
+        let slots = list(&machine["window"]).iter();
+        let pending = slots.take_while(|slot| !slot["byte"].is_null()).count();
+        assert_eq!(json!(pending), summary["pending"], "{name}, {policy}");
+    }
+}
+
+/// The machines' setpoints and states, according to the page and to `decode` and `trace`.
+fn compare_setpoints(name: &str, state: &Value, bytes: &[u8]) {
+    let axes = ["pitch", "roll", "yaw"];
+    for machine in list(&state["machines"]) {
+        let policy = policy(machine);
+        let last = framelock(
+            &["decode", "--frame", frames(state), "--policy", policy],
+            bytes,
+        );
+        let expected = if frames(state) == "crsf" {
+            assert_eq!(last["type"], 0x1E, "{name}: the last is an attitude");
+            let payload = last["payload"].as_str().expect("hex");
+            // Of 16 bits with a sign, the page shows the upper ones as 0 to 255.
+            [0, 4, 8].map(|at| {
+                let high = u8::from_str_radix(&payload[at..at + 2], 16).expect("hex");
+                json!(high ^ 0x80)
+            })
+        } else {
+            axes.map(|axis| last[axis].clone())
+        };
+        let shown = axes.map(|axis| machine["setpoint"][axis].clone());
+        assert_eq!(shown, expected, "{name}, {policy}");
+        if policy == "discard" {
+            let row = framelock(
+                &["trace", "--policy", policy, "--format", "jsonl", "-"],
+                bytes,
+            );
+            assert_eq!(machine["state"], row["state_after"], "{name}: {row}");
+            assert_eq!(machine["temporary"], row["temp"], "{name}: {row}");
+            let traced = [0, 1, 2].map(|axis| row["setpoint"][axis].clone());
+            assert_eq!(shown, traced, "{name}: {row}");
+        }
+    }
+}
+
+#[test]
+fn each_preset_ends_as_the_command_line_says() {
+    let page = Page::at(DEAF);
+    each_preset(&page, |name| {
+        let bytes = received(&page);
+        assert!(bytes.len() >= 7, "{name}");
+        page.press("End");
+        compare_counts(name, &page.state(), &bytes);
+        compare_setpoints(name, &page.state(), &bytes);
+    });
+}
+
+#[test]
+fn back_and_forth_ends_where_it_was() {
+    let page = Page::at(DEAF);
+    each_preset(&page, |name| {
+        let different = page.run(&format!(
+            "{{ {GO}
+            const {{ positions }} = JSON.parse(framelock());
+            const places = [];
+            for (let place = 0; place < positions; place += 10) places.push(place);
+            const there = new Map(places.map((place) => [place, JSON.stringify(go(place))]));
+            const onAndBack = () => (step.click(), back.click(), framelock());
+            places.reverse().filter((place) =>
+                JSON.stringify(go(place)) !== there.get(place) || onAndBack() !== there.get(place)) }}"
+        ));
+        assert_eq!(different, json!([]), "{name}");
+    });
+}
+
+#[test]
+fn an_address_shows_exactly_that_moment() {
+    let (page, other) = (Page::at(DEAF), Page::none());
+    for (scenario, position) in [
+        (DEAF, 0),
+        (DEAF, 150),
+        (
+            "frame=bin&bytes=4142007FC84A0D41420082C44A0D&edits=3d.4d",
+            9,
+        ),
+        ("frame=bin-crc8&lose=0.02&flip=0.005&seed=9&idle=on", 222),
+        ("frame=crsf&edits=22d.30i41.31i0D.33f04", 330),
+    ] {
+        page.open(scenario);
+        let _ = page.go(position);
+        let before = page.state();
+        assert_eq!(before["error"], "", "{scenario}");
+        // It is written when the page has been at rest for a moment.
+        page.wait_for("location.hash.slice(1) === JSON.parse(framelock()).address");
+        let address = page.run("location.hash.slice(1)");
+        other.open(address.as_str().expect("an address"));
+        assert_eq!(other.state(), before, "{address}");
+        assert_eq!(before["position"], position);
+    }
+}
+
+#[test]
+fn the_keyboard_is_enough() {
+    let page = Page::at("frame=bin&frames=20");
+    let position = || number(&page.state()["position"]);
+    let focus = || {
+        let label =
+            page.run("document.activeElement.ariaLabel || document.activeElement.textContent");
+        label.as_str().unwrap_or_default().to_owned()
+    };
+    page.press(" ");
+    page.wait_for("JSON.parse(framelock()).position > 3");
+    page.press(" ");
+    assert_eq!(page.state()["playing"], false);
+    let was = position();
+    page.press("ArrowRight");
+    page.press("ArrowRight");
+    page.press("ArrowLeft");
+    assert_eq!(position(), was + 1);
+    page.press("Home");
+    assert_eq!(position(), 0);
+
+    let mut passed = Vec::new();
+    while !focus().starts_with("byte ") {
+        passed.push(focus());
+        assert!(
+            passed.len() < 50,
+            "Tab does not come to the bytes: {passed:?}"
+        );
+        page.press("Tab");
+    }
+    page.press("ArrowRight");
+    page.press("ArrowRight");
+    assert!(focus().starts_with("byte 3: 00"), "{}", focus());
+    let was = page.state();
+    page.press("Delete");
+    page.wait_for("JSON.parse(framelock()).address.endsWith('&edits=2d')");
+    page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: ')");
+    assert!(focus().contains("lost"), "{}", focus());
+
+    page.press("Enter");
+    assert_eq!(focus(), "Do not drop");
+    page.press("Enter");
+    page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: 00, as sent')");
+    let mut is = page.state();
+    // The address has both edits.
+    is["address"] = was["address"].clone();
+    assert_eq!(is, was);
+}
+
+#[test]
+fn a_recording_of_ten_megabytes_is_decoded_while_one_watches() {
+    // Frames of all values; of each 1000 bytes one is lost, at a place that moves.
+    let frame = |n: u32| {
+        let [pitch, roll, yaw, _] = n.wrapping_mul(0x9E37_79B1).to_le_bytes();
+        [0x41, 0x42, 0x00, pitch, roll, yaw, 0x0D]
+    };
+    let bytes = (0..).flat_map(frame).enumerate();
+    let arrive = bytes.filter(|(place, _)| place % 1_000 != place / 1_000 % 1_000);
+    let bytes: Vec<u8> = arrive.map(|(_, byte)| byte).take(10_000_000).collect();
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recording");
+    fs::write(&file, &bytes).expect("it can be written");
+
+    let page = Page::at(DEAF);
+    page.run(
+        "window.seen = [];
+        addEventListener('drop', () => window.dropped = performance.now(), true);
+        new MutationObserver(() => {
+            const { hidden, value } = document.getElementById('progress');
+            if (!hidden) seen.push(value); else if (seen.length > 0) window.done = performance.now();
+        }).observe(document.getElementById('progress'), { attributes: true }); 0",
+    );
+    page.drop_file(&file);
+    page.wait_for("window.done && JSON.parse(framelock()).address.includes('file=10000000')");
+    let time = page.run("done - dropped");
+    println!(
+        "10 MB were decoded in {:.0} ms",
+        time.as_f64().unwrap_or(f64::NAN)
+    );
+    let seen = page.run("[...new Set(seen)]");
+    let seen: Vec<f64> = list(&seen).iter().filter_map(Value::as_f64).collect();
+    assert!(seen.len() >= 5 && seen.is_sorted(), "{seen:?}");
+    compare_counts("the recording", &page.go(10_000_000), &bytes);
+}
+
+#[test]
+fn every_control_has_a_name() {
+    let page = Page::at(&format!("{DEAF}&at=60"));
+    page.run("document.querySelector('.cell:not(:disabled)').click()");
+    let controls = page.run(
+        "[...document.querySelectorAll('button, input, select')]
+            .filter((control) => control.checkVisibility()).length",
+    );
+    let mut named = 0;
+    for (role, name) in page.accessible() {
+        let is_control = [
+            "button",
+            "checkbox",
+            "combobox",
+            "searchbox",
+            "slider",
+            "spinbutton",
+            "textbox",
+        ];
+        if is_control.contains(&role.to_lowercase().as_str()) {
+            assert!(
+                !name.trim().is_empty(),
+                "a {role} has no name, after {named} others"
+            );
+            named += 1;
+        }
+    }
+    assert_eq!(json!(named), controls);
+}
+
+#[test]
+fn nothing_scrolls_sideways_on_a_small_screen() {
+    let page = Page::at(DEAF);
+    page.resize(360, 740);
+    each_preset(&page, |name| {
+        page.press("End");
+        page.run("document.querySelector('.cell:not(:disabled)').click()");
+        let widest = page.run("document.documentElement.scrollWidth");
+        assert!(number(&widest) <= 360, "{name}: {widest}");
+    });
+}
+
+#[test]
+fn who_wants_no_motion_gets_none() {
+    let page = Page::none();
+    let moving = "getComputedStyle(document.querySelector('.leg')).transitionDuration !== '0s'";
+    for (wish, moves) in [("no-preference", true), ("reduce", false)] {
+        page.prefer("prefers-reduced-motion", wish);
+        page.open("");
+        assert_eq!(page.state()["playing"], moves, "{wish}");
+        assert_eq!(page.run(moving), moves, "{wish}");
+    }
+}
+
+#[test]
+fn it_is_as_light_as_the_system() {
+    let page = Page::at(&format!("{DEAF}&at=48"));
+    page.resize(1200, 826);
+    let colours = ["light", "dark"].map(|scheme| {
+        page.prefer("prefers-color-scheme", scheme);
+        if let Some(folder) = std::env::var_os("FRAMELOCK_PICTURES") {
+            let file = Path::new(&folder).join(format!("page-{scheme}.png"));
+            fs::write(file, page.picture()).expect("it can be written");
+        }
+        let brightness = |of: &str| {
+            let colour = page.run(&format!(
+                "getComputedStyle(document.body).{of}.match(/\\d+/g).slice(0, 3).map(Number)"
+            ));
+            list(&colour).iter().map(number).sum::<u64>()
+        };
+        (brightness("color"), brightness("backgroundColor"))
+    });
+    let [(ink, paper), (light_ink, dark_paper)] = colours;
+    assert!(
+        paper > ink + 300 && light_ink > dark_paper + 300,
+        "{colours:?}"
+    );
+}

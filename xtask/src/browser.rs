@@ -1,0 +1,56 @@
+//! The stage that tries the page in a browser.
+
+use std::env;
+
+use anyhow::{Context as _, Result};
+use xshell::cmd;
+
+use crate::debian;
+use crate::report::{Report, run_tests};
+use crate::web;
+use crate::workspace::{Workspace, cargo_in};
+
+/// Not in the workspace: what drives the browser takes long to compile.
+pub(crate) const TESTS: &str = "web/browser";
+
+/// Where the README's pictures of the page go, if they are wanted.
+const PICTURES: &str = "FRAMELOCK_PICTURES";
+
+const BROWSERS: [&str; 4] = [
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+];
+
+/// The page in a headless Chromium, compared with the command line.
+pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let sh = workspace.shell()?;
+    if !BROWSERS.iter().any(|browser| is_in_path(browser)) {
+        debian::install(&sh, &["chromium"]).context(
+            "there is no Chromium in PATH. On Debian, as root: apt-get install chromium, \
+             which was tried too",
+        )?;
+    }
+    let page = web::page(workspace)?;
+    cmd!(sh, "cargo build --package framelock-host").run()?;
+    {
+        let _here = sh.push_dir(TESTS);
+        cmd!(sh, "cargo clippy --locked --all-targets -- -Dwarnings").run()?;
+    }
+    let target = &workspace.target_directory;
+    let mut cargo = cargo_in(&workspace.root.join(TESTS));
+    cargo.args(["test", "--locked", "--", "--show-output"]);
+    cargo.env("FRAMELOCK_PAGE", page);
+    cargo.env("FRAMELOCK", target.join("debug/framelock"));
+    if let Some(folder) = env::var_os(PICTURES) {
+        // The tests run in a folder of their own.
+        cargo.env(PICTURES, workspace.root.join(folder));
+    }
+    run_tests(&mut cargo, &mut report.tests)
+}
+
+fn is_in_path(program: &str) -> bool {
+    let path = env::var_os("PATH").unwrap_or_default();
+    env::split_paths(&path).any(|folder| folder.join(program).exists())
+}
