@@ -98,7 +98,7 @@ fn policy(machine: &Value) -> &'static str {
 fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
     for machine in list(&state["machines"]) {
         let policy = policy(machine);
-        let decode = ["decode", "--format", "none", "--summary"];
+        let decode = ["decode", "--format", "none", "--summary=-"];
         let which = ["--frame", frames(state), "--policy", policy];
         let summary = framelock(&[decode, which].concat(), bytes);
         let counters = &machine["counters"];
