@@ -81,8 +81,12 @@ impl PortOptions {
         u32::try_from(baud).unwrap_or(u32::MAX).max(1)
     }
 
+    fn parity(&self) -> ParityName {
+        self.parity.unwrap_or(ParityName::None)
+    }
+
     pub(crate) fn has_parity(&self) -> bool {
-        self.parity.is_some_and(|parity| parity != ParityName::None)
+        self.parity() != ParityName::None
     }
 }
 
@@ -90,10 +94,10 @@ impl PortOptions {
 impl fmt::Display for PortOptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} baud", self.baud())?;
-        let parity = match self.parity {
-            None | Some(ParityName::None) => 'N',
-            Some(ParityName::Even) => 'E',
-            Some(ParityName::Odd) => 'O',
+        let parity = match self.parity() {
+            ParityName::None => 'N',
+            ParityName::Even => 'E',
+            ParityName::Odd => 'O',
         };
         match (parity, self.stop_bits.unwrap_or(1)) {
             ('N', 1) => Ok(()),
@@ -217,10 +221,10 @@ pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<
     };
     let name = path.to_string_lossy();
     let port = serialport::new(name.clone(), options.baud())
-        .parity(match options.parity {
-            None | Some(ParityName::None) => Parity::None,
-            Some(ParityName::Even) => Parity::Even,
-            Some(ParityName::Odd) => Parity::Odd,
+        .parity(match options.parity() {
+            ParityName::None => Parity::None,
+            ParityName::Even => Parity::Even,
+            ParityName::Odd => Parity::Odd,
         })
         .stop_bits(match options.stop_bits {
             Some(2) => StopBits::Two,
