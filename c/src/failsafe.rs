@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 use core::num::NonZeroU32;
 
-use framelock::{Failsafe, FailsafeParameters, Phase};
+use framelock::motion::{Failsafe, FailsafeParameters, Phase, Setpoint};
 
 use crate::framelock_setpoint;
 use crate::memory::{Content, Memory};
@@ -28,7 +28,7 @@ pub struct framelock_failsafe {
 }
 
 impl Memory for framelock_failsafe {
-    type Value = Failsafe;
+    type Value = Failsafe<u8, 3>;
 }
 
 /// What a failsafe is doing: one of the constants below.
@@ -65,7 +65,7 @@ pub extern "C" fn framelock_failsafe_init(
         let parameters = FailsafeParameters {
             hold_after: parameters.hold_after,
             ramp_after: parameters.ramp_after,
-            park: parameters.park.into(),
+            park: Setpoint::from(parameters.park).into(),
             ticks_per_unit: [pitch, roll, yaw],
         };
         Failsafe::new(parameters, now).ok()
@@ -84,7 +84,7 @@ pub extern "C" fn framelock_failsafe_frame(
     setpoint: framelock_setpoint,
 ) {
     if let Some(failsafe) = failsafe.and_then(framelock_failsafe::value_mut) {
-        failsafe.frame(now, setpoint.into());
+        failsafe.frame(now, Setpoint::from(setpoint));
     }
 }
 
@@ -100,14 +100,17 @@ pub extern "C" fn framelock_failsafe_poll(
         return FRAMELOCK_NO_OUTPUT;
     };
     let now = failsafe.poll(now);
-    if let Some(output) = output {
-        output.write(now.setpoint.into());
-    }
-    match now.phase {
+    let phase = match now.phase {
         Phase::Live => FRAMELOCK_LIVE,
         Phase::Approach => FRAMELOCK_APPROACH,
         Phase::Hold => FRAMELOCK_HOLD,
         Phase::Ramp => FRAMELOCK_RAMP,
         Phase::Parked => FRAMELOCK_PARKED,
+        // The header has no word for one that the core does not have yet.
+        _ => return FRAMELOCK_NO_OUTPUT,
+    };
+    if let Some(output) = output {
+        output.write(Setpoint::from(now.axes).into());
     }
+    phase
 }

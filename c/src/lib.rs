@@ -5,6 +5,8 @@
 #![cfg_attr(target_os = "none", no_std)]
 #![allow(non_camel_case_types, reason = "the names are for C")]
 
+use framelock::motion::Setpoint;
+
 mod memory;
 
 // In the order in which the header has them.
@@ -31,13 +33,13 @@ pub struct framelock_setpoint {
     pub yaw: u8,
 }
 
-impl From<framelock::Setpoint> for framelock_setpoint {
-    fn from(framelock::Setpoint { pitch, roll, yaw }: framelock::Setpoint) -> Self {
+impl From<Setpoint> for framelock_setpoint {
+    fn from(Setpoint { pitch, roll, yaw }: Setpoint) -> Self {
         Self { pitch, roll, yaw }
     }
 }
 
-impl From<framelock_setpoint> for framelock::Setpoint {
+impl From<framelock_setpoint> for Setpoint {
     fn from(framelock_setpoint { pitch, roll, yaw }: framelock_setpoint) -> Self {
         Self { pitch, roll, yaw }
     }

@@ -2,7 +2,8 @@
 
 use core::mem::MaybeUninit;
 
-use framelock::{Accounting, Bin, BinCrc8, Counters, Format, LineEvent, Receiver, Setpoint};
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{Counters, FixedFormat, Line, LineEvent, Receiver};
 
 use crate::framelock_setpoint;
 use crate::memory::{Content, Memory};
@@ -15,7 +16,7 @@ pub struct framelock_receiver {
 }
 
 impl Memory for framelock_receiver {
-    type Value = Accounting<Receiver<Bin>>;
+    type Value = Line<Receiver<Bin>>;
 }
 
 /// A receiver of BIN-CRC8 frames: 'A' 'B' reserved pitch roll yaw crc CR.
@@ -26,7 +27,7 @@ pub struct framelock_crc8_receiver {
 }
 
 impl Memory for framelock_crc8_receiver {
-    type Value = Accounting<Receiver<BinCrc8>>;
+    type Value = Line<Receiver<BinCrc8>>;
 }
 
 /// Where each byte went, and how often things happened. The counters wrap.
@@ -180,11 +181,11 @@ pub extern "C" fn framelock_crc8_receiver_counters(
 
 fn init<M, F>(receiver: Option<&mut MaybeUninit<M>>)
 where
-    M: Memory<Value = Accounting<Receiver<F>>>,
-    F: Format,
+    M: Memory<Value = Line<Receiver<F>>>,
+    F: FixedFormat,
 {
     if let Some(receiver) = receiver {
-        let line = Accounting::new(Receiver::new());
+        let line = Line::new(Receiver::new());
         M::write(receiver, Content::Something(line));
     }
 }
@@ -195,8 +196,8 @@ fn push<M, F>(
     setpoint: Option<&mut MaybeUninit<framelock_setpoint>>,
 ) -> bool
 where
-    M: Memory<Value = Accounting<Receiver<F>>>,
-    F: Format<Message = Setpoint>,
+    M: Memory<Value = Line<Receiver<F>>>,
+    F: FixedFormat<Message = Setpoint>,
 {
     let line = receiver.and_then(M::value_mut);
     let Some(found) = line.and_then(|line| line.push(byte)) else {
@@ -210,8 +211,8 @@ where
 
 fn line_event<M, F>(receiver: Option<&mut M>, event: framelock_line_event)
 where
-    M: Memory<Value = Accounting<Receiver<F>>>,
-    F: Format,
+    M: Memory<Value = Line<Receiver<F>>>,
+    F: FixedFormat,
 {
     let event = match event {
         FRAMELOCK_FRAMING_ERROR => LineEvent::Framing,
@@ -222,14 +223,14 @@ where
         _ => return,
     };
     if let Some(line) = receiver.and_then(M::value_mut) {
-        line.line_event(event);
+        line.line_event(event, |_| ());
     }
 }
 
 fn count<M, F>(receiver: Option<&M>, counters: Option<&mut MaybeUninit<framelock_counters>>) -> bool
 where
-    M: Memory<Value = Accounting<Receiver<F>>>,
-    F: Format,
+    M: Memory<Value = Line<Receiver<F>>>,
+    F: FixedFormat,
 {
     let (Some(line), Some(counters)) = (receiver.and_then(M::value), counters) else {
         return false;

@@ -8,5 +8,6 @@
 
 mod compiler;
 mod header;
+mod lecture_in_rust;
 mod pages;
 mod receiving;

@@ -6,10 +6,9 @@ use std::num::NonZeroU32;
 use std::os::unix::fs::symlink;
 use std::process::Command;
 
-use framelock::{
-    Accounting, Bin, Failsafe, FailsafeParameters, Format, Lecture, LineEvent, Parser, Receiver,
-    Setpoint,
-};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, Failsafe, FailsafeParameters, Setpoint};
+use framelock::{Encode, Line, LineEvent, Parser, Receiver};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
@@ -18,10 +17,10 @@ use crate::compiler::{C, library, program, run, succeeds};
 use crate::receiving::assert_same;
 
 pub(crate) const IN_C: &str = include_str!("../../docs/c.md");
-const FROM_THE_LECTURE: &str = include_str!("../../docs/from-the-lecture.md");
+pub(crate) const FROM_THE_LECTURE: &str = include_str!("../../docs/from-the-lecture.md");
 
 /// The page's blocks in that language.
-fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
+pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
     let fence = format!("\n```{language}\n");
     let behind = page.split(&fence).skip(1);
     behind
@@ -42,7 +41,7 @@ fn faulty_stream() -> Vec<u8> {
 }
 
 /// The setpoint after each byte.
-fn setpoints(mut parser: impl Parser<Message = Setpoint>, stream: &[u8]) -> String {
+fn setpoints(mut parser: impl for<'a> Parser<Message<'a> = Setpoint>, stream: &[u8]) -> String {
     let mut setpoint = Setpoint::default();
     let mut text = String::new();
     for &byte in stream {
@@ -76,35 +75,6 @@ fn the_lectures_code_does_what_lecture_does_and_the_other_what_receiver_does() {
     let with_framelock = [&C[..], &["-DFRAMELOCK"]].concat();
     let found = run(&with_framelock, &[&page, &program("lecture.c")], &stream);
     assert_same(&found, &receiver);
-}
-
-struct Line {
-    receiver: Receiver<Bin>,
-    setpoint: Setpoint,
-}
-
-impl Line {
-    fn receive_interrupt(&mut self, byte: u8) {
-        if let Some(setpoint) = self.receiver.push(byte) {
-            self.setpoint = setpoint;
-        }
-    }
-}
-
-#[test]
-fn the_rust_is_this_tests() {
-    let [code] = blocks(FROM_THE_LECTURE, "rust")[..] else {
-        panic!("the page has one block of Rust");
-    };
-    assert!(include_str!("pages.rs").contains(code));
-    let mut line = Line {
-        receiver: Receiver::new(),
-        setpoint: Setpoint::default(),
-    };
-    for byte in *b"AB\0\x01AB\0\x02\x03\x04\r" {
-        line.receive_interrupt(byte);
-    }
-    assert_eq!(line.setpoint, Setpoint::from([2, 3, 4]));
 }
 
 /// With the page's Makefile.
@@ -150,22 +120,22 @@ fn the_page_about_c_links_and_drives_the_actuators() {
 
 /// Where the actuators are driven after each millisecond.
 fn driven(stream: &[u8]) -> String {
-    let mut line = Accounting::new(Receiver::<Bin>::new());
+    let mut line = Line::new(Receiver::<Bin>::new());
     let parameters = FailsafeParameters {
         hold_after: 100,
         ramp_after: 500,
-        park: Setpoint::from([128; 3]),
+        park: [128; 3],
         ticks_per_unit: [NonZeroU32::new(10).unwrap(); 3],
     };
     let mut failsafe = Failsafe::new(parameters, 0).unwrap();
     let mut text = String::new();
     for (now, &byte) in (0..).zip(stream) {
         if byte == 0xFF {
-            line.line_event(LineEvent::Framing);
+            line.line_event(LineEvent::Framing, |_| ());
         } else if let Some(setpoint) = line.push(byte) {
             failsafe.frame(now, setpoint);
         }
-        let [pitch, roll, yaw] = failsafe.poll(now).setpoint.into();
+        let [pitch, roll, yaw] = failsafe.poll(now).axes;
         writeln!(text, "{pitch} {roll} {yaw}").unwrap();
     }
     assert!(text.ends_with("128 128 128\n"), "it parks");

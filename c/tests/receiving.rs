@@ -3,10 +3,8 @@
 use std::fmt::Write;
 use std::num::NonZeroU32;
 
-use framelock::{
-    Accounting, Bin, BinCrc8, Failsafe, FailsafeParameters, Format, LineEvent, Phase, Receiver,
-    Setpoint,
-};
+use framelock::motion::{Bin, BinCrc8, Failsafe, FailsafeParameters, Phase, Setpoint};
+use framelock::{Encode, FixedFormat, Line, LineEvent, Receiver};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -54,10 +52,7 @@ pub(crate) fn assert_same(found: &str, expected: &str) {
 }
 
 /// Frames, a part of them broken, with line events and time between them: steps as `receive.c` reads them.
-fn faulty_stream<F: Format<Message = Setpoint>>() -> Vec<u8>
-where
-    F::Frame: AsRef<[u8]>,
-{
+fn faulty_stream<F: Encode<Message = Setpoint>>() -> Vec<u8> {
     let mut random = ChaCha8Rng::seed_from_u64(16);
     let mut steps = Vec::new();
     for _ in 0..20_000 {
@@ -85,13 +80,13 @@ where
 }
 
 /// What `receive.c` should write.
-fn received<F: Format<Message = Setpoint>>(steps: &[u8]) -> String {
-    let mut line = Accounting::new(Receiver::<F>::new());
+fn received<F: FixedFormat<Message = Setpoint> + 'static>(steps: &[u8]) -> String {
+    let mut line = Line::new(Receiver::<F>::new());
     let mut now = 0xFFFF_FF00_u32;
     let parameters = FailsafeParameters {
         hold_after: 20,
         ramp_after: 60,
-        park: Setpoint::from([128, 0, 255]),
+        park: [128, 0, 255],
         ticks_per_unit: [1, 2, 3].map(|ticks| NonZeroU32::new(ticks).unwrap()),
     };
     let mut failsafe = Failsafe::new(parameters, now).unwrap();
@@ -105,7 +100,7 @@ fn received<F: Format<Message = Setpoint>>(steps: &[u8]) -> String {
                     failsafe.frame(now, setpoint);
                 }
             }
-            [b'e', event] => line.line_event(EVENTS[usize::from(*event)]),
+            [b'e', event] => line.line_event(EVENTS[usize::from(*event)], |_| ()),
             [_, ticks] => {
                 now = now.wrapping_add(u32::from(*ticks));
                 let output = failsafe.poll(now);
@@ -117,7 +112,7 @@ fn received<F: Format<Message = Setpoint>>(steps: &[u8]) -> String {
                     Phase::Parked,
                 ];
                 let phase = phases.iter().position(|&phase| phase == output.phase);
-                let [pitch, roll, yaw] = output.setpoint.into();
+                let [pitch, roll, yaw] = output.axes;
                 writeln!(text, "phase {}: {pitch} {roll} {yaw}", phase.unwrap() + 1).unwrap();
             }
             _ => unreachable!(),

@@ -1,8 +1,9 @@
 //! Setpoints from anything that implements `Read` of `embedded-io`: most serial drivers do.
 //!
-//! `cargo run -p framelock --example embedded_io --features embedded-io`
+//! `cargo run -p framelock --example embedded_io --features embedded-io-v0.7`
 
-use framelock::{Bin, LineEvent, Reader, Receiver};
+use framelock::motion::Bin;
+use framelock::{LineEvent, Reader, Receiver};
 
 /// A driver that fetches a few bytes at a time, and reports a lost byte once.
 struct Serial(Vec<Result<&'static [u8], embedded_io::ErrorKind>>);
@@ -29,13 +30,13 @@ pub(crate) fn main() {
     ];
     let mut reader = Reader::<_, _, 16>::new(Serial(received), Receiver::<Bin>::new());
     loop {
-        match reader.read() {
+        match reader.read(|setpoint| setpoint) {
             Ok(Some(setpoint)) => println!("{setpoint}"),
             Ok(None) => break,
             // What is pending is worthless now. The next call goes on.
             Err(error) => {
                 println!("error: {error}");
-                reader.line_mut().line_event(LineEvent::Overrun);
+                reader.line_mut().line_event(LineEvent::Overrun, |_| ());
             }
         }
     }

@@ -4,14 +4,14 @@
 
 use core::num::NonZeroU32;
 
-use framelock::{Failsafe, FailsafeError, FailsafeParameters, Setpoint};
+use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Setpoint};
 
 pub(crate) fn main() -> Result<(), FailsafeError> {
     let parameters = FailsafeParameters {
         // The clock is in milliseconds: hold after a tenth of a second, park after half a second.
         hold_after: 100,
         ramp_after: 500,
-        park: Setpoint::from([128; 3]),
+        park: [128_u8; 3],
         ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3],
     };
     let mut failsafe = Failsafe::new(parameters, 0)?;
@@ -23,7 +23,8 @@ pub(crate) fn main() -> Result<(), FailsafeError> {
         }
         // In firmware: for each period of the servos.
         let output = failsafe.poll(now);
-        println!("{now:4} ms  {:?}: {}", output.phase, output.setpoint);
+        let setpoint = Setpoint::from(output.axes);
+        println!("{now:4} ms  {:?}: {setpoint}", output.phase);
     }
     Ok(())
 }

@@ -2,12 +2,12 @@
 //!
 //! `cargo run -p framelock --example own_format`
 
-use framelock::{BufferedReceiver, Format, Framing, Headed, Receiver, Shape, Verdict};
+use framelock::{BufferedReceiver, Encode, FixedFormat, Format, Headed, Receiver, Shape, Verdict};
 
 /// `FE`, a 16-bit throttle, `0A`.
 struct Throttle;
 
-impl Format for Throttle {
+impl FixedFormat for Throttle {
     type Frame = [u8; 4];
     type Message = u16;
     const SHAPE: Shape<[u8; 4]> = Shape::new([Some(0xFE), None, None, Some(0x0A)]);
@@ -15,14 +15,18 @@ impl Format for Throttle {
     fn decode([_, high, low, _]: [u8; 4]) -> u16 {
         u16::from_be_bytes([high, low])
     }
+}
+
+// `cargo check` then tells if the receiver refuses the format.
+const _: Receiver<Throttle> = Receiver::new();
+
+// Only where frames are made. `check_encoding` tests that it fits the above.
+impl Encode for Throttle {
     fn encode(throttle: u16) -> [u8; 4] {
         let [high, low] = throttle.to_be_bytes();
         [0xFE, high, low, 0x0A]
     }
 }
-
-// `cargo check` then finds mistakes in the format.
-const _: Receiver<Throttle> = Receiver::new();
 
 /// `AA`, how many bytes of text follow, the text, the sum of its bytes.
 struct Text;
@@ -31,7 +35,7 @@ fn sum(text: &[u8]) -> u8 {
     text.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
 }
 
-impl Framing for Text {
+impl Format for Text {
     const LONGEST: usize = 34;
     type Message<'a> = &'a [u8];
 
@@ -57,7 +61,7 @@ pub(crate) fn main() {
             println!("throttle {throttle}");
         }
     }
-    let mut receiver = BufferedReceiver::<_, 34>::new(Text);
+    let mut receiver = BufferedReceiver::<_, { 2 * Text::LONGEST }>::new(Text);
     for &byte in b"noise\xAA\x02hi\xD1" {
         if let Some(text) = receiver.push(byte) {
             println!("{}", text.escape_ascii());

@@ -2,7 +2,8 @@
 //!
 //! `cargo run -p framelock --example push_in_a_loop`
 
-use framelock::{Bin, Receiver};
+use framelock::Receiver;
+use framelock::motion::Bin;
 
 /// Something else before the first frame, and a frame that lost a byte.
 const RECEIVED: &[u8] = b"boot\r\nAB\0\x10\x20\x30\rAB\0\x11\x31\rAB\0\x12\x22\x32\r";

@@ -18,46 +18,20 @@
 
 use core::fmt::Debug;
 
-use crate::{Framing, Mismatch, Verdict};
+use crate::parser::parser_by_own_functions;
+use crate::{DiscardReason, Format, Found, Parser, Verdict};
 
 #[cfg(kani)]
 mod verification;
 
-/// What becomes of the next bytes of the stream: each byte is in exactly one of these.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Found<Message> {
-    /// A frame was committed.
-    Frame {
-        /// How many bytes it has.
-        length: usize,
-        /// What it means.
-        message: Message,
-    },
-    /// Bytes that begin no frame.
-    Dropped {
-        /// How many, at least one.
-        count: usize,
-        /// Why.
-        why: Mismatch,
-    },
-}
-
-impl<Message> Found<Message> {
-    /// The message, if it is a frame.
-    #[inline]
-    pub fn message(self) -> Option<Message> {
-        match self {
-            Self::Frame { message, .. } => Some(message),
-            Self::Dropped { .. } => None,
-        }
-    }
-}
-
-/// The receiver of frames of any length up to [`Framing::LONGEST`], and never deaf.
+/// The receiver of frames of any length up to [`Format::LONGEST`], and never deaf.
 ///
 /// For frames of fixed length of up to 16 bytes there is [`Receiver`](crate::Receiver): it is smaller,
-/// faster, and delivers each frame with its last byte. This one takes `N` bytes and three words,
-/// and `N` is at least `LONGEST`; more makes it rarer that pending bytes are moved.
+/// faster, and delivers each frame with its last byte. This one takes `N` bytes and three words.
+///
+/// **Make `N` twice [`Format::LONGEST`].** It must be `LONGEST` at least. But where the buffer is full, what
+/// is pending moves to the front; with `N = LONGEST` a stream of false beginnings makes that happen with
+/// each byte, with twice as many it costs less than a step for each byte moved.
 ///
 /// # The rule
 ///
@@ -72,18 +46,19 @@ impl<Message> Found<Message> {
 ///   `LONGEST - its length` bytes behind its last byte, or with the line event (13e). In a stream
 ///   without errors it is committed with its last byte. Set a failsafe's times accordingly.
 /// * **Cost.** [`push`](Self::push) asks the format at most once about at most `LONGEST` bytes, whatever
-///   comes (13c). Most bytes are stored and that is all.
+///   comes (13c). Most bytes are stored and that is all. `framelock-formats` has a table of what a byte
+///   costs, in clean streams and in the worst.
 /// * **What no receiver can know.** A false frame whose check is right is committed, and with it bytes
 ///   of a true one. Where the head of a frame is lost, a frame inside its payload is committed.
 ///
 /// # Examples
 /// ```
-/// use framelock::{BufferedReceiver, Framing, Headed, Verdict};
+/// use framelock::{BufferedReceiver, Format, Headed, Verdict};
 ///
 /// /// `'#' length payload`, 2 to 9 bytes.
 /// struct Short;
 ///
-/// impl Framing for Short {
+/// impl Format for Short {
 ///     const LONGEST: usize = 9;
 ///     type Message<'a> = &'a [u8];
 ///     fn judge(&self, bytes: &[u8]) -> Verdict {
@@ -95,7 +70,7 @@ impl<Message> Found<Message> {
 ///     }
 /// }
 ///
-/// let mut receiver = BufferedReceiver::<_, 9>::new(Short);
+/// let mut receiver = BufferedReceiver::<_, 18>::new(Short);
 /// assert_eq!(receiver.push(b'#'), None);
 /// assert_eq!(receiver.push(2), None);
 /// assert_eq!(receiver.push(b'o'), None);
@@ -110,12 +85,12 @@ impl<Message> Found<Message> {
 /// ```
 /// A buffer that does not hold the longest frame does not compile:
 /// ```compile_fail,E0080
-/// # use framelock::{BufferedReceiver, Framing, Mismatch, Verdict};
+/// # use framelock::{BufferedReceiver, Format, DiscardReason, Verdict};
 /// # struct Long;
-/// # impl Framing for Long {
+/// # impl Format for Long {
 /// const LONGEST: usize = 64;
 /// #     type Message<'a> = ();
-/// #     fn judge(&self, _: &[u8]) -> Verdict { Verdict::Reject(Mismatch::NoSync) }
+/// #     fn judge(&self, _: &[u8]) -> Verdict { Verdict::Reject(DiscardReason::NoSync) }
 /// #     fn decode(&self, _: &[u8]) {}
 /// # }
 /// const _: BufferedReceiver<Long, 63> = BufferedReceiver::new(Long);
@@ -135,13 +110,13 @@ pub struct BufferedReceiver<F, const N: usize> {
 enum Decision {
     /// A frame of so many bytes began there, at this place of the buffer.
     Frame { at: usize, length: usize },
-    /// None begins there.
-    Dropped(Mismatch),
+    /// None begins there: it is discarded.
+    Discarded,
     /// Nothing is pending, or more bytes are needed.
     Waiting,
 }
 
-impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
+impl<F: Format, const N: usize> BufferedReceiver<F, N> {
     /// A receiver that has received nothing yet.
     #[must_use]
     pub const fn new(format: F) -> Self {
@@ -161,36 +136,50 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
         }
     }
 
-    /// Takes the next byte of the stream; gives the message if a frame is found.
+    /// Takes the next byte of the stream; gives the message of the frame that it finds.
     ///
-    /// It asks the format at most once. So bytes may be left that could be decided: after a false
-    /// beginning the following calls catch up, one beginning each. Where no byte follows, a
-    /// [`line_event`](Self::line_event) or [`feed`](Self::feed) of an empty slice does.
+    /// **It asks the format once at most, so it may leave bytes that could be decided, a whole frame among
+    /// them**: behind a false beginning each call catches up by one. The following calls go on; where no
+    /// byte follows soon, call [`poll`](Self::poll) until it gives nothing, or report the idle line as a
+    /// [`line_event`](Self::line_event).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<F::Message<'_>> {
-        self.push_events(byte, |_, _| ())
-            .map(|(_, message)| message)
+        self.push_with(byte, |_, _| ()).map(|(_, message)| message)
     }
 
-    /// [`push`](Self::push), which tells of each run of bytes that it drops, before the frame.
+    /// [`push`](Self::push), which says which bytes it discards, oldest first, each run with its length and
+    /// reason; and how long the frame is.
     #[inline]
-    pub(crate) fn push_events(
+    pub fn push_with(
         &mut self,
         byte: u8,
-        mut dropped: impl FnMut(usize, Mismatch),
+        discarded: impl FnMut(usize, DiscardReason),
     ) -> Option<(usize, F::Message<'_>)> {
         self.store(&[byte]);
-        if self.to < self.ask_at {
-            return None;
-        }
-        self.drop_what_starts_nothing(&mut dropped);
-        match self.decide() {
+        match self.next(discarded) {
             Decision::Frame { at, length } => Some((length, self.message(at, length))),
-            Decision::Dropped(why) => {
-                dropped(1, why);
-                None
+            Decision::Discarded | Decision::Waiting => None,
+        }
+    }
+
+    /// Goes on with what [`push`](Self::push) has left, up to the next frame.
+    ///
+    /// It asks the format once for each pending byte at most.
+    pub fn poll(&mut self) -> Option<F::Message<'_>> {
+        self.poll_with(|_, _| ()).map(|(_, message)| message)
+    }
+
+    /// [`poll`](Self::poll), which says what it discards, as [`push_with`](Self::push_with) does.
+    pub fn poll_with(
+        &mut self,
+        mut discarded: impl FnMut(usize, DiscardReason),
+    ) -> Option<(usize, F::Message<'_>)> {
+        loop {
+            match self.next(&mut discarded) {
+                Decision::Frame { at, length } => return Some((length, self.message(at, length))),
+                Decision::Discarded => {}
+                Decision::Waiting => return None,
             }
-            Decision::Waiting => None,
         }
     }
 
@@ -199,22 +188,22 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     ///
     /// A stream may be cut into slices anywhere (theorem 13a). It asks the format at most twice for each
     /// byte dropped or frame, and once besides; feeding an empty slice catches up with what `push` has left.
-    pub fn feed(&mut self, bytes: &[u8], mut event: impl FnMut(Found<F::Message<'_>>)) {
+    pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<F::Message<'_>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
             // With as much of the slice as the longest frame may have, the first byte is decided.
             let missing = F::LONGEST.saturating_sub(self.pending());
             let Some((now, later)) = rest.split_at_checked(missing) else {
                 self.store(rest);
-                self.decide_all(&mut event);
+                self.decide_all(&mut found);
                 return;
             };
             self.store(now);
-            self.decide_all(&mut event);
+            self.decide_all(&mut found);
             rest = self.give_back(bytes, later);
         }
         while !rest.is_empty() {
-            let Some(behind) = self.take(rest, &mut event) else {
+            let Some(behind) = self.take(rest, &mut found) else {
                 return;
             };
             rest = behind;
@@ -241,27 +230,27 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     fn take<'b>(
         &mut self,
         bytes: &'b [u8],
-        event: &mut impl FnMut(Found<F::Message<'_>>),
+        found: &mut impl FnMut(Found<F::Message<'_>>),
     ) -> Option<&'b [u8]> {
         let run = run_without_start(&self.format, bytes);
         if run > 0 {
-            event(Found::Dropped {
+            found(Found::Discarded {
                 count: run,
-                why: Mismatch::NoSync,
+                why: DiscardReason::NoSync,
             });
             return bytes.get(run..);
         }
         match judge(&self.format, bytes.get(..F::LONGEST).unwrap_or(bytes), 0) {
             Verdict::Frame(length) => {
                 let (frame, behind) = bytes.split_at_checked(length)?;
-                event(Found::Frame {
+                found(Found::Frame {
                     length,
                     message: self.format.decode(frame),
                 });
                 Some(behind)
             }
             Verdict::Reject(why) => {
-                event(Found::Dropped { count: 1, why });
+                found(Found::Discarded { count: 1, why });
                 bytes.get(1..)
             }
             Verdict::Incomplete { at_least } => {
@@ -276,19 +265,19 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     /// whole in it are committed, the rest is dropped, and nothing is pending (theorem 13f).
     ///
     /// It asks the format once for each pending byte at most.
-    pub fn line_event(&mut self, mut event: impl FnMut(Found<F::Message<'_>>)) {
+    pub fn line_event(&mut self, mut found: impl FnMut(Found<F::Message<'_>>)) {
         while self.pending() > 0 {
-            self.end_first(&mut event);
+            self.end_first(&mut found);
         }
         self.reset();
     }
 
     /// With bytes pending, and none to follow: decides about the first.
-    fn end_first(&mut self, event: &mut impl FnMut(Found<F::Message<'_>>)) {
-        if !self.decide_first(event) && self.pending() > 0 {
-            event(Found::Dropped {
+    fn end_first(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) {
+        if !self.decide_first(found) && self.pending() > 0 {
+            found(Found::Discarded {
                 count: 1,
-                why: Mismatch::LineEvent,
+                why: DiscardReason::LineEvent,
             });
             self.from = self.from.wrapping_add(1);
             // What was known was known of the byte that is gone.
@@ -314,33 +303,41 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     }
 
     /// Decides about pending bytes until more are needed.
-    fn decide_all(&mut self, event: &mut impl FnMut(Found<F::Message<'_>>)) {
-        while self.decide_first(event) {}
+    fn decide_all(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) {
+        while self.decide_first(found) {}
     }
 
     /// Decides about the first pending bytes, and says whether it could.
-    fn decide_first(&mut self, event: &mut impl FnMut(Found<F::Message<'_>>)) -> bool {
-        if self.to < self.ask_at {
-            return false;
-        }
-        self.drop_what_starts_nothing(&mut |count, why| event(Found::Dropped { count, why }));
-        match self.decide() {
-            Decision::Frame { at, length } => event(Found::Frame {
-                length,
-                message: self.message(at, length),
-            }),
-            Decision::Dropped(why) => event(Found::Dropped { count: 1, why }),
+    fn decide_first(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) -> bool {
+        let discarded = |count, why| found(Found::Discarded { count, why });
+        match self.next(discarded) {
+            Decision::Frame { at, length } => {
+                let message = self.message(at, length);
+                found(Found::Frame { length, message });
+            }
+            Decision::Discarded => {}
             Decision::Waiting => return false,
         }
         true
     }
 
+    /// Discards the first pending bytes if they start nothing; then asks the format about those behind
+    /// them, once, if anything can be said.
     #[inline]
-    fn drop_what_starts_nothing(&mut self, dropped: &mut impl FnMut(usize, Mismatch)) {
+    fn next(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Decision {
+        if self.to < self.ask_at {
+            return Decision::Waiting;
+        }
+        self.discard_what_starts_nothing(&mut discarded);
+        self.decide(discarded)
+    }
+
+    #[inline]
+    fn discard_what_starts_nothing(&mut self, discarded: &mut impl FnMut(usize, DiscardReason)) {
         let pending = self.buffer.get(self.from..self.to).unwrap_or_default();
         let run = short_run_without_start(&self.format, pending);
         if run > 0 {
-            dropped(run, Mismatch::NoSync);
+            discarded(run, DiscardReason::NoSync);
             self.from = self.from.wrapping_add(run);
             self.ask_at = 0;
         }
@@ -348,7 +345,7 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
 
     /// Asks the format about the pending bytes, once.
     #[inline]
-    fn decide(&mut self) -> Decision {
+    fn decide(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Decision {
         let pending = self.buffer.get(self.from..self.to).unwrap_or_default();
         if pending.is_empty() {
             self.reset();
@@ -368,7 +365,8 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
             }
             Verdict::Reject(why) => {
                 self.from = self.from.wrapping_add(1);
-                Decision::Dropped(why)
+                discarded(1, why);
+                Decision::Discarded
             }
             Verdict::Incomplete { at_least } => {
                 self.ask_at = self.from.wrapping_add(at_least);
@@ -412,16 +410,33 @@ impl<F: Framing, const N: usize> BufferedReceiver<F, N> {
     }
 }
 
+impl<F: Format, const N: usize> Parser for BufferedReceiver<F, N> {
+    type Message<'a>
+        = F::Message<'a>
+    where
+        Self: 'a;
+
+    parser_by_own_functions!(F::Message<'_>);
+
+    #[inline]
+    fn poll_with(
+        &mut self,
+        discarded: impl FnMut(usize, DiscardReason),
+    ) -> Option<(usize, F::Message<'_>)> {
+        self.poll_with(discarded)
+    }
+}
+
 /// What the format says of 1 to `LONGEST` bytes, as far as it keeps law 1: so that no format, however
 /// wrong, makes the receiver hang, run out of buffer, or go deaf.
 #[inline]
-fn judge<F: Framing>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
+fn judge<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
     match format.judge_on(bytes, seen) {
         Verdict::Frame(length) if length == 0 || length > bytes.len() => {
-            Verdict::Reject(Mismatch::Check)
+            Verdict::Reject(DiscardReason::Check)
         }
         Verdict::Incomplete { .. } if bytes.len() >= F::LONGEST => {
-            Verdict::Reject(Mismatch::Header)
+            Verdict::Reject(DiscardReason::Header)
         }
         Verdict::Incomplete { at_least } if at_least <= bytes.len() || at_least > F::LONGEST => {
             Verdict::Incomplete {
@@ -434,7 +449,7 @@ fn judge<F: Framing>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
 
 /// How many bytes, from the first on, start no frame: for slices, fast through noise.
 #[inline]
-fn run_without_start<F: Framing>(format: &F, bytes: &[u8]) -> usize {
+fn run_without_start<F: Format>(format: &F, bytes: &[u8]) -> usize {
     const AT_ONCE: usize = 32;
     // The usual case, a frame behind a frame, costs one byte.
     if bytes.first().is_some_and(|&byte| format.starts(byte)) {
@@ -453,7 +468,7 @@ fn run_without_start<F: Framing>(format: &F, bytes: &[u8]) -> usize {
 
 /// The same byte by byte: less code, for what is pending.
 #[inline]
-fn short_run_without_start<F: Framing>(format: &F, bytes: &[u8]) -> usize {
+fn short_run_without_start<F: Format>(format: &F, bytes: &[u8]) -> usize {
     let start = bytes.iter().position(|&byte| format.starts(byte));
     start.unwrap_or(bytes.len())
 }

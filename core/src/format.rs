@@ -1,324 +1,260 @@
-//! Frame formats of fixed length. A further one is an `impl` of [`Format`]: a few lines.
+//! Formats of any length: what a [`BufferedReceiver`](crate::BufferedReceiver) asks about bytes.
 
-use core::fmt::Debug;
-use core::marker::PhantomData;
+mod either;
+mod laws;
 
-use crate::window::Word;
-use crate::{Mismatch, Setpoint};
+pub use either::{Either, EitherMessage};
+pub use laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 
-/// A frame format of fixed length, 1 to 16 bytes, known at compile time.
+use crate::DiscardReason;
+
+#[cfg(kani)]
+pub(crate) mod verification;
+
+/// What the bytes from some place of the stream on are.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Verdict {
+    /// No frame begins here, whatever follows.
+    Reject(DiscardReason),
+    /// A frame may begin here.
+    Incomplete {
+        /// Nothing more can be said before so many bytes are there.
+        at_least: usize,
+    },
+    /// The first so many bytes are a frame, whatever follows.
+    Frame(usize),
+}
+
+/// How frames stand in a stream: a format of any length, fixed or varying.
+///
+/// A format is a value, so it may hold what is known at run time only: an address, a table of
+/// checksums, a description. Most formats have a sync, a length and a check: see [`Headed`].
+///
+/// # The laws
+///
+/// For all `bytes` (at least one) and `more`, up to `LONGEST` together:
+///
+/// 1. `Frame(n)`: `1 <= n <= bytes.len()`. `Incomplete { at_least }`:
+///    `bytes.len() < at_least <= LONGEST`.
+/// 2. `Reject` and `Frame` stay: `judge(bytes ++ more) == judge(bytes)`.
+/// 3. `Incomplete { at_least }` stays incomplete until so many bytes are there.
+/// 4. A byte that does not [start](Self::starts) a frame is rejected for
+///    [`NoSync`](DiscardReason::NoSync), whatever follows.
+/// 5. [`judge_on`](Self::judge_on) says what `judge` does.
+///
+/// `Headed` and [`Either`] keep them by construction (theorem 13g). A format of another shape is
+/// tried with [`check_laws`]. If a format breaks them, the receiver still neither panics nor
+/// hangs nor loses a byte from its accounts (theorem 13b), but what it commits may then depend on
+/// how the stream is cut into slices.
 ///
 /// # Examples
-/// Six axes of 16 bits, big endian, between `'A' 'B'` and CR. This is all that a new format takes;
-/// the receiver, its slice path, the accounting and the theorems about every format come with it.
+/// Text lines, which end with a delimiter. The receiver asks again with each byte that comes;
+/// `judge_on` spares it from looking through all of them again.
 /// ```
-/// use framelock::{Format, Receiver, Shape};
+/// use framelock::{BufferedReceiver, Format, DiscardReason, Verdict, check_laws};
 ///
-/// struct SixAxes;
+/// /// `$`, then printable characters, then a line feed; 82 bytes at most.
+/// struct Line;
 ///
-/// impl Format for SixAxes {
-///     type Frame = [u8; 15];
-///     type Message = [u16; 6];
-///     const SHAPE: Shape<[u8; 15]> = {
-///         let mut places = [None; 15];
-///         places[0] = Some(b'A');
-///         places[1] = Some(b'B');
-///         places[14] = Some(b'\r');
-///         Shape::new(places)
-///     };
-///     fn decode([_, _, axes @ .., _]: [u8; 15]) -> [u16; 6] {
-///         core::array::from_fn(|axis| u16::from_be_bytes([axes[2 * axis], axes[2 * axis + 1]]))
+/// impl Format for Line {
+///     const LONGEST: usize = 82;
+///     type Message<'a> = &'a [u8];
+///
+///     fn judge(&self, bytes: &[u8]) -> Verdict {
+///         self.judge_on(bytes, 1)
 ///     }
-///     fn encode(axes: [u16; 6]) -> [u8; 15] {
-///         let mut frame = *b"AB............\r";
-///         for (place, axis) in frame[2..14].chunks_exact_mut(2).zip(axes) {
-///             place.copy_from_slice(&axis.to_be_bytes());
+///
+///     fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+///         if bytes[0] != b'$' {
+///             return Verdict::Reject(DiscardReason::NoSync);
 ///         }
-///         frame
+///         for (place, byte) in bytes.iter().enumerate().skip(seen.max(1)) {
+///             match byte {
+///                 b'\n' => return Verdict::Frame(place + 1),
+///                 b' '..=b'~' if place + 1 < Self::LONGEST => {}
+///                 _ => return Verdict::Reject(DiscardReason::Terminator),
+///             }
+///         }
+///         Verdict::Incomplete { at_least: bytes.len() + 1 }
+///     }
+///
+///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+///         &frame[1..frame.len() - 1]
 ///     }
 /// }
 ///
-/// // So that `cargo check` finds mistakes in a format: what could go wrong does not compile.
-/// const _: Receiver<SixAxes> = Receiver::new();
-///
-/// let axes = [0, 1, 0x4142, 40_000, 65_535, 13];
-/// let mut receiver = Receiver::<SixAxes>::new();
-/// let mut received = Vec::new();
-/// receiver.feed(b"AB, noise", |_, axes| received.push(axes));
-/// receiver.feed(&SixAxes::encode(axes), |_, axes| received.push(axes));
-/// assert_eq!(received, [axes]);
-/// ```
-///
-/// # What does not compile
-/// A shape of another length than the frame:
-/// ```compile_fail,E0308
-/// # use framelock::{Format, Shape};
-/// # struct Short;
-/// # impl Format for Short {
-/// type Frame = [u8; 8];
-/// const SHAPE: Shape<[u8; 8]> = Shape::new([Some(b'A'), Some(b'B'), None, Some(b'\r')]);
-/// # type Message = [u8; 8];
-/// # fn decode(frame: [u8; 8]) -> [u8; 8] { frame }
-/// # fn encode(message: [u8; 8]) -> [u8; 8] { message }
-/// # }
-/// ```
-/// A frame longer than 16 bytes:
-/// ```compile_fail,E0277
-/// # use framelock::{Format, Shape};
-/// # struct Long;
-/// # impl Format for Long {
-/// type Frame = [u8; 25];
-/// # const SHAPE: Shape<[u8; 25]> = Shape::new([Some(b'A'); 25]);
-/// # type Message = [u8; 25];
-/// # fn decode(frame: [u8; 25]) -> [u8; 25] { frame }
-/// # fn encode(message: [u8; 25]) -> [u8; 25] { message }
-/// # }
-/// ```
-/// A format that every window of the stream would be a frame of:
-/// ```compile_fail,E0080
-/// # use framelock::{Format, Receiver, Shape};
-/// # struct Anything;
-/// # impl Format for Anything {
-/// #   type Frame = [u8; 4];
-/// const SHAPE: Shape<[u8; 4]> = Shape::new([None; 4]);
-/// #   type Message = [u8; 4];
-/// #   fn decode(frame: [u8; 4]) -> [u8; 4] { frame }
-/// #   fn encode(message: [u8; 4]) -> [u8; 4] { message }
-/// # }
-/// const _: Receiver<Anything> = Receiver::new();
+/// check_laws(&Line, &mut *b"$GPTXT,hello\n".to_vec()).unwrap();
+/// let mut receiver = BufferedReceiver::<_, 164>::new(Line);
+/// let mut lines = Vec::new();
+/// for byte in *b"noise $one\n$tw$two\n" {
+///     lines.extend(receiver.push(byte).map(<[u8]>::to_vec));
+/// }
+/// assert_eq!(lines, [&b"one"[..], b"tw$two"]);
 /// ```
 pub trait Format {
-    /// `[u8; LENGTH]`.
-    type Frame: Frame;
-    /// What a frame means.
-    type Message;
+    /// Bytes in the longest frame. It bounds memory, the cost of a byte, and how late a frame is
+    /// delivered behind a false beginning: choose it as small as the protocol allows.
+    const LONGEST: usize;
 
-    /// Which byte must stand where.
-    const SHAPE: Shape<Self::Frame>;
+    /// What a frame means; it may borrow from the frame.
+    type Message<'a>;
 
-    /// What is checked beyond the fixed bytes, if anything: a checksum, a range. It is asked only
-    /// about frames whose fixed bytes agree.
-    const CHECK: Option<fn(Self::Frame) -> bool> = None;
-
-    /// What a frame means.
+    /// What `bytes` begin with: 1 to `LONGEST` of them.
     #[must_use]
-    fn decode(frame: Self::Frame) -> Self::Message;
+    fn judge(&self, bytes: &[u8]) -> Verdict;
 
-    /// The frame that means it.
+    /// [`judge`](Self::judge), knowing that the first `seen` bytes were incomplete (0 if nothing is
+    /// known): for formats that search for a delimiter.
+    #[inline]
     #[must_use]
-    fn encode(message: Self::Message) -> Self::Frame;
+    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+        let _ = seen;
+        self.judge(bytes)
+    }
+
+    /// Whether a frame may begin with this byte.
+    #[inline]
+    #[must_use]
+    fn starts(&self, byte: u8) -> bool {
+        self.judge(&[byte]) != Verdict::Reject(DiscardReason::NoSync)
+    }
+
+    /// What a frame means. It is asked about what [`judge`](Self::judge) found to be one.
+    #[must_use]
+    fn decode<'a>(&self, frame: &'a [u8]) -> Self::Message<'a>;
 }
 
-/// The bytes of a frame of fixed length: `[u8; 1]` to `[u8; 16]`.
-#[diagnostic::on_unimplemented(
-    message = "a frame of fixed length has 1 to 16 bytes; `{Self}` is none",
-    label = "not `[u8; 1]` to `[u8; 16]`"
-)]
-pub trait Frame: AsRef<[u8]> + Copy + Eq + Debug {
-    /// Bytes in the frame.
-    const LENGTH: usize;
-
-    /// What the receiver keeps a frame in.
-    #[doc(hidden)]
-    type Word: Word;
-
-    /// The frame whose last byte is the lowest of `word`.
-    #[doc(hidden)]
-    fn from_word(word: Self::Word) -> Self;
-}
-
-macro_rules! frames {
-    ($word:ty: $($length:literal)*) => {$(
-        impl Frame for [u8; $length] {
-            const LENGTH: usize = $length;
-            type Word = $word;
-
-            #[inline]
-            fn from_word(word: $word) -> Self {
-                *word.to_be_bytes().last_chunk().unwrap_or(&[0; $length])
-            }
-        }
-    )*};
-}
-frames!(u64: 1 2 3 4 5 6 7 8);
-frames!(u128: 9 10 11 12 13 14 15 16);
-
-/// Which byte must stand where in a frame.
+/// The usual shape: sync bytes, a header that tells the length, a check over the whole frame.
+///
+/// # Examples
+/// A length byte and a CRC: `'A' 'B' length payload crc8`, up to 16 bytes of payload.
+/// ```
+/// use framelock::{BufferedReceiver, Format, Headed, Verdict};
+/// # fn crc(bytes: &[u8]) -> u8 { bytes.iter().fold(0, |crc: u8, byte| (crc ^ byte).rotate_left(3)) }
+///
+/// struct Short;
+///
+/// impl Format for Short {
+///     const LONGEST: usize = 3 + 16 + 1;
+///     type Message<'a> = &'a [u8];
+///
+///     fn judge(&self, bytes: &[u8]) -> Verdict {
+///         Headed { sync: b"AB", header: 3, longest: Self::LONGEST }.judge(
+///             bytes,
+///             |header| Some(3 + usize::from(header[2]) + 1),
+///             |frame| matches!(frame, [checked @ .., check] if crc(checked) == *check),
+///         )
+///     }
+///
+///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+///         &frame[3..frame.len() - 1]
+///     }
+/// }
+///
+/// let mut frame = b"AB\x05hello".to_vec();
+/// frame.push(crc(&frame));
+/// let mut receiver = BufferedReceiver::<_, { 2 * Short::LONGEST }>::new(Short);
+/// let mut received = Vec::new();
+/// for &byte in [b"AB\x09noise", &frame[..]].concat().iter() {
+///     received.extend(receiver.push(byte).map(<[u8]>::to_vec));
+/// }
+/// assert_eq!(received, [b"hello"]);
+/// ```
+/// Thirty-two bytes, always: iBUS, which `framelock-formats` has.
+/// ```
+/// use framelock::{BufferedReceiver, Format, Headed, Verdict};
+///
+/// struct Ibus;
+///
+/// impl Format for Ibus {
+///     const LONGEST: usize = 32;
+///     type Message<'a> = [u16; 14];
+///
+///     fn judge(&self, bytes: &[u8]) -> Verdict {
+///         Headed { sync: &[0x20, 0x40], header: 2, longest: 32 }.judge(
+///             bytes,
+///             |_| Some(32),
+///             |frame| {
+///                 let sum = frame[..30].iter().fold(!0_u16, |sum, &byte| sum.wrapping_sub(byte.into()));
+///                 frame[30..] == sum.to_le_bytes()
+///             },
+///         )
+///     }
+///
+///     fn decode(&self, frame: &[u8]) -> [u16; 14] {
+///         core::array::from_fn(|i| u16::from_le_bytes([frame[2 + 2 * i], frame[3 + 2 * i]]))
+///     }
+/// }
+/// const _: BufferedReceiver<Ibus, 64> = BufferedReceiver::new(Ibus);
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Shape<F> {
-    /// The fixed bytes, 0 in the other places. The frame's last byte is lowest, here and below.
-    pattern: u128,
-    /// 0xFF in the places of fixed bytes, 0 in the others.
-    mask: u128,
-    /// The mask of the sync: the fixed bytes that the frame begins with.
-    sync: u128,
-    start: Option<u8>,
-    frame: PhantomData<F>,
+pub struct Headed<'a> {
+    /// The bytes that each frame begins with; none if the header alone tells.
+    pub sync: &'a [u8],
+    /// Bytes that must be there before the length is known: the sync and as many more as it takes, but one at
+    /// least.
+    pub header: usize,
+    /// Bytes in the longest frame: at least `header`, at most [`Format::LONGEST`].
+    pub longest: usize,
 }
 
-impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
-    /// A frame of `LENGTH` bytes: `Some(byte)` where it must be that byte, `None` where any may be.
+impl Headed<'_> {
+    /// What `bytes` begin with.
+    ///
+    /// `length` gives the frame's length in bytes from its header, the sync included, or `None` if no frame
+    /// has such a header. A length below `header` or above `longest` is none either. `check` is asked
+    /// about frames that are there in full. Both must give the same answer for the same bytes.
+    #[inline]
     #[must_use]
-    pub const fn new(places: [Option<u8>; LENGTH]) -> Self {
-        let mut shape = Self {
-            pattern: 0,
-            mask: 0,
-            sync: 0,
-            start: None,
-            frame: PhantomData,
-        };
-        let mut rest = places.as_slice();
-        let mut in_sync = true;
-        if let [start, ..] = rest {
-            shape.start = *start;
-        }
-        while let [place, behind @ ..] = rest {
-            let (byte, fixed) = match *place {
-                Some(byte) => (byte, u8::MAX),
-                None => (0, 0),
-            };
-            in_sync &= place.is_some();
-            shape.pattern = shape.pattern << u8::BITS | byte as u128;
-            shape.mask = shape.mask << u8::BITS | fixed as u128;
-            shape.sync = shape.sync << u8::BITS | if in_sync { fixed as u128 } else { 0 };
-            rest = behind;
-        }
-        shape
-    }
-}
-
-impl<F: Frame> Shape<F> {
-    /// Whether any byte is fixed.
-    pub(crate) const fn has_fixed_bytes(&self) -> bool {
-        self.mask != 0
-    }
-
-    #[inline]
-    pub(crate) fn pattern(&self) -> F::Word {
-        F::Word::truncated(self.pattern)
-    }
-
-    #[inline]
-    pub(crate) fn mask(&self) -> F::Word {
-        F::Word::truncated(self.mask)
-    }
-
-    /// Whether a frame may begin with the lowest `known` bytes of `word`, at least one and at most a
-    /// frame's length, as far as the fixed bytes tell.
-    #[inline]
-    pub(crate) fn agrees(&self, word: F::Word, known: usize) -> bool {
-        self.differs(word, known) == F::Word::ZERO
-    }
-
-    /// If none may: why not.
-    #[inline]
-    pub(crate) fn mismatch(&self, word: F::Word, known: usize) -> Option<Mismatch> {
-        let differs = self.differs(word, known);
-        if differs == F::Word::ZERO {
-            return None;
-        }
-        let unknown = F::LENGTH.wrapping_sub(known);
-        let in_sync = differs & F::Word::truncated(self.sync).down(unknown);
-        let first = F::Word::from(u8::MAX).up(known.wrapping_sub(1));
-        Some(if in_sync & first != F::Word::ZERO {
-            Mismatch::NoSync
-        } else if in_sync != F::Word::ZERO {
-            Mismatch::BrokenSync
-        } else {
-            Mismatch::Terminator
+    pub fn judge(
+        &self,
+        bytes: &[u8],
+        length: impl FnOnce(&[u8]) -> Option<usize>,
+        check: impl FnOnce(&[u8]) -> bool,
+    ) -> Verdict {
+        self.judge_and_say_why(bytes, length, |frame| {
+            (!check(frame)).then_some(DiscardReason::Check)
         })
     }
 
+    /// [`judge`](Self::judge) for frames that can be wrong in more than their checksum: `mismatch` says
+    /// what is wrong with a frame that is there in full, a [`Terminator`](DiscardReason::Terminator) for example.
     #[inline]
-    fn differs(&self, word: F::Word, known: usize) -> F::Word {
-        let unknown = F::LENGTH.wrapping_sub(known);
-        (word ^ self.pattern().down(unknown)) & self.mask().down(unknown)
-    }
-
-    /// How many bytes at the head of `bytes` cannot be the first of a frame, counted in whole words.
-    #[inline]
-    pub(crate) fn run_without_start(&self, bytes: &[u8]) -> usize {
-        let Some(start) = self.start else {
-            return 0;
-        };
-        let mut run = 0_usize;
-        while let Some(word) = bytes.get(run..).and_then(F::Word::load) {
-            if (word ^ F::Word::filled_with(start)).has_zero_byte() {
-                break;
+    #[must_use]
+    pub fn judge_and_say_why(
+        &self,
+        bytes: &[u8],
+        length: impl FnOnce(&[u8]) -> Option<usize>,
+        mismatch: impl FnOnce(&[u8]) -> Option<DiscardReason>,
+    ) -> Verdict {
+        let mut why = DiscardReason::NoSync;
+        for (byte, sync) in bytes.iter().zip(self.sync) {
+            if byte != sync {
+                return Verdict::Reject(why);
             }
-            run = run.wrapping_add(F::Word::BYTES);
+            why = DiscardReason::BrokenSync;
         }
-        run
+        let known = self.header.max(self.sync.len()).max(1);
+        let Some(header) = bytes.get(..known) else {
+            // A wrong sync byte is seen as soon as it is there.
+            let at_least = if bytes.len() < self.sync.len() {
+                bytes.len().wrapping_add(1)
+            } else {
+                known
+            };
+            return Verdict::Incomplete { at_least };
+        };
+        match length(header) {
+            Some(length) if known <= length && length <= self.longest => {
+                match bytes.get(..length) {
+                    None => Verdict::Incomplete { at_least: length },
+                    Some(frame) => match mismatch(frame) {
+                        None => Verdict::Frame(length),
+                        Some(why) => Verdict::Reject(why),
+                    },
+                }
+            }
+            _ => Verdict::Reject(DiscardReason::Header),
+        }
     }
-}
-
-/// The motion simulator's "BIN" output: `'A' 'B' reserved pitch roll yaw CR`, seven bytes.
-///
-/// No escaping and no checksum: the payload may hold any byte, and a substituted payload byte
-/// goes unnoticed.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum Bin {}
-
-impl Format for Bin {
-    type Frame = [u8; 7];
-    type Message = Setpoint;
-    const SHAPE: Shape<[u8; 7]> =
-        Shape::new([Some(b'A'), Some(b'B'), None, None, None, None, Some(b'\r')]);
-
-    #[inline]
-    fn decode([_, _, _reserved, pitch, roll, yaw, _]: [u8; 7]) -> Setpoint {
-        Setpoint { pitch, roll, yaw }
-    }
-
-    /// The reserved byte is sent as 0.
-    fn encode(Setpoint { pitch, roll, yaw }: Setpoint) -> [u8; 7] {
-        [b'A', b'B', 0, pitch, roll, yaw, b'\r']
-    }
-}
-
-/// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes, for those who
-/// control both ends.
-///
-/// The checksum is [`crc8`] of the four bytes between sync and checksum: no error of one to three
-/// bits in those five bytes goes unnoticed.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum BinCrc8 {}
-
-impl Format for BinCrc8 {
-    type Frame = [u8; 8];
-    type Message = Setpoint;
-    #[rustfmt::skip]
-    const SHAPE: Shape<[u8; 8]> =
-        Shape::new([Some(b'A'), Some(b'B'), None, None, None, None, None, Some(b'\r')]);
-    const CHECK: Option<fn([u8; 8]) -> bool> =
-        Some(|[_, _, reserved, pitch, roll, yaw, crc, _]| {
-            crc8([reserved, pitch, roll, yaw]) == crc
-        });
-
-    #[inline]
-    fn decode([_, _, _reserved, pitch, roll, yaw, _, _]: [u8; 8]) -> Setpoint {
-        Setpoint { pitch, roll, yaw }
-    }
-
-    /// The reserved byte is sent as 0.
-    #[rustfmt::skip]
-    fn encode(Setpoint { pitch, roll, yaw }: Setpoint) -> [u8; 8] {
-        [b'A', b'B', 0, pitch, roll, yaw, crc8([0, pitch, roll, yaw]), b'\r']
-    }
-}
-
-/// CRC-8/AUTOSAR: polynomial 0x2F, initial value 0xFF, not reflected, final exclusive or 0xFF.
-///
-/// Its Hamming distance over four bytes and itself is 4. A shift and an exclusive or per bit: 32
-/// steps, and no table in flash, since it is asked only about windows whose fixed bytes agree.
-#[inline]
-#[must_use]
-pub fn crc8(payload: [u8; 4]) -> u8 {
-    // Its linearity lets all four bytes be taken at once, the register being the top byte.
-    let mut register = u32::from_be_bytes(payload) ^ 0xFF00_0000;
-    for _ in 0..32 {
-        let divisor = if register >> 31 == 1 { 0x2F00_0000 } else { 0 };
-        register = register << 1 ^ divisor;
-    }
-    register.to_be_bytes()[0] ^ 0xFF
 }

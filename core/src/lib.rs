@@ -5,7 +5,8 @@
 //! other time:
 //!
 //! ```
-//! use framelock::{Bin, Receiver, Setpoint};
+//! use framelock::Receiver;
+//! use framelock::motion::{Bin, Setpoint};
 //!
 //! let mut receiver = Receiver::<Bin>::new();
 //! let mut current = None;
@@ -21,34 +22,33 @@
 //!
 //! | type | what it is | bytes of state |
 //! |---|---|---|
-//! | [`Receiver`] | the receiver: any [`Format`] of fixed length | 8 (16 for frames above 8 bytes) |
-//! | [`BufferedReceiver`] | the receiver of frames of any other length: a [`Framing`] | buffer + 12 |
-//! | [`Lecture`] | the lecture's machine, literally: seven states | 4 |
-//! | [`Accounting`] | either of them, and where each byte went; takes line events | + 14 words |
-//! | [`Failsafe`] | between setpoints and actuators: hold, ramp to park, come back slowly | 60 |
-//! | `Reader` | setpoints from an `embedded-io` source | + the buffer |
+//! | [`Receiver`] | the receiver: any [`FixedFormat`] of up to 16 bytes | 8 (16 for frames above 8 bytes) |
+//! | [`BufferedReceiver`] | the receiver of frames of any other length: a [`Format`] | buffer + 12 |
+//! | [`Line`] | a receiver at the end of a line: counts where each byte went, takes line events | + 15 words |
+//! | `Reader` | messages from an `embedded-io` source | + the buffer |
+//! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
+//! | [`can_go_deaf`] | the lecture's machine, literally: seven states | 4 |
 //!
-//! Everything around a parser is written once, against the trait [`Parser`]:
-//! [`push`](Parser::push) for a byte, [`feed`](Parser::feed) for a slice.
+//! All three machines have the same functions, those of the trait [`Parser`].
 //!
 //! In an interrupt handler, with the line's events and a failsafe:
 //!
 //! ```
 //! use core::num::NonZeroU32;
-//! use framelock::{Accounting, Bin, Failsafe, FailsafeParameters, LineEvent, Receiver, Setpoint};
+//! use framelock::motion::{Bin, Failsafe, FailsafeParameters, Setpoint};
+//! use framelock::{Line, LineEvent, Receiver};
 //!
 //! # enum Uart { Byte(u8), FramingError }
 //! # fn uart() -> Uart { Uart::Byte(0) }
 //! # fn milliseconds() -> u32 { 0 }
 //! # fn actuate(_: Setpoint) {}
-//! # fn main() -> Result<(), framelock::FailsafeError> {
-//! let level = Setpoint { pitch: 128, roll: 128, yaw: 128 };
-//! let mut line = Accounting::new(Receiver::<Bin>::new());
+//! # fn main() -> Result<(), framelock::motion::FailsafeError> {
+//! let mut line = Line::new(Receiver::<Bin>::new());
 //! let mut failsafe = Failsafe::new(
 //!     FailsafeParameters {
 //!         hold_after: 100,
 //!         ramp_after: 500,
-//!         park: level,
+//!         park: [128_u8; 3],
 //!         ticks_per_unit: [NonZeroU32::MIN; 3],
 //!     },
 //!     milliseconds(),
@@ -60,10 +60,10 @@
 //!             failsafe.frame(milliseconds(), setpoint);
 //!         }
 //!     }
-//!     Uart::FramingError => line.line_event(LineEvent::Framing),
+//!     Uart::FramingError => line.line_event(LineEvent::Framing, |_| ()),
 //! }
 //! // For each period of the actuators:
-//! actuate(failsafe.poll(milliseconds()).setpoint);
+//! actuate(failsafe.poll(milliseconds()).axes.into());
 //! # Ok(())
 //! # }
 //! ```
@@ -73,22 +73,22 @@
 //! The receiver keeps *the longest suffix of what it has seen since the last commit that can
 //! still become a frame*. `push` returns a message exactly when the last bytes are a frame that shares
 //! no byte with an earlier committed frame, and it returns that frame's. So it cannot go deaf. The
-//! lecture's machine can: see [`Lecture`].
+//! lecture's machine can: see [`can_go_deaf`].
 //!
-//! A substituted byte in the payload of a [`Bin`] frame goes unnoticed by every receiver: 4 of
-//! the 7 bytes may be anything. [`BinCrc8`] notices, where both ends can be changed. A frame
+//! A substituted byte in the payload of a [`motion::Bin`] frame goes unnoticed by every receiver: 4 of
+//! the 7 bytes may be anything. [`motion::BinCrc8`] notices, where both ends can be changed. A frame
 //! repeated without pause whose payload is `(0D 41 42 x)` or `(x 0D 41 42)` is ambiguous: report
 //! [`LineEvent::Idle`] when the line pauses.
 //!
 //! # Panics
 //!
 //! Nothing here panics, whatever it is given. What could go wrong at run time does not compile:
-//! see [`Format`].
+//! see [`FixedFormat`].
 //!
 //! # Features
 //!
 //! None is needed. `defmt` and `serde` derive their traits for the types one would log or store;
-//! `embedded-io` and `embedded-io-async` give a `Reader` from any `Read` of theirs.
+//! `embedded-io-v0.7` and `embedded-io-async-v0.7` give a `Reader` from any `Read` of these versions.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::arithmetic_side_effects, clippy::panic)]
@@ -114,27 +114,26 @@ struct Readme;
 #[cfg(kani)]
 extern crate kani;
 
-mod accounting;
 mod buffered;
-mod failsafe;
+pub mod can_go_deaf;
+mod fixed_format;
 mod format;
-mod framing;
-mod lecture;
+mod line;
+pub mod motion;
 mod parser;
-#[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
+#[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 mod reader;
 mod receiver;
-mod setpoint;
 mod window;
 
-pub use accounting::{Accounting, Counters, Discarded, LineEvent, LineEvents};
-pub use buffered::{BufferedReceiver, Found};
-pub use failsafe::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
-pub use format::{Bin, BinCrc8, Format, Frame, Shape, crc8};
-pub use framing::{BrokenLaw, Either, EitherMessage, Framing, Headed, Verdict, check_laws};
-pub use lecture::{Lecture, State};
-pub use parser::{Event, Mismatch, Parser};
-#[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
+pub use buffered::BufferedReceiver;
+pub use fixed_format::{Encode, FixedFormat, Frame, Shape};
+pub use format::{
+    BrokenEncoding, BrokenLaw, Either, EitherMessage, Format, Headed, Verdict, check_encoding,
+    check_laws,
+};
+pub use line::{Counters, Discarded, Line, LineEvent, LineEvents};
+pub use parser::{DiscardReason, Found, Parser};
+#[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 pub use reader::Reader;
 pub use receiver::Receiver;
-pub use setpoint::Setpoint;

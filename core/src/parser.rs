@@ -1,77 +1,122 @@
-//! What every parser offers, so that everything around it is written once.
+//! What every receiver offers, so that everything around it is written once.
 
-/// A machine that takes bytes one at a time and gives a message in the step that completes a frame.
+use core::fmt;
+
+/// A machine that takes the bytes of a line and finds frames in them.
 ///
-/// [`Lecture`](crate::Lecture) and [`Receiver`](crate::Receiver) implement it;
-/// [`Accounting`](crate::Accounting) and the readers are written against it.
+/// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver) and the
+/// [lecture's machine](crate::can_go_deaf::Lecture) implement it. Each has the same functions of its own,
+/// so that a program that uses one of them need not import the trait. [`Line`](crate::Line) and the
+/// readers are written against it.
+///
+/// A function of one's own for any machine whose messages are setpoints has the bound
+/// `P: for<'a> Parser<Message<'a> = Setpoint> + 'static`.
 pub trait Parser {
-    /// What a frame means: [`Setpoint`](crate::Setpoint) for the formats of this crate.
-    type Message;
+    /// What a frame means. It may borrow from the machine.
+    type Message<'a>
+    where
+        Self: 'a;
 
-    /// Bytes in a frame.
-    const FRAME_LENGTH: usize;
+    /// Takes the next byte. Says which bytes it discards with it, oldest first, each run with its length
+    /// and reason; then gives the frame that it finds: its length in bytes, and its message.
+    fn push_with(
+        &mut self,
+        byte: u8,
+        discarded: impl FnMut(usize, DiscardReason),
+    ) -> Option<(usize, Self::Message<'_>)>;
 
-    /// Takes the next byte of the stream; gives the message if this byte completes a frame.
-    ///
-    /// The current message changes here or nowhere: every byte but a frame's last returns `None`.
-    fn push(&mut self, byte: u8) -> Option<Self::Message>;
+    /// Takes a slice, and says what becomes of each byte but those pending at the end, in the order of
+    /// the stream. A stream may be cut into slices anywhere (theorems 6 and 13a).
+    fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// Takes a slice, and says what becomes of each byte but those pending at the end: the same, and
-    /// in the same order, as byte by byte. A stream may be cut into slices anywhere (theorem 6).
-    fn feed_events(&mut self, bytes: &[u8], event: impl FnMut(Event<Self::Message>));
+    /// No more bytes will come for what is pending: says what becomes of it. Then nothing is pending, so no
+    /// later frame has a byte from before (theorems 8 and 13f).
+    fn line_event(&mut self, found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// How many of the last bytes are pending: a frame may yet include them. 0 to
-    /// `FRAME_LENGTH - 1`.
+    /// How many of the last bytes are pending: a frame may yet include them.
     fn pending(&self) -> usize;
 
     /// Forgets what is pending, as if nothing had ever been received.
     fn reset(&mut self);
 
-    /// Takes a slice: calls `frame` with each message, and the index in `bytes` of the byte that
-    /// completed it. A stream may be cut into slices anywhere: the frames are the same.
-    ///
-    /// # Examples
-    /// ```
-    /// use framelock::{Lecture, Parser};
-    /// let mut frames = Vec::new();
-    /// Lecture::new().feed(b"..AB\0abc\rAB", |index, setpoint| frames.push((index, setpoint)));
-    /// assert_eq!(frames, [(8, framelock::Setpoint::from(*b"abc"))]);
-    /// ```
+    /// Takes the next byte; gives the message of the frame that it finds.
     #[inline]
-    fn feed(&mut self, bytes: &[u8], mut frame: impl FnMut(usize, Self::Message)) {
-        self.feed_events(bytes, |event| {
-            if let Event::Frame { index, message } = event {
-                frame(index, message);
-            }
-        });
+    fn push(&mut self, byte: u8) -> Option<Self::Message<'_>> {
+        self.push_with(byte, |_, _| ()).map(|(_, message)| message)
+    }
+
+    /// Goes on with what is pending, without another byte, up to the next frame.
+    ///
+    /// Only a [`BufferedReceiver`](crate::BufferedReceiver) ever has something to go on with:
+    /// see [`BufferedReceiver::push`](crate::BufferedReceiver::push).
+    #[inline]
+    fn poll_with(
+        &mut self,
+        discarded: impl FnMut(usize, DiscardReason),
+    ) -> Option<(usize, Self::Message<'_>)> {
+        let _ = discarded;
+        None
     }
 }
 
-/// What becomes of bytes that a parser takes.
+/// What becomes of the next bytes of the stream: each byte is in exactly one of these.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Event<Message> {
+pub enum Found<Message> {
     /// A frame was committed.
     Frame {
-        /// The index in the slice of its last byte.
-        index: usize,
+        /// How many bytes it has.
+        length: usize,
         /// What it means.
         message: Message,
     },
-    /// Bytes can no longer be part of a frame.
-    Dropped {
+    /// Bytes that are part of no frame.
+    Discarded {
         /// How many, at least one.
         count: usize,
         /// Why.
-        why: Mismatch,
+        why: DiscardReason,
     },
 }
 
+impl<Message> Found<Message> {
+    /// The message, if it is a frame.
+    #[inline]
+    pub fn message(self) -> Option<Message> {
+        match self {
+            Self::Frame { message, .. } => Some(message),
+            Self::Discarded { .. } => None,
+        }
+    }
+
+    /// How many bytes it is about.
+    #[inline]
+    pub const fn bytes(&self) -> usize {
+        match *self {
+            Self::Frame { length, .. } => length,
+            Self::Discarded { count, .. } => count,
+        }
+    }
+
+    /// The same with another message.
+    #[inline]
+    pub fn map<Other>(self, other: impl FnOnce(Message) -> Other) -> Found<Other> {
+        match self {
+            Self::Frame { length, message } => Found::Frame {
+                length,
+                message: other(message),
+            },
+            Self::Discarded { count, why } => Found::Discarded { count, why },
+        }
+    }
+}
+
 /// Why bytes are part of no frame: the first place at which the frame that would begin with them
-/// goes wrong. Ordered by how far on in the frame that is.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+/// goes wrong.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Mismatch {
+#[non_exhaustive]
+pub enum DiscardReason {
     /// Not the first sync byte: nothing begins here. Payload of a broken frame, or noise.
     NoSync,
     /// The first sync byte was right, a later one was not.
@@ -86,3 +131,57 @@ pub enum Mismatch {
     /// Pending when a [`LineEvent`](crate::LineEvent) came.
     LineEvent,
 }
+
+impl fmt::Display for DiscardReason {
+    /// In a word or two, as in `3 bytes discarded: broken sync`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::NoSync => "no sync",
+            Self::BrokenSync => "broken sync",
+            Self::Header => "header",
+            Self::Terminator => "terminator",
+            Self::Check => "check",
+            Self::LineEvent => "line event",
+        })
+    }
+}
+
+/// [`Parser`] by the functions of the same names that the type has of its own.
+macro_rules! parser_by_own_functions {
+    ($message:ty) => {
+        #[inline]
+        fn push_with(
+            &mut self,
+            byte: u8,
+            discarded: impl FnMut(usize, DiscardReason),
+        ) -> Option<(usize, $message)> {
+            self.push_with(byte, discarded)
+        }
+
+        #[inline]
+        fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<$message>)) {
+            self.feed(bytes, found);
+        }
+
+        #[inline]
+        fn line_event(&mut self, found: impl FnMut(Found<$message>)) {
+            self.line_event(found);
+        }
+
+        #[inline]
+        fn pending(&self) -> usize {
+            self.pending()
+        }
+
+        #[inline]
+        fn reset(&mut self) {
+            self.reset();
+        }
+
+        #[inline]
+        fn push(&mut self, byte: u8) -> Option<$message> {
+            self.push(byte)
+        }
+    };
+}
+pub(crate) use parser_by_own_functions;

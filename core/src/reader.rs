@@ -1,6 +1,6 @@
 //! Reading messages from anything that implements `embedded-io`'s `Read`, or its async twin's.
 
-use crate::{Accounting, Parser};
+use crate::{Line, Parser};
 
 /// Reads messages from `source`, a UART driver for example, through a buffer of `N` bytes.
 ///
@@ -9,20 +9,21 @@ use crate::{Accounting, Parser};
 ///
 /// # Examples
 /// ```
-/// # #[cfg(feature = "embedded-io")] {
-/// use framelock::{Bin, Receiver, Reader, Setpoint};
+/// # #[cfg(feature = "embedded-io-v0.7")] {
+/// use framelock::motion::{Bin, Setpoint};
+/// use framelock::{Reader, Receiver};
 /// let uart: &[u8] = b"noiseAB\0abc\rAB\0xyz\rAB";
 /// let mut reader = Reader::<_, _, 16>::new(uart, Receiver::<Bin>::new());
-/// assert_eq!(reader.read(), Ok(Some(Setpoint::from(*b"abc"))));
-/// assert_eq!(reader.read(), Ok(Some(Setpoint::from(*b"xyz"))));
-/// assert_eq!(reader.read(), Ok(None));
+/// assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(Setpoint::from(*b"abc"))));
+/// assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(Setpoint::from(*b"xyz"))));
+/// assert_eq!(reader.read(|setpoint| setpoint), Ok(None));
 /// assert_eq!(reader.line().counters().discarded.total(), 5);
 /// # }
 /// ```
 #[derive(Debug)]
 pub struct Reader<R, P, const N: usize = 64> {
     source: R,
-    line: Accounting<P>,
+    line: Line<P>,
     buffer: [u8; N],
     /// The part of the buffer that the parser has not seen: `taken..filled`.
     taken: usize,
@@ -36,7 +37,7 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
         const { assert!(N > 0, "a reader needs a buffer") };
         Self {
             source,
-            line: Accounting::new(parser),
+            line: Line::new(parser),
             buffer: [0; N],
             taken: 0,
             filled: 0,
@@ -45,12 +46,12 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
 
     /// The line's accounts, for its counters.
     #[must_use]
-    pub const fn line(&self) -> &Accounting<P> {
+    pub const fn line(&self) -> &Line<P> {
         &self.line
     }
 
     /// The line's accounts, to report a line event that the driver told of.
-    pub const fn line_mut(&mut self) -> &mut Accounting<P> {
+    pub const fn line_mut(&mut self) -> &mut Line<P> {
         &mut self.line
     }
 
@@ -60,20 +61,19 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
         self.source
     }
 
-    /// The next message that the buffer completes.
-    fn next_in_buffer(&mut self) -> Option<P::Message> {
-        while let Some(&byte) = self
-            .buffer
-            .get(self.taken..self.filled)
-            .and_then(<[u8]>::first)
-        {
+    /// What `on` makes of the next message that the buffer completes.
+    fn next_in_buffer<T>(&mut self, mut on: impl FnMut(P::Message<'_>) -> T) -> Option<T> {
+        loop {
+            if let Some(message) = self.line.poll() {
+                return Some(on(message));
+            }
+            let rest = self.buffer.get(self.taken..self.filled);
+            let &byte = rest?.first()?;
             self.taken = self.taken.wrapping_add(1);
-            let message = self.line.push(byte);
-            if message.is_some() {
-                return message;
+            if let Some(message) = self.line.push(byte) {
+                return Some(on(message));
             }
         }
-        None
     }
 
     /// Takes note that `count` bytes were read into an empty buffer.
@@ -83,17 +83,21 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
     }
 }
 
-#[cfg(feature = "embedded-io")]
+#[cfg(feature = "embedded-io-v0.7")]
 impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
-    /// Blocks until a message is complete; `None` at the end of the source.
+    /// Blocks until a message is complete, and gives what `on` makes of it: the message itself, by
+    /// `|message| message`, unless it borrows from the receiver's buffer. `None` at the end of the source.
     ///
     /// # Errors
     /// The source's own. Nothing is lost; call again to go on. If the error stands for a line
     /// event, report it to [`line_mut`](Self::line_mut) first.
-    pub fn read(&mut self) -> Result<Option<P::Message>, R::Error> {
+    pub fn read<T>(
+        &mut self,
+        mut on: impl FnMut(P::Message<'_>) -> T,
+    ) -> Result<Option<T>, R::Error> {
         loop {
-            if let Some(message) = self.next_in_buffer() {
-                return Ok(Some(message));
+            if let Some(made) = self.next_in_buffer(&mut on) {
+                return Ok(Some(made));
             }
             let count = self.source.read(&mut self.buffer)?;
             self.refilled(count);
@@ -104,18 +108,21 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
     }
 }
 
-#[cfg(feature = "embedded-io-async")]
+#[cfg(feature = "embedded-io-async-v0.7")]
 impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
-    /// Waits until a message is complete; `None` at the end of the source. May be cancelled
-    /// wherever the source's own `read` may.
+    /// Waits until a message is complete, and gives what `on` makes of it: as the blocking `read` does. `None` at
+    /// the end of the source. May be cancelled wherever the source's own `read` may.
     ///
     /// # Errors
     /// The source's own. Nothing is lost; call again to go on. If the error stands for a line
     /// event, report it to [`line_mut`](Self::line_mut) first.
-    pub async fn read_async(&mut self) -> Result<Option<P::Message>, R::Error> {
+    pub async fn read_async<T>(
+        &mut self,
+        mut on: impl FnMut(P::Message<'_>) -> T,
+    ) -> Result<Option<T>, R::Error> {
         loop {
-            if let Some(message) = self.next_in_buffer() {
-                return Ok(Some(message));
+            if let Some(made) = self.next_in_buffer(&mut on) {
+                return Ok(Some(made));
             }
             let count = self.source.read(&mut self.buffer).await?;
             self.refilled(count);

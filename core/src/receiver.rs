@@ -26,8 +26,10 @@
 
 use core::marker::PhantomData;
 
+use crate::fixed_format::sealed::Words;
+use crate::parser::parser_by_own_functions;
 use crate::window::Window;
-use crate::{Event, Format, Frame, Parser};
+use crate::{DiscardReason, FixedFormat, Found, Frame, Parser};
 
 /// The receiver of the format `F`: 8 bytes of state for frames of up to 8 bytes, 16 for longer ones.
 ///
@@ -38,7 +40,9 @@ use crate::{Event, Format, Frame, Parser};
 /// The lecture's second example: the line has lost two bytes of the first frame. The lecture's
 /// machine loses both frames, the receiver only the broken one.
 /// ```
-/// use framelock::{Bin, Lecture, Receiver, Setpoint};
+/// use framelock::Receiver;
+/// use framelock::can_go_deaf::Lecture;
+/// use framelock::motion::{Bin, Setpoint};
 /// let received = [0x41, 0x42, 0x00, 0x4A, 0x0D, 0x41, 0x42, 0x00, 0x82, 0xC4, 0x4A, 0x0D];
 /// let mut lecture = Lecture::new();
 /// assert!(received.iter().all(|&byte| lecture.push(byte).is_none()));
@@ -50,15 +54,15 @@ use crate::{Event, Format, Frame, Parser};
 /// }
 /// assert_eq!(setpoint, Some(Setpoint { pitch: 0x82, roll: 0xC4, yaw: 0x4A }));
 /// ```
-pub struct Receiver<F: Format> {
+pub struct Receiver<F: FixedFormat> {
     window: Window<F::Frame>,
     format: PhantomData<F>,
 }
 
-impl<F: Format> Receiver<F> {
+impl<F: FixedFormat> Receiver<F> {
     /// A receiver that has received nothing yet.
     ///
-    /// A format with neither fixed bytes nor a check does not compile: see [`Format`].
+    /// A format with neither fixed bytes nor a check does not compile: see [`FixedFormat`].
     #[must_use]
     pub const fn new() -> Self {
         const {
@@ -85,19 +89,50 @@ impl<F: Format> Receiver<F> {
         frame.map(Self::decode)
     }
 
-    /// Takes a slice: see [`Parser::feed`], which is several times as fast as `push` for long ones.
+    /// [`push`](Self::push), which says which bytes it discards, oldest first, and why; and how long the
+    /// frame is (theorem 6). What [`Line`](crate::Line) counts.
     ///
-    /// Without a closure, frame by frame:
+    /// Mostly one look at the bytes held; where a frame goes wrong one more for each of them.
+    #[inline]
+    pub fn push_with(
+        &mut self,
+        byte: u8,
+        mut discarded: impl FnMut(usize, DiscardReason),
+    ) -> Option<(usize, F::Message)> {
+        let discarded = |why| discarded(1, why);
+        let frame = self
+            .window
+            .push_with(&F::SHAPE, byte, Self::check, discarded)?;
+        Some((F::Frame::LENGTH, Self::decode(frame)))
+    }
+
+    /// Takes a slice, and says what becomes of each byte but those pending at the end: several times as
+    /// fast as byte by byte for long ones. A stream may be cut into slices anywhere (theorem 6).
+    ///
+    /// # Examples
     /// ```
-    /// let mut receiver = framelock::Receiver::<framelock::Bin>::new();
-    /// let bytes = b"AB\0\x10\x20\x30\rAB\0\x11\x21\x31\r";
-    /// let mut setpoints = bytes.iter().filter_map(|&byte| receiver.push(byte));
-    /// assert_eq!(setpoints.next().map(|setpoint| setpoint.pitch), Some(0x10));
-    /// assert_eq!(setpoints.next().map(|setpoint| setpoint.pitch), Some(0x11));
+    /// use framelock::{Receiver, motion::Bin};
+    /// let mut pitches = Vec::new();
+    /// Receiver::<Bin>::new().feed(b"AB\0\x10\x20\x30\r, AB\0\x11\x21\x31\rAB", |found| {
+    ///     pitches.extend(found.message().map(|setpoint| setpoint.pitch));
+    /// });
+    /// assert_eq!(pitches, [0x10, 0x11]);
     /// ```
     #[inline]
-    pub fn feed(&mut self, bytes: &[u8], frame: impl FnMut(usize, F::Message)) {
-        Parser::feed(self, bytes, frame);
+    pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<F::Message>)) {
+        self.window.feed(&F::SHAPE, bytes, Self::check, |one| {
+            found(one.map(Self::decode));
+        });
+    }
+
+    /// No more bytes will come for what is pending: it is discarded, so no later frame has a byte from
+    /// before (theorem 8).
+    pub fn line_event(&mut self, mut found: impl FnMut(Found<F::Message>)) {
+        let (count, why) = (self.pending(), DiscardReason::LineEvent);
+        if count > 0 {
+            found(Found::Discarded { count, why });
+        }
+        self.reset();
     }
 
     /// How many of the last bytes are pending: a frame may yet include them. 0 to one fewer than a
@@ -115,71 +150,49 @@ impl<F: Format> Receiver<F> {
     }
 
     #[inline]
-    fn check(frame: <F::Frame as Frame>::Word) -> bool {
+    fn check(frame: <F::Frame as Words>::Word) -> bool {
         F::CHECK.is_none_or(|check| check(F::Frame::from_word(frame)))
     }
 
     #[inline]
-    fn decode(frame: <F::Frame as Frame>::Word) -> F::Message {
+    fn decode(frame: <F::Frame as Words>::Word) -> F::Message {
         F::decode(F::Frame::from_word(frame))
     }
 }
 
-impl<F: Format> Parser for Receiver<F> {
-    type Message = F::Message;
-    const FRAME_LENGTH: usize = F::Frame::LENGTH;
+impl<F: FixedFormat> Parser for Receiver<F> {
+    type Message<'a>
+        = F::Message
+    where
+        Self: 'a;
 
-    #[inline]
-    fn push(&mut self, byte: u8) -> Option<F::Message> {
-        self.push(byte)
-    }
-
-    #[inline]
-    fn feed_events(&mut self, bytes: &[u8], mut event: impl FnMut(Event<F::Message>)) {
-        self.window.feed(&F::SHAPE, bytes, Self::check, |of_frame| {
-            event(match of_frame {
-                Event::Frame { index, message } => Event::Frame {
-                    index,
-                    message: Self::decode(message),
-                },
-                Event::Dropped { count, why } => Event::Dropped { count, why },
-            });
-        });
-    }
-
-    fn pending(&self) -> usize {
-        self.pending()
-    }
-
-    fn reset(&mut self) {
-        self.reset();
-    }
+    parser_by_own_functions!(F::Message);
 }
 
 // Not derived: the format itself need not be any of these.
-impl<F: Format> Clone for Receiver<F> {
+impl<F: FixedFormat> Clone for Receiver<F> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<F: Format> Copy for Receiver<F> {}
+impl<F: FixedFormat> Copy for Receiver<F> {}
 
-impl<F: Format> PartialEq for Receiver<F> {
+impl<F: FixedFormat> PartialEq for Receiver<F> {
     fn eq(&self, other: &Self) -> bool {
         self.window.agrees_with(other.window, &F::SHAPE)
     }
 }
 
-impl<F: Format> Eq for Receiver<F> {}
+impl<F: FixedFormat> Eq for Receiver<F> {}
 
-impl<F: Format> core::fmt::Debug for Receiver<F> {
+impl<F: FixedFormat> core::fmt::Debug for Receiver<F> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_tuple("Receiver").field(&self.window).finish()
     }
 }
 
-impl<F: Format> Default for Receiver<F> {
+impl<F: FixedFormat> Default for Receiver<F> {
     fn default() -> Self {
         Self::new()
     }

@@ -24,7 +24,7 @@
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};
 
-use crate::{Event, Frame, Mismatch, Shape};
+use crate::{DiscardReason, Found, Frame, Shape};
 
 #[cfg(test)]
 #[allow(
@@ -189,6 +189,62 @@ impl<F: Frame> Window<F> {
         None
     }
 
+    /// [`push`](Self::push), which says why bytes are discarded, oldest first: those that were pending, and
+    /// `byte`, up to one with which a frame may yet begin.
+    ///
+    /// It keeps no others. So mostly the bytes held, and `byte`, go on as a frame does: one look at them as
+    /// a whole shows it.
+    #[inline]
+    pub(crate) fn push_with(
+        &mut self,
+        shape: &Shape<F>,
+        byte: u8,
+        check: impl FnOnce(F::Word) -> bool,
+        mut discarded: impl FnMut(DiscardReason),
+    ) -> Option<F::Word> {
+        let with_byte = self.with(byte);
+        let known = self.count().wrapping_add(1);
+        if shape.agrees(with_byte, known) {
+            if known < F::LENGTH {
+                *self = Self(with_byte);
+                return None;
+            }
+            if check(with_byte) {
+                *self = Self::EMPTY;
+                return Some(with_byte);
+            }
+        } else if known == 1 {
+            // Noise: nothing was held, and nothing is.
+            discarded(DiscardReason::NoSync);
+            return None;
+        }
+        *self = self.without_false_starts(shape, with_byte, discarded);
+        None
+    }
+
+    /// With another byte, which completes no frame: from the first byte on with which one may begin. Says
+    /// why each byte before it that was pending is discarded.
+    fn without_false_starts(
+        self,
+        shape: &Shape<F>,
+        with_byte: F::Word,
+        mut discarded: impl FnMut(DiscardReason),
+    ) -> Self {
+        let oldest = self.pending(shape).wrapping_add(1);
+        let mut known = F::LENGTH;
+        while known > 0 {
+            if known <= oldest {
+                match shape.mismatch(with_byte, known) {
+                    Some(why) => discarded(why),
+                    None if known == F::LENGTH => discarded(DiscardReason::Check),
+                    None => break,
+                }
+            }
+            known = known.wrapping_sub(1);
+        }
+        Self(with_byte & F::Word::lowest_bytes(known) | F::Word::ONE.up(known))
+    }
+
     /// Takes a slice, and says what becomes of each byte but those pending at the end: the same, and
     /// in the same order, as byte by byte, wherever a stream is cut into slices.
     ///
@@ -200,113 +256,57 @@ impl<F: Frame> Window<F> {
         shape: &Shape<F>,
         bytes: &[u8],
         check: impl Fn(F::Word) -> bool,
-        mut event: impl FnMut(Event<F::Word>),
+        mut found: impl FnMut(Found<F::Word>),
     ) {
         // What is held came before the slice: until a commit, or until as many bytes have come as can
         // be held.
         let mut at = 0_usize;
         while *self != Self::EMPTY && at < Self::MOST {
-            match self.take(shape, bytes, at, &check, &mut event) {
-                0 => return,
-                taken => at = at.wrapping_add(taken),
-            }
+            let Some(&byte) = bytes.get(at) else {
+                return;
+            };
+            self.push_and_tell(shape, byte, &check, &mut found);
+            at = at.wrapping_add(1);
         }
         // Now all that is pending lies in the slice. It is looked at there, once more.
-        if *self != Self::EMPTY {
-            at = at.wrapping_sub(self.pending(shape));
-            *self = Self::EMPTY;
-        }
+        at = at.wrapping_sub(self.pending(shape));
+        *self = Self::EMPTY;
         while let Some(word) = bytes.get(at..).and_then(F::Word::load) {
-            let head = word.down(F::Word::BYTES.wrapping_sub(F::LENGTH));
-            if shape.agrees(head, F::LENGTH) && check(head) {
-                let index = at.wrapping_add(Self::MOST);
-                at = at.wrapping_add(F::LENGTH);
-                event(Event::Frame {
-                    index,
-                    message: head,
-                });
-                continue;
-            }
-
-            let count = shape
-                .run_without_start(bytes.get(at..).unwrap_or_default())
-                .max(1);
-            at = at.wrapping_add(count);
-            let why = shape.mismatch(head, F::LENGTH).unwrap_or(Mismatch::Check);
-            event(Event::Dropped { count, why });
+            let message = word.down(F::Word::BYTES.wrapping_sub(F::LENGTH));
+            let why = shape.mismatch(message, F::LENGTH);
+            let one = if why.is_none() && check(message) {
+                let length = F::LENGTH;
+                Found::Frame { length, message }
+            } else {
+                let rest = bytes.get(at..).unwrap_or_default();
+                let count = shape.run_without_start(rest).max(1);
+                let why = why.unwrap_or(DiscardReason::Check);
+                Found::Discarded { count, why }
+            };
+            at = at.wrapping_add(one.bytes());
+            found(one);
         }
         // Too few bytes are left to compare them as a whole.
-        loop {
-            match self.take(shape, bytes, at, &check, &mut event) {
-                0 => return,
-                taken => at = at.wrapping_add(taken),
-            }
+        for &byte in bytes.get(at..).unwrap_or_default() {
+            self.push_and_tell(shape, byte, &check, &mut found);
         }
     }
 
-    /// Takes bytes from `at` on: all up to a frame's end if they continue the bytes held as a frame
-    /// would, else one. Returns how many; 0 at the end of the slice.
-    fn take(
+    #[inline]
+    fn push_and_tell(
         &mut self,
         shape: &Shape<F>,
-        bytes: &[u8],
-        at: usize,
-        check: impl Fn(F::Word) -> bool,
-        mut event: impl FnMut(Event<F::Word>),
-    ) -> usize {
-        let Some(&byte) = bytes.get(at) else {
-            return 0;
-        };
-        let missing = F::LENGTH.wrapping_sub(self.count());
-        let (mut extended, mut taken) = (*self, 0_usize);
-        while taken < missing {
-            let Some(&next) = bytes.get(at.wrapping_add(taken)) else {
-                break;
-            };
-            extended = Self(extended.with(next));
-            taken = taken.wrapping_add(1);
-        }
-        let known = self.count().wrapping_add(taken);
-        if shape.agrees(extended.0, known) {
-            if known < F::LENGTH {
-                *self = extended;
-                return taken;
-            }
-            if check(extended.0) {
-                *self = Self::EMPTY;
-                let index = at.wrapping_add(taken).wrapping_sub(1);
-                event(Event::Frame {
-                    index,
-                    message: extended.0,
-                });
-                return taken;
-            }
-        }
-        let before = *self;
-        match self.push(shape, byte, check) {
-            Some(message) => event(Event::Frame { index: at, message }),
-            None => before.drop_starts(shape, byte, |why| {
-                event(Event::Dropped { count: 1, why });
-            }),
-        }
-        1
-    }
-
-    /// Says why each of the bytes held, and `byte`, that were pending until now can no longer be part
-    /// of a frame: oldest first, up to one that can. `byte` completed none.
-    fn drop_starts(self, shape: &Shape<F>, byte: u8, mut dropped: impl FnMut(Mismatch)) {
-        let with_byte = self.with(byte);
-        let oldest = self.pending(shape).wrapping_add(1);
-        let mut known = F::LENGTH;
-        while known > 0 {
-            if known <= oldest {
-                match shape.mismatch(with_byte, known) {
-                    Some(why) => dropped(why),
-                    None if known < F::LENGTH => return,
-                    None => dropped(Mismatch::Check),
-                }
-            }
-            known = known.wrapping_sub(1);
+        byte: u8,
+        check: impl FnOnce(F::Word) -> bool,
+        mut found: impl FnMut(Found<F::Word>),
+    ) {
+        let count = 1;
+        let frame = self.push_with(shape, byte, check, |why| {
+            found(Found::Discarded { count, why });
+        });
+        if let Some(message) = frame {
+            let length = F::LENGTH;
+            found(Found::Frame { length, message });
         }
     }
 
@@ -314,6 +314,9 @@ impl<F: Frame> Window<F> {
     // It shifts by amounts that vary, which takes a microcontroller much code: once is enough.
     #[inline(never)]
     pub(crate) fn pending(self, shape: &Shape<F>) -> usize {
+        if self == Self::EMPTY {
+            return 0;
+        }
         let mut pending = Self::MOST;
         while pending > 0 && !(self.holds(pending) && shape.agrees(self.0, pending)) {
             pending = pending.wrapping_sub(1);
@@ -334,6 +337,7 @@ impl<F: Frame> Window<F> {
         self.0.up(1) | F::Word::from(byte)
     }
 
+    /// How many bytes are held.
     #[inline]
     fn count(self) -> usize {
         F::Word::BYTES

@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 
 /// Pitch, roll, yaw in one word, and its check word. No start-up code writes to this section: after
 /// power-on it has anything, after another reset what was there, as a rule. `used`, so that the

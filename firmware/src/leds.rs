@@ -1,7 +1,7 @@
 //! What the LEDs say: in lock, line error, failsafe.
 
 use embedded_hal::digital::{OutputPin, PinState};
-use framelock::Phase;
+use framelock::motion::Phase;
 use nrf52840_hal::gpio::{Output, Pin, PushPull};
 
 /// How long LED2 stays on after an error, in microseconds: long enough to see.

@@ -26,7 +26,7 @@ mod watchdog;
 use cortex_m::interrupt;
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
-use framelock::{Failsafe, Phase};
+use framelock::motion::{Failsafe, Phase};
 use nrf52840_hal::clocks::Clocks;
 use nrf52840_hal::gpio::{p0, p1};
 use nrf52840_hal::pac::{self, Interrupt};
@@ -68,9 +68,10 @@ fn main() -> ! {
 
     let pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     let clock = Clock::start(chip.TIMER0);
-    let output = last_output::before_reset(reset_cause).unwrap_or(FAILSAFE.park);
+    let output = last_output::before_reset(reset_cause).unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
-    let Ok(mut failsafe) = Failsafe::resumed(FAILSAFE, now, output) else {
+    // In place: to move it out of the result would take more flash than the failsafe does.
+    let Ok(failsafe) = &mut Failsafe::resumed(FAILSAFE, now, output) else {
         SCB::sys_reset() // The settings assert the same at compile time.
     };
     let mut servos = Servos::start(chip.PWM0, pins.servos, WIDTHS, (now, output));
@@ -93,8 +94,8 @@ fn main() -> ! {
             failsafe.frame(now, published.setpoint());
         }
         let output = failsafe.poll(now);
-        servos.show(now, output.setpoint);
-        last_output::keep(output.setpoint);
+        servos.show(now, output.axes.into());
+        last_output::keep(output.axes.into());
 
         if now.wrapping_sub(ticked_at) >= TICK {
             ticked_at = now;

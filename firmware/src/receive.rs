@@ -7,7 +7,7 @@ use core::cell::RefCell;
 
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::NVIC;
-use framelock::{Accounting, Counters, LineEvent};
+use framelock::{Counters, LineEvent};
 use framelock_reception::{Causes, Event, FIFO, Half, Moment, Reception, Registers};
 use nrf52840_hal::gpio::{Input, Pin, PullUp};
 use nrf52840_hal::pac::{Interrupt, UARTE0, interrupt};
@@ -28,11 +28,11 @@ static RECEIVER: Mutex<RefCell<Receiver>> = Mutex::new(RefCell::new(Receiver {
 }));
 
 /// What has come over the line, and what became of it.
-pub(crate) type Line = Accounting<Parser>;
+pub(crate) type Line = framelock::Line<Parser>;
 
 /// Nothing has come yet. A constant, so that it is there at the start: to copy it into place would
 /// take more flash than the receiver does.
-pub(crate) const NOTHING_YET: Line = Accounting::resumed(Parser::new(), Counters::ZERO);
+pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
 struct Receiver {
     reception: Reception<HALF>,
@@ -146,9 +146,11 @@ impl Hardware {
     /// Gives bytes to the parser, and publishes each setpoint that they commit.
     #[inline]
     fn parse(line: &mut Line, sequence: &mut u8, bytes: &[u8]) {
-        line.feed(bytes, |_, setpoint| {
-            *sequence = sequence.wrapping_add(1);
-            setpoint::publish(*sequence, setpoint);
+        line.feed(bytes, |found| {
+            if let Some(setpoint) = found.message() {
+                *sequence = sequence.wrapping_add(1);
+                setpoint::publish(*sequence, setpoint);
+            }
         });
     }
 }
@@ -280,6 +282,6 @@ impl Registers for Hardware {
     }
 
     fn report(&mut self, event: LineEvent) {
-        self.line.line_event(event);
+        self.line.line_event(event, |_| ());
     }
 }

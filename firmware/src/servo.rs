@@ -2,7 +2,7 @@
 
 use core::ptr::{addr_of, addr_of_mut};
 
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 use nrf52840_hal::gpio::{Output, Pin, PushPull};
 use nrf52840_hal::pac::PWM0;
 

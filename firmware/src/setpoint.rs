@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 
 /// Pitch, roll, yaw, as they lie in a frame, and a sequence number. One word, so that it is read and
 /// written by one instruction each and never torn. Written by the receive handler only.

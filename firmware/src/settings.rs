@@ -3,7 +3,7 @@
 
 use core::num::NonZeroU32;
 
-use framelock::{FailsafeParameters, Setpoint};
+use framelock::motion::FailsafeParameters;
 use framelock_reception::QUIET_TICKS;
 use nrf52840_hal::gpio::{Disconnected, Input, Level, Output, Pin, PullUp, PushPull, p0, p1};
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
@@ -17,10 +17,10 @@ pub(crate) const BAUD: u32 = if cfg!(feature = "megabaud") {
 
 /// What finds the frames. The receiver searches the bytes of a broken frame again (policy Rescan).
 #[cfg(not(feature = "discard"))]
-pub(crate) type Parser = framelock::Receiver<framelock::Bin>;
+pub(crate) type Parser = framelock::Receiver<framelock::motion::Bin>;
 /// What finds the frames. The lecture's machine throws a broken frame away (policy Discard).
 #[cfg(feature = "discard")]
-pub(crate) type Parser = framelock::Lecture;
+pub(crate) type Parser = framelock::can_go_deaf::Lecture;
 
 /// Bytes in each half of the receive buffer, a power of two. While the line brings that many,
 /// interrupt handlers may be held off. Setpoints on a line without pauses come this late.
@@ -37,14 +37,10 @@ pub(crate) const FLUSH_AFTER: u32 = 3 * BYTE_TIME;
 pub(crate) const GAP_AFTER: u32 = 5_000;
 
 /// How the outputs behave when frames stop, and come again. Ticks are microseconds.
-pub(crate) const FAILSAFE: FailsafeParameters = FailsafeParameters {
+pub(crate) const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 100_000,
     ramp_after: 500_000,
-    park: Setpoint {
-        pitch: 128,
-        roll: 128,
-        yaw: 128,
-    },
+    park: [128; 3],
     // The full travel in one second.
     ticks_per_unit: [NonZeroU32::new(3_922).unwrap(); 3],
 };

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use nrf52840_emulator::{Board, Image, LineSymbol, LogTable, MILLISECOND};
 
 const SETPOINT: &[u8] = b"AB\0\x76\x77\x78\r";
-const LIVE: &str = "Setpoint { pitch: 118, roll: 119, yaw: 120 }, phase: Live";
+const LIVE: &str = "axes: [118, 119, 120], phase: Live";
 
 /// What of an example's log tests look at.
 struct Log(Vec<String>);
@@ -178,7 +178,7 @@ fn the_guides_rust_is_the_examples() {
     let sources = [
         include_str!("../examples/embassy/src/main.rs"),
         include_str!("../examples/rtic/src/main.rs"),
-        include_str!("../../core/examples/line_events_and_accounting.rs"),
+        include_str!("../../core/examples/line_events_and_counters.rs"),
         include_str!("../../core/examples/push_in_a_loop.rs"),
     ]
     .map(unindented);

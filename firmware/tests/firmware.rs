@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use framelock_proofs::reference::{Bin, Event, Policy, whole_buffer};
+use framelock_proofs::reference::{Bin, Policy, whole_buffer};
 use nrf52840_emulator::{Assumptions, Board, Image, LogTable, MICROSECOND, MILLISECOND};
 
 /// Pitch, roll, yaw.
@@ -205,10 +205,8 @@ pub(crate) fn setpoints(count: u32) -> impl Iterator<Item = Setpoint> {
 /// What the reference commits.
 pub(crate) fn reference(bytes: &[u8], policy: Policy) -> Vec<Setpoint> {
     let mut commits = Vec::new();
-    whole_buffer::<Bin>(bytes, policy, |event| {
-        if let Event::Frame { setpoint, .. } = event {
-            commits.push(setpoint);
-        }
+    whole_buffer::<Bin>(bytes, policy, |found| {
+        commits.extend(found.message());
     });
     commits
 }

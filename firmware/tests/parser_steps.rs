@@ -8,7 +8,9 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
-use framelock::{Bin, Lecture, Receiver, Setpoint, State};
+use framelock::Receiver;
+use framelock::can_go_deaf::{Lecture, State};
+use framelock::motion::{Bin, Setpoint};
 // The vector table.
 use nrf52840_hal as _;
 

@@ -1,4 +1,4 @@
-use framelock::{Framing, Headed, Mismatch, Verdict};
+use framelock::{DiscardReason, Format, Headed, Verdict};
 
 use crate::channels;
 use crate::checksums::crc8_dvb_s2;
@@ -21,7 +21,7 @@ use crate::checksums::crc8_dvb_s2;
 /// use framelock::BufferedReceiver;
 /// use framelock_formats::{Crsf, crsf_address};
 /// let addresses = [crsf_address::REMOTE_CONTROL, crsf_address::TRANSMITTER, 0xC8];
-/// let receiver = BufferedReceiver::<_, 64>::new(Crsf::accepting(addresses));
+/// let receiver = BufferedReceiver::<_, 128>::new(Crsf::accepting(addresses));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Crsf<const ADDRESSES: usize = 1> {
@@ -53,14 +53,14 @@ pub struct CrsfMessage<'a> {
     pub payload: &'a [u8],
 }
 
-impl<const ADDRESSES: usize> Framing for Crsf<ADDRESSES> {
+impl<const ADDRESSES: usize> Format for Crsf<ADDRESSES> {
     const LONGEST: usize = 64;
     type Message<'a> = CrsfMessage<'a>;
 
     #[inline]
     fn judge(&self, bytes: &[u8]) -> Verdict {
         if !bytes.first().is_some_and(|&first| self.starts(first)) {
-            return Verdict::Reject(Mismatch::NoSync);
+            return Verdict::Reject(DiscardReason::NoSync);
         }
         let frame = Headed {
             sync: &[],

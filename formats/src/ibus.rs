@@ -1,4 +1,4 @@
-use framelock::{Framing, Headed, Verdict};
+use framelock::{Format, Headed, Verdict};
 
 /// FlySky's iBUS, the frames for servos: 32 bytes, `20 40`, fourteen channels of 16 bits, little endian,
 /// and 0xFFFF less the sum of all bytes before. The line has 115 200 baud.
@@ -15,14 +15,14 @@ use framelock::{Framing, Headed, Verdict};
 /// ```
 /// use framelock::BufferedReceiver;
 /// use framelock_formats::Ibus;
-/// let mut receiver = BufferedReceiver::<_, 32>::new(Ibus);
+/// let mut receiver = BufferedReceiver::<_, 64>::new(Ibus);
 /// let received = Ibus::encode(&[1500; 14]).into_iter().find_map(|byte| receiver.push(byte));
 /// assert_eq!(received, Some([1500; 14]));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Ibus;
 
-impl Framing for Ibus {
+impl Format for Ibus {
     const LONGEST: usize = 32;
     type Message<'a> = [u16; 14];
 

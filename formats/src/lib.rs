@@ -9,9 +9,9 @@
 //! | MAVLink 2 | [`Mavlink2`] | 280 | CRC-16, which includes the message's definition | mavlink.io |
 //! | six axes | [`SixAxes`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! All are [`Framing`](framelock::Framing)s for a [`BufferedReceiver`](framelock::BufferedReceiver),
+//! All are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver),
 //! whose documentation says when a frame is delivered and what may be lost. `SixAxes` is a
-//! [`Format`](framelock::Format) for the small [`Receiver`](framelock::Receiver) as well: prefer that.
+//! [`FixedFormat`](framelock::FixedFormat) for the small [`Receiver`](framelock::Receiver) as well: prefer that.
 //!
 //! They frame: they find the bytes of each message, check them, and take apart what all messages have in
 //! common. What the payload of a CRSF, UBX or MAVLink message means is left to you.
@@ -19,10 +19,10 @@
 //! # Examples
 //! CRSF, and where each byte went.
 //! ```
-//! use framelock::{Accounting, BufferedReceiver, LineEvent};
+//! use framelock::{Line, BufferedReceiver, LineEvent};
 //! use framelock_formats::{Crsf, CrsfMessage};
 //!
-//! let mut line = Accounting::new(BufferedReceiver::<_, 64>::new(Crsf::default()));
+//! let mut line = Line::new(BufferedReceiver::<_, 128>::new(Crsf::default()));
 //! let mut frame = [0; 64];
 //! let sent = CrsfMessage { address: 0xC8, kind: 0x0B, payload: &[0, 0xEC] };
 //! let length = sent.encode(&mut frame).expect("its payload is short");

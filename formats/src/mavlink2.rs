@@ -1,4 +1,4 @@
-use framelock::{Framing, Headed, Verdict};
+use framelock::{Format, Headed, Verdict};
 
 use crate::checksums::crc16_mcrf4xx;
 
@@ -27,7 +27,7 @@ use crate::checksums::crc16_mcrf4xx;
 ///         _ => None,
 ///     }
 /// }
-/// let receiver = BufferedReceiver::<_, 280>::new(Mavlink2(dialect));
+/// let receiver = BufferedReceiver::<_, 560>::new(Mavlink2(dialect));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Mavlink2<Dialect>(pub Dialect);
@@ -72,7 +72,7 @@ pub struct Mavlink2Signature<'a> {
     pub signed: &'a [u8],
 }
 
-impl<Dialect: Fn(u32) -> Option<Mavlink2Entry>> Framing for Mavlink2<Dialect> {
+impl<Dialect: Fn(u32) -> Option<Mavlink2Entry>> Format for Mavlink2<Dialect> {
     const LONGEST: usize = 280;
     type Message<'a> = Mavlink2Message<'a>;
 

@@ -1,4 +1,4 @@
-use framelock::{Framing, Headed, Mismatch, Verdict};
+use framelock::{DiscardReason, Format, Headed, Verdict};
 
 use crate::channels;
 
@@ -19,7 +19,7 @@ use crate::channels;
 /// use framelock::BufferedReceiver;
 /// use framelock_formats::{Sbus, SbusMessage};
 /// let sent = SbusMessage { channels: [992; 16], failsafe: true, ..SbusMessage::default() };
-/// let mut receiver = BufferedReceiver::<_, 25>::new(Sbus);
+/// let mut receiver = BufferedReceiver::<_, 50>::new(Sbus);
 /// let received = sent.encode().into_iter().find_map(|byte| receiver.push(byte));
 /// assert_eq!(received, Some(sent));
 /// ```
@@ -39,7 +39,7 @@ pub struct SbusMessage {
     pub failsafe: bool,
 }
 
-impl Framing for Sbus {
+impl Format for Sbus {
     const LONGEST: usize = 25;
     type Message<'a> = SbusMessage;
 
@@ -55,7 +55,7 @@ impl Framing for Sbus {
             |_| Some(Self::LONGEST),
             |frame| match frame {
                 [.., 0..=0x0F, 0] => None,
-                _ => Some(Mismatch::Terminator),
+                _ => Some(DiscardReason::Terminator),
             },
         )
     }

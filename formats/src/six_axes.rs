@@ -1,4 +1,4 @@
-use framelock::{Format, Framing, Headed, Mismatch, Shape, Verdict};
+use framelock::{DiscardReason, Encode, FixedFormat, Format, Headed, Shape, Verdict};
 
 /// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
 ///
@@ -6,7 +6,7 @@ use framelock::{Format, Framing, Headed, Mismatch, Shape, Verdict};
 /// `axes.map(u16::swap_bytes)`.
 ///
 /// Use it with the small [`Receiver`](framelock::Receiver), which delivers each frame with its last byte. It is
-/// a [`Framing`] as well, for [`Either`](framelock::Either) and programs that take any format.
+/// a [`Format`] as well, for [`Either`](framelock::Either) and programs that take any format.
 ///
 /// There is no checksum: what is checked is the first two bytes and the last two, and axes may look like
 /// either. So report the idle gap behind each frame as a [`LineEvent`](framelock::LineEvent).
@@ -15,7 +15,7 @@ use framelock::{Format, Framing, Headed, Mismatch, Shape, Verdict};
 ///
 /// # Examples
 /// ```
-/// use framelock::{Format, Receiver};
+/// use framelock::{Encode, Receiver};
 /// use framelock_formats::SixAxes;
 /// let mut receiver = Receiver::<SixAxes>::new();
 /// let axes = [0, 16_384, 32_768, 40_000, 65_535, 13];
@@ -25,7 +25,7 @@ use framelock::{Format, Framing, Headed, Mismatch, Shape, Verdict};
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct SixAxes;
 
-impl Format for SixAxes {
+impl FixedFormat for SixAxes {
     type Frame = [u8; 16];
     type Message = [u16; 6];
     const SHAPE: Shape<[u8; 16]> = {
@@ -43,7 +43,9 @@ impl Format for SixAxes {
             _ => 0,
         })
     }
+}
 
+impl Encode for SixAxes {
     fn encode(axes: [u16; 6]) -> [u8; 16] {
         let mut frame = [0xFF; 16];
         for (place, axis) in frame.chunks_exact_mut(2).skip(1).zip(axes) {
@@ -54,7 +56,7 @@ impl Format for SixAxes {
     }
 }
 
-impl Framing for SixAxes {
+impl Format for SixAxes {
     const LONGEST: usize = 16;
     type Message<'a> = [u16; 6];
 
@@ -63,17 +65,19 @@ impl Framing for SixAxes {
         let frame = Headed {
             sync: &[0xFF, 0xFF],
             header: 2,
-            longest: <Self as Framing>::LONGEST,
+            longest: <Self as Format>::LONGEST,
         };
         frame.judge_and_say_why(
             bytes,
-            |_| Some(<Self as Framing>::LONGEST),
-            |frame| (!frame.ends_with(b"\n\r")).then_some(Mismatch::Terminator),
+            |_| Some(<Self as Format>::LONGEST),
+            |frame| (!frame.ends_with(b"\n\r")).then_some(DiscardReason::Terminator),
         )
     }
 
     #[inline]
     fn decode(&self, frame: &[u8]) -> [u16; 6] {
-        frame.try_into().map_or([0; 6], <Self as Format>::decode)
+        frame
+            .try_into()
+            .map_or([0; 6], <Self as FixedFormat>::decode)
     }
 }

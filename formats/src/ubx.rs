@@ -1,4 +1,4 @@
-use framelock::{Framing, Headed, Verdict};
+use framelock::{Format, Headed, Verdict};
 
 use crate::checksums::fletcher8;
 
@@ -17,7 +17,7 @@ use crate::checksums::fletcher8;
 /// ```
 /// use framelock::BufferedReceiver;
 /// use framelock_formats::{Ubx, UbxMessage};
-/// let mut receiver = BufferedReceiver::<Ubx<100>, 100>::new(Ubx);
+/// let mut receiver = BufferedReceiver::<Ubx<100>, 200>::new(Ubx);
 /// let mut payload = Vec::<u8>::new();
 /// for byte in [0xB5, 0x62, 0x05, 0x01, 0x02, 0x00, 0x06, 0x01, 0x0F, 0x38] {
 ///     if let Some(UbxMessage { class: 0x05, id: 0x01, payload: acknowledged }) = receiver.push(byte) {
@@ -40,7 +40,7 @@ pub struct UbxMessage<'a> {
     pub payload: &'a [u8],
 }
 
-impl<const LONGEST: usize> Framing for Ubx<LONGEST> {
+impl<const LONGEST: usize> Format for Ubx<LONGEST> {
     const LONGEST: usize = LONGEST;
     type Message<'a> = UbxMessage<'a>;
 

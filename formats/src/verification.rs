@@ -1,21 +1,21 @@
-//! Theorem 13g for the shipped formats: each keeps the laws of [`Framing`], for any bytes, and nothing
-//! panics: neither in [`Framing::decode`], for bytes that are no frame.
+//! Theorem 13g for the shipped formats: each keeps the laws of [`Format`], for any bytes, and nothing
+//! panics: neither in [`Format::decode`], for bytes that are no frame.
 //!
 //! The laws that [`framelock::Headed`] gives them (theorem 13g) are asked once more for what each adds, for
 //! short frames where a CRC makes longer ones costly; that nothing panics, for longer ones.
 
-use framelock::{Framing, Mismatch, Verdict};
+use framelock::{DiscardReason, Format, Verdict};
 
 use crate::{Crsf, Ibus, Mavlink2, Mavlink2Entry, Sbus, SixAxes, Ubx};
 
 /// Of up to `N` bytes, all of them and any shorter beginning.
-fn keeps_the_laws<F: Framing, const N: usize>(format: &F) {
+fn keeps_the_laws<F: Format, const N: usize>(format: &F) {
     let bytes: [u8; N] = kani::any();
     let all: usize = kani::any_where(|&all| 1 <= all && all <= N && all <= F::LONGEST);
     let after = format.judge(&bytes[..all]);
     is_in_bounds::<F>(after, all);
     let starts = format.starts(bytes[0]);
-    assert!(starts == (after != Verdict::Reject(Mismatch::NoSync)));
+    assert!(starts == (after != Verdict::Reject(DiscardReason::NoSync)));
     let fewer: usize = kani::any_where(|&fewer| 1 <= fewer && fewer <= N);
     if fewer < all {
         let before = format.judge(&bytes[..fewer]);
@@ -32,7 +32,7 @@ fn keeps_the_laws<F: Framing, const N: usize>(format: &F) {
 }
 
 /// Law 1.
-fn is_in_bounds<F: Framing>(verdict: Verdict, count: usize) {
+fn is_in_bounds<F: Format>(verdict: Verdict, count: usize) {
     match verdict {
         Verdict::Frame(length) => assert!(1 <= length && length <= count),
         Verdict::Incomplete { at_least } => assert!(count < at_least && at_least <= F::LONGEST),
@@ -41,7 +41,7 @@ fn is_in_bounds<F: Framing>(verdict: Verdict, count: usize) {
 }
 
 /// Any bytes, up to `N`: the verdict is in bounds, and nothing panics.
-fn nothing_panics<F: Framing, const N: usize>(format: &F) {
+fn nothing_panics<F: Format, const N: usize>(format: &F) {
     let bytes: [u8; N] = kani::any();
     let count: usize = kani::any_where(|&count| 1 <= count && count <= N && count <= F::LONGEST);
     let verdict = format.judge(&bytes[..count]);

@@ -1,6 +1,6 @@
 //! See `framelock_fuzz_oracles::framing`.
 #![no_main]
 
-use framelock_fuzz_oracles::{AnyFraming, framing};
+use framelock_fuzz_oracles::{AnyFormat, framing};
 
-libfuzzer_sys::fuzz_target!(|input: AnyFraming| framing(&input));
+libfuzzer_sys::fuzz_target!(|input: AnyFormat| framing(&input));

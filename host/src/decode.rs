@@ -14,7 +14,7 @@ use crate::clock::{Timestamps, time_of_day};
 use crate::frame::{Frame, Place};
 use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
 use crate::interrupt;
-use crate::line::Line;
+use crate::line::AnyLine;
 use crate::names::PolicyName;
 use crate::output::{Output, exit_code, note};
 use crate::serial::PortOptions;
@@ -106,7 +106,7 @@ struct Summary {
 
 /// Receives frames and writes them.
 struct Decoder<W> {
-    line: Line,
+    line: AnyLine,
     frame: Frame,
     format: OutputFormat,
     output: W,
@@ -121,7 +121,7 @@ struct Decoder<W> {
 impl<W: Write> Decoder<W> {
     fn new(frame: &Frame, policy: PolicyName, format: OutputFormat, output: W) -> Result<Self> {
         Ok(Self {
-            line: Line::new(frame, policy)?,
+            line: AnyLine::new(frame, policy)?,
             frame: frame.clone(),
             format,
             output,
@@ -142,15 +142,12 @@ impl<W: Write> Decoder<W> {
         } = self;
         let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());
-        let settle = |found: Found<&[u8]>| match found {
-            Found::Frame { length, message } => {
-                *settled += length;
-                let offset = *settled - 1;
-                if outcome.is_ok() {
-                    outcome = format.write(output, &Place { offset, time }, frame, message);
-                }
+        let settle = |found: Found<&[u8]>| {
+            *settled += found.bytes();
+            let offset = *settled - 1;
+            if let (Ok(()), Some(bytes)) = (&outcome, found.message()) {
+                outcome = format.write(output, &Place { offset, time }, frame, bytes);
             }
-            Found::Dropped { count, .. } => *settled += count,
         };
         match arrival {
             Arrival::Bytes(bytes) => self.line.feed(bytes, settle),
@@ -272,8 +269,8 @@ mod tests {
 
     use std::io::Read;
 
-    use framelock::Setpoint;
-    use framelock_proofs::reference::{self, Event, Policy};
+    use framelock::motion::Setpoint;
+    use framelock_proofs::reference::{self, Policy};
     use rand::{Rng, SeedableRng, seq::IndexedRandom};
     use rand_chacha::ChaCha8Rng;
 
@@ -317,15 +314,17 @@ mod tests {
             let stream = noise(frame, &mut random);
             let mut undecided = stream.iter().copied();
             let mut rows = b"offset,pitch,roll,yaw\n".to_vec();
-            let (mut setpoints, mut discarded) = (vec![], vec![]);
-            let pending = reference::whole_buffer::<F>(&stream, reference, |event| match event {
-                Event::Dropped { count, .. } => discarded.extend(undecided.by_ref().take(count)),
-                Event::Frame { index, setpoint } => {
-                    let [pitch, roll, yaw] = setpoint;
-                    writeln!(rows, "{index},{pitch},{roll},{yaw}").unwrap();
-                    setpoints.push(Setpoint::from(setpoint));
-                    undecided.by_ref().take(F::LENGTH).for_each(drop);
-                }
+            let (mut setpoints, mut discarded, mut settled) = (vec![], vec![], 0);
+            let pending = reference::whole_buffer::<F>(&stream, reference, |found| {
+                settled += found.bytes();
+                let bytes = undecided.by_ref().take(found.bytes());
+                let Some(setpoint) = found.message() else {
+                    return discarded.extend(bytes);
+                };
+                let ([pitch, roll, yaw], index) = (setpoint, settled - 1);
+                writeln!(rows, "{index},{pitch},{roll},{yaw}").unwrap();
+                setpoints.push(Setpoint::from(setpoint));
+                bytes.for_each(drop);
             });
             frames_in_all += setpoints.len();
 
@@ -348,7 +347,7 @@ mod tests {
             assert_eq!(output, rows, "{stream:?}");
 
             // Byte by byte, with counters that are set to zero somewhere.
-            let mut watched = Watched::new(Line::new(frame, policy).unwrap());
+            let mut watched = Watched::new(AnyLine::new(frame, policy).unwrap());
             let reset_at = random.random_range(0..60);
             let (mut seen, mut gone, mut counted) = (vec![], vec![], 0);
             for (place, &byte) in stream.iter().enumerate() {
@@ -357,7 +356,7 @@ mod tests {
                     counted = watched.pending().len();
                 }
                 for piece in watched.push(byte) {
-                    match piece.dropped {
+                    match piece.discarded {
                         None => seen.extend(frame.setpoint(&piece.bytes)),
                         Some(_) => gone.extend(piece.bytes),
                     }

@@ -10,7 +10,8 @@ use std::fmt;
 use std::path::Path;
 
 use clap::ValueEnum;
-use framelock::{Bin, BinCrc8, Format, Setpoint};
+use framelock::Encode;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock_simulation::FrameFormat;
 
 pub(crate) use described::{Column, Described, LONGEST, quote};

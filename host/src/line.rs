@@ -1,48 +1,47 @@
 //! A line that frames are received from: whichever frames, and whichever machine receives them.
 
 use anyhow::{Result, bail};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{
-    Accounting, Bin, BinCrc8, BufferedReceiver, Counters, Event, Format, Found, Lecture, LineEvent,
-    Mismatch, Parser, Receiver, Setpoint,
+    BufferedReceiver, Counters, DiscardReason, Encode, Found, Line, LineEvent, Receiver,
 };
 use framelock_simulation::FrameFormat;
 
 use crate::frame::{Described, Frame, LONGEST};
 use crate::names::PolicyName;
 
-/// A receiver with its accounts.
+/// A line with any of the machines at its end.
 #[derive(Clone)]
-pub(crate) enum Line {
-    Bin(Accounting<Receiver<Bin>>),
-    BinCrc8(Accounting<Receiver<BinCrc8>>),
-    Lecture(Accounting<Lecture>),
-    Buffered(Box<Accounting<BufferedReceiver<Described, { 2 * LONGEST }>>>),
+pub(crate) enum AnyLine {
+    Bin(Line<Receiver<Bin>>),
+    BinCrc8(Line<Receiver<BinCrc8>>),
+    Lecture(Line<Lecture>),
+    Buffered(Box<Line<BufferedReceiver<Described, { 2 * LONGEST }>>>),
 }
 
 macro_rules! for_any {
-    ($line:expr, $accounting:ident => $does:expr) => {
-        match $line {
-            Line::Bin($accounting) => $does,
-            Line::BinCrc8($accounting) => $does,
-            Line::Lecture($accounting) => $does,
-            Line::Buffered($accounting) => $does,
+    ($any:expr, $line:ident => $does:expr) => {
+        match $any {
+            AnyLine::Bin($line) => $does,
+            AnyLine::BinCrc8($line) => $does,
+            AnyLine::Lecture($line) => $does,
+            AnyLine::Buffered($line) => $does,
         }
     };
 }
 
-impl Line {
+impl AnyLine {
     /// The machine for these frames under this policy. Nothing has been received yet.
     pub(crate) fn new(frame: &Frame, policy: PolicyName) -> Result<Self> {
         Ok(match (policy, frame.setpoints) {
-            (PolicyName::Rescan, Some(FrameFormat::Bin)) => Self::Bin(Accounting::default()),
-            (PolicyName::Rescan, Some(FrameFormat::BinCrc8)) => {
-                Self::BinCrc8(Accounting::default())
-            }
+            (PolicyName::Rescan, Some(FrameFormat::Bin)) => Self::Bin(Line::default()),
+            (PolicyName::Rescan, Some(FrameFormat::BinCrc8)) => Self::BinCrc8(Line::default()),
             (PolicyName::Rescan, None) => {
                 let receiver = BufferedReceiver::new(frame.described.clone());
-                Self::Buffered(Box::new(Accounting::new(receiver)))
+                Self::Buffered(Box::new(Line::new(receiver)))
             }
-            (PolicyName::Discard, Some(FrameFormat::Bin)) => Self::Lecture(Accounting::default()),
+            (PolicyName::Discard, Some(FrameFormat::Bin)) => Self::Lecture(Line::default()),
             (PolicyName::Discard, _) => bail!(
                 "--policy discard is the lecture's machine, which knows --frame bin and no other: \
                  leave one of the two out"
@@ -52,27 +51,22 @@ impl Line {
 
     /// Takes bytes; says what becomes of them, in the order of the stream. A message is the frame's
     /// bytes; of setpoints all but the reserved one.
-    pub(crate) fn feed(&mut self, bytes: &[u8], event: impl FnMut(Found<&[u8]>)) {
+    pub(crate) fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<&[u8]>)) {
         match self {
-            Self::Bin(line) => feed(line, bytes, Bin::encode, event),
-            Self::BinCrc8(line) => feed(line, bytes, BinCrc8::encode, event),
-            Self::Lecture(line) => feed(line, bytes, Bin::encode, event),
-            Self::Buffered(line) => line.feed(bytes, event),
+            Self::Bin(line) => line.feed(bytes, encoded(Bin::encode, found)),
+            Self::BinCrc8(line) => line.feed(bytes, encoded(BinCrc8::encode, found)),
+            Self::Lecture(line) => line.feed(bytes, encoded(Bin::encode, found)),
+            Self::Buffered(line) => line.feed(bytes, found),
         }
     }
 
     /// No more bytes will come for what is pending; says what becomes of it.
-    pub(crate) fn line_event(&mut self, why: LineEvent, mut event: impl FnMut(Found<&[u8]>)) {
-        let count = self.pending();
+    pub(crate) fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<&[u8]>)) {
         match self {
-            Self::Bin(line) => line.line_event(why),
-            Self::BinCrc8(line) => line.line_event(why),
-            Self::Lecture(line) => line.line_event(why),
-            Self::Buffered(line) => return line.line_event(why, event),
-        }
-        if count > 0 {
-            let why = Mismatch::LineEvent;
-            event(Found::Dropped { count, why });
+            Self::Bin(line) => line.line_event(event, encoded(Bin::encode, found)),
+            Self::BinCrc8(line) => line.line_event(event, encoded(BinCrc8::encode, found)),
+            Self::Lecture(line) => line.line_event(event, encoded(Bin::encode, found)),
+            Self::Buffered(line) => line.line_event(event, found),
         }
     }
 
@@ -85,28 +79,23 @@ impl Line {
     }
 }
 
-/// Feeds a receiver of setpoints.
-fn feed<P: Parser<Message = Setpoint>, const N: usize>(
-    line: &mut Accounting<P>,
-    bytes: &[u8],
+/// Gives `found` each setpoint as the frame that means it.
+fn encoded<const N: usize>(
     encode: impl Fn(Setpoint) -> [u8; N],
-    mut event: impl FnMut(Found<&[u8]>),
-) {
-    line.feed_events(bytes, |found| match found {
-        Event::Frame { message, .. } => event(Found::Frame {
-            length: N,
-            message: &encode(message),
-        }),
-        Event::Dropped { count, why } => event(Found::Dropped { count, why }),
-    });
+    mut found: impl FnMut(Found<&[u8]>),
+) -> impl FnMut(Found<Setpoint>) {
+    move |one| {
+        let mut frame = None;
+        found(one.map(|setpoint| frame.insert(encode(setpoint)).as_slice()));
+    }
 }
 
 /// A line byte by byte: it knows which bytes are pending, and what has become of the others.
 #[derive(Clone)]
 pub(crate) struct Watched {
     /// Has received nothing.
-    fresh: Line,
-    line: Line,
+    fresh: AnyLine,
+    line: AnyLine,
     pending: Vec<u8>,
 }
 
@@ -114,11 +103,11 @@ pub(crate) struct Watched {
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Piece {
     pub(crate) bytes: Vec<u8>,
-    pub(crate) dropped: Option<Mismatch>,
+    pub(crate) discarded: Option<DiscardReason>,
 }
 
 impl Watched {
-    pub(crate) fn new(line: Line) -> Self {
+    pub(crate) fn new(line: AnyLine) -> Self {
         Self {
             fresh: line.clone(),
             line,
@@ -162,24 +151,11 @@ impl Watched {
 
 /// The first of the pending bytes, of which this has become.
 fn piece(pending: &mut Vec<u8>, found: &Found<&[u8]>) -> Piece {
-    let (count, dropped) = match *found {
-        Found::Frame { length, .. } => (length, None),
-        Found::Dropped { count, why } => (count, Some(why)),
-    };
     Piece {
-        bytes: pending.drain(..count.min(pending.len())).collect(),
-        dropped,
-    }
-}
-
-/// Why bytes are in no frame, in a word or two.
-pub(crate) const fn reason(why: Mismatch) -> &'static str {
-    match why {
-        Mismatch::NoSync => "no sync",
-        Mismatch::BrokenSync => "broken sync",
-        Mismatch::Header => "header",
-        Mismatch::Terminator => "terminator",
-        Mismatch::Check => "check",
-        Mismatch::LineEvent => "line event",
+        bytes: pending.drain(..found.bytes().min(pending.len())).collect(),
+        discarded: match *found {
+            Found::Frame { .. } => None,
+            Found::Discarded { why, .. } => Some(why),
+        },
     }
 }

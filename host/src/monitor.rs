@@ -11,12 +11,12 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use framelock::FailsafeParameters;
+use framelock::motion::FailsafeParameters;
 use framelock_simulation::LEVEL;
 
 use crate::frame::Frame;
 use crate::input::Input;
-use crate::line::Line;
+use crate::line::AnyLine;
 use crate::names::{PolicyName, name};
 use crate::numbers::whole;
 use crate::output::Output;
@@ -66,12 +66,12 @@ const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
 
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let line = Line::new(&arguments.frame, arguments.policy)?;
+    let line = AnyLine::new(&arguments.frame, arguments.policy)?;
     let idle_gap = arguments.idle_gap.map(Duration::from_millis);
     let failsafe = FailsafeParameters {
         hold_after: arguments.hold_after * 1000,
         ramp_after: arguments.ramp_after * 1000,
-        park: LEVEL,
+        park: LEVEL.into(),
         ticks_per_unit: [MICROSECONDS_PER_UNIT; 3],
     };
     let watch = Watch::new(arguments.frame.clone(), line, failsafe, idle_gap)

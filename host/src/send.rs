@@ -15,7 +15,7 @@ use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use anyhow::{Result, bail};
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 use framelock_simulation::{
     Axis, ByteFaults, FaultRates, Motion, Seed, Shape, check_rate, time_on_line,
 };

@@ -1,6 +1,6 @@
 //! What live views are made of: bars, counts and phases.
 
-use framelock::Phase;
+use framelock::motion::Phase;
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
@@ -71,6 +71,7 @@ pub(crate) const fn phase_name(phase: Phase) -> &'static str {
         Phase::Hold => "hold",
         Phase::Ramp => "ramp",
         Phase::Parked => "parked",
+        _ => "other",
     }
 }
 
@@ -78,7 +79,7 @@ pub(crate) const fn phase_name(phase: Phase) -> &'static str {
 pub(crate) fn phase_style(phase: Phase) -> Style {
     let color = match phase {
         Phase::Live | Phase::Approach => BLUE,
-        Phase::Hold | Phase::Ramp | Phase::Parked => VERMILLION,
+        _ => VERMILLION,
     };
     Style::new().fg(color).bold()
 }

@@ -7,39 +7,37 @@
 //! Proof by induction: at reset all are 0. Each byte, and each line event, adds the same on both sides,
 //! whatever the counters, which may be about to wrap. A slice does what its bytes do (theorem 6).
 //!
-//! For every format of one to eight bytes: the engine reports, for each byte, a frame or dropped bytes
+//! For every format of one to eight bytes: the engine reports, for each byte, a frame or discarded bytes
 //! such that with what is pending they make up what was pending and the byte (`one_byte` in
-//! `core/src/window/verification.rs`), and [each report is counted](each_report_is_counted).
+//! `core/src/window/verification.rs`), and [each report is counted](each_report_is_counted), pushed, fed
+//! or told with a line event.
 //!
 //! For every format of any length: `BufferedReceiver` puts each byte into exactly one event, or it is
 //! pending (theorem 13b), and [its events are counted](pushed_bytes_of_any_length_are_counted).
 
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8};
 use framelock::{
-    Accounting, Bin, BinCrc8, BufferedReceiver, Counters, Discarded, Event, Framing, Lecture,
-    LineEvents, Mismatch, Parser, Receiver, Setpoint, Verdict,
+    BufferedReceiver, Counters, DiscardReason, Format, Found, Line, Parser, Receiver, Verdict,
 };
 
-use crate::states::{any_lecture, any_line_event, any_receiver};
+use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
 /// A parser in any state, and counters that are all the same number, which may be any: each is counted
 /// on its own.
-fn any_account<P>(parser: P, start: usize) -> Accounting<P> {
-    let counters = Counters {
-        bytes: start,
-        frames: start,
-        frame_bytes: start,
-        discarded: Discarded {
-            no_sync: start,
-            broken_sync: start,
-            header: start,
-            check: start,
-            terminator: start,
-            line_event: start,
-        },
-        resynchronisations: start,
-        events: LineEvents::default(),
-    };
-    Accounting::resumed(parser, counters)
+fn any_line<P>(parser: P, start: usize) -> Line<P> {
+    let mut counters = Counters::default();
+    counters.bytes = start;
+    counters.frames = start;
+    counters.frame_bytes = start;
+    counters.discarded.no_sync = start;
+    counters.discarded.broken_sync = start;
+    counters.discarded.header = start;
+    counters.discarded.check = start;
+    counters.discarded.terminator = start;
+    counters.discarded.line_event = start;
+    counters.resynchronisations = start;
+    Line::resumed(parser, counters)
 }
 
 /// By how much a counter went up.
@@ -62,16 +60,16 @@ fn placed(counters: &Counters, start: usize) -> u8 {
 }
 
 /// The same, of a parser whose frames have one length.
-fn placed_by<P: Parser>(counters: &Counters, start: usize) -> u8 {
-    let length = P::FRAME_LENGTH.to_le_bytes()[0];
+fn placed_by<P: OfSetpoints>(counters: &Counters, start: usize) -> u8 {
+    let length = P::LENGTH.to_le_bytes()[0];
     assert!(up(counters.frame_bytes, start) == up(counters.frames, start) * length);
     placed(counters, start)
 }
 
 /// What was pending and the new byte are what was placed and what is pending now.
-fn byte_is_placed<P: Parser<Message = Setpoint>>(parser: P) {
+fn byte_is_placed<P: OfSetpoints>(parser: P) {
     let start = kani::any();
-    let mut line = any_account(parser, start);
+    let mut line = any_line(parser, start);
     let before = line.pending();
     let committed = line.push(kani::any()).is_some();
     let after = line.counters();
@@ -84,18 +82,18 @@ fn byte_is_placed<P: Parser<Message = Setpoint>>(parser: P) {
 }
 
 /// What was pending is placed.
-fn event_places_what_is_pending<P: Parser<Message = Setpoint>>(parser: P) {
+fn event_places_what_is_pending<P: OfSetpoints>(parser: P) {
     let start = kani::any();
-    let mut line = any_account(parser, start);
+    let mut line = any_line(parser, start);
     let before = line.pending();
-    line.line_event(any_line_event());
+    line.line_event(any_line_event(), |_| ());
     assert!(line.counters().bytes == start && line.pending() == 0);
     assert!(before == usize::from(placed_by::<P>(line.counters(), start)));
-    kani::cover!(before == P::FRAME_LENGTH - 1, "bytes are discarded");
+    kani::cover!(before == P::LENGTH - 1, "bytes are discarded");
 }
 
 fn reset_is_balanced<P: Parser>(parser: P) {
-    let line = Accounting::new(parser);
+    let line = Line::new(parser);
     assert!(*line.counters() == Counters::default() && line.pending() == 0);
 }
 
@@ -132,20 +130,37 @@ fn receiver_of_bin_crc8_is_emptied_by_events() {
     event_places_what_is_pending(any_receiver::<BinCrc8, 8>());
 }
 
-/// A parser that reports these two events of each slice.
-struct Reports([Event<()>; 2]);
+/// A machine that finds these two in each slice, and at each line event; with a byte what is discarded first,
+/// then the frame.
+struct Reports([Found<()>; 2]);
 
 impl Parser for Reports {
-    type Message = ();
-    const FRAME_LENGTH: usize = 7;
+    type Message<'a> = ();
 
-    fn push(&mut self, _: u8) -> Option<()> {
-        None
+    fn push_with(
+        &mut self,
+        _: u8,
+        mut discarded: impl FnMut(usize, DiscardReason),
+    ) -> Option<(usize, ())> {
+        let mut frame = None;
+        self.feed(&[], |found| match found {
+            Found::Frame { length, message } => frame = Some((length, message)),
+            Found::Discarded { count, why } => discarded(count, why),
+        });
+        frame
     }
 
-    fn feed_events(&mut self, _: &[u8], mut event: impl FnMut(Event<()>)) {
-        event(self.0[0]);
-        event(self.0[1]);
+    fn poll_with(&mut self, discarded: impl FnMut(usize, DiscardReason)) -> Option<(usize, ())> {
+        self.push_with(0, discarded)
+    }
+
+    fn feed(&mut self, _: &[u8], mut found: impl FnMut(Found<()>)) {
+        found(self.0[0]);
+        found(self.0[1]);
+    }
+
+    fn line_event(&mut self, found: impl FnMut(Found<()>)) {
+        self.feed(&[], found);
     }
 
     fn pending(&self) -> usize {
@@ -155,57 +170,91 @@ impl Parser for Reports {
     fn reset(&mut self) {}
 }
 
-fn any_event() -> Event<()> {
+fn any_found() -> Found<()> {
     let count = kani::any_where(|&count| count < 64);
-    let dropped = |why| Event::Dropped { count, why };
+    let discarded = |why| Found::Discarded { count, why };
     match kani::any::<u8>() {
-        0 => dropped(Mismatch::NoSync),
-        1 => dropped(Mismatch::BrokenSync),
-        2 => dropped(Mismatch::Check),
-        3 => dropped(Mismatch::Terminator),
-        _ => Event::Frame {
-            index: 0,
+        0 => discarded(DiscardReason::NoSync),
+        1 => discarded(DiscardReason::BrokenSync),
+        2 => discarded(DiscardReason::Header),
+        3 => discarded(DiscardReason::Check),
+        4 => discarded(DiscardReason::Terminator),
+        5 => discarded(DiscardReason::LineEvent),
+        _ => Found::Frame {
+            length: count,
             message: (),
         },
     }
 }
 
-/// Two, so that the second may be the first frame after a loss.
+/// Two, so that the second may be the first frame after a loss; by each of the line's functions.
 #[kani::proof]
 #[kani::unwind(9)]
 fn each_report_is_counted() {
-    let events = [any_event(), any_event()];
+    let reports = [any_found(), any_found()];
+    let is_frame = |found| matches!(found, Found::Frame { .. });
     let start = kani::any();
-    let mut line = any_account(Reports(events), start);
-    let mut frames = 0;
-    line.feed(&[0], |_, ()| frames += 1);
+    let mut line = any_line(Reports(reports), start);
+    let (mut frames, mut bytes) = (0, 0);
+    let function: u8 = kani::any();
+    match function {
+        0 | 1 => {
+            // A byte brings one frame at most, and it comes last.
+            kani::assume(!is_frame(reports[0]));
+            bytes = usize::from(function == 0);
+            let found = if function == 0 {
+                line.push(0)
+            } else {
+                line.poll()
+            };
+            frames += usize::from(found.is_some());
+        }
+        2 => line.line_event(any_line_event(), |found| {
+            frames += usize::from(is_frame(found))
+        }),
+        _ => {
+            bytes = 1;
+            line.feed(&[0], |found| frames += usize::from(is_frame(found)));
+        }
+    }
     let counters = line.counters();
-    assert!(counters.bytes == start.wrapping_add(1));
+    assert!(counters.bytes == start.wrapping_add(bytes));
     assert!(counters.frames == start.wrapping_add(frames));
-    let is_frame = |event| matches!(event, Event::Frame { .. });
-    let is_resynchronised = !is_frame(events[0]) && is_frame(events[1]);
+    assert!(frames == usize::from(is_frame(reports[0])) + usize::from(is_frame(reports[1])));
+    let is_resynchronised = !is_frame(reports[0]) && is_frame(reports[1]);
     let resynchronisations = start.wrapping_add(usize::from(is_resynchronised));
     assert!(counters.resynchronisations == resynchronisations);
     // Each for its own reason.
-    let dropped_as = |event, reason| match event {
-        Event::Dropped { count, why } if why == reason => count,
+    let discarded_as = |found, reason| match found {
+        Found::Discarded { count, why } if Some(why) == reason => count,
+        Found::Frame { length, .. } if reason.is_none() => length,
         _ => 0,
     };
-    let of_reason = |reason| dropped_as(events[0], reason) + dropped_as(events[1], reason);
+    let of_reason = |reason| {
+        let [first, second] = reports;
+        start.wrapping_add(discarded_as(first, reason) + discarded_as(second, reason))
+    };
     let discarded = &counters.discarded;
-    assert!(discarded.no_sync == start.wrapping_add(of_reason(Mismatch::NoSync)));
-    assert!(discarded.broken_sync == start.wrapping_add(of_reason(Mismatch::BrokenSync)));
-    assert!(discarded.check == start.wrapping_add(of_reason(Mismatch::Check)));
-    assert!(discarded.terminator == start.wrapping_add(of_reason(Mismatch::Terminator)));
+    assert!(counters.frame_bytes == of_reason(None));
+    assert!(discarded.no_sync == of_reason(Some(DiscardReason::NoSync)));
+    assert!(discarded.broken_sync == of_reason(Some(DiscardReason::BrokenSync)));
+    assert!(discarded.header == of_reason(Some(DiscardReason::Header)));
+    assert!(discarded.check == of_reason(Some(DiscardReason::Check)));
+    assert!(discarded.terminator == of_reason(Some(DiscardReason::Terminator)));
+    assert!(discarded.line_event == of_reason(Some(DiscardReason::LineEvent)));
     kani::cover!(frames == 2, "frames");
-    kani::cover!(is_resynchronised, "a frame after a loss");
+    kani::cover!(
+        is_resynchronised && function == 0,
+        "a frame after a loss, pushed"
+    );
+    kani::cover!(is_resynchronised && function == 2, "with a line event");
 }
 
 /// Says anything of two bytes, and of the second alone; of the first alone, that it takes both. With one
 /// byte for the longest frame, anything of either. It need not keep the laws.
 struct Anything<const LONGEST: usize>([u8; 2]);
 
-impl<const LONGEST: usize> Framing for Anything<LONGEST> {
+impl<const LONGEST: usize> Format for Anything<LONGEST> {
     const LONGEST: usize = LONGEST;
     type Message<'a> = u8;
 
@@ -219,11 +268,11 @@ impl<const LONGEST: usize> Framing for Anything<LONGEST> {
             0 => Verdict::Frame(1),
             1 => Verdict::Frame(2),
             2 => Verdict::Incomplete { at_least: 2 },
-            3 => Verdict::Reject(Mismatch::NoSync),
-            4 => Verdict::Reject(Mismatch::BrokenSync),
-            5 => Verdict::Reject(Mismatch::Header),
-            6 => Verdict::Reject(Mismatch::Check),
-            _ => Verdict::Reject(Mismatch::Terminator),
+            3 => Verdict::Reject(DiscardReason::NoSync),
+            4 => Verdict::Reject(DiscardReason::BrokenSync),
+            5 => Verdict::Reject(DiscardReason::Header),
+            6 => Verdict::Reject(DiscardReason::Check),
+            _ => Verdict::Reject(DiscardReason::Terminator),
         }
     }
 
@@ -243,7 +292,7 @@ impl<const LONGEST: usize> Framing for Anything<LONGEST> {
 fn pushed_bytes_of_any_length_are_counted() {
     let start = 0;
     let receiver = BufferedReceiver::<_, 2>::new(Anything::<2>(kani::any()));
-    let mut line = any_account(receiver, start);
+    let mut line = any_line(receiver, start);
     assert!(line.push(0).is_none() && line.pending() == 1);
     let pushed = line.push(1).unwrap_or(0);
     let pending = line.pending();
@@ -251,6 +300,15 @@ fn pushed_bytes_of_any_length_are_counted() {
     assert!(2 == usize::from(placed(line.counters(), start)) + pending);
     assert!(up(line.counters().frame_bytes, start) == pushed);
     let mut frames = u8::from(pushed > 0);
+    // What `push` has left `poll` decides about, and leaves nothing that `feed` would.
+    let polled = line.poll().is_some();
+    if polled {
+        frames += 1;
+        assert!(line.poll().is_none());
+    }
+    let left = line.pending();
+    assert!(2 == usize::from(placed(line.counters(), start)) + left);
+    line.feed(&[], |_| panic!("poll has left something"));
     line.line_event(any_line_event(), |found| {
         frames += u8::from(found.message().is_some());
     });
@@ -259,10 +317,8 @@ fn pushed_bytes_of_any_length_are_counted() {
     assert!(2 == placed(counters, start));
     assert!(up(counters.frames, start) == frames);
     kani::cover!(pushed == 2, "a frame of two bytes");
-    kani::cover!(
-        pending == 1 && frames == 1,
-        "a frame found by the line event"
-    );
+    kani::cover!(polled, "a frame found by going on");
+    kani::cover!(left == 1, "a byte waits for the line event");
 }
 
 /// Bytes of a slice.
@@ -271,7 +327,7 @@ fn pushed_bytes_of_any_length_are_counted() {
 fn fed_bytes_of_any_length_are_counted() {
     let start = 0;
     let receiver = BufferedReceiver::<_, 1>::new(Anything::<1>(kani::any()));
-    let mut line = any_account(receiver, start);
+    let mut line = any_line(receiver, start);
     let mut frames = 0;
     line.feed(&[0, 1], |found| {
         frames += u8::from(found.message().is_some());

@@ -14,14 +14,16 @@
 //!
 //! As a check of this argument the reference itself is run on whole streams, of up to 16 bytes.
 
-use framelock::{Bin, BinCrc8, Format, Frame, Lecture, Parser, Receiver, Setpoint, State};
+use framelock::can_go_deaf::{Lecture, State};
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{FixedFormat, Frame, Receiver};
 
-use crate::reference::{self, Event, Policy, whole_buffer};
-use crate::states::{any_setpoint, setpoint_of};
+use crate::reference::{self, Policy, whole_buffer};
+use crate::states::{OfSetpoints, any_setpoint, setpoint_of};
 
 fn rescan<F, R, const N: usize>()
 where
-    F: Format<Frame = [u8; N], Message = Setpoint>,
+    F: FixedFormat<Frame = [u8; N], Message = Setpoint>,
     R: reference::Format,
     [u8; N]: Frame,
 {
@@ -92,14 +94,16 @@ fn discard_by_the_lectures_machine() {
 /// Every stream of `N` bytes, and with it every shorter one.
 fn whole_streams<P, F, const N: usize>(mut parser: P, policy: Policy)
 where
-    P: Parser<Message = Setpoint>,
+    P: OfSetpoints,
     F: reference::Format,
 {
     let bytes: [u8; N] = kani::any();
     let mut expected = [None; N];
-    let pending = whole_buffer::<F>(&bytes, policy, |event| {
-        if let Event::Frame { index, setpoint } = event {
-            expected[index] = Some(Setpoint::from(setpoint));
+    let mut known = 0;
+    let pending = whole_buffer::<F>(&bytes, policy, |found| {
+        known += found.bytes();
+        if let Some(setpoint) = found.message() {
+            expected[known - 1] = Some(Setpoint::from(setpoint));
         }
     });
     let mut place = 0;

@@ -6,7 +6,8 @@
 //! they go unnoticed depends on them alone: it is enough to look at every such error of one frame. That
 //! nothing but frames is committed is theorem 3.
 
-use framelock::{BinCrc8, Format, Receiver, Setpoint, crc8};
+use framelock::motion::{BinCrc8, Setpoint, crc8};
+use framelock::{Encode, Receiver};
 
 use crate::reference;
 use crate::states::{is_bin_crc8, receive};

@@ -6,13 +6,15 @@
 //! machine commits exactly when the theorem says so, and its state matches again. It matches at reset,
 //! hence after every stream. For every format: `commits` in `core/src/window/verification.rs`.
 
-use framelock::{Bin, BinCrc8, Format, Frame, Lecture, Setpoint};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{FixedFormat, Frame};
 
 use crate::states::{History, any_lecture, is_bin, is_bin_crc8, setpoint_of};
 
 fn commits_exactly_the_frames<F, const N: usize>(is_frame: fn([u8; N]) -> bool)
 where
-    F: Format<Frame = [u8; N], Message = Setpoint>,
+    F: FixedFormat<Frame = [u8; N], Message = Setpoint>,
     [u8; N]: Frame,
 {
     let history = History::<N>::any();

@@ -2,28 +2,32 @@
 //! leaves the machine as at reset, whatever was pending; so what comes after it is received as if
 //! nothing had come before.
 
-use framelock::{Accounting, Bin, BinCrc8, Lecture, Parser, Receiver, Setpoint};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8};
+use framelock::{Found, Line, Receiver};
 
-use crate::states::{any_lecture, any_line_event, any_receiver};
+use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
 /// As at reset; and by its consequence: nothing is committed before a frame's length of bytes has come.
-fn drops_what_is_pending<P>(parser: P, reset: P)
-where
-    P: Parser<Message = Setpoint> + PartialEq + Copy,
-{
-    let mut line = Accounting::new(parser);
+fn drops_what_is_pending<P: OfSetpoints>(parser: P, reset: P) {
+    let mut line = Line::new(parser);
     let pending = line.pending();
-    line.line_event(any_line_event());
+    let mut told = 0;
+    line.line_event(any_line_event(), |found| {
+        assert!(told == 0 && !matches!(found, Found::Frame { .. }));
+        told = found.bytes();
+    });
+    assert!(told == pending);
     let mut after = *line.parser();
     assert!(after == reset);
     let mut count = 1;
-    while count < P::FRAME_LENGTH {
+    while count < P::LENGTH {
         assert!(after.push(kani::any()).is_none());
         count += 1;
     }
     let committed = after.push(kani::any()).is_some();
     kani::cover!(
-        committed && pending == P::FRAME_LENGTH - 1,
+        committed && pending == P::LENGTH - 1,
         "a frame after the event"
     );
 }

@@ -11,26 +11,7 @@
 //!
 //! The loops run over every index in order, and never jump, so that a model checker can follow.
 
-use framelock::{Found, Framing, Mismatch, Verdict};
-
-/// What the reference sees.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Event {
-    /// A frame whose last byte is at `index`.
-    Frame {
-        /// Index of the terminator in the stream.
-        index: usize,
-        /// Pitch, roll and yaw.
-        setpoint: [u8; 3],
-    },
-    /// Bytes that are part of no frame.
-    Dropped {
-        /// How many.
-        count: usize,
-        /// The place, counted from 0, at which the frame that would begin with them fails.
-        place: usize,
-    },
-}
+use framelock::{DiscardReason, Found, Verdict};
 
 /// What happens behind a byte that fits no frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -114,12 +95,12 @@ pub fn crc8(payload: &[u8]) -> u8 {
     register ^ 0xFF
 }
 
-/// Reports every frame of the stream and every byte dropped, in order. What is left at the end
-/// may yet become a frame: the number of those bytes is returned.
+/// Reports every frame of the stream, with its pitch, roll and yaw, and every byte discarded, in order. What
+/// is left at the end may yet become a frame: the number of those bytes is returned.
 pub fn whole_buffer<F: Format>(
     bytes: &[u8],
     policy: Policy,
-    mut report: impl FnMut(Event),
+    mut report: impl FnMut(Found<[u8; 3]>),
 ) -> usize {
     let mut free = 0;
     for i in 0..bytes.len() {
@@ -135,26 +116,30 @@ pub fn whole_buffer<F: Format>(
             } else {
                 place + 1
             };
-            report(Event::Dropped { count, place });
+            let why = match place {
+                0 => DiscardReason::NoSync,
+                1 => DiscardReason::BrokenSync,
+                place if place == F::LENGTH => DiscardReason::Check,
+                _ => DiscardReason::Terminator,
+            };
+            report(Found::Discarded { count, why });
             free = i + count;
         } else if candidate.len() < F::LENGTH {
             return bytes.len() - i;
         } else if let &[_, _, _, pitch, roll, yaw, ..] = candidate {
-            free = i + F::LENGTH;
-            report(Event::Frame {
-                index: free - 1,
-                setpoint: [pitch, roll, yaw],
-            });
+            let (length, message) = (F::LENGTH, [pitch, roll, yaw]);
+            report(Found::Frame { length, message });
+            free = i + length;
         }
     }
     0
 }
 
 /// The reference for frames of any length: at each place the format is asked about all that follows.
-/// Reports every frame, with the place it begins at as its message, and every byte dropped, in order, and returns how many bytes
+/// Reports every frame, with the place it begins at as its message, and every byte discarded, in order, and returns how many bytes
 /// at the end may yet become a frame. If the stream is over, because a line event came, none may:
-/// where it would wait, it drops a byte.
-pub fn framed<F: Framing>(
+/// where it would wait, it discards a byte.
+pub fn framed<F: framelock::Format>(
     format: &F,
     bytes: &[u8],
     is_over: bool,
@@ -177,9 +162,9 @@ pub fn framed<F: Framing>(
             verdict => {
                 let why = match verdict {
                     Verdict::Reject(why) => why,
-                    _ => Mismatch::LineEvent,
+                    _ => DiscardReason::LineEvent,
                 };
-                report(Found::Dropped { count: 1, why });
+                report(Found::Discarded { count: 1, why });
                 i + 1
             }
         };

@@ -6,7 +6,9 @@
 //! No receiver of BIN can promise more: what came before, together with the frame's first bytes, may
 //! itself be a frame (N2).
 
-use framelock::{Bin, BinCrc8, Format, Frame, Lecture, Setpoint};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{Encode, FixedFormat, Frame};
 
 use crate::states::{
     any_lecture, any_receiver, any_setpoint, is_bin, is_bin_crc8, receive, setpoint_of,
@@ -14,7 +16,7 @@ use crate::states::{
 
 fn delivers_or_has_just_committed<F, const N: usize>(is_frame: fn([u8; N]) -> bool)
 where
-    F: Format<Frame = [u8; N], Message = Setpoint>,
+    F: FixedFormat<Frame = [u8; N], Message = Setpoint>,
     [u8; N]: Frame,
 {
     let mut receiver = any_receiver::<F, N>();

@@ -4,47 +4,51 @@
 //! For receivers of every format of one to eight bytes: `core/src/window/verification.rs` has the
 //! proof. Here is the lecture's machine.
 
-use framelock::{Event, Lecture, Mismatch, Parser, Setpoint};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::Setpoint;
+use framelock::{DiscardReason, Found};
 
-use crate::states::any_lecture;
+use crate::states::{OfSetpoints, any_lecture};
 
 /// What becomes of a slice of `N` bytes: which byte gave which setpoint, and how many bytes were
-/// dropped for each reason.
+/// discarded for each reason.
 #[derive(Clone, Copy)]
 struct Report<const N: usize> {
     setpoints: [Option<Setpoint>; N],
-    dropped: (u8, u8, u8, u8),
+    discarded: (u8, u8, u8, u8),
 }
 
 impl<const N: usize> Report<N> {
     const NEW: Self = Self {
         setpoints: [None; N],
-        dropped: (0, 0, 0, 0),
+        discarded: (0, 0, 0, 0),
     };
 
-    /// Feeds the bytes to a parser; the slice begins at `from`.
-    fn of<P: Parser<Message = Setpoint>>(&mut self, parser: &mut P, from: usize, bytes: &[u8]) {
-        parser.feed_events(bytes, |event| match event {
-            Event::Frame { index, message } => self.setpoints[from + index] = Some(message),
-            Event::Dropped { count, why } => {
-                let (no_sync, broken_sync, check, terminator) = &mut self.dropped;
-                *match why {
-                    Mismatch::NoSync => no_sync,
-                    Mismatch::BrokenSync => broken_sync,
-                    Mismatch::Check => check,
-                    Mismatch::Terminator => terminator,
-                    Mismatch::Header | Mismatch::LineEvent => panic!("it has neither"),
-                } += count.to_le_bytes()[0];
+    /// Feeds the bytes to a machine; the slice begins at `from`.
+    fn of<P: OfSetpoints>(&mut self, parser: &mut P, from: usize, bytes: &[u8]) {
+        // The pending bytes came before the slice.
+        let (before, mut known) = (parser.pending(), from);
+        parser.feed(bytes, |found| {
+            known += found.bytes();
+            match found {
+                Found::Frame { message, .. } => self.setpoints[known - before - 1] = Some(message),
+                Found::Discarded { count, why } => {
+                    let (no_sync, broken_sync, check, terminator) = &mut self.discarded;
+                    *match why {
+                        DiscardReason::NoSync => no_sync,
+                        DiscardReason::BrokenSync => broken_sync,
+                        DiscardReason::Check => check,
+                        DiscardReason::Terminator => terminator,
+                        _ => panic!("it has no other"),
+                    } += count.to_le_bytes()[0];
+                }
             }
         });
     }
 }
 
 /// From any state: a slice as a whole, its bytes as slices of one, and its bytes pushed.
-fn slice_is_its_bytes<P, const N: usize>(parser: P)
-where
-    P: Parser<Message = Setpoint> + Copy + PartialEq,
-{
+fn slice_is_its_bytes<P: OfSetpoints, const N: usize>(parser: P) {
     let bytes: [u8; N] = kani::any();
     let (mut whole, mut fed) = (Report::<N>::NEW, parser);
     whole.of(&mut fed, 0, &bytes);
@@ -56,9 +60,9 @@ where
         assert!(setpoint == whole.setpoints[place] && setpoint == single.setpoints[place]);
         place += 1;
     }
-    assert!(whole.dropped == single.dropped);
+    assert!(whole.discarded == single.discarded);
     assert!(fed == one_by_one && fed == pushed);
-    kani::cover!(whole.dropped.3 > 0, "a wrong terminator");
+    kani::cover!(whole.discarded.3 > 0, "a wrong terminator");
     kani::cover!(whole.setpoints[N - 1].is_some(), "a frame at the end");
 }
 

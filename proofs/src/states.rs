@@ -1,6 +1,8 @@
 //! What harnesses begin with: any stream so far, any state, any setpoint.
 
-use framelock::{Format, Frame, Lecture, LineEvent, Parser, Receiver, Setpoint, State};
+use framelock::can_go_deaf::{Lecture, State};
+use framelock::motion::Setpoint;
+use framelock::{FixedFormat, Frame, LineEvent, Parser, Receiver};
 
 /// The end of a stream: its last bytes, newest last, as many as a frame has; and how many of them came
 /// since the last commit (all of them, or all but the first, make no difference to a receiver).
@@ -36,7 +38,7 @@ impl<const N: usize> History<N> {
 
     /// The receiver after that stream: a commit leaves it as at reset, and of the bytes since then only
     /// the last matter, one fewer than a frame has. (Theorem 4 shows it: `commits` in the engine.)
-    pub(crate) fn receiver<F: Format>(&self) -> Receiver<F> {
+    pub(crate) fn receiver<F: FixedFormat>(&self) -> Receiver<F> {
         let mut receiver = Receiver::new();
         let mut place = 1;
         while place < N {
@@ -50,7 +52,7 @@ impl<const N: usize> History<N> {
 }
 
 /// Any state of a receiver: after any stream.
-pub(crate) fn any_receiver<F: Format<Frame = [u8; N]>, const N: usize>() -> Receiver<F>
+pub(crate) fn any_receiver<F: FixedFormat<Frame = [u8; N]>, const N: usize>() -> Receiver<F>
 where
     [u8; N]: Frame,
 {
@@ -93,13 +95,29 @@ pub(crate) fn is_bin_crc8(frame: [u8; 8]) -> bool {
         && frame[7] == b'\r'
 }
 
+/// A machine whose messages are setpoints.
+pub(crate) trait OfSetpoints:
+    for<'a> Parser<Message<'a> = Setpoint> + Copy + PartialEq + 'static
+{
+    /// Bytes in its frames.
+    const LENGTH: usize;
+}
+
+impl OfSetpoints for Lecture {
+    const LENGTH: usize = 7;
+}
+
+impl<F: FixedFormat<Message = Setpoint>> OfSetpoints for Receiver<F> {
+    const LENGTH: usize = F::Frame::LENGTH;
+}
+
 /// The setpoint at its places in a frame of BIN or BIN-CRC8.
 pub(crate) fn setpoint_of<const N: usize>(frame: [u8; N]) -> Setpoint {
     [frame[3], frame[4], frame[5]].into()
 }
 
 /// Commits while a frame is received: how many before its last byte, and with it.
-pub(crate) fn receive<P: Parser<Message = Setpoint>, const N: usize>(
+pub(crate) fn receive<P: OfSetpoints, const N: usize>(
     parser: &mut P,
     frame: [u8; N],
 ) -> (u8, Option<Setpoint>) {

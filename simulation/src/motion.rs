@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 

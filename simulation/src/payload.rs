@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use anyhow::{Context, Error, Result};
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 use serde::Serialize;
 
 /// A frame format.
@@ -126,7 +126,7 @@ impl Frame {
         let [reserved, pitch, roll, yaw] = payload;
         let mut bytes = vec![b'A', b'B', reserved, pitch, roll, yaw];
         if format == FrameFormat::BinCrc8 {
-            bytes.push(framelock::crc8(payload));
+            bytes.push(framelock::motion::crc8(payload));
         }
         bytes.push(b'\r');
         Self {

@@ -4,10 +4,9 @@
 use std::num::NonZeroU32;
 
 use anyhow::{Result, bail};
-use framelock::{
-    Accounting, Bin, BinCrc8, Failsafe, FailsafeParameters, Lecture, LineEvent, Output, Parser,
-    Phase, Receiver, Setpoint,
-};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8, Failsafe, FailsafeParameters, Output, Phase, Setpoint};
+use framelock::{Line, LineEvent, Receiver};
 
 use crate::frame::SentFrame;
 use crate::kind::{Kind, Policy};
@@ -19,32 +18,21 @@ use crate::statistics::Ratio;
 use crate::tally::ReceiverTally;
 use crate::uart::{BIT, BITS_PER_BYTE};
 
-/// What a receiver has made of what it was given.
-struct Received {
-    /// The setpoint of the frame that the last byte completed.
-    setpoint: Option<Setpoint>,
-    /// Bytes that a frame may yet include.
-    pending: usize,
-    /// Bytes that are part of no frame.
-    discarded: usize,
+/// Any of the receivers.
+enum AnyLine {
+    Lecture(Line<Lecture>),
+    Bin(Line<Receiver<Bin>>),
+    BinCrc8(Line<Receiver<BinCrc8>>),
 }
 
-/// A receiver: takes a byte, or an event in place of one.
-type Machine = Box<dyn FnMut(Result<u8, LineEvent>) -> Received>;
-
-fn machine<P: Parser<Message = Setpoint> + 'static>(parser: P) -> Machine {
-    let mut parser = Accounting::new(parser);
-    Box::new(move |heard| Received {
-        setpoint: match heard {
-            Ok(byte) => parser.push(byte),
-            Err(event) => {
-                parser.line_event(event);
-                None
-            }
-        },
-        pending: parser.pending(),
-        discarded: parser.counters().discarded.total(),
-    })
+macro_rules! for_any {
+    ($any:expr, $line:ident => $does:expr) => {
+        match $any {
+            AnyLine::Lecture($line) => $does,
+            AnyLine::Bin($line) => $does,
+            AnyLine::BinCrc8($line) => $does,
+        }
+    };
 }
 
 /// Time steps to microseconds, on a line of `baud`.
@@ -55,7 +43,7 @@ pub(crate) fn microseconds(time: u64, baud: u32) -> u64 {
 }
 
 /// The failsafe's parameters; it counts microseconds.
-fn failsafe(parameters: &Parameters) -> FailsafeParameters {
+fn failsafe(parameters: &Parameters) -> FailsafeParameters<u8, 3> {
     let microseconds = |milliseconds: f64| {
         let rounded = (milliseconds * 1000.0).round();
         u32::try_from(whole(rounded)).unwrap_or(u32::MAX)
@@ -64,7 +52,7 @@ fn failsafe(parameters: &Parameters) -> FailsafeParameters {
     FailsafeParameters {
         hold_after: microseconds(parameters.hold_after),
         ramp_after: microseconds(parameters.ramp_after),
-        park: LEVEL,
+        park: LEVEL.into(),
         ticks_per_unit: [NonZeroU32::new(per_unit).unwrap_or(NonZeroU32::MIN); 3],
     }
 }
@@ -82,10 +70,8 @@ pub enum Outcome {
 
 /// A receiver and its failsafe.
 pub struct Station {
-    receiver: Machine,
-    /// How many bytes of a frame the receiver has.
-    pub pending: usize,
-    failsafe: Failsafe,
+    receiver: AnyLine,
+    failsafe: Failsafe<u8, 3>,
     baud: u32,
     hears_errors: bool,
     /// How long after a byte the next one may end at the latest, and until when it may now.
@@ -108,9 +94,9 @@ impl Station {
         // The byte that ends the gap takes one byte time to come in.
         let limit = (u64::from(parameters.idle_gap) + 1) * BITS_PER_BYTE * BIT;
         let receiver = match (kind.policy, parameters.frame) {
-            (Policy::Discard, FrameFormat::Bin) => machine(Lecture::new()),
-            (Policy::Rescan, FrameFormat::Bin) => machine(Receiver::<Bin>::new()),
-            (Policy::Rescan, FrameFormat::BinCrc8) => machine(Receiver::<BinCrc8>::new()),
+            (Policy::Discard, FrameFormat::Bin) => AnyLine::Lecture(Line::default()),
+            (Policy::Rescan, FrameFormat::Bin) => AnyLine::Bin(Line::default()),
+            (Policy::Rescan, FrameFormat::BinCrc8) => AnyLine::BinCrc8(Line::default()),
             (Policy::Discard, FrameFormat::BinCrc8) => {
                 bail!("policy discard is the lecture's machine, which receives frame bin only")
             }
@@ -118,7 +104,6 @@ impl Station {
         let failsafe = failsafe(parameters);
         Ok(Self {
             receiver,
-            pending: 0,
             failsafe: Failsafe::new(failsafe, 0)?,
             hold_after: failsafe.hold_after.into(),
             baud: parameters.baud,
@@ -140,11 +125,11 @@ impl Station {
     pub(crate) fn push(&mut self, at: u64, byte: u8, ended: Option<&SentFrame>) -> Outcome {
         // Nothing notices the gap before the byte that ends it.
         if at > self.idle_from {
-            self.take(Err(LineEvent::Idle));
+            self.line_event(LineEvent::Idle);
         }
         self.idle_from = at.saturating_add(self.idle_limit);
-        let Some(setpoint) = self.take(Ok(byte)) else {
-            return Outcome::Pending(self.pending);
+        let Some(setpoint) = for_any!(&mut self.receiver, line => line.push(byte)) else {
+            return Outcome::Pending(self.pending());
         };
         self.poll(at);
         self.tally.longest_silence = self.longest_silence(at);
@@ -165,15 +150,18 @@ impl Station {
     /// The UART reports an error.
     pub(crate) fn line_error(&mut self, event: LineEvent) {
         if self.hears_errors {
-            self.take(Err(event));
+            self.line_event(event);
         }
     }
 
-    fn take(&mut self, heard: Result<u8, LineEvent>) -> Option<Setpoint> {
-        let received = (self.receiver)(heard);
-        self.pending = received.pending;
-        self.tally.bytes_discarded = received.discarded as u64;
-        received.setpoint
+    fn line_event(&mut self, event: LineEvent) {
+        for_any!(&mut self.receiver, line => line.line_event(event, |_| ()));
+    }
+
+    /// How many bytes of a frame the receiver has.
+    #[must_use]
+    pub fn pending(&self) -> usize {
+        for_any!(&self.receiver, line => line.pending())
     }
 
     /// The failsafe's time: a counter that wraps.
@@ -182,7 +170,7 @@ impl Station {
         u32::from_le_bytes([a, b, c, d])
     }
 
-    fn poll(&mut self, at: u64) -> Output {
+    fn poll(&mut self, at: u64) -> Output<u8, 3> {
         let output = self.failsafe.poll(self.ticks(at));
         self.tally.engagements += self.engagement(at, output);
         self.is_following = self.is_following(at, output);
@@ -190,27 +178,26 @@ impl Station {
     }
 
     /// 1 if the failsafe has taken over.
-    fn engagement(&self, at: u64, output: Output) -> u64 {
+    fn engagement(&self, at: u64, output: Output<u8, 3>) -> u64 {
         u64::from(self.is_following && !self.is_following(at, output))
     }
 
     /// Whether the output is the setpoint's, or on its way there, or the first frame is not late yet.
-    fn is_following(&self, at: u64, output: Output) -> bool {
+    fn is_following(&self, at: u64, output: Output<u8, 3>) -> bool {
         microseconds(at, self.baud) < self.hold_after
             || matches!(output.phase, Phase::Live | Phase::Approach)
     }
 
     /// The output at that time.
-    pub(crate) fn output(&self, at: u64) -> Output {
+    pub(crate) fn output(&self, at: u64) -> Output<u8, 3> {
         // Of a copy: at a given time it is the same however often it is asked for.
         { self.failsafe }.poll(self.ticks(at))
     }
 
     /// The output now, compared with `demand`.
-    pub(crate) fn look(&mut self, at: u64, demand: Setpoint) -> Output {
+    pub(crate) fn look(&mut self, at: u64, demand: Setpoint) -> Output<u8, 3> {
         let output = self.poll(at);
-        let [actual, demanded] = [output.setpoint, demand].map(<[u8; 3]>::from);
-        for (actual, demanded) in actual.into_iter().zip(demanded) {
+        for (actual, demanded) in output.axes.into_iter().zip(<[u8; 3]>::from(demand)) {
             let difference = actual.abs_diff(demanded);
             self.tally.largest_error = self.tally.largest_error.max(difference);
             self.tally.error_squares += u64::from(difference).pow(2);
@@ -250,6 +237,8 @@ impl Station {
     /// What has been counted until then. `bytes_lost`: how many the line has lost in the trial.
     pub(crate) fn tally(&self, at: u64, bytes_lost: u64) -> ReceiverTally {
         let mut tally = self.tally.clone();
+        let counters = for_any!(&self.receiver, line => line.counters());
+        tally.bytes_discarded = counters.discarded.total() as u64;
         tally.never_back = u64::from(matches!(self.outage, Some((_, Some(_)))));
         tally.engagements += self.engagement(at, self.output(at));
         tally.longest_silence = self.longest_silence(at);

@@ -1,5 +1,7 @@
 //! What the measured figures should be, where that can be worked out.
 
+use framelock::motion::crc8;
+
 use crate::payload::FrameFormat;
 
 /// The probability that a frame with a pause in front of it is committed with a wrong setpoint, if
@@ -27,8 +29,7 @@ pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
 /// the 256 words of its dual, of (1 - 2 flip)^weight (`MacWilliams`). Of these, errors that are 0 or
 /// change nothing but the reserved byte and the checksum leave the setpoint as it is.
 fn unnoticed(flip: f64) -> f64 {
-    let crc =
-        |payload: u32| u32::from(framelock::crc8(payload.to_be_bytes()) ^ framelock::crc8([0; 4]));
+    let crc = |payload: u32| u32::from(crc8(payload.to_be_bytes()) ^ crc8([0; 4]));
     let columns = (0..32)
         .map(|bit| crc(1 << bit))
         .chain((0..8).map(|bit| 1 << bit));
@@ -62,7 +63,7 @@ mod tests {
     fn theory_is_what_trying_all_errors_finds() {
         let goes_unnoticed = |error: u64| {
             let [_, _, _, reserved, pitch, roll, yaw, crc] = error.to_be_bytes();
-            let change = framelock::crc8([reserved, pitch, roll, yaw]) ^ framelock::crc8([0; 4]);
+            let change = crc8([reserved, pitch, roll, yaw]) ^ crc8([0; 4]);
             change == crc && pitch | roll | yaw != 0
         };
         let bits: Vec<u64> = (0..40).map(|bit| 1 << bit).collect();

@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use anyhow::Result;
-use framelock::{LineEvent, Output, Setpoint};
+use framelock::LineEvent;
+use framelock::motion::{Output, Setpoint};
 use rand::Rng;
 
 use crate::byte_faults::{ByteFaults, FaultRates};
@@ -41,7 +42,7 @@ pub enum Event {
         /// The setpoint of the frame sent last.
         demand: Setpoint,
         /// The output of each station.
-        outputs: Vec<Output>,
+        outputs: Vec<Output<u8, 3>>,
     },
 }
 
@@ -137,7 +138,7 @@ impl Trial {
     }
 
     /// The stations at the end of the line, and the output of each now.
-    pub fn stations(&self) -> impl Iterator<Item = (&Station, Output)> {
+    pub fn stations(&self) -> impl Iterator<Item = (&Station, Output<u8, 3>)> {
         let now = self.line.now();
         self.stations
             .iter()

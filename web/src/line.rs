@@ -6,7 +6,7 @@ use framelock_simulation::{
     ByteFaults, Event, FaultRates, FrameFormat, Parameters, Seed, SmoothMotion, run,
 };
 
-use crate::parser::{ATTITUDE, AnyParser};
+use crate::parser::{ATTITUDE, AnyLine};
 use crate::scenario::{Action, FrameKind, Scenario};
 
 /// How long a byte takes on the line, and the pause behind a frame, in microseconds: slow enough to
@@ -101,13 +101,12 @@ fn sent(bytes: &[u8], kind: FrameKind) -> Vec<Cell> {
         at: 0,
     };
     let mut cells: Vec<Cell> = bytes.iter().map(new).collect();
-    let (mut receiver, mut settled) = (AnyParser::receiver(kind), 0);
+    let (mut receiver, mut settled) = (AnyLine::receiver(kind), 0);
     for piece in bytes.chunks(1 << 16) {
         for found in receiver.feed(piece) {
-            let (Found::Frame { length: count, .. } | Found::Dropped { count, .. }) = found;
-            settled += count;
-            if let (Found::Frame { .. }, Some(last)) = (found, cells.get_mut(settled - 1)) {
-                last.ends = u8::try_from(count).unwrap_or(u8::MAX);
+            settled += found.bytes();
+            if let (Found::Frame { length, .. }, Some(last)) = (found, cells.get_mut(settled - 1)) {
+                last.ends = u8::try_from(length).unwrap_or(u8::MAX);
             }
         }
     }

@@ -3,17 +3,18 @@
 use std::collections::VecDeque;
 use std::num::NonZeroU32;
 
-use framelock::{Failsafe, FailsafeParameters, Found, Mismatch, Setpoint};
+use framelock::motion::{Failsafe, FailsafeParameters, Setpoint};
+use framelock::{DiscardReason, Found};
 use framelock_simulation::LEVEL;
 use serde::Serialize;
 
-use crate::parser::AnyParser;
+use crate::parser::AnyLine;
 
 /// Times in milliseconds: three frames of silence, eight, and a second from end to end.
-const FAILSAFE: FailsafeParameters = FailsafeParameters {
+const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 300,
     ramp_after: 800,
-    park: LEVEL,
+    park: [LEVEL.pitch, LEVEL.roll, LEVEL.yaw],
     ticks_per_unit: [NonZeroU32::new(4).expect("4 is not 0"); 3],
 };
 
@@ -43,8 +44,8 @@ struct Whole {
 
 #[derive(Clone)]
 pub(crate) struct Machine {
-    pub(crate) parser: AnyParser,
-    pub(crate) failsafe: Failsafe,
+    pub(crate) line: AnyLine,
+    pub(crate) failsafe: Failsafe<u8, 3>,
     /// The setpoint given out last.
     pub(crate) setpoint: Option<Setpoint>,
     /// The bytes that may yet be part of a frame, and their places on the line.
@@ -57,9 +58,9 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
-    pub(crate) fn new(parser: AnyParser) -> Self {
+    pub(crate) fn new(line: AnyLine) -> Self {
         Self {
-            parser,
+            line,
             failsafe: Failsafe::new(FAILSAFE, 0).expect("its times are in order"),
             setpoint: None,
             pending: VecDeque::new(),
@@ -76,7 +77,7 @@ impl Machine {
             let place = place + 1 - length;
             Whole { place, length, at }
         }));
-        for found in self.parser.feed(&[byte]) {
+        for found in self.line.feed(&[byte]) {
             self.decided(found, at);
         }
         self.miss();
@@ -84,24 +85,24 @@ impl Machine {
 
     /// The line is idle at that time.
     pub(crate) fn idle(&mut self, at: u32) {
-        for found in self.parser.idle() {
+        for found in self.line.idle() {
             self.decided(found, at);
         }
         self.miss();
     }
 
     fn decided(&mut self, found: Found<Option<Setpoint>>, at: u32) {
-        let (count, fate) = match found {
-            Found::Dropped { count, why } => (count, reason(why)),
+        let fate = match found {
+            Found::Discarded { why, .. } => reason(why),
             Found::Frame { length, message } => {
                 self.setpoint = message.or(self.setpoint);
                 if let Some(setpoint) = message {
                     self.failsafe.frame(at, setpoint);
                 }
-                (length, self.given_out(length))
+                self.given_out(length)
             }
         };
-        let settled = self.pending.drain(..count.min(self.pending.len()));
+        let settled = self.pending.drain(..found.bytes().min(self.pending.len()));
         self.fates.extend(settled.map(|(place, _)| (place, fate)));
     }
 
@@ -137,13 +138,14 @@ impl Machine {
 }
 
 /// Why bytes are in no frame.
-fn reason(why: Mismatch) -> &'static str {
+fn reason(why: DiscardReason) -> &'static str {
     match why {
-        Mismatch::NoSync => "no sync",
-        Mismatch::BrokenSync => "broken sync",
-        Mismatch::Header => "no such header",
-        Mismatch::Terminator => "no CR",
-        Mismatch::Check => "check failed",
-        Mismatch::LineEvent => "idle line",
+        DiscardReason::NoSync => "no sync",
+        DiscardReason::BrokenSync => "broken sync",
+        DiscardReason::Header => "no such header",
+        DiscardReason::Terminator => "no CR",
+        DiscardReason::Check => "check failed",
+        DiscardReason::LineEvent => "idle line",
+        _ => "other",
     }
 }

@@ -1,11 +1,11 @@
 //! The machines' way along the line, from the beginning to any position.
 
-use framelock::{Accounting, Lecture};
+use framelock::Line;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::line::{Cell, line};
 use crate::machine::Machine;
-use crate::parser::AnyParser;
+use crate::parser::AnyLine;
 use crate::scenario::{Action, FrameKind, Scenario};
 
 /// Behind the last byte the line is silent for so many steps of so many milliseconds: time enough for
@@ -56,12 +56,12 @@ impl Run {
     /// The address is malformed, or it was made with another file.
     pub fn open(address: &str, file: &[u8]) -> Result<Run, String> {
         let scenario: Scenario = address.parse()?;
-        let lecture = AnyParser::Lecture(Accounting::new(Lecture::new()));
+        let lecture = AnyLine::Lecture(Line::default());
         let lecture = Some(lecture).filter(|_| scenario.frame == FrameKind::Bin);
-        let parsers = lecture
+        let lines = lecture
             .into_iter()
-            .chain([AnyParser::receiver(scenario.frame)]);
-        let machines = parsers.map(Machine::new).collect();
+            .chain([AnyLine::receiver(scenario.frame)]);
+        let machines = lines.map(Machine::new).collect();
         Ok(Self {
             cells: line(&scenario, file)?,
             scenario,

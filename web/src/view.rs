@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use framelock::motion::Setpoint;
 use serde_json::{Value, json};
 
 use crate::line::Cell;
@@ -83,7 +84,7 @@ impl Run {
     }
 
     fn machine(&self, machine: &Machine, now: u32) -> Value {
-        let (tally, lecture) = (&machine.tally, machine.parser.lecture());
+        let (tally, lecture) = (&machine.tally, machine.line.lecture());
         let output = { machine.failsafe }.poll(now);
         let status = match tally {
             Tally {
@@ -112,12 +113,12 @@ impl Run {
             "window": window(self.scenario.frame, &bytes),
             "temporary": [stored(0), stored(1), stored(2)],
             "setpoint": machine.setpoint,
-            "output": output.setpoint,
+            "output": Setpoint::from(output.axes),
             "phase": output.phase,
             "status": status,
             "status_seconds": if status == "LISTENING" { 0.0 } else { f64::from(missing) / 1e3 },
             "tally": tally,
-            "counters": machine.parser.counters(),
+            "counters": machine.line.counters(),
             "what": what(machine),
         })
     }
@@ -164,7 +165,7 @@ fn what(machine: &Machine) -> String {
         format!("commits a frame that nobody sent: {setpoint}")
     } else if let [(_, why), ..] = machine.fates[..] {
         format!("discards {}: {why}", machine.fates.len())
-    } else if let Some(lecture) = machine.parser.lecture() {
+    } else if let Some(lecture) = machine.line.lecture() {
         format!("waits in state {}", lecture.state)
     } else {
         format!("holds {}", machine.pending.len())

@@ -8,7 +8,9 @@
 
 use std::ops::Range;
 
-use framelock::{Accounting, Bin, BinCrc8, BufferedReceiver, Lecture, Receiver};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8};
+use framelock::{BufferedReceiver, Line, Receiver};
 use framelock_formats::Crsf;
 use framelock_simulation::{Parameters, Policy, run};
 use framelock_web::{Run, presets};
@@ -53,10 +55,10 @@ fn received(run: &Run, position: usize) -> Vec<u8> {
 
 /// The counters of fresh machines that take those bytes.
 fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
-    let mut lecture = Accounting::new(Lecture::new());
-    let mut bin = Accounting::new(Receiver::<Bin>::new());
-    let mut crc8 = Accounting::new(Receiver::<BinCrc8>::new());
-    let mut crsf = Accounting::new(BufferedReceiver::<_, 64>::new(Crsf::default()));
+    let mut lecture = Line::new(Lecture::new());
+    let mut bin = Line::new(Receiver::<Bin>::new());
+    let mut crc8 = Line::new(Receiver::<BinCrc8>::new());
+    let mut crsf = Line::new(BufferedReceiver::<_, 64>::new(Crsf::default()));
     for byte in bytes {
         lecture.push(*byte);
         bin.push(*byte);

@@ -1,7 +1,8 @@
 //! What a contender finds, in a form that costs little to keep and is hard to get right by chance.
 
-use framelock::Setpoint;
-use framelock_proofs::reference::{self, Event, Policy};
+use framelock::Found;
+use framelock::motion::Setpoint;
+use framelock_proofs::reference::{self, Policy};
 
 /// How many frames there were, and a checksum of their setpoints and places.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
@@ -22,6 +23,15 @@ impl Answer {
         self.checksum = self.checksum.wrapping_add(product);
     }
 
+    /// What became of the next bytes; `behind` is how many there were before them, and then with them.
+    #[inline]
+    pub(crate) fn found(&mut self, behind: &mut usize, found: Found<Setpoint>) {
+        *behind += found.bytes();
+        if let Found::Frame { message, .. } = found {
+            self.frame(*behind - 1, message);
+        }
+    }
+
     /// A byte at `index`, for a yardstick that looks for bytes only.
     #[inline]
     pub(crate) fn byte(&mut self, index: usize) {
@@ -32,10 +42,9 @@ impl Answer {
     /// The naive reference's.
     pub(crate) fn of_reference<F: reference::Format>(bytes: &[u8], policy: Policy) -> Self {
         let mut answer = Self::default();
-        reference::whole_buffer::<F>(bytes, policy, |event| {
-            if let Event::Frame { index, setpoint } = event {
-                answer.frame(index, Setpoint::from(setpoint));
-            }
+        let mut behind = 0;
+        reference::whole_buffer::<F>(bytes, policy, |found| {
+            answer.found(&mut behind, found.map(Setpoint::from));
         });
         answer
     }

@@ -1,9 +1,11 @@
-//! Who takes part: the core's parsers, other ways to find the same frames, and yardsticks.
+//! Who takes part: the core's machines, other ways to find the same frames, and yardsticks.
 
+use std::hint::black_box;
 use std::sync::LazyLock;
 
 use cobs::CobsDecoderOwned;
-use framelock::{Accounting, Parser, Setpoint};
+use framelock::motion::Setpoint;
+use framelock::{Line, Parser};
 use framelock_proofs::reference::{self, Policy};
 use memchr::memmem::Finder;
 use regex::bytes::Regex;
@@ -15,8 +17,8 @@ use winnow::{Parser as _, Partial};
 
 use crate::answer::Answer;
 
-/// A parser of the core, byte by byte.
-pub(crate) fn push<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Answer {
+/// A machine of the core, byte by byte.
+pub(crate) fn push<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(bytes: &[u8]) -> Answer {
     let mut parser = P::default();
     let mut answer = Answer::default();
     for (index, &byte) in bytes.iter().enumerate() {
@@ -27,17 +29,38 @@ pub(crate) fn push<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Ans
     answer
 }
 
-/// A parser of the core, the whole slice at once.
-pub(crate) fn feed<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Answer {
+/// A machine of the core, the whole slice at once.
+pub(crate) fn feed<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
-    P::default().feed(bytes, |index, setpoint| answer.frame(index, setpoint));
+    let mut behind = 0;
+    P::default().feed(bytes, |found| answer.found(&mut behind, found));
     answer
 }
 
-/// The same, while the accounting writes down where every byte goes.
-pub(crate) fn accounting<P: Parser<Message = Setpoint> + Default>(bytes: &[u8]) -> Answer {
+/// Byte by byte, while the line writes down where every byte goes.
+pub(crate) fn line_push<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(
+    bytes: &[u8],
+) -> Answer {
+    let mut line = Line::new(P::default());
     let mut answer = Answer::default();
-    Accounting::new(P::default()).feed(bytes, |index, setpoint| answer.frame(index, setpoint));
+    for (index, &byte) in bytes.iter().enumerate() {
+        if let Some(setpoint) = line.push(byte) {
+            answer.frame(index, setpoint);
+        }
+    }
+    black_box(line.counters());
+    answer
+}
+
+/// The same, the whole slice at once.
+pub(crate) fn line_feed<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(
+    bytes: &[u8],
+) -> Answer {
+    let mut line = Line::new(P::default());
+    let mut answer = Answer::default();
+    let mut behind = 0;
+    line.feed(bytes, |found| answer.found(&mut behind, found));
+    black_box(line.counters());
     answer
 }
 

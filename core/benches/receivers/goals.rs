@@ -7,7 +7,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use framelock::{Bin, Receiver};
+use framelock::Receiver;
+use framelock::motion::Bin;
 
 use crate::{contenders, inputs};
 

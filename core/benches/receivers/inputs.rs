@@ -1,6 +1,7 @@
 //! The streams that the contenders are given: the same bytes in every run.
 
-use framelock::{Bin, BinCrc8, Format, Setpoint};
+use framelock::Encode;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
 
 /// Bytes in each stream, or a few more or fewer: many where time is taken, which cargo says by
 /// `--bench`; fewer where the answers are only confirmed.
@@ -76,7 +77,7 @@ pub(crate) fn worst_cases() -> Vec<Input> {
 }
 
 /// Frames back to back, with random setpoints.
-fn frames<F: Format<Message = Setpoint>>() -> Vec<u8> {
+fn frames<F: Encode<Message = Setpoint>>() -> Vec<u8> {
     let mut random = Random(0xF4A3);
     let mut bytes = Vec::with_capacity(size() + 8);
     while bytes.len() < size() {

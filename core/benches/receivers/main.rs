@@ -8,7 +8,9 @@ use std::time::Duration;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, SamplingMode, Throughput};
-use framelock::{Bin, BinCrc8, Lecture, Receiver};
+use framelock::Receiver;
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8};
 use framelock_proofs::reference::{self, Policy};
 
 use crate::answer::Answer;
@@ -48,7 +50,7 @@ fn main() {
     }
 }
 
-/// The core's parsers and all others that take the lecture's frames.
+/// The core's machines and all others that take the lecture's frames.
 fn everybody(criterion: &mut Criterion, input: &Input) {
     let mut group = group(criterion, input.name, &input.bytes);
     let rescan = Answer::of_reference::<reference::Bin>(&input.bytes, Policy::Rescan);
@@ -60,29 +62,26 @@ fn everybody(criterion: &mut Criterion, input: &Input) {
         ("winnow", rescan, contenders::winnow),
         ("memchr pass", every_a, contenders::memchr_pass),
     ];
-    for contender in core_parsers(&input.bytes).into_iter().chain(others) {
+    for contender in core_machines(&input.bytes).into_iter().chain(others) {
         time(&mut group, &input.bytes, contender);
     }
 }
 
 fn core_only(criterion: &mut Criterion, input: &Input) {
     let mut group = group(criterion, input.name, &input.bytes);
-    for contender in core_parsers(&input.bytes) {
+    for contender in core_machines(&input.bytes) {
         time(&mut group, &input.bytes, contender);
     }
 }
 
-fn core_parsers(bytes: &[u8]) -> [Contender; 5] {
+fn core_machines(bytes: &[u8]) -> [Contender; 6] {
     let rescan = Answer::of_reference::<reference::Bin>(bytes, Policy::Rescan);
     let discard = Answer::of_reference::<reference::Bin>(bytes, Policy::Discard);
     [
         ("push", rescan, contenders::push::<Receiver<Bin>>),
         ("feed", rescan, contenders::feed::<Receiver<Bin>>),
-        (
-            "accounting feed",
-            rescan,
-            contenders::accounting::<Receiver<Bin>>,
-        ),
+        ("line push", rescan, contenders::line_push::<Receiver<Bin>>),
+        ("line feed", rescan, contenders::line_feed::<Receiver<Bin>>),
         ("lecture push", discard, contenders::push::<Lecture>),
         ("lecture feed", discard, contenders::feed::<Lecture>),
     ]

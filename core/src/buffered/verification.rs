@@ -1,7 +1,7 @@
 //! Theorem 13: the receiver of frames of any length, for every format at once.
 //!
 //! The receiver looks at bytes only through its format, so a harness may number the bytes by their
-//! places in the stream, and let the format say anything that the laws of [`Framing`] allow about each
+//! places in the stream, and let the format say anything that the laws of [`Format`] allow about each
 //! place. That is every lawful format on every stream. [`Row`] is what it says about one place.
 //!
 //! **The reference**, `framed` of `framelock-proofs`, goes from place to place. It asks the format
@@ -18,7 +18,7 @@
 //!
 //! * `decide` asks the format once, about the first pending place. A frame or a drop is what the
 //!   reference finds there, for by law 2 more bytes do not change it. Else both wait.
-//! * `drop_what_starts_nothing` drops places that start nothing, and by law 4 so does the reference.
+//! * `discard_what_starts_nothing` drops places that start nothing, and by law 4 so does the reference.
 //! * `store` adds the next places, also where what is pending moves to the front.
 //! * `take`, with nothing pending, does one of these in the slice, or stores the whole slice.
 //! * `give_back` leaves nothing pending, and a slice that begins where the pending bytes did.
@@ -61,8 +61,8 @@ mod steps;
 use core::cell::Cell;
 
 use super::BufferedReceiver;
-use crate::framing::verification::{Row, any_up_to, any_verdict};
-use crate::{Framing, Mismatch, Verdict};
+use crate::format::verification::{Row, any_up_to, any_verdict};
+use crate::{DiscardReason, Format, Verdict};
 
 /// The byte that stands at a place.
 fn byte(place: usize) -> u8 {
@@ -130,7 +130,7 @@ impl<const L: usize> Any<L> {
     }
 }
 
-impl<const L: usize> Framing for Any<L> {
+impl<const L: usize> Format for Any<L> {
     const LONGEST: usize = L;
     type Message<'a> = &'a [u8];
 
@@ -149,7 +149,7 @@ impl<const L: usize> Framing for Any<L> {
         };
         kani::assume(
             self.starts_at(place)
-                || row.settled_at == 1 && row.settled == Verdict::Reject(Mismatch::NoSync),
+                || row.settled_at == 1 && row.settled == Verdict::Reject(DiscardReason::NoSync),
         );
         // Law 5: what was seen was incomplete.
         assert!(seen < row.settled_at);

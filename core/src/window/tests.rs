@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use std::{vec, vec::Vec};
 
 use super::Window;
-use crate::{Event, Frame, Mismatch, Shape};
+use crate::{DiscardReason, Found, Frame, Shape};
 
 /// Few values, so that they meet; 0 is what a window has above the bytes it holds.
 fn byte() -> impl Strategy<Value = u8> {
@@ -18,7 +18,7 @@ fn stream() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(prop_oneof![random, same], 0..5).prop_map(|pieces| pieces.concat())
 }
 
-/// What a stream comes to: the ends of its frames, how many bytes were dropped for each reason, and
+/// What a stream comes to: the ends of its frames, how many bytes were discarded for each reason, and
 /// how many are pending.
 type Outcome = (Vec<usize>, [usize; 6], usize);
 
@@ -28,30 +28,30 @@ fn check(frame: &[u8]) -> bool {
 }
 
 /// The first place at which bytes fail to be a frame's first, or a whole frame.
-fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<Mismatch> {
+fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<DiscardReason> {
     let differs = |(place, byte): (&Option<u8>, &u8)| place.is_some_and(|fixed| fixed != *byte);
     let sync = places.iter().take_while(|place| place.is_some()).count();
     match places.iter().zip(bytes).position(differs) {
         Some(0) => Some(if sync > 0 {
-            Mismatch::NoSync
+            DiscardReason::NoSync
         } else {
-            Mismatch::Terminator
+            DiscardReason::Terminator
         }),
-        Some(place) if place < sync => Some(Mismatch::BrokenSync),
-        Some(_) => Some(Mismatch::Terminator),
+        Some(place) if place < sync => Some(DiscardReason::BrokenSync),
+        Some(_) => Some(DiscardReason::Terminator),
         None if bytes.len() >= places.len() && checked && !check(&bytes[..places.len()]) => {
-            Some(Mismatch::Check)
+            Some(DiscardReason::Check)
         }
         None => None,
     }
 }
 
 fn naive(places: &[Option<u8>], checked: bool, bytes: &[u8]) -> Outcome {
-    let (mut ends, mut dropped, mut start) = (Vec::new(), [0; 6], 0);
+    let (mut ends, mut discarded, mut start) = (Vec::new(), [0; 6], 0);
     while start < bytes.len() {
         let rest = &bytes[start..];
         if let Some(why) = mismatch(places, &rest[..places.len().min(rest.len())], checked) {
-            dropped[why as usize] += 1;
+            discarded[why as usize] += 1;
             start += 1;
         } else if rest.len() < places.len() {
             break;
@@ -60,7 +60,7 @@ fn naive(places: &[Option<u8>], checked: bool, bytes: &[u8]) -> Outcome {
             ends.push(start - 1);
         }
     }
-    (ends, dropped, bytes.len() - start)
+    (ends, discarded, bytes.len() - start)
 }
 
 fn pushed<F: Frame>(shape: &Shape<F>, checked: bool, bytes: &[u8]) -> (Vec<usize>, Window<F>) {
@@ -80,22 +80,24 @@ fn pushed<F: Frame>(shape: &Shape<F>, checked: bool, bytes: &[u8]) -> (Vec<usize
 }
 
 fn fed<F: Frame>(shape: &Shape<F>, checked: bool, slices: &[&[u8]]) -> (Outcome, Window<F>) {
+    let stream = slices.concat();
     let mut window = Window::EMPTY;
-    let (mut ends, mut dropped, mut from) = (Vec::new(), [0; 6], 0);
+    let (mut ends, mut discarded, mut known) = (Vec::new(), [0; 6], 0);
     for slice in slices {
         let check = |word| !checked || check(F::from_word(word).as_ref());
-        window.feed(shape, slice, check, |event| match event {
-            Event::Frame { index, message } => {
-                if let Some(frame) = (index + 1).checked_sub(F::LENGTH) {
-                    assert_eq!(F::from_word(message).as_ref(), &slice[frame..=index]);
+        window.feed(shape, slice, check, |found| {
+            let from = known;
+            known += found.bytes();
+            match found {
+                Found::Frame { message, .. } => {
+                    assert_eq!(F::from_word(message).as_ref(), &stream[from..known]);
+                    ends.push(known - 1);
                 }
-                ends.push(from + index);
+                Found::Discarded { count, why } => discarded[why as usize] += count,
             }
-            Event::Dropped { count, why } => dropped[why as usize] += count,
         });
-        from += slice.len();
     }
-    ((ends, dropped, window.pending(shape)), window)
+    ((ends, discarded, window.pending(shape)), window)
 }
 
 fn check_all<const N: usize>(places: &[Option<u8>], checked: bool, bytes: &[u8], cuts: [usize; 2])
@@ -158,8 +160,8 @@ fn noise_is_passed_over_in_runs() {
         &bytes,
         |_| true,
         |event| match event {
-            Event::Frame { .. } => frames += 1,
-            Event::Dropped { count, .. } => {
+            Found::Frame { .. } => frames += 1,
+            Found::Discarded { count, .. } => {
                 events += 1;
                 dropped += count;
             }

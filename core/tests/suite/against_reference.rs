@@ -1,7 +1,8 @@
 //! Every short stream, and streams nobody thought of, against the naive reference; and the
 //! reference itself against regular expressions.
 
-use framelock::{Accounting, Bin, Discarded, LineEvent, Receiver};
+use framelock::motion::Bin;
+use framelock::{Counters, Line, LineEvent, Receiver};
 use framelock_fuzz_oracles::{Stream, StreamStep, parser, reader};
 use framelock_proofs::reference::{self, Policy, whole_buffer};
 use proptest::prelude::*;
@@ -103,10 +104,10 @@ proptest! {
         let found: Vec<_> = rescan.find_iter(&bytes).map(|frame| frame.end() - 1).collect();
         let ends = |policy| {
             let mut ends = Vec::new();
-            whole_buffer::<reference::Bin>(&bytes, policy, |event| {
-                if let reference::Event::Frame { index, .. } = event {
-                    ends.push(index);
-                }
+            let mut known = 0;
+            whole_buffer::<reference::Bin>(&bytes, policy, |found| {
+                known += found.bytes();
+                ends.extend(found.message().map(|_| known - 1));
             });
             ends
         };
@@ -126,7 +127,7 @@ proptest! {
 /// A resynchronisation is a commit that ends a loss, and is counted once for each.
 #[test]
 fn resynchronisations_are_counted() {
-    let mut line = Accounting::new(Receiver::<Bin>::new());
+    let mut line = Line::new(Receiver::<Bin>::new());
     let mut counts = Vec::new();
     for part in [
         b"AB\0abc\r".as_slice(),
@@ -136,17 +137,17 @@ fn resynchronisations_are_counted() {
         b"AB\0ac\r",
         b"AB\0abc\r",
     ] {
-        line.feed(part, |_, _| ());
+        line.feed(part, |_| ());
         counts.push(line.counters().resynchronisations);
     }
     assert_eq!(counts, [0, 0, 1, 1, 1, 2]);
-    line.feed(b"AB\0", |_, _| ());
-    line.line_event(LineEvent::Overrun);
-    line.feed(b"AB\0abc\r", |_, _| ());
+    line.feed(b"AB\0", |_| ());
+    line.line_event(LineEvent::Overrun, |_| ());
+    line.feed(b"AB\0abc\r", |_| ());
     assert_eq!(line.counters().resynchronisations, 3);
     // Events that drop nothing lose nothing.
-    line.line_event(LineEvent::Idle);
-    line.feed(b"AB\0abc\r", |_, _| ());
+    line.line_event(LineEvent::Idle, |_| ());
+    line.feed(b"AB\0abc\r", |_| ());
     assert_eq!(line.counters().resynchronisations, 3);
 }
 
@@ -154,32 +155,31 @@ fn resynchronisations_are_counted() {
 #[test]
 fn counters_wrap() {
     let most = usize::MAX;
-    let discarded = Discarded {
-        no_sync: most,
-        broken_sync: most,
-        header: most,
-        check: most,
-        terminator: most,
-        line_event: most,
-    };
-    let events = framelock::LineEvents {
-        framing: most,
-        parity: most,
-        overrun: most,
-        line_break: most,
-        idle: most,
-    };
-    let counters = framelock::Counters {
-        bytes: most,
-        frames: most,
-        frame_bytes: most,
-        discarded,
-        resynchronisations: most,
-        events,
-    };
-    let mut line = Accounting::resumed(Receiver::<Bin>::new(), counters);
-    line.feed(b"xAB\0abc\rAB", |_, _| ());
-    line.line_event(LineEvent::Idle);
+    let mut counters = Counters::default();
+    let (discarded, events) = (&mut counters.discarded, &mut counters.events);
+    for counter in [
+        &mut counters.bytes,
+        &mut counters.frames,
+        &mut counters.frame_bytes,
+        &mut counters.resynchronisations,
+        &mut discarded.no_sync,
+        &mut discarded.broken_sync,
+        &mut discarded.header,
+        &mut discarded.check,
+        &mut discarded.terminator,
+        &mut discarded.line_event,
+        &mut events.framing,
+        &mut events.parity,
+        &mut events.overrun,
+        &mut events.line_break,
+        &mut events.idle,
+    ] {
+        *counter = most;
+    }
+    let discarded = counters.discarded;
+    let mut line = Line::resumed(Receiver::<Bin>::new(), counters);
+    line.feed(b"xAB\0abc\rAB", |_| ());
+    line.line_event(LineEvent::Idle, |_| ());
     let after = *line.counters();
     assert_eq!(
         (after.bytes, after.frames, after.resynchronisations),

@@ -1,6 +1,7 @@
 //! The checksum against a catalogue of them, and against every small error.
 
-use framelock::{BinCrc8, Format, Receiver, Setpoint, crc8};
+use framelock::motion::{BinCrc8, Setpoint, crc8};
+use framelock::{Encode, Receiver};
 use framelock_proofs::reference;
 use proptest::prelude::*;
 

@@ -34,9 +34,9 @@ macro_rules! examples {
 
 examples! {
     push_in_a_loop "../../examples/push_in_a_loop.rs";
-    line_events_and_accounting "../../examples/line_events_and_accounting.rs";
+    line_events_and_counters "../../examples/line_events_and_counters.rs";
     failsafe "../../examples/failsafe.rs";
     own_format "../../examples/own_format.rs";
-    #[cfg(feature = "embedded-io")]
+    #[cfg(feature = "embedded-io-v0.7")]
     embedded_io "../../examples/embedded_io.rs";
 }

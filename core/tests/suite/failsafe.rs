@@ -2,9 +2,11 @@
 
 use std::num::NonZeroU32;
 
-use framelock::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase, Setpoint};
+use framelock::motion::{Failsafe, FailsafeError, Output, Phase, Setpoint};
 use framelock_fuzz_oracles::{Schedule, ScheduleStep, failsafe};
 use proptest::prelude::*;
+
+type FailsafeParameters = framelock::motion::FailsafeParameters<u8, 3>;
 
 fn ticks(count: u32) -> NonZeroU32 {
     NonZeroU32::new(count).expect("not zero")
@@ -20,7 +22,7 @@ fn parameters() -> FailsafeParameters {
     FailsafeParameters {
         hold_after: 20,
         ramp_after: 50,
-        park: PARK,
+        park: PARK.into(),
         ticks_per_unit: [ticks(1), ticks(3), ticks(10)],
     }
 }
@@ -66,17 +68,14 @@ fn resumed_it_begins_at_the_output_and_moves_at_its_rate() {
     let mut failsafe = Failsafe::resumed(parameters(), 7, output).expect("valid");
     let outputs = [7, 8, 9, 16, 17, 37].map(|now| failsafe.poll(now));
     let [at_once, .., parked] = outputs;
-    assert_eq!(at_once.setpoint, output);
+    assert_eq!(at_once.axes, <[u8; 3]>::from(output));
     assert_eq!(
-        outputs.map(|output| output.setpoint.pitch),
+        outputs.map(|output| output.axes[0]),
         [130, 129, 128, 128, 128, 128]
     );
-    assert_eq!(
-        outputs.map(|output| output.setpoint.yaw),
-        [3, 3, 3, 3, 2, 0]
-    );
+    assert_eq!(outputs.map(|output| output.axes[2]), [3, 3, 3, 3, 2, 0]);
     assert_eq!(at_once.phase, Phase::Ramp);
-    assert_eq!((parked.setpoint, parked.phase), (PARK, Phase::Parked));
+    assert_eq!((parked.axes, parked.phase), (PARK.into(), Phase::Parked));
 }
 
 /// The rules, one tick at a time, on signed numbers that do not wrap.
@@ -91,7 +90,7 @@ struct Model {
 
 impl Model {
     fn new(parameters: FailsafeParameters) -> Self {
-        let park = parameters.park.into();
+        let park = parameters.park;
         Self {
             parameters,
             silence: None,
@@ -123,7 +122,7 @@ impl Model {
             self.step(self.demand);
             self.live = self.position == self.demand;
         } else if ramping {
-            self.step(self.parameters.park.into());
+            self.step(self.parameters.park);
         }
         self.live &= !holding;
     }
@@ -144,8 +143,8 @@ impl Model {
         }
     }
 
-    fn output(&self) -> Output {
-        let setpoint = self.position.into();
+    fn output(&self) -> Output<u8, 3> {
+        let axes = self.position;
         let parameters = &self.parameters;
         let phase = match self.silence {
             Some(ticks) if ticks < parameters.hold_after.into() => {
@@ -156,10 +155,10 @@ impl Model {
                 }
             }
             Some(ticks) if ticks < parameters.ramp_after.into() => Phase::Hold,
-            _ if setpoint == parameters.park => Phase::Parked,
+            _ if axes == parameters.park => Phase::Parked,
             _ => Phase::Ramp,
         };
-        Output { setpoint, phase }
+        Output { axes, phase }
     }
 }
 
@@ -175,7 +174,7 @@ fn any_parameters() -> impl Strategy<Value = FailsafeParameters> {
             |(hold_after, more, park, ticks_per_unit)| FailsafeParameters {
                 hold_after,
                 ramp_after: hold_after + more,
-                park: park.into(),
+                park,
                 ticks_per_unit,
             },
         )
@@ -193,7 +192,7 @@ fn long_parameters() -> impl Strategy<Value = FailsafeParameters> {
             FailsafeParameters {
                 hold_after: times[0],
                 ramp_after: times[1],
-                park: park.into(),
+                park,
                 ticks_per_unit,
             }
         })
@@ -217,7 +216,7 @@ proptest! {
                 model.tick();
             }
             if let Some(setpoint) = frame {
-                failsafe.frame(now, setpoint.into());
+                failsafe.frame(now, setpoint);
                 model.frame(setpoint.into());
             }
             prop_assert_eq!(failsafe.poll(now), model.output());
@@ -251,9 +250,9 @@ fn a_whole_outage() {
         roll: 100,
         yaw: 0,
     };
-    let output = |failsafe: &mut Failsafe, now| {
-        let Output { setpoint, phase } = failsafe.poll(now);
-        (phase, setpoint.pitch)
+    let output = |failsafe: &mut Failsafe<u8, 3>, now| {
+        let Output { axes, phase } = failsafe.poll(now);
+        (phase, axes[0])
     };
     failsafe.frame(0, demand);
     assert_eq!(output(&mut failsafe, 9), (Phase::Approach, 137));
@@ -301,7 +300,7 @@ fn the_longest_times_do_not_wrap_into_life() {
     let longest = FailsafeParameters {
         hold_after: u32::MAX,
         ramp_after: u32::MAX,
-        park: PARK,
+        park: PARK.into(),
         ticks_per_unit: [ticks(u32::MAX), ticks(u32::MAX), ticks(1)],
     };
     let mut failsafe = Failsafe::new(longest, 7).expect("valid");
@@ -315,4 +314,25 @@ fn the_longest_times_do_not_wrap_into_life() {
     }
     assert_eq!(failsafe.poll(now).phase, Phase::Parked);
     assert_eq!(longest.parked_after(), u64::from(u32::MAX) * 156);
+}
+
+/// Six axes of 16 bits, each at its own rate; the way down from the top takes as long as `parked_after` says.
+#[test]
+fn six_axes_of_sixteen_bits() {
+    let rates = [1, 2, 3, 4, 5, 6];
+    let parameters = framelock::motion::FailsafeParameters {
+        hold_after: 10,
+        ramp_after: 20,
+        park: [0_u16, 1, 2, 3, 4, 5],
+        ticks_per_unit: rates.map(ticks),
+    };
+    let mut failsafe = Failsafe::resumed(parameters, 0, [u16::MAX; 6]).expect("valid");
+    assert_eq!(
+        failsafe.poll(12).axes,
+        [12, 6, 4, 3, 2, 2].map(|way| u16::MAX - way)
+    );
+    let slowest = (u32::from(u16::MAX) - 5) * 6;
+    assert_eq!(failsafe.poll(slowest - 1).axes, [0, 1, 2, 3, 4, 6]);
+    assert_eq!(failsafe.poll(slowest).phase, Phase::Parked);
+    assert_eq!(parameters.parked_after(), u64::from(slowest) + 20);
 }

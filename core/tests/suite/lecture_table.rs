@@ -1,7 +1,9 @@
 //! The lecture's machine, and the receiver's drawing of it, against their tables: every state,
 //! every byte.
 
-use framelock::{Bin, Lecture, Receiver, Setpoint, State};
+use framelock::Receiver;
+use framelock::can_go_deaf::{Lecture, State};
+use framelock::motion::{Bin, Setpoint};
 
 /// State, byte (`None`: any other), next state, which temporary setpoint is stored (0 pitch, 1
 /// roll, 2 yaw), whether the setpoints are implemented.

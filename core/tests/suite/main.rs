@@ -7,6 +7,6 @@ mod examples;
 mod failsafe;
 mod lecture_table;
 mod protocol_findings;
-#[cfg(any(feature = "embedded-io", feature = "embedded-io-async"))]
+#[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 mod reader;
 mod receiver_rule;

@@ -1,9 +1,14 @@
 //! The lecture's examples and what else is known about the protocol, as streams.
 
-use framelock::{Accounting, Bin, Format, Lecture, LineEvent, Parser, Receiver, Setpoint};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, Setpoint};
+use framelock::{Encode, Line, LineEvent, Parser, Receiver};
 
 /// Commits with the index of their last byte, byte by byte.
-fn commits<P: Parser>(mut parser: P, bytes: &[u8]) -> Vec<(usize, P::Message)> {
+fn commits<P>(mut parser: P, bytes: &[u8]) -> Vec<(usize, Setpoint)>
+where
+    P: for<'a> Parser<Message<'a> = Setpoint> + 'static,
+{
     let step = |(index, &byte)| parser.push(byte).map(|message| (index, message));
     bytes.iter().enumerate().filter_map(step).collect()
 }
@@ -90,9 +95,9 @@ fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     }
     // Not at any later time either: the state repeats with the frame.
     let mut machine = Lecture::new();
-    machine.feed(&parked(payload, 1)[..13], &mut |_, _| ());
+    machine.feed(&parked(payload, 1)[..13], |_| ());
     let after_one = machine;
-    machine.feed(&frame_of(payload), &mut |_, _| ());
+    machine.feed(&frame_of(payload), |_| ());
     assert_eq!(machine, after_one);
 }
 
@@ -129,11 +134,11 @@ fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
             assert!(wrong_for_ever, "{payload:02X?}");
 
             for missing in 1..7 {
-                let mut line = Accounting::new(Receiver::<Bin>::new());
-                line.feed(&parked(payload, missing), |_, _| ());
-                line.line_event(LineEvent::Idle);
+                let mut line = Line::new(Receiver::<Bin>::new());
+                line.feed(&parked(payload, missing), |_| ());
+                line.line_event(LineEvent::Idle, |_| ());
                 let mut after = Vec::new();
-                line.feed(&parked(payload, 0), |_, setpoint| after.push(setpoint));
+                line.feed(&parked(payload, 0), |found| after.extend(found.message()));
                 assert_eq!(after, vec![sent; 300], "{payload:02X?}");
             }
         }

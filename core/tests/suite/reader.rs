@@ -4,7 +4,8 @@ use std::convert::Infallible;
 use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
-use framelock::{Bin, Format, LineEvent, Reader, Receiver, Setpoint};
+use framelock::motion::{Bin, Setpoint};
+use framelock::{BufferedReceiver, Encode, Format, Headed, LineEvent, Reader, Receiver, Verdict};
 
 /// A UART that gives what it is told to, in the pieces it is told to.
 struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
@@ -50,14 +51,17 @@ fn pieces() -> Uart {
 #[test]
 fn an_error_loses_nothing() {
     let mut reader = Reader::<_, _, 32>::new(pieces(), Receiver::<Bin>::new());
-    assert_eq!(reader.read(), Err(ErrorKind::Interrupted));
-    assert_eq!(reader.read(), Ok(Some(SETPOINT)));
-    assert_eq!(reader.read(), Ok(Some(SETPOINT)));
-    assert_eq!(reader.read(), Err(ErrorKind::Other));
+    assert_eq!(
+        reader.read(|setpoint| setpoint),
+        Err(ErrorKind::Interrupted)
+    );
+    assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(SETPOINT)));
+    assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(SETPOINT)));
+    assert_eq!(reader.read(|setpoint| setpoint), Err(ErrorKind::Other));
     // What the driver's error means for the line is the program's to say.
-    reader.line_mut().line_event(LineEvent::Overrun);
-    assert_eq!(reader.read(), Ok(Some(SETPOINT)));
-    assert_eq!(reader.read(), Ok(None));
+    reader.line_mut().line_event(LineEvent::Overrun, |_| ());
+    assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(SETPOINT)));
+    assert_eq!(reader.read(|setpoint| setpoint), Ok(None));
     let counters = reader.line().counters();
     assert_eq!(
         (
@@ -75,7 +79,7 @@ fn the_async_twin_does_the_same() {
     let mut reader = Reader::<_, _, 32>::new(pieces(), Receiver::<Bin>::new());
     let mut results = Vec::new();
     for _ in 0..6 {
-        let reading = std::pin::pin!(reader.read_async());
+        let reading = std::pin::pin!(reader.read_async(|setpoint| setpoint));
         match Future::poll(reading, &mut Context::from_waker(Waker::noop())) {
             Poll::Ready(result) => results.push(result),
             Poll::Pending => panic!("this UART never waits"),
@@ -94,7 +98,55 @@ fn the_async_twin_does_the_same() {
 fn the_smallest_buffer() -> Result<(), Infallible> {
     let stream = [b"noise".as_slice(), &Bin::encode(SETPOINT)].concat();
     let mut reader = Reader::<_, _, 1>::new(stream.as_slice(), Receiver::<Bin>::new());
-    assert_eq!(reader.read()?, Some(SETPOINT));
-    assert_eq!(reader.read()?, None);
+    assert_eq!(reader.read(|setpoint| setpoint)?, Some(SETPOINT));
+    assert_eq!(reader.read(|setpoint| setpoint)?, None);
     Ok(())
+}
+
+/// `'#' length payload`; the last byte is no `'#'`.
+struct Short;
+
+impl Format for Short {
+    const LONGEST: usize = 9;
+    type Message<'a> = &'a [u8];
+
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        let frame = Headed {
+            sync: b"#",
+            header: 2,
+            longest: Self::LONGEST,
+        };
+        frame.judge(
+            bytes,
+            |header| Some(2 + usize::from(header[1])),
+            |frame| !frame.ends_with(b"#"),
+        )
+    }
+
+    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+        &frame[2..]
+    }
+}
+
+/// Frames of any length, which borrow from the receiver; two that lie behind a false beginning are both read
+/// before more bytes are asked for.
+#[test]
+fn frames_of_any_length_are_read() {
+    let uart = Uart(vec![
+        Ok(b"noise#\x02ok#\x07#\x01".to_vec()),
+        Ok(b"c#\x01d#".to_vec()),
+        Err(ErrorKind::Other),
+        Ok(b"\x01e".to_vec()),
+    ]);
+    let receiver = BufferedReceiver::<_, 18>::new(Short);
+    let mut reader = Reader::<_, _, 32>::new(uart, receiver);
+    let mut read = || reader.read(<[u8]>::to_vec);
+    assert_eq!(read(), Ok(Some(b"ok".to_vec())));
+    assert_eq!(read(), Ok(Some(b"c".to_vec())));
+    assert_eq!(read(), Ok(Some(b"d".to_vec())));
+    assert_eq!(read(), Err(ErrorKind::Other));
+    assert_eq!(read(), Ok(Some(b"e".to_vec())));
+    assert_eq!(read(), Ok(None));
+    let counters = reader.line().counters();
+    assert_eq!((counters.frames, counters.discarded.total()), (4, 5 + 2));
 }

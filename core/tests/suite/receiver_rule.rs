@@ -1,7 +1,8 @@
 //! The receiver's one rule, written down once more: it keeps the longest suffix of what it has
 //! seen since the last commit that can still become a frame.
 
-use framelock::{Bin, BinCrc8, Format, Receiver, Setpoint};
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{FixedFormat, Receiver};
 use framelock_proofs::reference;
 
 /// Every history of up to `length` bytes over a small alphabet.
@@ -23,7 +24,7 @@ fn histories(length: usize, alphabet: &[u8]) -> Vec<Vec<u8>> {
 }
 
 /// A receiver that has taken those bytes.
-fn after<F: Format>(history: &[u8]) -> Receiver<F> {
+fn after<F: FixedFormat>(history: &[u8]) -> Receiver<F> {
     let mut receiver = Receiver::new();
     for &byte in history {
         receiver.push(byte);
@@ -34,7 +35,7 @@ fn after<F: Format>(history: &[u8]) -> Receiver<F> {
 /// Every history over {A, B, CR, other}, every byte behind it.
 fn step_by_the_rule<F, R>(history: &[u8])
 where
-    F: Format<Message = Setpoint>,
+    F: FixedFormat<Message = Setpoint>,
     R: reference::Format,
 {
     for byte in 0..=u8::MAX {
@@ -72,7 +73,7 @@ fn bin_keeps_the_longest_suffix_that_can_become_a_frame() {
 #[test]
 fn bin_crc8_keeps_the_longest_suffix_that_can_become_a_frame() {
     // So that checksums that hold occur.
-    let right = framelock::crc8(*b"AAAA");
+    let right = framelock::motion::crc8(*b"AAAA");
     for history in histories(7, &[b'A', b'B', b'\r', right]) {
         step_by_the_rule::<BinCrc8, reference::BinCrc8>(&history);
     }

@@ -1,14 +1,14 @@
-//! Each format keeps the laws of [`Framing`], tried on its shortest and longest frames with anything behind
+//! Each format keeps the laws of [`Format`], tried on its shortest and longest frames with anything behind
 //! them, each byte changed to every other.
 
-use framelock::{Framing, check_laws};
+use framelock::{Format, check_laws};
 use framelock_formats::{
     Crsf, CrsfMessage, Ibus, Mavlink2, Mavlink2Message, Sbus, SbusMessage, SixAxes, Ubx, UbxMessage,
 };
 
 use crate::{dialect, frame};
 
-fn keeps_the_laws<F: Framing>(format: &F, frames: &[Vec<u8>]) {
+fn keeps_the_laws<F: Format>(format: &F, frames: &[Vec<u8>]) {
     for frame in frames {
         let mut stream = [frame, &frame[..3]].concat();
         check_laws(format, &mut stream).unwrap_or_else(|broken| panic!("{broken}: {stream:02X?}"));
@@ -32,7 +32,7 @@ fn ibus() {
 
 #[test]
 fn six_axes() {
-    let frame = <SixAxes as framelock::Format>::encode([0xFFFF, 1, 2, 0x0D0A, 4, 0xFFFF]);
+    let frame = <SixAxes as framelock::Encode>::encode([0xFFFF, 1, 2, 0x0D0A, 4, 0xFFFF]);
     keeps_the_laws(&SixAxes, &[frame.to_vec()]);
 }
 

@@ -6,11 +6,11 @@ mod laws;
 mod limits;
 mod others;
 
-use framelock::{BufferedReceiver, Framing};
+use framelock::{BufferedReceiver, Format};
 use framelock_formats::Mavlink2Entry;
 
 /// What the format finds in a stream: calls `see` with each message.
-fn receive<F: Framing, const N: usize>(
+fn receive<F: Format, const N: usize>(
     format: F,
     stream: &[u8],
     mut see: impl FnMut(F::Message<'_>),

@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
+use framelock::motion::{Demand, Failsafe, FailsafeError, FailsafeParameters, Output, Phase};
 
 use crate::rest;
 
@@ -11,7 +11,7 @@ use crate::rest;
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Schedule {
     /// How it behaves; they may contradict each other.
-    pub parameters: FailsafeParameters,
+    pub parameters: FailsafeParameters<u8, 3>,
     /// The clock's value at the start.
     pub start: u32,
     /// What happens, in order.
@@ -23,7 +23,7 @@ pub struct Schedule {
 pub enum ScheduleStep {
     /// This number of ticks passes, and the output is asked for.
     Wait(u32),
-    /// A frame comes, with this setpoint.
+    /// A frame comes, with these demands.
     Frame([u8; 3]),
 }
 
@@ -43,12 +43,12 @@ impl<'a> Arbitrary<'a> for Schedule {
         let (hold_after, ramp_after) = (time(0)?, time(1)?);
         let rate = |ticks| NonZeroU32::new(ticks).unwrap_or(NonZeroU32::MIN);
         let ticks_per_unit = [rate(time(2)?), rate(time(3)?), rate(time(3)?)];
-        let park: [u8; 3] = u.arbitrary()?;
+        let park = u.arbitrary()?;
         Ok(Self {
             parameters: FailsafeParameters {
                 hold_after,
                 ramp_after,
-                park: park.into(),
+                park,
                 ticks_per_unit,
             },
             start: u.arbitrary()?,
@@ -72,12 +72,33 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 
 /// Contradictory parameters are refused by name. At every time the output is the model's, and every
 /// axis is at park [`FailsafeParameters::parked_after`] the last frame. Asking twice gives the same,
-/// and asking seldom gives what asking often does.
+/// and asking seldom gives what asking often does. With three axes of eight bits; and with six of sixteen,
+/// which go three by three.
 ///
 /// # Panics
 /// If the schedule shows a bug.
 pub fn failsafe(schedule: &Schedule) {
-    let parameters = &schedule.parameters;
+    let parameters = schedule.parameters;
+    check(schedule, parameters, |demands| demands);
+    let [pitch, roll, yaw] = parameters.ticks_per_unit;
+    let wide = |[a, b, c]: [u8; 3]| {
+        [a, b, c, c, a, b].map(|demand| u16::from(demand).wrapping_mul(0x1_01) ^ 0x2C)
+    };
+    let six_axes = FailsafeParameters {
+        hold_after: parameters.hold_after,
+        ramp_after: parameters.ramp_after,
+        park: wide(parameters.park),
+        ticks_per_unit: [pitch, roll, yaw, pitch, roll, yaw],
+    };
+    check(schedule, six_axes, wide);
+}
+
+/// With these axes; `demands` makes theirs of a frame's.
+fn check<D: Demand + Into<u16>, const AXES: usize>(
+    schedule: &Schedule,
+    parameters: FailsafeParameters<D, AXES>,
+    demands: impl Fn([u8; 3]) -> [D; AXES],
+) {
     let refusal = if parameters.hold_after == 0 {
         Some((FailsafeError::HoldAtOnce, "hold_after"))
     } else if parameters.ramp_after < parameters.hold_after {
@@ -85,7 +106,7 @@ pub fn failsafe(schedule: &Schedule) {
     } else {
         None
     };
-    match Failsafe::new(*parameters, schedule.start) {
+    match Failsafe::new(parameters, schedule.start) {
         Err(error) => {
             let (expected, named) = refusal.unwrap_or_else(|| panic!("{error}: {parameters:?}"));
             assert_eq!(error, expected, "{parameters:?}");
@@ -93,15 +114,28 @@ pub fn failsafe(schedule: &Schedule) {
         }
         Ok(failsafe) => {
             assert_eq!(refusal, None, "{parameters:?}");
-            run(failsafe, schedule);
+            run(failsafe, schedule, parameters, demands);
         }
     }
 }
 
 /// One failsafe is asked at every step, one only at frames and before its clock has wrapped.
-fn run(failsafe: Failsafe, schedule: &Schedule) {
+fn run<D: Demand + Into<u16>, const AXES: usize>(
+    failsafe: Failsafe<D, AXES>,
+    schedule: &Schedule,
+    parameters: FailsafeParameters<D, AXES>,
+    demands: impl Fn([u8; 3]) -> [D; AXES],
+) {
     let (mut often, mut seldom, mut unasked) = (failsafe, failsafe, 0_u32);
-    let mut model = Model::new(&schedule.parameters);
+    let mut model = Model::new(parameters);
+    let assert_is_the_models = |output: Output<D, AXES>, model: &Model<D, AXES>| {
+        let axes = output.axes.map(Into::into);
+        assert_eq!(
+            (axes, output.phase),
+            (model.position, model.phase()),
+            "{schedule:?}"
+        );
+    };
     let mut clock = schedule.start;
     for &step in &schedule.steps {
         match step {
@@ -114,42 +148,45 @@ fn run(failsafe: Failsafe, schedule: &Schedule) {
                 clock = clock.wrapping_add(ticks);
                 model.wait(ticks.into());
             }
-            ScheduleStep::Frame(setpoint) => {
-                often.frame(clock, setpoint.into());
-                seldom.frame(clock, setpoint.into());
+            ScheduleStep::Frame(asked) => {
+                often.frame(clock, demands(asked));
+                seldom.frame(clock, demands(asked));
                 unasked = 0;
-                model.frame(setpoint);
-                assert_eq!(seldom.poll(clock), model.output(), "seldom: {schedule:?}");
+                model.frame(demands(asked).map(Into::into));
+                assert_is_the_models(seldom.poll(clock), &model);
             }
         }
         for _ in 0..2 {
-            assert_eq!(often.poll(clock), model.output(), "{schedule:?}");
+            assert_is_the_models(often.poll(clock), &model);
         }
-        if model.silence >= schedule.parameters.parked_after() {
-            assert_eq!(model.output().phase, Phase::Parked, "{schedule:?}");
+        if model.silence >= parameters.parked_after() {
+            assert_eq!(model.phase(), Phase::Parked, "{schedule:?}");
         }
     }
 }
 
 /// The protocol's rules (S1, S2, S3), with ticks that do not wrap.
-struct Model<'a> {
-    parameters: &'a FailsafeParameters,
+struct Model<D, const AXES: usize> {
+    parameters: FailsafeParameters<D, AXES>,
+    park: [u16; AXES],
     /// Ticks since the last frame; endless before the first.
     silence: u64,
-    demand: [u8; 3],
-    position: [u8; 3],
+    demand: [u16; AXES],
+    position: [u16; AXES],
     /// Of each axis, ticks since the last unit of its way.
-    since_unit: [u64; 3],
+    since_unit: [u64; AXES],
 }
 
-impl<'a> Model<'a> {
-    fn new(parameters: &'a FailsafeParameters) -> Self {
+impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
+    fn new(parameters: FailsafeParameters<D, AXES>) -> Self {
+        let park = parameters.park.map(Into::into);
         Self {
             parameters,
+            park,
             silence: u64::MAX,
-            demand: parameters.park.into(),
-            position: parameters.park.into(),
-            since_unit: [0; 3],
+            demand: park,
+            position: park,
+            since_unit: [0; AXES],
         }
     }
 
@@ -160,12 +197,12 @@ impl<'a> Model<'a> {
         let approaching = self.silence.min(hold.into()).saturating_sub(before);
         let ramping = self.silence.saturating_sub(before.max(ramp.into()));
         self.approach(self.demand, approaching);
-        self.approach(self.parameters.park.into(), ramping);
+        self.approach(self.park, ramping);
     }
 
     /// A unit in each `ticks_per_unit`, up to the target. What makes no unit counts for the next one,
     /// unless the axis is there.
-    fn approach(&mut self, target: [u8; 3], ticks: u64) {
+    fn approach(&mut self, target: [u16; AXES], ticks: u64) {
         if ticks == 0 {
             return;
         }
@@ -174,7 +211,7 @@ impl<'a> Model<'a> {
         for ((position, since_unit), (target, rate)) in axes.zip(target.into_iter().zip(rates)) {
             let (way, rate) = (position.abs_diff(target), u64::from(rate.get()));
             let time = *since_unit + ticks;
-            let units = u8::try_from(time / rate).unwrap_or(u8::MAX).min(way);
+            let units = u16::try_from(time / rate).unwrap_or(u16::MAX).min(way);
             *since_unit = if units == way { 0 } else { time % rate };
             if target > *position {
                 *position += units;
@@ -184,15 +221,15 @@ impl<'a> Model<'a> {
         }
     }
 
-    fn frame(&mut self, setpoint: [u8; 3]) {
-        if self.output().phase == Phase::Live {
-            self.position = setpoint;
+    fn frame(&mut self, demand: [u16; AXES]) {
+        if self.phase() == Phase::Live {
+            self.position = demand;
         }
-        (self.silence, self.demand) = (0, setpoint);
+        (self.silence, self.demand) = (0, demand);
     }
 
-    fn output(&self) -> Output {
-        let phase = if self.silence < self.parameters.hold_after.into() {
+    fn phase(&self) -> Phase {
+        if self.silence < self.parameters.hold_after.into() {
             if self.position == self.demand {
                 Phase::Live
             } else {
@@ -200,14 +237,10 @@ impl<'a> Model<'a> {
             }
         } else if self.silence < self.parameters.ramp_after.into() {
             Phase::Hold
-        } else if self.position == <[u8; 3]>::from(self.parameters.park) {
+        } else if self.position == self.park {
             Phase::Parked
         } else {
             Phase::Ramp
-        };
-        Output {
-            setpoint: self.position.into(),
-            phase,
         }
     }
 }
@@ -229,7 +262,7 @@ mod tests {
             parameters.ticks_per_unit.map(NonZeroU32::get),
             [0x201, 10, 11]
         );
-        assert_eq!(<[u8; 3]>::from(parameters.park), *b"\xAAbc");
+        assert_eq!(parameters.park, *b"\xAAbc");
         assert_eq!(schedule.start, u32::MAX);
         assert_eq!(
             schedule.steps,

@@ -1,10 +1,13 @@
 //! Target `faults`: frames as they were sent, what the line did to them, and what must arrive.
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{Bin, BinCrc8, Format, Lecture, Parser, Receiver, Setpoint, crc8};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8, Setpoint, crc8};
+use framelock::{Encode, Frame, Receiver};
 use framelock_proofs::reference::{self, Policy};
 
 use crate::outcome::Outcome;
+use crate::parser::OfSetpoints;
 use crate::rest;
 
 /// The most bytes that a line carries. What would be more is not sent.
@@ -192,7 +195,7 @@ pub fn faults(line: &FaultyLine) {
 /// Commits, with the indices of their last bytes: those of the reference.
 fn commits<P, F>(line: &[Received], policy: Policy) -> Vec<(usize, Setpoint)>
 where
-    P: Parser<Message = Setpoint> + Default,
+    P: OfSetpoints,
     F: reference::Format,
 {
     let mut parser = P::default();
@@ -202,8 +205,10 @@ where
     for stretch in line.chunk_by(|_, next| !next.behind_event) {
         let bytes: Vec<u8> = stretch.iter().map(|received| received.byte).collect();
         parser.reset();
-        parser.feed(&bytes, |index, setpoint| {
-            commits.push((from + index, setpoint));
+        let mut end = from;
+        parser.feed(&bytes, |found| {
+            end += found.bytes();
+            commits.extend(found.message().map(|setpoint| (end - 1, setpoint)));
         });
         let frames = Outcome::expected::<F>(&bytes, policy).frames();
         expected.extend(
@@ -219,16 +224,16 @@ where
 
 fn check<F>(line: &[Received], commits: &[(usize, Setpoint)])
 where
-    F: Format<Message = Setpoint>,
+    F: Encode<Message = Setpoint>,
 {
     for &(_, setpoint) in commits {
         let mut again = Vec::new();
         let frame = F::encode(setpoint);
-        Receiver::<F>::new().feed(frame.as_ref(), |_, setpoint| again.push(setpoint));
+        Receiver::<F>::new().feed(frame.as_ref(), |found| again.extend(found.message()));
         assert_eq!(again, [setpoint], "sent again");
     }
 
-    for (start, frame) in line.windows(Receiver::<F>::FRAME_LENGTH).enumerate() {
+    for (start, frame) in line.windows(F::Frame::LENGTH).enumerate() {
         let Some(wrong) = wrong_bits(frame) else {
             continue;
         };

@@ -6,7 +6,7 @@
 )]
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{Found, Framing, LineEvent, Receiver, Verdict};
+use framelock::{Format, Found, LineEvent, Receiver, Verdict};
 use framelock_formats::{Crsf, Ibus, Mavlink2, Mavlink2Entry, Sbus, SixAxes, Ubx};
 use framelock_proofs::reference::framed;
 
@@ -114,7 +114,11 @@ pub fn formats(line: &FormatLine) {
     }
 }
 
-fn check<F: Framing + Copy, const N: usize>(format: F, protocol: Protocol, steps: &[FormatStep]) {
+fn check<F: Format + Copy + 'static, const N: usize>(
+    format: F,
+    protocol: Protocol,
+    steps: &[FormatStep],
+) {
     let mut stream = Vec::new();
     for step in steps {
         stream.extend(step.slices(protocol).into_iter().map(StreamStep::Slice));
@@ -144,17 +148,21 @@ fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
         framed(&SixAxes, &bytes, true, |found| {
             if let Found::Frame { length, message } = found {
                 let end = message + length;
-                expected.push((end - 1, Framing::decode(&SixAxes, &bytes[message..end])));
+                expected.push((end - 1, Format::decode(&SixAxes, &bytes[message..end])));
             }
         });
         let mut found = Vec::new();
-        Receiver::<SixAxes>::new().feed(&bytes, |index, axes| found.push((index, axes)));
+        let mut end = 0;
+        Receiver::<SixAxes>::new().feed(&bytes, |one| {
+            end += one.bytes();
+            found.extend(one.message().map(|axes| (end - 1, axes)));
+        });
         assert_eq!(found, expected, "{bytes:02X?}");
     }
 }
 
-fn begins_where_the_protocol_says(format: &impl Framing, protocol: Protocol, bytes: &[u8]) {
-    fn known<F: Framing>(_: &F, bytes: &[u8]) -> usize {
+fn begins_where_the_protocol_says(format: &impl Format, protocol: Protocol, bytes: &[u8]) {
+    fn known<F: Format>(_: &F, bytes: &[u8]) -> usize {
         F::LONGEST.min(bytes.len())
     }
     for from in 0..bytes.len() {

@@ -3,22 +3,22 @@
 use std::cell::Cell;
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{Accounting, BufferedReceiver, Found, Framing, Mismatch, Verdict};
+use framelock::{BufferedReceiver, DiscardReason, Format, Found, Line, Verdict};
 use framelock_proofs::reference::framed;
 
-use crate::outcome::Counted;
+use crate::outcome::{Counted, add};
 use crate::stream::{Stream, StreamStep};
 
 /// A format that nobody would think of, and a stream.
 #[derive(Debug)]
-pub struct AnyFraming {
+pub struct AnyFormat {
     seed: u32,
     /// Of 16 beginnings so many go on.
     patience: u8,
     stream: Stream,
 }
 
-impl<'a> Arbitrary<'a> for AnyFraming {
+impl<'a> Arbitrary<'a> for AnyFormat {
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         Ok(Self {
             seed: u.arbitrary()?,
@@ -33,14 +33,14 @@ impl<'a> Arbitrary<'a> for AnyFraming {
 ///
 /// # Panics
 /// If the input shows a bug.
-pub fn framing(input: &AnyFraming) {
+pub fn framing(input: &AnyFormat) {
     lengths::<1, 1>(input);
     lengths::<2, 3>(input);
     lengths::<5, 5>(input);
     lengths::<9, 16>(input);
 }
 
-fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFraming) {
+fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) {
     let format = |is_lawful| Drawn::<LONGEST> {
         seed: input.seed,
         patience: input.patience % 16,
@@ -52,53 +52,30 @@ fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFraming) {
     accounted_for::<LONGEST, N>(|| format(false), &input.stream);
 }
 
-/// What is found, bytes that are dropped one behind the other for the same reason at once.
+/// What is found, bytes that are discarded one behind the other for the same reason at once.
 #[derive(Default)]
 struct Findings(Vec<Found<usize>>);
 
 impl Findings {
-    fn add(&mut self, found: Found<usize>) {
-        if let Found::Dropped { count: more, why } = found
-            && let Some(Found::Dropped { count, why: before }) = self.0.last_mut()
-            && *before == why
-        {
-            *count += more;
-        } else {
-            self.0.push(found);
-        }
-    }
-
     /// Of what the receiver finds: its message is the frame, which must be the next of `stream`.
     fn receive(&mut self, stream: &[u8], found: Found<&[u8]>) {
         let place = self.bytes();
-        self.add(match found {
-            Found::Frame { length, message } => {
-                assert_eq!(
-                    message,
-                    &stream[place..place + length],
-                    "at {place} of {stream:02X?}"
-                );
-                Found::Frame {
-                    length,
-                    message: place,
-                }
-            }
-            Found::Dropped { count, why } => Found::Dropped { count, why },
+        let end = place + found.bytes();
+        let found = found.map(|frame| {
+            assert_eq!(frame, &stream[place..end], "at {place} of {stream:02X?}");
+            place
         });
+        add(&mut self.0, found);
     }
 
     fn bytes(&self) -> usize {
-        let length = |found: &Found<usize>| match *found {
-            Found::Frame { length, .. } => length,
-            Found::Dropped { count, .. } => count,
-        };
-        self.0.iter().map(length).sum()
+        self.0.iter().map(Found::bytes).sum()
     }
 }
 
-fn reference<F: Framing>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<usize>>, usize) {
+fn reference<F: Format>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<usize>>, usize) {
     let mut findings = Findings::default();
-    let pending = framed(format, bytes, is_over, |found| findings.add(found));
+    let pending = framed(format, bytes, is_over, |found| add(&mut findings.0, found));
     (findings.0, pending)
 }
 
@@ -110,11 +87,11 @@ pub(crate) fn as_the_reference<F, const N: usize>(
     Stream(steps): &Stream,
     questions: impl Fn(&F) -> usize,
 ) where
-    F: for<'a> Framing<Message<'a> = &'a [u8]>,
+    F: for<'a> Format<Message<'a> = &'a [u8]> + 'static,
 {
     let mut fed = BufferedReceiver::<_, N>::new(format());
     let mut pushed = BufferedReceiver::<_, N>::new(format());
-    let mut line = Accounting::new(BufferedReceiver::<_, N>::new(format()));
+    let mut line = Line::new(BufferedReceiver::<_, N>::new(format()));
     let mut counted = Counted::default();
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = stretch.iter().flat_map(StreamStep::bytes);
@@ -162,7 +139,6 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             }
         }
         line.feed(&[], |_| ());
-        counted.counters.bytes += bytes.len();
         let mut all = expected;
         if let Some(StreamStep::Event(event)) = stretch.last() {
             all = reference(&format(), &bytes, true).0;
@@ -176,15 +152,10 @@ pub(crate) fn as_the_reference<F, const N: usize>(
         let is_frame = |found: &&Found<usize>| matches!(found, Found::Frame { .. });
         let expected = all.iter().filter(is_frame).map(|found| match *found {
             Found::Frame { length, message } => &bytes[message..message + length],
-            Found::Dropped { .. } => &[],
+            Found::Discarded { .. } => &[],
         });
         assert!(frames.iter().eq(expected), "pushed: {steps:02X?}");
-        for found in &all {
-            match *found {
-                Found::Frame { length, .. } => counted.frame(length),
-                Found::Dropped { count, why } => counted.dropped(count, why),
-            }
-        }
+        counted.add(bytes.len(), &all);
         let counters = line.counters();
         assert_eq!(counters, &counted.counters, "{steps:02X?}");
         let places = counters.frame_bytes + counters.discarded.total() + line.pending();
@@ -201,7 +172,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
 /// A format whose messages are the frames themselves.
 pub(crate) struct Frames<F>(pub(crate) F);
 
-impl<F: Framing> Framing for Frames<F> {
+impl<F: Format> Format for Frames<F> {
     const LONGEST: usize = F::LONGEST;
     type Message<'a> = &'a [u8];
 
@@ -227,7 +198,7 @@ impl<F: Framing> Framing for Frames<F> {
 fn ends(findings: &[Found<usize>]) -> Vec<usize> {
     let end = |found: &Found<usize>| match *found {
         Found::Frame { length, message } => Some(message + length),
-        Found::Dropped { .. } => None,
+        Found::Discarded { .. } => None,
     };
     findings.iter().filter_map(end).collect()
 }
@@ -240,7 +211,7 @@ fn accounted_for<const LONGEST: usize, const N: usize>(
     let bytes: Vec<u8> = steps.iter().flat_map(StreamStep::bytes).copied().collect();
     let mut fed = BufferedReceiver::<_, N>::new(format());
     let mut findings = Findings::default();
-    let mut pushed = Accounting::new(BufferedReceiver::<_, N>::new(format()));
+    let mut pushed = Line::new(BufferedReceiver::<_, N>::new(format()));
     let mut taken = 0;
     for step in steps {
         match step {
@@ -308,17 +279,17 @@ impl<const LONGEST: usize> Drawn<LONGEST> {
                 number % (2 * LONGEST)
             }),
             _ => Verdict::Reject(match why / 2 % 5 {
-                0 => Mismatch::NoSync,
-                1 => Mismatch::BrokenSync,
-                2 => Mismatch::Header,
-                3 => Mismatch::Terminator,
-                _ => Mismatch::Check,
+                0 => DiscardReason::NoSync,
+                1 => DiscardReason::BrokenSync,
+                2 => DiscardReason::Header,
+                3 => DiscardReason::Terminator,
+                _ => DiscardReason::Check,
             }),
         }
     }
 }
 
-impl<const LONGEST: usize> Framing for Drawn<LONGEST> {
+impl<const LONGEST: usize> Format for Drawn<LONGEST> {
     const LONGEST: usize = LONGEST;
     type Message<'a> = &'a [u8];
 

@@ -24,7 +24,7 @@ mod stream;
 pub use failsafe::{Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
 pub use formats::{Fault, FormatLine, FormatStep, Protocol, formats};
-pub use framing::{AnyFraming, framing};
+pub use framing::{AnyFormat, framing};
 pub use parser::parser;
 pub use reader::reader;
 pub use stream::{Stream, StreamStep};

@@ -1,13 +1,14 @@
 //! What the naive reference makes of a stream, in the core's words.
 
-use framelock::{Counters, Event, LineEvent, Mismatch, Setpoint};
-use framelock_proofs::reference::{self, Format, Policy, whole_buffer};
+use framelock::motion::Setpoint;
+use framelock::{Counters, DiscardReason, Found, LineEvent};
+use framelock_proofs::reference::{Format, Policy, whole_buffer};
 
 /// What a parser must report of a stream that it takes after a reset.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Outcome {
-    /// In order. Bytes that are dropped one behind the other for the same reason are one event.
-    pub(crate) events: Vec<Event<Setpoint>>,
+    /// In order. Bytes that are discarded one behind the other for the same reason stand once.
+    pub(crate) found: Vec<Found<Setpoint>>,
     /// Bytes at the end that may yet become a frame.
     pub(crate) pending: usize,
 }
@@ -16,44 +17,36 @@ impl Outcome {
     /// By the reference.
     pub(crate) fn expected<F: Format>(bytes: &[u8], policy: Policy) -> Self {
         let mut outcome = Self::default();
-        outcome.pending = whole_buffer::<F>(bytes, policy, |event| {
-            outcome.add(match event {
-                reference::Event::Frame { index, setpoint } => Event::Frame {
-                    index,
-                    message: setpoint.into(),
-                },
-                reference::Event::Dropped { count, place } => Event::Dropped {
-                    count,
-                    why: match place {
-                        0 => Mismatch::NoSync,
-                        1 => Mismatch::BrokenSync,
-                        place if place == F::LENGTH => Mismatch::Check,
-                        _ => Mismatch::Terminator,
-                    },
-                },
-            });
+        outcome.pending = whole_buffer::<F>(bytes, policy, |found| {
+            outcome.add(found.map(Setpoint::from));
         });
         outcome
     }
 
-    pub(crate) fn add(&mut self, event: Event<Setpoint>) {
-        if let Event::Dropped { count: more, why } = event
-            && let Some(Event::Dropped { count, why: before }) = self.events.last_mut()
-            && *before == why
-        {
-            *count += more;
-        } else {
-            self.events.push(event);
-        }
+    pub(crate) fn add(&mut self, found: Found<Setpoint>) {
+        add(&mut self.found, found);
     }
 
     /// Each setpoint with the index of its frame's last byte.
     pub(crate) fn frames(&self) -> Vec<(usize, Setpoint)> {
-        let frame = |event: &Event<Setpoint>| match *event {
-            Event::Frame { index, message } => Some((index, message)),
-            Event::Dropped { .. } => None,
+        let mut end = 0;
+        let frame = |found: &Found<Setpoint>| {
+            end += found.bytes();
+            found.message().map(|setpoint| (end - 1, setpoint))
         };
-        self.events.iter().filter_map(frame).collect()
+        self.found.iter().filter_map(frame).collect()
+    }
+}
+
+/// Adds what is found next; bytes that are discarded for the same reason as those before go with them.
+pub(crate) fn add<Message>(all: &mut Vec<Found<Message>>, found: Found<Message>) {
+    if let Found::Discarded { count: more, why } = found
+        && let Some(Found::Discarded { count, why: before }) = all.last_mut()
+        && *before == why
+    {
+        *count += more;
+    } else {
+        all.push(found);
     }
 }
 
@@ -61,43 +54,42 @@ impl Outcome {
 #[derive(Default)]
 pub(crate) struct Counted {
     pub(crate) counters: Counters,
-    /// Bytes were dropped since the last frame.
+    /// Bytes were discarded since the last frame.
     lost: bool,
 }
 
 impl Counted {
-    /// The bytes since the last line event, and what became of them in frames of so many bytes.
-    pub(crate) fn add(&mut self, bytes: usize, frame_length: usize, outcome: &Outcome) {
+    /// The bytes since the last line event, and what became of them.
+    pub(crate) fn add<Message>(&mut self, bytes: usize, found: &[Found<Message>]) {
         self.counters.bytes += bytes;
-        for event in &outcome.events {
-            match *event {
-                Event::Frame { .. } => self.frame(frame_length),
-                Event::Dropped { count, why } => self.dropped(count, why),
+        for found in found {
+            match *found {
+                Found::Frame { length, .. } => {
+                    self.counters.frames += 1;
+                    self.counters.frame_bytes += length;
+                    self.counters.resynchronisations += usize::from(self.lost);
+                    self.lost = false;
+                }
+                Found::Discarded { count, why } => self.discarded(count, why),
             }
         }
     }
 
-    pub(crate) fn frame(&mut self, length: usize) {
-        self.counters.frames += 1;
-        self.counters.frame_bytes += length;
-        self.counters.resynchronisations += usize::from(self.lost);
-        self.lost = false;
-    }
-
-    pub(crate) fn dropped(&mut self, count: usize, why: Mismatch) {
+    pub(crate) fn discarded(&mut self, count: usize, why: DiscardReason) {
         let discarded = &mut self.counters.discarded;
         *match why {
-            Mismatch::NoSync => &mut discarded.no_sync,
-            Mismatch::BrokenSync => &mut discarded.broken_sync,
-            Mismatch::Header => &mut discarded.header,
-            Mismatch::Terminator => &mut discarded.terminator,
-            Mismatch::Check => &mut discarded.check,
-            Mismatch::LineEvent => &mut discarded.line_event,
+            DiscardReason::NoSync => &mut discarded.no_sync,
+            DiscardReason::BrokenSync => &mut discarded.broken_sync,
+            DiscardReason::Header => &mut discarded.header,
+            DiscardReason::Terminator => &mut discarded.terminator,
+            DiscardReason::Check => &mut discarded.check,
+            DiscardReason::LineEvent => &mut discarded.line_event,
+            other => panic!("no counter for {other}"),
         } += count;
         self.lost |= count > 0;
     }
 
-    /// The line event behind them. What it drops is told by [`Self::dropped`].
+    /// The line event behind them. What it discards is counted by [`Self::discarded`].
     pub(crate) fn line_event(&mut self, event: LineEvent) {
         let events = &mut self.counters.events;
         *match event {
@@ -106,6 +98,7 @@ impl Counted {
             LineEvent::Overrun => &mut events.overrun,
             LineEvent::Break => &mut events.line_break,
             LineEvent::Idle => &mut events.idle,
+            other => panic!("no counter for {other:?}"),
         } += 1;
     }
 }

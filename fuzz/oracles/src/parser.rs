@@ -1,13 +1,17 @@
 //! Target `parser`: a stream, cut into slices anywhere, with line events anywhere.
 
-use framelock::{Accounting, Bin, BinCrc8, Event, Lecture, Mismatch, Parser, Receiver, Setpoint};
+use std::fmt::Debug;
+
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{DiscardReason, Line, Parser, Receiver};
 use framelock_proofs::reference::{self, Format, Policy};
 
 use crate::outcome::{Counted, Outcome};
 use crate::stream::{Stream, StreamStep};
 
-/// Every parser reports of the stream what the reference does: the frames, their places, which bytes
-/// were dropped and why. Byte by byte and slice by slice is the same, wherever the stream is cut;
+/// Every machine reports of the stream what the reference does: the frames, their places, which bytes
+/// were discarded and why. Byte by byte and slice by slice is the same, wherever the stream is cut;
 /// nothing reaches across a line event; every byte and event is counted, once.
 ///
 /// # Panics
@@ -18,12 +22,21 @@ pub fn parser(stream: &Stream) {
     check::<Receiver<BinCrc8>, reference::BinCrc8>(stream, Policy::Rescan);
 }
 
+/// A machine whose messages are setpoints.
+pub(crate) trait OfSetpoints:
+    for<'a> Parser<Message<'a> = Setpoint> + Default + 'static
+{
+}
+
+impl<P: for<'a> Parser<Message<'a> = Setpoint> + Default + 'static> OfSetpoints for P {}
+
 fn check<P, F>(Stream(steps): &Stream, policy: Policy)
 where
-    P: Parser<Message = Setpoint> + Copy + Default + PartialEq + std::fmt::Debug,
+    P: OfSetpoints + Copy + PartialEq + Debug,
     F: Format,
 {
-    let mut line = Accounting::new(P::default());
+    // By slices, and of these the shortest by bytes.
+    let mut line = Line::new(P::default());
     let mut counted = Counted::default();
     // A line event makes the rest of the stream a stream of its own.
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
@@ -33,25 +46,34 @@ where
             .copied()
             .collect();
         let expected = Outcome::expected::<F>(&bytes, policy);
-        let pushed = push::<P>(&bytes, &expected);
+        let pushed = push::<P, F>(&bytes, &expected);
         let (fed, outcome) = feed::<P>(stretch);
         assert_eq!(fed, pushed, "fed: {steps:02X?}");
         assert_eq!(outcome, expected, "fed: {steps:02X?}");
 
-        let (mut frames, mut from) = (Vec::new(), 0);
+        let mut setpoints = Vec::new();
         for slice in stretch.iter().map(StreamStep::bytes) {
-            line.feed(slice, |index, setpoint| {
-                frames.push((from + index, setpoint));
-            });
-            from += slice.len();
+            match slice {
+                [_, _, _, ..] => line.feed(slice, |found| setpoints.extend(found.message())),
+                few => setpoints.extend(few.iter().filter_map(|&byte| line.push(byte))),
+            }
         }
-        assert_eq!(frames, expected.frames(), "accounted for: {steps:02X?}");
-        assert_eq!(line.parser(), &pushed, "accounted for: {steps:02X?}");
+        let expected_setpoints = expected.frames().into_iter().map(|(_, setpoint)| setpoint);
+        assert!(
+            setpoints.into_iter().eq(expected_setpoints),
+            "on the line: {steps:02X?}"
+        );
+        assert_eq!(line.parser(), &pushed, "on the line: {steps:02X?}");
 
-        counted.add(bytes.len(), P::FRAME_LENGTH, &expected);
+        counted.add(bytes.len(), &expected.found);
         if let Some(StreamStep::Event(event)) = stretch.last() {
-            line.line_event(*event);
-            counted.dropped(expected.pending, Mismatch::LineEvent);
+            let mut discarded = 0;
+            line.line_event(*event, |found| {
+                assert_eq!(found.message(), None, "{steps:02X?}");
+                discarded += found.bytes();
+            });
+            assert_eq!(discarded, expected.pending, "{steps:02X?}");
+            counted.discarded(expected.pending, DiscardReason::LineEvent);
             counted.line_event(*event);
             assert_eq!(line.parser(), &P::default(), "reset: {steps:02X?}");
         }
@@ -59,48 +81,47 @@ where
         assert_eq!(counters, &counted.counters, "{steps:02X?}");
         assert_eq!(
             counters.bytes,
-            P::FRAME_LENGTH * counters.frames + counters.discarded.total() + line.pending(),
+            counters.frame_bytes + counters.discarded.total() + line.pending(),
             "every byte has one place: {steps:02X?}"
         );
     }
 }
 
-/// Byte by byte: a frame in the step that takes its last byte, less than a frame pending at any time.
-fn push<P>(bytes: &[u8], expected: &Outcome) -> P
+/// Byte by byte, with what is discarded and without: a frame in the step that takes its last byte, less
+/// than a frame pending at any time.
+fn push<P, F>(bytes: &[u8], expected: &Outcome) -> P
 where
-    P: Parser<Message = Setpoint> + Default,
+    P: OfSetpoints + PartialEq + Debug,
+    F: Format,
 {
-    let mut parser = P::default();
+    let (mut parser, mut telling) = (P::default(), P::default());
     let mut frames = Vec::new();
+    let mut told = Outcome::default();
     for (index, &byte) in bytes.iter().enumerate() {
         let setpoint = parser.push(byte);
         frames.extend(setpoint.map(|setpoint| (index, setpoint)));
-        assert!(parser.pending() < P::FRAME_LENGTH, "{bytes:02X?}");
+        assert!(parser.pending() < F::LENGTH, "{bytes:02X?}");
+
+        let frame = telling.push_with(byte, |count, why| {
+            told.add(framelock::Found::Discarded { count, why });
+        });
+        if let Some((length, message)) = frame {
+            told.add(framelock::Found::Frame { length, message });
+        }
+        assert_eq!(telling, parser, "{bytes:02X?}");
     }
+    told.pending = telling.pending();
     assert_eq!(frames, expected.frames(), "pushed: {bytes:02X?}");
-    assert_eq!(parser.pending(), expected.pending, "pushed: {bytes:02X?}");
+    assert_eq!(&told, expected, "pushed: {bytes:02X?}");
     parser
 }
 
 /// Slice by slice.
-fn feed<P>(slices: &[StreamStep]) -> (P, Outcome)
-where
-    P: Parser<Message = Setpoint> + Default,
-{
+fn feed<P: OfSetpoints>(slices: &[StreamStep]) -> (P, Outcome) {
     let mut parser = P::default();
     let mut outcome = Outcome::default();
-    let mut from = 0;
     for slice in slices.iter().map(StreamStep::bytes) {
-        parser.feed_events(slice, |event| {
-            outcome.add(match event {
-                Event::Frame { index, message } => Event::Frame {
-                    index: from + index,
-                    message,
-                },
-                dropped @ Event::Dropped { .. } => dropped,
-            });
-        });
-        from += slice.len();
+        parser.feed(slice, |found| outcome.add(found));
     }
     outcome.pending = parser.pending();
     (parser, outcome)

@@ -5,12 +5,13 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
-use framelock::{
-    Bin, BinCrc8, Counters, Lecture, LineEvent, Mismatch, Parser, Reader, Receiver, Setpoint,
-};
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{Counters, DiscardReason, LineEvent, Reader, Receiver};
 use framelock_proofs::reference::{self, Format, Policy};
 
 use crate::outcome::{Counted, Outcome};
+use crate::parser::OfSetpoints;
 use crate::stream::{Stream, StreamStep};
 
 /// A UART's driver: it gives the slices, and an error for each line event.
@@ -70,13 +71,14 @@ type Answer = Result<Option<Setpoint>, ErrorKind>;
 
 fn check<P, F, const N: usize>(Stream(steps): &Stream, policy: Policy)
 where
-    P: Parser<Message = Setpoint> + Default + Debug,
+    P: OfSetpoints + Debug,
     F: Format,
 {
     let (expected, counters) = expected::<F>(steps, policy);
-    for read in [Reader::read, |reader: &mut Reader<_, P, N>| {
-        now(reader.read_async())
-    }] {
+    for read in [
+        |reader: &mut Reader<_, P, N>| reader.read(|setpoint| setpoint),
+        |reader: &mut Reader<_, P, N>| now(reader.read_async(|setpoint| setpoint)),
+    ] {
         let driver = Driver {
             steps: steps.iter(),
             bytes: &[],
@@ -85,7 +87,7 @@ where
         for &answer in &expected {
             assert_eq!(read(&mut reader), answer, "{steps:02X?}");
             if answer == Err(ErrorKind::Other) {
-                reader.line_mut().line_event(LineEvent::Overrun);
+                reader.line_mut().line_event(LineEvent::Overrun, |_| ());
             }
         }
         assert_eq!(reader.line().counters(), &counters, "{steps:02X?}");
@@ -105,7 +107,7 @@ fn expected<F: Format>(steps: &[StreamStep], policy: Policy) -> (Vec<Answer>, Co
             .copied()
             .collect();
         let outcome = Outcome::expected::<F>(&bytes, policy);
-        counted.add(bytes.len(), F::LENGTH, &outcome);
+        counted.add(bytes.len(), &outcome.found);
 
         let mut frames = outcome.frames().into_iter().peekable();
         let mut read = 0;
@@ -117,7 +119,7 @@ fn expected<F: Format>(steps: &[StreamStep], policy: Policy) -> (Vec<Answer>, Co
             if let StreamStep::Event(event) = step {
                 answers.push(Err(error(*event)));
                 if ends(step) {
-                    counted.dropped(outcome.pending, Mismatch::LineEvent);
+                    counted.discarded(outcome.pending, DiscardReason::LineEvent);
                     counted.line_event(LineEvent::Overrun);
                 }
             }

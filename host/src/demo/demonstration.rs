@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use framelock::{Output, Setpoint};
+use framelock::motion::{Output, Setpoint};
 use framelock_simulation::{
     Event, FaultRates, Frame, FrameFormat, Kind, LineTally, Origin, Parameters, Policy,
     ReceiverTally, Seed, SmoothMotion, Trial, check_rate,
@@ -20,7 +20,7 @@ const FRAME_LENGTH: usize = FrameFormat::Bin.length();
 /// What there is to see of a station.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Report {
-    pub(super) output: Output,
+    pub(super) output: Output<u8, 3>,
     pub(super) tally: ReceiverTally,
     /// Frames sent whose setpoint was not committed with their own last byte.
     pub(super) lost: u64,

@@ -1,6 +1,6 @@
 //! What the simulated motion PC does, and when.
 
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 use framelock_simulation::SmoothMotion;
 
 /// Where the seat stands still. The frame that repeats it is `41 42 00 41 42 00 0D`: its payload

@@ -3,7 +3,6 @@
 //! Laid out for 80 columns and 24 rows. A lower terminal goes without the bytes, then without the
 //! seats.
 
-use framelock::Output;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Margin};
 use ratatui::style::Stylize;
@@ -145,12 +144,11 @@ fn counts(report: &Report, broken: u64, width: u16) -> Line<'static> {
 
 /// Where the failsafe has the seat, and where the PC wants it.
 fn seat(report: &Report, demonstration: &Demonstration, width: u16) -> Line<'static> {
-    let Output { setpoint, .. } = report.output;
     let sent = demonstration.last_sent.map(<[u8; 3]>::from);
     let mut line = Line::from("seat, ┃ as sent  ");
     let bar_width = (width - 17).div_ceil(3).saturating_sub(7);
     let names = ["pitch", "roll", "yaw"];
-    for (axis, (name, output)) in names.into_iter().zip(<[u8; 3]>::from(setpoint)).enumerate() {
+    for (axis, (name, output)) in names.into_iter().zip(report.output.axes).enumerate() {
         let sent = sent.and_then(|axes| axes.get(axis).copied());
         line.push_span(format!("{name:>5} ").dim());
         line.extend(bar(output, sent, bar_width));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use framelock::{Framing, Headed, Mismatch, Verdict};
+use framelock::{DiscardReason, Format as _, Headed, Verdict};
 use serde::Deserialize;
 use serde_json::Value as Json;
 
@@ -95,7 +95,7 @@ impl TryFrom<String> for Id {
 #[derive(Clone)]
 pub(crate) struct Described(pub(super) Arc<Format>);
 
-impl Framing for Described {
+impl framelock::Format for Described {
     const LONGEST: usize = LONGEST;
     type Message<'a> = &'a [u8];
 
@@ -182,12 +182,12 @@ impl Format {
                 let end = from + place + length;
                 let frame = bytes.get(..end).unwrap_or_default();
                 if end < self.shortest {
-                    return Verdict::Reject(Mismatch::Header);
+                    return Verdict::Reject(DiscardReason::Header);
                 }
                 self.mismatch(frame)
                     .map_or(Verdict::Frame(end), Verdict::Reject)
             }
-            None if bytes.len() == self.longest => Verdict::Reject(Mismatch::Terminator),
+            None if bytes.len() == self.longest => Verdict::Reject(DiscardReason::Terminator),
             None => Verdict::Incomplete {
                 at_least: bytes.len() + 1,
             },
@@ -195,14 +195,14 @@ impl Format {
     }
 
     /// What is wrong with a frame whose header is right.
-    fn mismatch(&self, frame: &[u8]) -> Option<Mismatch> {
+    fn mismatch(&self, frame: &[u8]) -> Option<DiscardReason> {
         if !frame.ends_with(&self.terminator) || !self.fields.iter().all(|it| it.is_right(frame)) {
-            return Some(Mismatch::Terminator);
+            return Some(DiscardReason::Terminator);
         }
         let check = self.check.as_ref()?;
         let at = check.at.index(frame.len())?;
         let stored = frame.get(at..at + check.number.length)?;
-        (check.bytes(frame)? != stored).then_some(Mismatch::Check)
+        (check.bytes(frame)? != stored).then_some(DiscardReason::Check)
     }
 }
 

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-use framelock::{BufferedReceiver, Found, Framing, Verdict, check_laws};
+use framelock::{BufferedReceiver, Format, Found, Verdict, check_laws};
 use framelock_proofs::reference::framed;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
@@ -27,28 +27,19 @@ fn received(described: &Described, stream: &[u8], most: usize, random: &mut ChaC
         let (piece, behind) = rest.split_at(random.random_range(1..=most.min(rest.len())));
         rest = behind;
         receiver.feed(piece, |found| {
-            let (event, count) = match found {
-                Found::Frame { length, .. } => (
-                    Found::Frame {
-                        length,
-                        message: settled,
-                    },
-                    length,
-                ),
-                Found::Dropped { count, why } => (Found::Dropped { count, why }, count),
-            };
-            events.push(event);
+            let count = found.bytes();
+            events.push(found.map(|_| settled));
             settled += count;
         });
     }
     one_by_one(&events)
 }
 
-/// Dropped bytes one by one: in how many pieces they are told depends on the cuts.
+/// Discarded bytes one by one: in how many pieces they are told depends on the cuts.
 fn one_by_one(events: &[Found<usize>]) -> Events {
     let each = events.iter().flat_map(|event| match *event {
         Found::Frame { .. } => vec![*event],
-        Found::Dropped { count, why } => vec![Found::Dropped { count: 1, why }; count],
+        Found::Discarded { count, why } => vec![Found::Discarded { count: 1, why }; count],
     });
     each.collect()
 }

@@ -3,7 +3,8 @@
 //! Laid out for 80 columns and 24 rows; a lower terminal goes without the chart, then without the
 //! discarded bytes.
 
-use framelock::{LineEvent, Output};
+use framelock::LineEvent;
+use framelock::motion::Output;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Stylize};
@@ -114,12 +115,11 @@ fn title_lines(session: &Session) -> Vec<Line<'static>> {
 
 /// The setpoint and the failsafe's output, and the machine's state.
 fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
-    let Output { setpoint, phase } = watch.output();
+    let Output { axes, phase } = watch.output();
     let demands = watch.now.setpoint.map(<[u8; 3]>::from);
-    let outputs = <[u8; 3]>::from(setpoint);
     let bar_width = width.saturating_sub(6 + 10);
     let mut lines = Vec::new();
-    for (axis, ((name, _), output)) in AXES.into_iter().zip(outputs).enumerate() {
+    for (axis, ((name, _), output)) in AXES.into_iter().zip(axes).enumerate() {
         let demand = demands.and_then(|axes| axes.get(axis).copied());
         let number = demand.map_or_else(|| "--".to_owned(), |demand| format!("{demand:02X}"));
         let mut line = Line::from(format!("{name:<6}"));

@@ -5,10 +5,11 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use framelock::{Failsafe, FailsafeError, FailsafeParameters, LineEvent, Output, Setpoint};
+use framelock::LineEvent;
+use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Output, Setpoint};
 
 use crate::frame::{Frame, Place};
-use crate::line::{Line, Piece, Watched};
+use crate::line::{AnyLine, Piece, Watched};
 
 /// How far apart samples are, and how many are kept: the last ten seconds.
 const SAMPLE_EVERY: Duration = Duration::from_millis(100);
@@ -54,7 +55,7 @@ pub(super) struct Watch {
     /// The last frame's bytes.
     pub(super) last: Option<Vec<u8>>,
     pub(super) line: Watched,
-    failsafe: Failsafe,
+    failsafe: Failsafe<u8, 3>,
     hold_after: Duration,
     idle_gap: Option<Duration>,
     /// Bytes that are part of no frame, each with whether the byte in front of it was discarded too.
@@ -74,8 +75,8 @@ impl Watch {
     /// than `idle_gap` is reported to the receiver.
     pub(super) fn new(
         frame: Frame,
-        line: Line,
-        parameters: FailsafeParameters,
+        line: AnyLine,
+        parameters: FailsafeParameters<u8, 3>,
         idle_gap: Option<Duration>,
     ) -> Result<Self, FailsafeError> {
         Ok(Self {
@@ -140,9 +141,9 @@ impl Watch {
     }
 
     fn settle(&mut self, pieces: Vec<Piece>) {
-        for Piece { bytes, dropped } in pieces {
+        for Piece { bytes, discarded } in pieces {
             self.settled += bytes.len();
-            if dropped.is_some() {
+            if discarded.is_some() {
                 for byte in bytes {
                     let follows = std::mem::replace(&mut self.is_in_loss, true);
                     push_within(&mut self.discarded, DISCARDED_LENGTH, (byte, follows));
@@ -186,7 +187,7 @@ impl Watch {
     }
 
     /// What a board's failsafe would put out now.
-    pub(super) fn output(&self) -> Output {
+    pub(super) fn output(&self) -> Output<u8, 3> {
         // Of a copy: at a given time it is the same however often it is asked for.
         { self.failsafe }.poll(ticks(self.now.at))
     }

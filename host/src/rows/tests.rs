@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
-use framelock::{Bin, Format};
+use framelock::Encode;
+use framelock::motion::Bin;
 
 use super::*;
 

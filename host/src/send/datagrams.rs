@@ -6,7 +6,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use framelock::{Bin, BinCrc8, Receiver, Setpoint};
+use framelock::Receiver;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
 
 use super::pacer::Rate;
 use super::session::Source;
@@ -134,7 +135,7 @@ fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
-    use framelock::Format;
+    use framelock::Encode;
 
     use super::*;
 

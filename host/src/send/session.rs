@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::time::Duration;
 
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 use framelock_simulation::{ByteFaults, between};
 
 use super::pacer::{Clock, Pacer, Rate};

@@ -1,6 +1,6 @@
 //! A setpoint in an option or a datagram.
 
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 
 /// Reads `pitch,roll,yaw`, each a whole number from 0 to 255.
 pub(super) fn parse(text: &str) -> Result<Setpoint, String> {

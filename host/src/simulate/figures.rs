@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use clap::{Args, Command, FromArgMatches};
-use framelock::Phase;
+use framelock::motion::{Phase, Setpoint};
 use framelock_simulation::{Event, FrameFormat, Parameters, run, theory};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -116,7 +116,7 @@ impl Figure {
             }
         }
         let rows = looks.iter().map(|(at, demand, output)| {
-            json!({ "seconds": at, "demand": demand, "output": output.setpoint })
+            json!({ "seconds": at, "demand": demand, "output": Setpoint::from(output.axes) })
         });
         Ok(rows.collect())
     }

@@ -1,11 +1,11 @@
 //! A machine, and what each byte makes it do: seen from outside, by the bytes that are pending.
 
 use anyhow::{Error, Result};
-use framelock::Setpoint;
+use framelock::motion::Setpoint;
 use serde::Serialize;
 
 use crate::frame::{Frame, LECTURE_STATES};
-use crate::line::{Line, Watched};
+use crate::line::{AnyLine, Watched};
 use crate::names::{PolicyName, name};
 
 /// The place of pitch in a frame; roll and yaw follow.
@@ -46,7 +46,7 @@ impl Observed {
         let frame = Frame::named("bin").map_err(Error::msg)?;
         Ok(Self {
             policy,
-            line: Watched::new(Line::new(&frame, policy)?),
+            line: Watched::new(AnyLine::new(&frame, policy)?),
             frame,
             temp: [None; 3],
             setpoint: None,
@@ -58,7 +58,7 @@ impl Observed {
         let before = self.line.pending().len();
         let (mut committed, mut discarded) = (None, 0);
         for piece in self.line.push(byte) {
-            match piece.dropped {
+            match piece.discarded {
                 None => committed = self.frame.setpoint(&piece.bytes),
                 Some(_) => discarded += piece.bytes.len(),
             }

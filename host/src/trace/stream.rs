@@ -8,7 +8,7 @@ use super::table::{Format, character};
 use crate::frame::{Frame, Place};
 use crate::hex;
 use crate::input::{Input, for_each_arrival};
-use crate::line::{Line, Piece, Watched, reason};
+use crate::line::{AnyLine, Piece, Watched};
 use crate::names::PolicyName;
 
 /// Writes a row for each byte as it comes, and one more for each further thing that it decides.
@@ -19,7 +19,7 @@ pub(super) fn print(
     input: Input,
     out: &mut impl Write,
 ) -> Result<()> {
-    let mut line = Watched::new(Line::new(frame, policy)?);
+    let mut line = Watched::new(AnyLine::new(frame, policy)?);
     let (mut offset, mut settled) = (0, 0);
     if format == Format::Text {
         writeln!(out, "offset  byte    pending  what happened")?;
@@ -38,13 +38,13 @@ pub(super) fn print(
                     r#"{{"offset":{offset},"byte":{byte},"pending":{pending},"what":["#
                 )?;
             }
-            for (number, Piece { bytes, dropped }) in pieces.iter().enumerate() {
+            for (number, Piece { bytes, discarded }) in pieces.iter().enumerate() {
                 let from = settled;
                 settled += bytes.len();
                 let (count, hex) = (bytes.len(), hex::glued(bytes));
                 if format == Format::Jsonl {
                     out.write_all(if number > 0 { b"," } else { b"" })?;
-                    match dropped.map(reason) {
+                    match discarded {
                         None => {
                             let (offset, time) = (settled - 1, None);
                             frame.write_json(out, &Place { offset, time }, bytes)?;
@@ -59,7 +59,7 @@ pub(super) fn print(
                 if number > 0 {
                     write!(out, "\n{:23}", "")?;
                 }
-                match dropped.map(reason) {
+                match discarded {
                     None => {
                         write!(out, "  frame from offset {from}:")?;
                         frame.write_text(out, bytes)?;

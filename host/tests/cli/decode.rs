@@ -3,7 +3,8 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::time::{Duration, Instant, SystemTime};
 
-use framelock::{BinCrc8, Format};
+use framelock::Encode;
+use framelock::motion::BinCrc8;
 
 use crate::process::{CLEAN, LOSSY, complaint, run, shown, signal, start, text};
 

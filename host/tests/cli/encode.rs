@@ -3,7 +3,8 @@
 use std::fs;
 use std::io::{Read, Write};
 
-use framelock::{Bin, BinCrc8, Format, Setpoint};
+use framelock::Encode;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

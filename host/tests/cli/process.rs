@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::process::{Child, Command, Output, Stdio};
 
-use framelock::{Accounting, Parser, Setpoint};
+use framelock::motion::Setpoint;
+use framelock::{Line, Parser};
 
 /// The lecture's worked examples.
 pub(crate) const CLEAN: [u8; 7] = [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
@@ -72,13 +73,13 @@ pub(crate) fn signal(child: &Child, name: &str) {
 
 /// What a receiver makes of the bytes; every one must be part of a frame.
 pub(crate) fn received(
-    parser: impl Parser<Message = Setpoint>,
+    parser: impl for<'a> Parser<Message<'a> = Setpoint> + 'static,
     bytes: impl AsRef<[u8]>,
 ) -> Vec<[u8; 3]> {
     let mut setpoints = Vec::new();
-    let mut line = Accounting::new(parser);
-    line.feed(bytes.as_ref(), |_, setpoint| {
-        setpoints.push(setpoint.into());
+    let mut line = Line::new(parser);
+    line.feed(bytes.as_ref(), |found| {
+        setpoints.extend(found.message().map(<[u8; 3]>::from));
     });
     assert_eq!(line.counters().discarded.total(), 0);
     assert_eq!(line.pending(), 0);

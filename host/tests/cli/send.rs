@@ -6,7 +6,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::net::UdpSocket;
 use std::os::unix::fs::symlink;
 
-use framelock::{Bin, BinCrc8, Receiver};
+use framelock::Receiver;
+use framelock::motion::{Bin, BinCrc8};
 
 use crate::process::{complaint, feed, run, signal, start, text};
 use crate::pseudo_terminal::{line, read_exactly};

@@ -133,12 +133,14 @@ fn lost_of_repeated_frames(lost_in: usize) -> f64 {
             let missing = 7 * lost_in + place;
             bytes.remove(missing);
             // A commit is a frame's if it ends where a frame does.
-            let mut delivered = 0;
+            let (mut delivered, mut behind) = (0, 0);
             reference::whole_buffer::<reference::Bin>(
                 &bytes,
                 reference::Policy::Discard,
-                |event| {
-                    if let reference::Event::Frame { index, .. } = event {
+                |found| {
+                    behind += found.bytes();
+                    if found.message().is_some() {
+                        let index = behind - 1;
                         let sent_as = index + usize::from(index >= missing);
                         delivered += u32::from(sent_as % 7 == 6 && sent_as / 7 != lost_in);
                     }

@@ -1,6 +1,6 @@
 //! What must come out where that is known beforehand, and what must hold of all that comes out.
 
-use framelock::{Output, Phase, Setpoint};
+use framelock::motion::{Output, Phase, Setpoint};
 
 use framelock_simulation::{
     Event, FaultRates, FrameFormat, Kind, Parameters, Payload, Policy, Seed, Tally, Trial, run,
@@ -190,7 +190,7 @@ fn what_comes_out_depends_on_the_seed_and_not_on_the_order_of_trials() {
 }
 
 /// What the actuators do in the trial with that number: the demand, and the receiver's output.
-fn looks(parameters: &Parameters, number: u64) -> (Vec<(Setpoint, Output)>, Tally) {
+fn looks(parameters: &Parameters, number: u64) -> (Vec<(Setpoint, Output<u8, 3>)>, Tally) {
     let trial = run(parameters, number, true).unwrap();
     let looks = trial
         .events

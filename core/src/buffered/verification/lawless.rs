@@ -1,28 +1,31 @@
 //! 13b: whatever the format says, against every law.
 //!
 //! The invariant is [`fits`] for a place that is settled with `LONGEST` bytes. That `store`,
-//! `drop_what_starts_nothing` and `give_back` keep it is shown without any law in
+//! `discard_what_starts_nothing` and `give_back` keep it is shown without any law in
 //! [`steps`](super::steps).
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
 use crate::Found;
 use crate::buffered::Decision;
-use crate::framing::verification::any_up_to;
+use crate::format::verification::any_up_to;
 
 /// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
 fn something_is_decided<const L: usize, const N: usize>() {
     let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
     let (from, pending) = (receiver.from, receiver.pending());
     kani::assume(receiver.ask_at <= receiver.to);
-    let decided = match receiver.decide() {
+    let mut discarded = 0;
+    let decision = receiver.decide(|count, _| discarded += count);
+    let decided = match decision {
         Decision::Frame { at, length } => {
             assert!(receiver.message(at, length).len() == length && length > 0);
             length
         }
-        Decision::Dropped(_) => 1,
+        Decision::Discarded => discarded,
         Decision::Waiting => 0,
     };
-    assert!(decided <= pending);
+    assert!(decided <= pending && discarded <= 1);
+    assert!(discarded == 0 || matches!(decision, Decision::Discarded));
     let left = pending - decided;
     let start = if left == 0 { 0 } else { from + decided };
     assert!(fits(&receiver, start, left, L));
@@ -39,7 +42,7 @@ fn pushed_byte_is_placed<const L: usize, const N: usize>() {
     let mut receiver = any_receiver::<L, N>(Any::lawless(), L - 1);
     let (from, end) = (receiver.from, receiver.to + 1);
     let mut placed = 0;
-    let found = receiver.push_events(byte(end - 1), |count, _| placed += count);
+    let found = receiver.push_with(byte(end - 1), |count, _| placed += count);
     let frame = found.map(|(length, message)| {
         assert!(message.len() == length && length > 0);
         length
@@ -72,7 +75,7 @@ fn slice_is_placed<const L: usize, const N: usize>() {
                 assert!(message.len() == length);
                 length
             }
-            Found::Dropped { count, .. } => count,
+            Found::Discarded { count, .. } => count,
         };
     });
     if let Some(rest) = rest {

@@ -1,7 +1,7 @@
 //! 13f: a round of a line event's loop, from any state.
 
 use super::{Any, any_receiver, are_places, fits, for_longest};
-use crate::{Found, Mismatch, Verdict};
+use crate::{DiscardReason, Found, Verdict};
 
 /// First come the places that start nothing; then what the reference does at the end of a stream, where
 /// it drops a byte instead of waiting.
@@ -24,11 +24,11 @@ fn first_place_is_ended<const L: usize, const N: usize>() {
                 frame = Some(length);
                 next += length;
             }
-            Found::Dropped { count, why } if next < first => {
-                assert!(next + count == first && why == Mismatch::NoSync);
+            Found::Discarded { count, why } if next < first => {
+                assert!(next + count == first && why == DiscardReason::NoSync);
                 next = first;
             }
-            Found::Dropped { count, why } => {
+            Found::Discarded { count, why } => {
                 assert!(count == 1);
                 dropped = Some(why);
                 next += 1;
@@ -42,14 +42,14 @@ fn first_place_is_ended<const L: usize, const N: usize>() {
         match row.settled(end - first) {
             Some(Verdict::Frame(length)) => assert!(frame == Some(length)),
             Some(Verdict::Reject(why)) => assert!(dropped == Some(why)),
-            _ => assert!(dropped == Some(Mismatch::LineEvent)),
+            _ => assert!(dropped == Some(DiscardReason::LineEvent)),
         }
     }
     let start = if next == end { 0 } else { next };
     assert!(fits(&receiver, start, end - next, 1));
     kani::cover!(frame == Some(L - 1), "a whole frame");
     kani::cover!(
-        dropped == Some(Mismatch::LineEvent) && next < end,
+        dropped == Some(DiscardReason::LineEvent) && next < end,
         "bytes are left"
     );
 }
@@ -66,7 +66,7 @@ fn a_byte_is_ended<const L: usize, const N: usize>() {
             assert!(message.len() == length);
             placed += length;
         }
-        Found::Dropped { count, .. } => placed += count,
+        Found::Discarded { count, .. } => placed += count,
     });
     assert!(placed > 0 && placed <= end - from);
     assert!(fits(&receiver, from + placed, end - from - placed, L));

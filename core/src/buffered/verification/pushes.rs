@@ -1,7 +1,7 @@
 //! 13c: `push` as a whole, from any state.
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
-use crate::{Mismatch, Verdict};
+use crate::{DiscardReason, Verdict};
 
 /// It asks at most once (the format asserts that). First come the places that start nothing, then the
 /// frame or the drop of one place. Without events it waits as the reference does.
@@ -14,7 +14,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     let row = receiver.format.row.unwrap();
 
     let mut drops = [None; 2];
-    let found = receiver.push_events(byte(end - 1), |count, why| {
+    let found = receiver.push_with(byte(end - 1), |count, why| {
         let next = usize::from(drops[0].is_some());
         assert!(drops[next].is_none());
         drops[next] = Some((count, why));
@@ -30,7 +30,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     let mut settled_at = receiver.format.settled_at(from);
     if is_due {
         if run > 0 {
-            expected[0] = Some((run, Mismatch::NoSync));
+            expected[0] = Some((run, DiscardReason::NoSync));
         }
         start = first;
         settled_at = row.settled_at;

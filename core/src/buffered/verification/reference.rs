@@ -4,8 +4,8 @@
 //! format on any stream.
 
 use super::byte;
-use crate::framing::verification::{Row, any_up_to};
-use crate::{BufferedReceiver, Found, Framing, Mismatch, Verdict};
+use crate::format::verification::{Row, any_up_to};
+use crate::{BufferedReceiver, DiscardReason, Format, Found, Verdict};
 
 /// What was found at each place: nothing, a frame and its length, or a drop and its reason.
 struct Log<const P: usize> {
@@ -25,7 +25,7 @@ impl<const P: usize> Log<P> {
         self.next += length;
     }
 
-    fn drop(&mut self, why: Mismatch) {
+    fn drop(&mut self, why: DiscardReason) {
         self.events[self.next] = Some(Verdict::Reject(why));
         self.next += 1;
     }
@@ -40,7 +40,7 @@ fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: 
             match rows[place].settled((end - place).min(L)) {
                 Some(Verdict::Frame(length)) => log.frame(length),
                 Some(Verdict::Reject(why)) => log.drop(why),
-                _ if is_over => log.drop(Mismatch::LineEvent),
+                _ if is_over => log.drop(DiscardReason::LineEvent),
                 _ => {}
             }
         }
@@ -94,14 +94,14 @@ fn no_frame_is_passed_over_of_4() {
 fn latest_delivery() {
     const LONGEST: usize = 4;
     struct FalseBeginning;
-    impl Framing for FalseBeginning {
+    impl Format for FalseBeginning {
         const LONGEST: usize = LONGEST;
         type Message<'a> = ();
         fn judge(&self, bytes: &[u8]) -> Verdict {
             match bytes[0] {
                 0 if bytes.len() < LONGEST => Verdict::Incomplete { at_least: LONGEST },
                 1 => Verdict::Frame(1),
-                _ => Verdict::Reject(Mismatch::Check),
+                _ => Verdict::Reject(DiscardReason::Check),
             }
         }
         fn decode(&self, _: &[u8]) {}

@@ -2,8 +2,8 @@
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
 use crate::buffered::{Decision, run_without_start};
-use crate::framing::verification::any_up_to;
-use crate::{Found, Framing, Mismatch, Verdict};
+use crate::format::verification::any_up_to;
+use crate::{DiscardReason, Format, Found, Verdict};
 
 /// `decide`: the first pending place's frame, or its drop and the reason; or it waits for a number of
 /// bytes that have not come.
@@ -11,11 +11,15 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
     let mut receiver = any_receiver::<L, N>(Any::lawful(), L);
     let (from, pending) = (receiver.from, receiver.pending());
     kani::assume(receiver.ask_at <= receiver.to);
-    let decision = receiver.decide();
+    let mut discarded = None;
+    let decision = receiver.decide(|count, why| {
+        assert!(count == 1 && discarded.is_none());
+        discarded = Some(why);
+    });
     let row = receiver.format.row.unwrap();
     let asked = receiver.format.asked.get();
     if pending == 0 {
-        assert!(asked.is_none() && matches!(decision, Decision::Waiting));
+        assert!(asked.is_none() && discarded.is_none() && matches!(decision, Decision::Waiting));
         assert!(fits(&receiver, 0, 0, 1));
         return;
     }
@@ -27,8 +31,8 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
             assert!(are_places(message, from));
             assert!(fits(&receiver, from + length, pending - length, 1));
         }
-        (Decision::Dropped(why), Some(Verdict::Reject(expected))) => {
-            assert!(why == expected);
+        (Decision::Discarded, Some(Verdict::Reject(expected))) => {
+            assert!(discarded == Some(expected));
             assert!(fits(&receiver, from + 1, pending - 1, 1));
         }
         (Decision::Waiting, None) => {
@@ -45,14 +49,14 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
 }
 for_longest!(decide, first_place_is_decided);
 
-/// `drop_what_starts_nothing`: the pending places before the first that starts a frame.
+/// `discard_what_starts_nothing`: the pending places before the first that starts a frame.
 fn starts_are_found<const L: usize, const N: usize>() {
     let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
     let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
     let first = receiver.format.first_start(from, to, L);
     let mut dropped = 0;
-    receiver.drop_what_starts_nothing(&mut |count, why| {
-        assert!(dropped == 0 && count > 0 && why == Mismatch::NoSync);
+    receiver.discard_what_starts_nothing(&mut |count, why| {
+        assert!(dropped == 0 && count > 0 && why == DiscardReason::NoSync);
         dropped = count;
     });
     assert!(dropped == first - from);
@@ -111,9 +115,9 @@ fn slice_is_taken<const L: usize, const N: usize>() {
                 assert!(message.len() == length && are_places(message, 0));
                 length
             }
-            Found::Dropped { count, why } => {
+            Found::Discarded { count, why } => {
                 assert!(if first > 0 {
-                    count == first && why == Mismatch::NoSync
+                    count == first && why == DiscardReason::NoSync
                 } else {
                     count == 1 && row.settled == Verdict::Reject(why)
                 });
@@ -171,7 +175,7 @@ for_longest!(give_back, slice_begins_where_the_pending_did);
 fn runs_end_at_a_start() {
     /// Which bytes start a frame is all that matters of them.
     struct Odd;
-    impl Framing for Odd {
+    impl Format for Odd {
         const LONGEST: usize = 1;
         type Message<'a> = ();
         fn judge(&self, _: &[u8]) -> Verdict {

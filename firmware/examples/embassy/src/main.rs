@@ -18,7 +18,8 @@ use embassy_nrf::buffered_uarte::{BufferedUarteRx, InterruptHandler};
 use embassy_nrf::ppi::{Event, Ppi};
 use embassy_nrf::{bind_interrupts, pac, peripherals, timer, uarte};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
-use framelock::{Accounting, Bin, Failsafe, FailsafeParameters, LineEvent, Receiver, Setpoint};
+use framelock::motion::{Bin, Failsafe, FailsafeParameters};
+use framelock::{Line, LineEvent, Receiver};
 use {defmt_rtt as _, panic_probe as _};
 
 bind_interrupts!(struct Interrupts {
@@ -42,12 +43,12 @@ async fn main(_spawner: Spawner) {
     let parameters = FailsafeParameters {
         hold_after: 100,
         ramp_after: 500,
-        park: Setpoint::from([128; 3]),
+        park: [128; 3],
         ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3], // the full travel in a second
     };
     let failsafe = RefCell::new(unwrap!(Failsafe::new(parameters, milliseconds())));
     let receive = async {
-        let mut line = Accounting::new(Receiver::new());
+        let mut line = Line::new(Receiver::new());
         let mut buffer = [0; 256];
         loop {
             // 115 200 baud, 8N1, on the pin of the nRF52840-DK's USB serial port.
@@ -64,7 +65,7 @@ async fn main(_spawner: Spawner) {
             );
             receive_until_overrun(serial, errors.cc(0), &mut line, &failsafe).await;
             // The driver may have lost its place: it starts again.
-            line.line_event(LineEvent::Overrun);
+            line.line_event(LineEvent::Overrun, |_| ());
             warn!("{}", LineEvent::Overrun);
         }
     };
@@ -74,8 +75,8 @@ async fn main(_spawner: Spawner) {
 async fn receive_until_overrun(
     mut serial: BufferedUarteRx<'_>,
     errors: timer::Cc<'_>,
-    line: &mut Accounting<Receiver<Bin>>,
-    failsafe: &RefCell<Failsafe>,
+    line: &mut Line<Receiver<Bin>>,
+    failsafe: &RefCell<Failsafe<u8, 3>>,
 ) {
     let mut bytes = [0; 64];
     let (mut seen, mut in_doubt) = (errors.capture(), false);
@@ -88,21 +89,25 @@ async fn receive_until_overrun(
             // Where in the driver's buffer the error lies is not known: all in it is dropped.
             _ if now != seen => {
                 (seen, in_doubt) = (now, true);
-                line.line_event(LineEvent::Framing);
+                line.line_event(LineEvent::Framing, |_| ());
                 warn!("{}", LineEvent::Framing);
             }
             Ok(Ok(_)) if in_doubt => {}
-            Ok(Ok(count)) => line.feed(bytes.get(..count).unwrap_or_default(), |_, setpoint| {
-                failsafe.borrow_mut().frame(milliseconds(), setpoint);
-            }),
-            Err(_) if line.pending() > 0 => line.line_event(LineEvent::Idle),
+            Ok(Ok(count)) => {
+                for &byte in bytes.iter().take(count) {
+                    if let Some(setpoint) = line.push(byte) {
+                        failsafe.borrow_mut().frame(milliseconds(), setpoint);
+                    }
+                }
+            }
+            Err(_) if line.pending() > 0 => line.line_event(LineEvent::Idle, |_| ()),
             Err(_) => in_doubt = false,
         }
     }
 }
 
 /// Moves the outputs, fifty times a second: set servos here.
-async fn actuate(failsafe: &RefCell<Failsafe>) {
+async fn actuate(failsafe: &RefCell<Failsafe<u8, 3>>) {
     let mut last = None;
     loop {
         let output = failsafe.borrow_mut().poll(milliseconds());

@@ -13,7 +13,8 @@ mod app {
     use core::sync::atomic::{AtomicU8, Ordering, fence};
 
     use framelock::LineEvent::{Framing, Idle, Overrun};
-    use framelock::{Accounting, Bin, Failsafe, FailsafeParameters, Receiver, Setpoint};
+    use framelock::motion::{Bin, Failsafe, FailsafeParameters};
+    use framelock::{Line, Receiver};
     use nrf52840_hal::{clocks::Clocks, gpio::p0, pac::UARTE0};
     use rtic_monotonics::nrf::timer::prelude::*;
     nrf_timer0_monotonic!(Mono, 1_000_000);
@@ -25,7 +26,7 @@ mod app {
     static BYTE: AtomicU8 = AtomicU8::new(0);
     #[shared]
     struct Shared {
-        failsafe: Failsafe,
+        failsafe: Failsafe<u8, 3>,
     }
 
     #[local]
@@ -53,7 +54,7 @@ mod app {
         let parameters = FailsafeParameters {
             hold_after: 100,
             ramp_after: 500,
-            park: Setpoint::from([128; 3]),
+            park: [128; 3],
             ticks_per_unit: [const { NonZeroU32::new(4).unwrap() }; 3], // the full travel in a second
         };
         let failsafe = defmt::unwrap!(Failsafe::new(parameters, milliseconds()));
@@ -64,14 +65,14 @@ mod app {
     /// An error, a byte, or both.
     #[task(binds = UARTE0_UART0, priority = 2, shared = [failsafe], local = [
         uarte, in_doubt: u8 = 0, heard: u32 = 0,
-        line: Accounting<Receiver<Bin>> = Accounting::new(Receiver::new()),
+        line: Line<Receiver<Bin>> = Line::new(Receiver::new()),
     ])]
     fn receive(mut cx: receive::Context) {
         let (uarte, line, in_doubt) = (cx.local.uarte, cx.local.line, cx.local.in_doubt);
         let now = milliseconds();
         let silence = now.wrapping_sub(core::mem::replace(cx.local.heard, now));
         if silence >= IDLE {
-            line.line_event(Idle);
+            line.line_event(Idle, |_| ());
             *in_doubt = 0;
         }
         if uarte.events_error.read().bits() != 0 {
@@ -80,7 +81,7 @@ mod app {
             // SAFETY: ones clear the causes.
             uarte.errorsrc.write(|w| unsafe { w.bits(0xF) });
             let event = if overrun { Overrun } else { Framing };
-            line.line_event(event);
+            line.line_event(event, |_| ());
             defmt::warn!("{}", event);
             *in_doubt = IN_DOUBT;
         }

@@ -4,7 +4,7 @@
     reason = "a panic fails the test"
 )]
 
-use framelock::Phase;
+use framelock::motion::Phase;
 
 use super::super::script::STILL;
 use super::*;
@@ -131,7 +131,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
         let demonstration = finished(arguments.clone());
         let line = line(&demonstration);
         let due = u64::from(arguments.seconds * arguments.rate);
-        let pending = demonstration.trial.stations().map(|(each, _)| each.pending);
+        let stations = demonstration.trial.stations();
+        let pending = stations.map(|(each, _)| each.pending());
         for ((report, lane), pending) in reports(&demonstration)
             .iter()
             .zip(&demonstration.lanes)
@@ -203,7 +204,7 @@ fn one_lost_byte_makes_the_lectures_machine_deaf_and_the_receiver_not() {
         assert_eq!(framelock.lost, 1);
         assert_eq!(framelock.deaf, None);
         assert_eq!(framelock.output.phase, Phase::Live);
-        assert_eq!(framelock.output.setpoint, STILL);
+        assert_eq!(Setpoint::from(framelock.output.axes), STILL);
 
         // Where nothing is sent, nothing is missed.
         demonstration.advance_to(Duration::from_secs(15));

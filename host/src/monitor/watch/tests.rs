@@ -2,7 +2,8 @@
 
 use std::num::NonZeroU32;
 
-use framelock::{Counters, Phase};
+use framelock::Counters;
+use framelock::motion::Phase;
 
 use super::*;
 use crate::names::PolicyName;
@@ -21,11 +22,11 @@ pub(in super::super) fn watch_frames(name: &str, idle_gap: Option<Duration>) -> 
     let parameters = FailsafeParameters {
         hold_after: 100_000,
         ramp_after: 500_000,
-        park: framelock_simulation::LEVEL,
+        park: framelock_simulation::LEVEL.into(),
         ticks_per_unit: [NonZeroU32::new(3_922).unwrap(); 3],
     };
     let frame = Frame::named(name).unwrap();
-    let line = Line::new(&frame, PolicyName::Rescan).unwrap();
+    let line = AnyLine::new(&frame, PolicyName::Rescan).unwrap();
     Watch::new(frame, line, parameters, idle_gap).unwrap()
 }
 
@@ -99,7 +100,10 @@ fn the_failsafe_follows_holds_and_parks() {
     let output = watch.output();
     let setpoint = Setpoint::from([0x10, 0x20, 0x30]);
     assert_eq!(output.phase, Phase::Live);
-    assert_eq!((output.setpoint, watch.now.at), (setpoint, ms(2_030)));
+    assert_eq!(
+        (Setpoint::from(output.axes), watch.now.at),
+        (setpoint, ms(2_030))
+    );
     for (time, phase) in [
         (2_129, Phase::Live),
         (2_130, Phase::Hold),
@@ -159,10 +163,8 @@ fn a_reset_counts_from_zero_and_keeps_the_frame_under_way() {
     feed(&mut watch, ms(2), FRAME);
     feed(&mut watch, ms(3), b"AB\0\x10");
     watch.reset_counters();
-    let expected = Counters {
-        bytes: 4,
-        ..Counters::ZERO
-    };
+    let mut expected = Counters::ZERO;
+    expected.bytes = 4;
     assert_eq!(
         (*watch.line.counters(), discarded(&watch)),
         (expected, String::new())

@@ -7,7 +7,8 @@
 use std::io::ErrorKind;
 use std::num::NonZeroU32;
 
-use framelock::{Accounting, Bin, BinCrc8, Parser, Receiver};
+use framelock::motion::{Bin, BinCrc8};
+use framelock::{Line, Parser, Receiver};
 use framelock_simulation::{FaultRates, Seed};
 
 use super::super::pacer::tests::TestClock;
@@ -46,10 +47,14 @@ fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
 }
 
 /// The pitch of every frame that the receiver finds; it must find nothing else.
-fn pitches(receiver: impl Parser<Message = Setpoint>, bytes: &[u8]) -> Vec<u8> {
+fn pitches(
+    receiver: impl for<'a> Parser<Message<'a> = Setpoint> + 'static,
+    bytes: &[u8],
+) -> Vec<u8> {
     let mut pitches = Vec::new();
-    let mut line = Accounting::new(receiver);
-    line.feed(bytes, |_, setpoint| {
+    let mut line = Line::new(receiver);
+    line.feed(bytes, |found| {
+        let setpoint = found.message().unwrap();
         assert_eq!((setpoint.roll, setpoint.yaw), (128, 128));
         pitches.push(setpoint.pitch);
     });

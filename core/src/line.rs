@@ -1,11 +1,12 @@
-//! Every byte in exactly one place, and every line event counted.
+//! A receiver on a line: every byte in exactly one place, and every line event counted.
 
-use crate::{BufferedReceiver, Event, Found, Framing, Mismatch, Parser};
+use crate::{DiscardReason, Found, Parser};
 
 /// Something the UART or a timer noticed that makes the frame under way worthless.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum LineEvent {
     /// A framing error: no stop bit where one was due. Noise, or a wrong baud rate.
     Framing,
@@ -23,18 +24,19 @@ pub enum LineEvent {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Discarded {
-    /// [`Mismatch::NoSync`].
+    /// [`DiscardReason::NoSync`].
     pub no_sync: usize,
-    /// [`Mismatch::BrokenSync`].
+    /// [`DiscardReason::BrokenSync`].
     pub broken_sync: usize,
-    /// [`Mismatch::Header`].
+    /// [`DiscardReason::Header`].
     pub header: usize,
-    /// [`Mismatch::Check`].
+    /// [`DiscardReason::Check`].
     pub check: usize,
-    /// [`Mismatch::Terminator`].
+    /// [`DiscardReason::Terminator`].
     pub terminator: usize,
-    /// [`Mismatch::LineEvent`].
+    /// [`DiscardReason::LineEvent`].
     pub line_event: usize,
 }
 
@@ -50,14 +52,14 @@ impl Discarded {
             .wrapping_add(self.line_event)
     }
 
-    fn count(&mut self, why: Mismatch, bytes: usize) {
+    fn count(&mut self, why: DiscardReason, bytes: usize) {
         let counter = match why {
-            Mismatch::NoSync => &mut self.no_sync,
-            Mismatch::BrokenSync => &mut self.broken_sync,
-            Mismatch::Header => &mut self.header,
-            Mismatch::Check => &mut self.check,
-            Mismatch::Terminator => &mut self.terminator,
-            Mismatch::LineEvent => &mut self.line_event,
+            DiscardReason::NoSync => &mut self.no_sync,
+            DiscardReason::BrokenSync => &mut self.broken_sync,
+            DiscardReason::Header => &mut self.header,
+            DiscardReason::Check => &mut self.check,
+            DiscardReason::Terminator => &mut self.terminator,
+            DiscardReason::LineEvent => &mut self.line_event,
         };
         *counter = counter.wrapping_add(bytes);
     }
@@ -67,6 +69,7 @@ impl Discarded {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct LineEvents {
     /// [`LineEvent::Framing`].
     pub framing: usize,
@@ -98,6 +101,7 @@ impl LineEvents {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Counters {
     /// Bytes received.
     pub bytes: usize,
@@ -138,7 +142,7 @@ impl Counters {
     };
 }
 
-/// A parser, and where each byte that it took has gone.
+/// A receiver at the end of a line: it counts where each byte goes, and takes the line's events.
 ///
 /// At any time, modulo the width of the counters (theorem 9):
 ///
@@ -148,22 +152,25 @@ impl Counters {
 ///
 /// # Examples
 /// ```
-/// use framelock::{Accounting, Bin, LineEvent, Receiver};
-/// let mut line = Accounting::new(Receiver::<Bin>::new());
-/// line.feed(b"noise AB\0xyz\rAB\0x", |_, _setpoint| ());
+/// use framelock::motion::Bin;
+/// use framelock::{Line, LineEvent, Receiver};
+/// let mut line = Line::new(Receiver::<Bin>::new());
+/// for byte in *b"noise AB\0xyz\rAB\0x" {
+///     line.push(byte);
+/// }
 /// assert_eq!((line.counters().frames, line.pending()), (1, 4));
-/// line.line_event(LineEvent::Framing);
+/// line.line_event(LineEvent::Framing, |_| ());
 /// assert_eq!((line.counters().discarded.no_sync, line.counters().discarded.line_event), (6, 4));
 /// assert_eq!((line.counters().bytes, line.counters().frame_bytes), (7 + (6 + 4) + 0, 7));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Accounting<P> {
+pub struct Line<P> {
     parser: P,
     ledger: Ledger,
 }
 
-impl<P> Accounting<P> {
-    /// Nothing counted yet. Give it a parser in which nothing is pending: bytes that it took before
+impl<P> Line<P> {
+    /// Nothing counted yet. Give it a receiver in which nothing is pending: bytes that it took before
     /// are not counted.
     #[must_use]
     pub const fn new(parser: P) -> Self {
@@ -173,13 +180,9 @@ impl<P> Accounting<P> {
     /// Goes on with counters kept from before.
     #[must_use]
     pub const fn resumed(parser: P, counters: Counters) -> Self {
-        Self {
-            parser,
-            ledger: Ledger {
-                counters,
-                lost: false,
-            },
-        }
+        let lost = false;
+        let ledger = Ledger { counters, lost };
+        Self { parser, ledger }
     }
 
     /// What has been counted.
@@ -188,108 +191,64 @@ impl<P> Accounting<P> {
         &self.ledger.counters
     }
 
-    /// The parser, to look at.
+    /// The receiver, to look at.
     #[must_use]
     pub const fn parser(&self) -> &P {
         &self.parser
     }
 }
 
-impl<P: Parser> Accounting<P> {
-    /// Takes the next byte; gives the message if it completes a frame.
+impl<P: Parser> Line<P> {
+    /// Takes the next byte; gives the message of the frame that it finds.
+    #[inline]
+    pub fn push(&mut self, byte: u8) -> Option<P::Message<'_>> {
+        let Self { parser, ledger } = self;
+        ledger.received(1);
+        let (length, message) =
+            parser.push_with(byte, |count, why| ledger.discarded(count, why))?;
+        ledger.frame(length);
+        Some(message)
+    }
+
+    /// Goes on with what is pending, without another byte: see [`BufferedReceiver::push`].
     ///
-    /// Costs what [`feed`](Self::feed) of one byte does; feed slices where there are any.
+    /// [`BufferedReceiver::push`]: crate::BufferedReceiver::push
     #[inline]
-    pub fn push(&mut self, byte: u8) -> Option<P::Message> {
-        let mut completed = None;
-        self.feed(&[byte], |_, message| completed = Some(message));
-        completed
+    pub fn poll(&mut self) -> Option<P::Message<'_>> {
+        let Self { parser, ledger } = self;
+        let (length, message) = parser.poll_with(|count, why| ledger.discarded(count, why))?;
+        ledger.frame(length);
+        Some(message)
     }
 
-    /// Takes a slice: calls `frame` with each message, and the index in `bytes` of its last byte.
+    /// Takes a slice, and says what becomes of each byte but those pending: [`Parser::feed`].
     #[inline]
-    pub fn feed(&mut self, bytes: &[u8], mut frame: impl FnMut(usize, P::Message)) {
-        self.feed_events(bytes, |event| {
-            if let Event::Frame { index, message } = event {
-                frame(index, message);
-            }
-        });
-    }
-
-    /// [`feed`](Self::feed), which also tells of the bytes that are dropped.
-    #[inline]
-    pub fn feed_events(&mut self, bytes: &[u8], mut event: impl FnMut(Event<P::Message>)) {
+    pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<P::Message<'_>>)) {
         let Self { parser, ledger } = self;
         ledger.received(bytes.len());
-        parser.feed_events(bytes, |found| {
-            match found {
-                Event::Frame { .. } => ledger.frame(P::FRAME_LENGTH),
-                Event::Dropped { count, why } => ledger.dropped(count, why),
-            }
-            event(found);
+        parser.feed(bytes, |one| {
+            ledger.found(&one);
+            found(one);
         });
     }
 
-    /// Drops what is pending: no frame that holds a byte from before the event is committed
-    /// (theorem 8).
+    /// Decides about what is pending, and says what becomes of it: a frame that lies whole in it is
+    /// committed, the rest is discarded. So no later frame has a byte from before the event (theorems
+    /// 8 and 13f). Only a [`BufferedReceiver`](crate::BufferedReceiver) can have a whole frame pending.
     ///
     /// Do not push a byte that is known to be bad: report the event in its place.
-    pub fn line_event(&mut self, event: LineEvent) {
-        self.ledger.counters.events.count(event);
-        let pending = self.parser.pending();
-        if pending > 0 {
-            self.ledger.dropped(pending, Mismatch::LineEvent);
-        }
-        self.parser.reset();
+    pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<P::Message<'_>>)) {
+        let Self { parser, ledger } = self;
+        ledger.counters.events.count(event);
+        parser.line_event(|one| {
+            ledger.found(&one);
+            found(one);
+        });
     }
 
     /// How many of the last bytes are pending: a frame may yet include them.
     #[must_use]
     pub fn pending(&self) -> usize {
-        self.parser.pending()
-    }
-}
-
-impl<F: Framing, const N: usize> Accounting<BufferedReceiver<F, N>> {
-    /// [`BufferedReceiver::push`].
-    #[inline]
-    pub fn push(&mut self, byte: u8) -> Option<F::Message<'_>> {
-        let Self { parser, ledger } = self;
-        ledger.received(1);
-        let (length, message) =
-            parser.push_events(byte, |count, why| ledger.dropped(count, why))?;
-        ledger.frame(length);
-        Some(message)
-    }
-
-    /// Takes a slice, and says what becomes of each byte but those pending: [`BufferedReceiver::feed`].
-    #[inline]
-    pub fn feed(&mut self, bytes: &[u8], mut event: impl FnMut(Found<F::Message<'_>>)) {
-        let Self { parser, ledger } = self;
-        ledger.received(bytes.len());
-        parser.feed(bytes, |found| {
-            ledger.found(&found);
-            event(found);
-        });
-    }
-
-    /// Decides about what is pending, and says what becomes of it: frames that lie whole in it are committed, the
-    /// rest is dropped. So no frame that holds a byte from before the event is committed later
-    /// (theorem 13f).
-    ///
-    /// Do not push a byte that is known to be bad: report the event in its place.
-    pub fn line_event(&mut self, event: LineEvent, mut became: impl FnMut(Found<F::Message<'_>>)) {
-        let Self { parser, ledger } = self;
-        ledger.counters.events.count(event);
-        parser.line_event(|found| {
-            ledger.found(&found);
-            became(found);
-        });
-    }
-
-    /// How many of the last bytes are pending: a frame may yet include them.
-    #[must_use]
-    pub const fn pending(&self) -> usize {
         self.parser.pending()
     }
 }
@@ -320,7 +279,7 @@ impl Ledger {
     }
 
     #[inline]
-    fn dropped(&mut self, count: usize, why: Mismatch) {
+    fn discarded(&mut self, count: usize, why: DiscardReason) {
         self.lost = true;
         self.counters.discarded.count(why, count);
     }
@@ -329,7 +288,7 @@ impl Ledger {
     fn found<M>(&mut self, found: &Found<M>) {
         match *found {
             Found::Frame { length, .. } => self.frame(length),
-            Found::Dropped { count, why } => self.dropped(count, why),
+            Found::Discarded { count, why } => self.discarded(count, why),
         }
     }
 }

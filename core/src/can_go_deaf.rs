@@ -1,5 +1,5 @@
-//! The lecture's machine, literally: seven states, one step per byte. A frame that
-//! goes wrong is thrown away whole.
+//! The lecture's machine, literally, **which can go deaf for ever**: seven states, one step per byte. A
+//! frame that goes wrong is thrown away whole.
 //!
 //! ```text
 //!        other          other (also 'A')
@@ -25,7 +25,9 @@
 //! **It can go deaf for ever**: after one lost byte, a stream that repeats a payload holding the
 //! bytes `AB` may keep it out of step without end. [`Receiver`](crate::Receiver) does not.
 
-use crate::{Event, Mismatch, Parser, Setpoint};
+use crate::motion::Setpoint;
+use crate::parser::parser_by_own_functions;
+use crate::{DiscardReason, Found, Parser};
 
 /// The byte that the machine waits for. The lecture's own names are A, B, 1, 2, 3, 4 and CR.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -93,7 +95,8 @@ impl core::fmt::Display for State {
 /// # Examples
 /// The lecture's first example:
 /// ```
-/// use framelock::{Lecture, Setpoint};
+/// use framelock::can_go_deaf::Lecture;
+/// use framelock::motion::Setpoint;
 /// let mut machine = Lecture::new();
 /// for byte in [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A] {
 ///     assert_eq!(machine.push(byte), None);
@@ -151,9 +154,42 @@ impl Lecture {
         None
     }
 
-    /// Takes a slice: see [`Parser::feed`].
-    pub fn feed(&mut self, bytes: &[u8], frame: impl FnMut(usize, Setpoint)) {
-        Parser::feed(self, bytes, frame);
+    /// [`push`](Self::push), which says which bytes it throws away, and why: all of a frame that goes wrong
+    /// at once.
+    #[inline]
+    pub fn push_with(
+        &mut self,
+        byte: u8,
+        mut discarded: impl FnMut(usize, DiscardReason),
+    ) -> Option<(usize, Setpoint)> {
+        let before = self.state;
+        let setpoint = self.push(byte);
+        match (before, self.state) {
+            (State::SyncA, State::SyncA) => discarded(1, DiscardReason::NoSync),
+            (State::SyncB, State::SyncA) => discarded(2, DiscardReason::BrokenSync),
+            (State::Terminator, _) if setpoint.is_none() => discarded(7, DiscardReason::Terminator),
+            _ => {}
+        }
+        setpoint.map(|setpoint| (7, setpoint))
+    }
+
+    /// Takes a slice, byte by byte, and says what becomes of each but those pending at the end.
+    pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Setpoint>)) {
+        for &byte in bytes {
+            let frame = self.push_with(byte, |count, why| found(Found::Discarded { count, why }));
+            if let Some((length, message)) = frame {
+                found(Found::Frame { length, message });
+            }
+        }
+    }
+
+    /// The bytes taken so far are thrown away: no later frame has a byte from before.
+    pub fn line_event(&mut self, mut found: impl FnMut(Found<Setpoint>)) {
+        let (count, why) = (self.pending(), DiscardReason::LineEvent);
+        if count > 0 {
+            found(Found::Discarded { count, why });
+        }
+        self.reset();
     }
 
     /// How many bytes of a frame have come: 0 to 6.
@@ -169,37 +205,7 @@ impl Lecture {
 }
 
 impl Parser for Lecture {
-    type Message = Setpoint;
-    const FRAME_LENGTH: usize = 7;
+    type Message<'a> = Setpoint;
 
-    #[inline]
-    fn push(&mut self, byte: u8) -> Option<Setpoint> {
-        self.push(byte)
-    }
-
-    /// Byte by byte. What the machine throws away, it throws away together.
-    fn feed_events(&mut self, bytes: &[u8], mut event: impl FnMut(Event<Setpoint>)) {
-        for (index, &byte) in bytes.iter().enumerate() {
-            let before = self.state;
-            let (count, why) = match (self.push(byte), before, self.state) {
-                (Some(message), ..) => {
-                    event(Event::Frame { index, message });
-                    continue;
-                }
-                (None, State::SyncA, State::SyncA) => (1, Mismatch::NoSync),
-                (None, State::SyncB, State::SyncA) => (2, Mismatch::BrokenSync),
-                (None, State::Terminator, _) => (7, Mismatch::Terminator),
-                (None, ..) => continue,
-            };
-            event(Event::Dropped { count, why });
-        }
-    }
-
-    fn pending(&self) -> usize {
-        self.pending()
-    }
-
-    fn reset(&mut self) {
-        self.reset();
-    }
+    parser_by_own_functions!(Setpoint);
 }

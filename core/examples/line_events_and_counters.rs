@@ -1,8 +1,9 @@
 //! Where every byte went, and what to do when the UART reports an error or the line falls silent.
 //!
-//! `cargo run -p framelock --example line_events_and_accounting`
+//! `cargo run -p framelock --example line_events_and_counters`
 
-use framelock::{Accounting, Bin, LineEvent, Receiver};
+use framelock::motion::Bin;
+use framelock::{Line, LineEvent, Receiver};
 
 /// Silence that ends a frame, in microseconds.
 const IDLE: u32 = 5_000;
@@ -22,12 +23,12 @@ fn interrupts() -> impl Iterator<Item = (u32, Result<u8, LineEvent>)> {
 }
 
 pub(crate) fn main() {
-    let mut line = Accounting::new(Receiver::<Bin>::new());
+    let mut line = Line::new(Receiver::<Bin>::new());
     let mut heard = 0;
     for (now, found) in interrupts() {
         // The interrupt handler. No frame holds bytes from both sides of a line event.
         if now.wrapping_sub(heard) >= IDLE {
-            line.line_event(LineEvent::Idle);
+            line.line_event(LineEvent::Idle, |_| ());
         }
         heard = now;
         match found {
@@ -37,7 +38,7 @@ pub(crate) fn main() {
                 }
             }
             // In place of the byte.
-            Err(event) => line.line_event(event),
+            Err(event) => line.line_event(event, |_| ()),
         }
     }
     let counted = line.counters();

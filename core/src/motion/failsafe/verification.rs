@@ -5,7 +5,7 @@
 //! An axis divides its time by its rate, which solvers cannot follow as a whole. So the proof goes in
 //! parts:
 //!
-//! * Long division, by induction over the eight bits of the quotient ([`division_is_exact`]). The
+//! * Long division, by induction over the bits of the quotient ([`division_is_exact`]). The
 //!   invariant, once the bits from `bit` on are known: the ticks of the units counted and those left
 //!   make up the time, and what is left is less than `1 << bit` units take; or else all these bits are
 //!   1, as many units as any way has. At first nothing is counted and no bit is known. At the end as
@@ -15,14 +15,13 @@
 //! * The ticks between two polls are given to the way to the demand until the hold, to the way to
 //!   park from the ramp on, and nowhere between ([`ticks_are_shared_out`]); and to each axis with its
 //!   own rate and target ([`each_axis_has_its_rate`]).
+//!
+//! Each for demands of 8 bits on three axes, as a setpoint has them, and of 16 bits. No axis looks at another:
+//! with any number of them each does what it does among these.
 
-use super::{Axis, Failsafe, FailsafeParameters, NonZeroU32, Phase, Setpoint, division_step};
+use super::{Axis, Demand, Failsafe, FailsafeParameters, NonZeroU32, Phase, division_step};
 
-fn any_setpoint() -> Setpoint {
-    kani::any::<[u8; 3]>().into()
-}
-
-fn any_axis(ticks_per_unit: NonZeroU32) -> Axis {
+fn any_axis<D: Demand + kani::Arbitrary>(ticks_per_unit: NonZeroU32) -> Axis<D> {
     Axis {
         position: kani::any(),
         since_unit: kani::any_where(|&ticks| ticks < ticks_per_unit.get()),
@@ -30,25 +29,26 @@ fn any_axis(ticks_per_unit: NonZeroU32) -> Axis {
 }
 
 /// Any state and parameters, at these rates.
-fn any_failsafe(ticks_per_unit: [NonZeroU32; 3]) -> Failsafe {
+fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>(
+    ticks_per_unit: [NonZeroU32; AXES],
+) -> Failsafe<D, AXES> {
     let hold_after = kani::any_where(|&ticks| ticks > 0);
-    let [pitch, roll, yaw] = ticks_per_unit;
     Failsafe {
         parameters: FailsafeParameters {
             hold_after,
             ramp_after: kani::any_where(|&ticks| ticks >= hold_after),
-            park: any_setpoint(),
+            park: kani::any(),
             ticks_per_unit,
         },
         now: kani::any(),
         silence: kani::any(),
-        demand: any_setpoint(),
-        axes: [any_axis(pitch), any_axis(roll), any_axis(yaw)],
+        demands: kani::any(),
+        axes: ticks_per_unit.map(any_axis),
     }
 }
 
 /// Silence, and the ticks for the way to the demand and for the one to park, after so many ticks more.
-fn shared_out(failsafe: &Failsafe, elapsed: u32) -> (u64, u32, u32) {
+fn shared_out<D, const AXES: usize>(failsafe: &Failsafe<D, AXES>, elapsed: u32) -> (u64, u32, u32) {
     let FailsafeParameters {
         hold_after,
         ramp_after,
@@ -61,62 +61,70 @@ fn shared_out(failsafe: &Failsafe, elapsed: u32) -> (u64, u32, u32) {
     (silence, to_demand, to_park)
 }
 
-#[kani::proof]
-#[kani::unwind(9)]
-fn division_is_exact() {
+fn division_is_exact_to<const BITS: u32>() {
     let ticks_per_unit: NonZeroU32 = kani::any();
     let unit = u64::from(ticks_per_unit.get());
-    let bit: u8 = kani::any_where(|&bit| bit < 8);
-    let known = |units: u8, bit: u8| u16::from(units) >> bit;
-    let all = |bit: u8| 0xFF_u16 >> bit;
-    let holds = |units: u8, left: u64, bit: u8| {
-        known(units, bit) << bit == u16::from(units)
-            && (left < unit << bit || known(units, bit) == all(bit))
+    let bit: u32 = kani::any_where(|&bit| bit < BITS);
+    let all = |bit: u32| u16::MAX >> (u16::BITS - BITS) >> bit;
+    let known = |units: u16, bit: u32| if bit == BITS { 0 } else { units >> bit };
+    let holds = |units: u16, left: u64, bit: u32| {
+        let is_all = bit == BITS || known(units, bit) == all(bit);
+        units
+            == if bit == BITS {
+                0
+            } else {
+                known(units, bit) << bit
+            }
+            && (left < unit << bit || is_all)
     };
-    let units: u8 = kani::any();
+    let units: u16 = kani::any_where(|&units| units <= all(0));
     // Time is less than two counters of 32 bits.
     let left: u64 = kani::any_where(|&left| left < 2 << u32::BITS);
     kani::assume(holds(units, left, bit + 1));
 
-    let (after, left_after) = division_step(units, left, ticks_per_unit, u32::from(bit));
+    let (after, left_after) = division_step(units, left, ticks_per_unit, bit);
     let counted = after - units;
     assert!(counted == 0 || counted == 1 << bit);
     assert!(left_after + if counted == 0 { 0 } else { unit << bit } == left);
-    assert!(holds(after, left_after, bit));
+    assert!(after <= all(0) && holds(after, left_after, bit));
     kani::cover!(bit == 0 && left_after < unit, "fewer than any way has");
     kani::cover!(bit == 0 && left_after >= unit, "more");
 }
 
-#[kani::proof]
-#[kani::unwind(9)]
-fn axis_stops_at_its_target() {
-    let (position, target, units): (u8, u8, u8) = kani::any();
+fn stops_at_its_target<D: Demand + kani::Arbitrary>() {
+    let (position, target): (D, D) = kani::any();
+    let most = u16::MAX >> (u16::BITS - D::BITS);
+    let units: u16 = kani::any_where(|&units| units <= most);
     let left: u32 = kani::any();
     let mut axis = Axis {
         position,
         since_unit: kani::any(),
     };
     axis.advance(target, units, u64::from(left));
-    let way = position.abs_diff(target);
-    assert!(position.abs_diff(axis.position) == way.min(units));
-    assert!(axis.position.abs_diff(target) == way - way.min(units));
+    let (from, goal, to) = (position.units(), target.units(), axis.position.units());
+    let way = from.abs_diff(goal);
+    assert!(from.abs_diff(to) == way.min(units));
+    assert!(to.abs_diff(goal) == way - way.min(units));
     let is_there = axis.position == target;
     assert!(axis.since_unit == if is_there { 0 } else { left });
     kani::cover!(units > way && way > 0, "it stops");
     kani::cover!(units < way, "it is on its way");
 }
 
-#[kani::proof]
-#[kani::unwind(9)]
-fn axis_moves_at_its_rate() {
+fn moves_at_its_rate<D: Demand + kani::Arbitrary>() {
     let ticks_per_unit: NonZeroU32 = kani::any();
     let rate = u64::from(ticks_per_unit.get());
-    let before = any_axis(ticks_per_unit);
-    let target: u8 = kani::any();
+    let before = any_axis::<D>(ticks_per_unit);
+    let target: D = kani::any();
     let ticks: u32 = kani::any_where(|&ticks| ticks > 0 && u64::from(ticks) < 2 * rate);
     let mut after = before;
     after.approach(target, ticks, ticks_per_unit);
-    let moved = after.position.abs_diff(before.position);
+    let (from, goal, to) = (
+        before.position.units(),
+        target.units(),
+        after.position.units(),
+    );
+    let moved = to.abs_diff(from);
     let spent = match moved {
         0 => 0,
         1 => rate,
@@ -125,36 +133,73 @@ fn axis_moves_at_its_rate() {
     };
     let ticks = u64::from(ticks) + u64::from(before.since_unit);
     assert!(spent <= ticks);
-    let way = before.position.abs_diff(target);
-    assert!(after.position.abs_diff(target) + moved == way);
-    assert!(after.position == target || spent + u64::from(after.since_unit) == ticks);
-    kani::cover!(after.position == target, "it arrives");
-    kani::cover!(moved == 2 && after.position != target, "it moves");
+    let way = from.abs_diff(goal);
+    assert!(to.abs_diff(goal) + moved == way);
+    assert!(to == goal || spent + u64::from(after.since_unit) == ticks);
+    kani::cover!(to == goal, "it arrives");
+    kani::cover!(moved == 2 && to != goal, "it moves");
 }
+
+/// A harness for demands of 8 and of 16 bits.
+macro_rules! for_demands {
+    ($module:ident, $of_8:expr, $of_16:expr) => {
+        mod $module {
+            #[allow(unused_imports, reason = "some need nothing of it")]
+            use super::*;
+
+            #[kani::proof]
+            #[kani::unwind(17)]
+            fn of_8_bits() {
+                $of_8;
+            }
+
+            #[kani::proof]
+            #[kani::unwind(17)]
+            fn of_16_bits() {
+                $of_16;
+            }
+        }
+    };
+}
+for_demands!(
+    division_is_exact,
+    division_is_exact_to::<8>(),
+    division_is_exact_to::<16>()
+);
+for_demands!(
+    axis_stops_at_its_target,
+    stops_at_its_target::<u8>(),
+    stops_at_its_target::<u16>()
+);
+for_demands!(
+    axis_moves_at_its_rate,
+    moves_at_its_rate::<u8>(),
+    moves_at_its_rate::<u16>()
+);
 
 /// Shown by the ticks of an axis so slow that these make no unit, on its way both times. The others are
 /// where they are to be.
-#[kani::proof]
-#[kani::unwind(9)]
-fn ticks_are_shared_out() {
-    let mut failsafe = any_failsafe([NonZeroU32::MAX; 3]);
-    let [pitch, ..] = failsafe.axes;
-    failsafe.axes = super::setpoint_axes(Setpoint::default());
-    failsafe.axes[0] = pitch;
-    (failsafe.demand.roll, failsafe.demand.yaw) = (0, 0);
-    let park = &mut failsafe.parameters.park;
-    (park.roll, park.yaw) = (0, 0);
+fn ticks_are_shared<D: Demand + kani::Arbitrary, const AXES: usize>() {
+    let mut failsafe = any_failsafe::<D, AXES>([NonZeroU32::MAX; AXES]);
+    let first = failsafe.axes[0];
+    let (demand, park) = (failsafe.demands[0], failsafe.parameters.park[0]);
+    failsafe.axes = [Axis::at(D::default()); AXES];
+    failsafe.demands = [D::default(); AXES];
+    failsafe.parameters.park = [D::default(); AXES];
+    failsafe.axes[0] = first;
+    failsafe.demands[0] = demand;
+    failsafe.parameters.park[0] = park;
     let parameters = failsafe.parameters;
     let elapsed: u32 = kani::any();
     let (silence, to_demand, to_park) = shared_out(&failsafe, elapsed);
-    let ticks = pitch.since_unit.checked_add(to_demand);
+    let ticks = first.since_unit.checked_add(to_demand);
     let ticks = ticks.and_then(|ticks| ticks.checked_add(to_park));
     kani::assume(ticks.is_some_and(|ticks| ticks < u32::MAX));
-    kani::assume(failsafe.demand.pitch != pitch.position);
-    kani::assume(parameters.park.pitch != pitch.position);
+    kani::assume(demand != first.position);
+    kani::assume(park != first.position);
 
     let output = failsafe.poll(failsafe.now.wrapping_add(elapsed));
-    assert!(output.setpoint.pitch == pitch.position);
+    assert!(output.axes[0] == first.position);
     assert!(Some(failsafe.axes[0].since_unit) == ticks);
     let phase = match silence {
         _ if silence < u64::from(parameters.hold_after) => Phase::Approach,
@@ -165,86 +210,99 @@ fn ticks_are_shared_out() {
     kani::cover!(phase == Phase::Hold, "held");
     kani::cover!(to_demand > 0 && to_park > 0, "a whole hold in one poll");
 }
+for_demands!(
+    ticks_are_shared_out,
+    ticks_are_shared::<u8, 3>(),
+    ticks_are_shared::<u16, 2>()
+);
 
-#[kani::proof]
-#[kani::unwind(9)]
-fn each_axis_has_its_rate() {
-    const RATES: [u8; 3] = [2, 3, 4];
-    let mut failsafe = any_failsafe(RATES.map(|rate| NonZeroU32::new(rate.into()).unwrap()));
+fn axes_have_their_rates<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
+    let mut failsafe =
+        any_failsafe::<D, AXES>(rates.map(|rate| NonZeroU32::new(rate.into()).unwrap()));
     let elapsed: u32 = kani::any();
     let (_, to_demand, to_park) = shared_out(&failsafe, elapsed);
     kani::assume(to_demand == 0 || to_park == 0);
     let moving = to_demand + to_park;
     kani::assume(0 < moving && moving < 6);
     let ticks = moving.to_le_bytes()[0];
-    let target: [u8; 3] = if to_demand > 0 {
-        failsafe.demand.into()
+    let target = if to_demand > 0 {
+        failsafe.demands
     } else {
-        failsafe.parameters.park.into()
+        failsafe.parameters.park
     };
     let before = failsafe.axes;
 
     let now = failsafe.now;
-    let output: [u8; 3] = failsafe.poll(now.wrapping_add(elapsed)).setpoint.into();
+    let output = failsafe.poll(now.wrapping_add(elapsed)).axes;
     let mut axis = 0;
-    while axis < 3 {
+    while axis < AXES {
         let time = ticks + before[axis].since_unit.to_le_bytes()[0];
-        let way = before[axis].position.abs_diff(target[axis]);
-        let moved = way.min(time / RATES[axis]);
-        assert!(before[axis].position.abs_diff(output[axis]) == moved);
-        assert!(output[axis].abs_diff(target[axis]) == way - moved);
+        let (from, to) = (before[axis].position.units(), output[axis].units());
+        let goal = target[axis].units();
+        let way = from.abs_diff(goal);
+        let moved = way.min(u16::from(time / rates[axis]));
+        assert!(from.abs_diff(to) == moved);
+        assert!(to.abs_diff(goal) == way - moved);
         axis += 1;
     }
     kani::cover!(now.wrapping_add(elapsed) < now, "time wraps");
     kani::cover!(moving < elapsed, "part of the time");
 }
+for_demands!(
+    each_axis_has_its_rate,
+    axes_have_their_rates::<u8, 3>([2, 3, 4]),
+    axes_have_their_rates::<u16, 2>([2, 3])
+);
 
 /// A frame moves nothing at once unless the output was live; nor does a start from any output.
-#[kani::proof]
-#[kani::unwind(9)]
-fn frame_is_no_step() {
-    let mut failsafe = any_failsafe([kani::any(), NonZeroU32::MIN, NonZeroU32::MIN]);
+fn a_frame_is_no_step<D: Demand + kani::Arbitrary, const AXES: usize>() {
+    let mut rates = [NonZeroU32::MIN; AXES];
+    rates[0] = kani::any();
+    let mut failsafe = any_failsafe::<D, AXES>(rates);
     let now = failsafe.now;
-    let output = any_setpoint();
+    let output: [D; AXES] = kani::any();
     let is_resumed: bool = kani::any();
     if is_resumed {
         failsafe = Failsafe::resumed(failsafe.parameters, now, output).unwrap();
     }
     let before = failsafe.poll(now);
-    assert!(!is_resumed || before.setpoint == output && before.phase != Phase::Live);
-    let setpoint = any_setpoint();
-    failsafe.frame(now, setpoint);
+    assert!(!is_resumed || before.axes == output && before.phase != Phase::Live);
+    let demands: [D; AXES] = kani::any();
+    failsafe.frame(now, demands);
     let after = failsafe.poll(now);
     let was_live = before.phase == Phase::Live;
-    let expected = if was_live { setpoint } else { before.setpoint };
-    assert!(after.setpoint == expected);
+    let expected = if was_live { demands } else { before.axes };
+    assert!(after.axes == expected);
     let is_live = after.phase == Phase::Live;
-    assert!(is_live == (expected == setpoint) && (is_live || after.phase == Phase::Approach));
+    assert!(is_live == (expected == demands) && (is_live || after.phase == Phase::Approach));
     kani::cover!(was_live, "live");
     kani::cover!(before.phase == Phase::Parked && !is_live, "back from park");
     kani::cover!(is_resumed && before.phase == Phase::Ramp, "resumed");
 }
+for_demands!(
+    frame_is_no_step,
+    a_frame_is_no_step::<u8, 3>(),
+    a_frame_is_no_step::<u16, 2>()
+);
 
 #[kani::proof]
-#[kani::unwind(9)]
+#[kani::unwind(17)]
 fn parked_is_parked() {
     let rate: NonZeroU32 = kani::any();
-    let mut failsafe = any_failsafe([rate, NonZeroU32::MIN, NonZeroU32::MIN]);
+    let mut failsafe = any_failsafe::<u16, 2>([rate, NonZeroU32::MIN]);
     let output = failsafe.poll(failsafe.now);
     kani::assume(output.phase == Phase::Parked);
-    assert!(output.setpoint == failsafe.parameters.park);
+    assert!(output.axes == failsafe.parameters.park);
     assert!(failsafe.poll(kani::any()) == output);
     kani::cover!(rate.get() > 1, "a slow axis");
 }
 
 /// Any parameters, state and times. `frame` begins with a `poll`.
-#[kani::proof]
-#[kani::unwind(9)]
-fn no_panic() {
-    let parameters = FailsafeParameters {
+fn nothing_panics<D: Demand + kani::Arbitrary, const AXES: usize>() {
+    let parameters = FailsafeParameters::<D, AXES> {
         hold_after: kani::any(),
         ramp_after: kani::any(),
-        park: any_setpoint(),
+        park: kani::any(),
         ticks_per_unit: kani::any(),
     };
     let _ = parameters.parked_after();
@@ -256,10 +314,10 @@ fn no_panic() {
         parameters,
         now,
         silence: kani::any(),
-        demand: any_setpoint(),
-        axes: kani::any::<[(u8, u32); 3]>().map(|(position, since_unit)| Axis {
-            position,
-            since_unit,
+        demands: kani::any(),
+        axes: parameters.ticks_per_unit.map(|_| Axis {
+            position: kani::any(),
+            since_unit: kani::any(),
         }),
     };
     // At reset, or in any state.
@@ -267,7 +325,12 @@ fn no_panic() {
     if kani::any() {
         failsafe = state;
     }
-    failsafe.frame(kani::any(), any_setpoint());
+    failsafe.frame(kani::any(), kani::any::<[D; AXES]>());
     assert!(failsafe.silence == 0);
     kani::cover!(is_valid, "built");
 }
+for_demands!(
+    no_panic,
+    nothing_panics::<u8, 3>(),
+    nothing_panics::<u16, 2>()
+);

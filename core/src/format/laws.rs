@@ -1,12 +1,12 @@
-//! The laws of [`Framing`], tried on a stream.
+//! The tests of one's own format: the laws of [`Format`] on a stream, and an encoding against its format.
 
 use core::fmt;
 use core::ops::Range;
 
-use super::{Framing, Verdict};
-use crate::Mismatch;
+use super::{Format, Verdict};
+use crate::{DiscardReason, Encode};
 
-/// A law of [`Framing`] that a format breaks, and the bytes that show it.
+/// A law of [`Format`] that a format breaks, and the bytes that show it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct BrokenLaw {
@@ -57,7 +57,7 @@ impl fmt::Display for BrokenLaw {
 
 impl core::error::Error for BrokenLaw {}
 
-/// Tries whether a format of one's own keeps the laws of [`Framing`]: on `stream` from each of its
+/// Tries whether a format of one's own keeps the laws of [`Format`]: on `stream` from each of its
 /// bytes on, and on the same with any one byte changed to any other value.
 ///
 /// Give it whole frames, the longest and the shortest, with a little behind them, and streams that
@@ -71,16 +71,16 @@ impl core::error::Error for BrokenLaw {}
 /// # Examples
 /// A text that is rejected for one reason, and for another when more of it is there:
 /// ```
-/// use framelock::{Framing, Mismatch, Verdict, check_laws};
+/// use framelock::{Format, DiscardReason, Verdict, check_laws};
 /// struct Hasty;
-/// impl Framing for Hasty {
+/// impl Format for Hasty {
 ///     const LONGEST: usize = 3;
 ///     type Message<'a> = ();
 ///     fn judge(&self, bytes: &[u8]) -> Verdict {
 ///         match bytes {
 ///             [b'<', .., b'>'] => Verdict::Frame(bytes.len()),
 ///             [b'<', ..] if bytes.len() < 3 => Verdict::Incomplete { at_least: bytes.len() + 1 },
-///             _ => Verdict::Reject(Mismatch::NoSync),
+///             _ => Verdict::Reject(DiscardReason::NoSync),
 ///         }
 ///     }
 ///     fn decode(&self, _: &[u8]) {}
@@ -88,7 +88,7 @@ impl core::error::Error for BrokenLaw {}
 /// let broken = check_laws(&Hasty, &mut *b"<>.".to_vec()).unwrap_err();
 /// assert_eq!((broken.law, broken.from, broken.length), (2, 0, 3));
 /// ```
-pub fn check_laws<F: Framing>(format: &F, stream: &mut [u8]) -> Result<(), BrokenLaw> {
+pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), BrokenLaw> {
     let whole = 0..stream.len();
     try_from_each(format, stream, whole.clone(), None)?;
     for place in whole {
@@ -107,7 +107,7 @@ pub fn check_laws<F: Framing>(format: &F, stream: &mut [u8]) -> Result<(), Broke
     Ok(())
 }
 
-fn try_from_each<F: Framing>(
+fn try_from_each<F: Format>(
     format: &F,
     stream: &[u8],
     places: Range<usize>,
@@ -137,7 +137,7 @@ fn set(stream: &mut [u8], place: usize, byte: u8) {
 
 /// The first law that the verdicts about some first bytes of `bytes` break, how many they were, and
 /// the verdict.
-fn broken_by<F: Framing>(format: &F, bytes: &[u8]) -> Option<(u8, usize, Verdict)> {
+fn broken_by<F: Format>(format: &F, bytes: &[u8]) -> Option<(u8, usize, Verdict)> {
     let mut settled = None;
     // Of fewer bytes: so many were incomplete, and so many must be there before more can be said.
     let mut incomplete = 0;
@@ -158,7 +158,7 @@ fn broken_by<F: Framing>(format: &F, bytes: &[u8]) -> Option<(u8, usize, Verdict
             2
         } else if length < due && !matches!(verdict, Verdict::Incomplete { .. }) {
             3
-        } else if !starts && verdict != Verdict::Reject(Mismatch::NoSync) {
+        } else if !starts && verdict != Verdict::Reject(DiscardReason::NoSync) {
             4
         } else if ![0, incomplete / 2, incomplete].into_iter().all(as_searched) {
             5
@@ -172,4 +172,79 @@ fn broken_by<F: Framing>(format: &F, bytes: &[u8]) -> Option<(u8, usize, Verdict
         return Some((law, length, verdict));
     }
     None
+}
+
+/// How a format's encoding contradicts the rest of it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum BrokenEncoding {
+    /// [`SHAPE`](crate::FixedFormat::SHAPE) has another byte at this place, the first being 0.
+    Shape(usize),
+    /// [`CHECK`](crate::FixedFormat::CHECK) refuses the frame.
+    Check,
+    /// [`decode`](crate::FixedFormat::decode) gives another message.
+    Decode,
+}
+
+impl fmt::Display for BrokenEncoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Shape(place) => {
+                write!(
+                    f,
+                    "encode: the byte at place {place} is not the one that SHAPE has there"
+                )
+            }
+            Self::Check => f.write_str("encode: CHECK refuses the frame"),
+            Self::Decode => f.write_str("decode gives another message than encode was given"),
+        }
+    }
+}
+
+impl core::error::Error for BrokenEncoding {}
+
+/// Tries whether a format of fixed length contradicts itself: the frame of `message` must have the shape's
+/// fixed bytes, pass the check, and decode to `message`. It is a test: call it with many messages.
+///
+/// # Errors
+/// What the encoding contradicts first.
+///
+/// # Examples
+/// ```
+/// use framelock::motion::{BinCrc8, Setpoint};
+/// use framelock::{BrokenEncoding, Encode, FixedFormat, Shape, check_encoding};
+/// for byte in 0..=u8::MAX {
+///     check_encoding::<BinCrc8>(Setpoint { pitch: byte, roll: 0x41, yaw: !byte })?;
+/// }
+///
+/// struct Mistaken; // Its shape ends in CR, its frames in LF.
+/// impl FixedFormat for Mistaken {
+///     type Frame = [u8; 3];
+///     type Message = u8;
+///     const SHAPE: Shape<[u8; 3]> = Shape::new([Some(b'#'), None, Some(b'\r')]);
+///     fn decode([_, number, _]: [u8; 3]) -> u8 { number }
+/// }
+/// impl Encode for Mistaken {
+///     fn encode(number: u8) -> [u8; 3] { [b'#', number, b'\n'] }
+/// }
+/// assert_eq!(check_encoding::<Mistaken>(7), Err(BrokenEncoding::Shape(2)));
+/// # Ok::<(), BrokenEncoding>(())
+/// ```
+#[expect(clippy::needless_pass_by_value, reason = "as `encode` takes it")]
+pub fn check_encoding<F>(message: F::Message) -> Result<(), BrokenEncoding>
+where
+    F: Encode,
+    F::Message: Clone + PartialEq,
+{
+    let frame = F::encode(message.clone());
+    if let Some(place) = F::SHAPE.contradicted_at(frame) {
+        return Err(BrokenEncoding::Shape(place));
+    }
+    if F::CHECK.is_some_and(|check| !check(frame)) {
+        return Err(BrokenEncoding::Check);
+    }
+    if F::decode(frame) != message {
+        return Err(BrokenEncoding::Decode);
+    }
+    Ok(())
 }

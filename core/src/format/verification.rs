@@ -1,4 +1,4 @@
-//! Theorem 13g: [`Headed`] and [`Either`] keep the laws of [`Framing`].
+//! Theorem 13g: [`Headed`] and [`Either`] keep the laws of [`Format`].
 //!
 //! Each harness takes any bytes, and asks about the first of them twice: about `some`, and about `more`.
 //! Neither has a `judge_on` of its own, which is law 5.
@@ -8,8 +8,8 @@
 //! * [`Either`] of any two formats that keep the laws. If besides the first knows each frame by the
 //!   frame's own bytes, `decode` asks the format that the frame is of.
 
-use super::{Either, EitherMessage, Framing, Headed};
-use crate::{Mismatch, Verdict};
+use super::{Either, EitherMessage, Format, Headed};
+use crate::{DiscardReason, Verdict};
 
 /// What a lawful format says from one place of the stream on. With fewer than `settled_at` bytes it is
 /// `Incomplete`, with as many or more always the same (laws 1 to 3).
@@ -52,14 +52,14 @@ impl Row {
     }
 }
 
-pub(crate) fn any_mismatch() -> Mismatch {
+pub(crate) fn any_mismatch() -> DiscardReason {
     match kani::any::<u8>() {
-        0 => Mismatch::NoSync,
-        1 => Mismatch::BrokenSync,
-        2 => Mismatch::Header,
-        3 => Mismatch::Check,
-        4 => Mismatch::Terminator,
-        _ => Mismatch::LineEvent,
+        0 => DiscardReason::NoSync,
+        1 => DiscardReason::BrokenSync,
+        2 => DiscardReason::Header,
+        3 => DiscardReason::Check,
+        4 => DiscardReason::Terminator,
+        _ => DiscardReason::LineEvent,
     }
 }
 
@@ -142,8 +142,8 @@ fn headed_is_lawful() {
     let (some, more) = any_some_and_more(format.longest);
     let (early, late) = (judge(some), judge(more));
     // Law 4, with the `starts` that there is without another.
-    if judge(1) == Verdict::Reject(Mismatch::NoSync) {
-        assert!(early == Verdict::Reject(Mismatch::NoSync));
+    if judge(1) == Verdict::Reject(DiscardReason::NoSync) {
+        assert!(early == Verdict::Reject(DiscardReason::NoSync));
     }
     if let Verdict::Frame(frame) = late {
         assert!(length == Some(frame) && frame >= header && mismatch.is_none());
@@ -162,13 +162,14 @@ struct Lawful<const L: usize> {
 impl<const L: usize> Lawful<L> {
     fn any() -> Self {
         let (row, starts) = (Row::any(L), kani::any());
-        let is_no_sync = row.settled_at == 1 && row.settled == Verdict::Reject(Mismatch::NoSync);
+        let is_no_sync =
+            row.settled_at == 1 && row.settled == Verdict::Reject(DiscardReason::NoSync);
         kani::assume(starts || is_no_sync);
         Self { row, starts }
     }
 }
 
-impl<const L: usize> Framing for Lawful<L> {
+impl<const L: usize> Format for Lawful<L> {
     const LONGEST: usize = L;
     type Message<'a> = usize;
 
@@ -197,7 +198,7 @@ fn either_is_lawful<const A: usize, const B: usize>() {
     let early = either.judge(&bytes[..some]);
     let late = either.judge(&bytes[..more]);
     if !either.starts(0) {
-        assert!(early == Verdict::Reject(Mismatch::NoSync));
+        assert!(early == Verdict::Reject(DiscardReason::NoSync));
     }
     let knows_its_frames = match first_row.settled {
         Verdict::Frame(length) => length == first_row.settled_at,

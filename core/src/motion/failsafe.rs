@@ -14,49 +14,95 @@
 //!         LIVE: output = demand, frame by frame        (at reset: PARKED)
 //! ```
 
+use core::fmt::Debug;
 use core::num::NonZeroU32;
-
-use crate::Setpoint;
 
 #[cfg(kani)]
 mod verification;
 
+/// What a frame asks of one axis: `u8` or `u16`, from one end of the axis's travel to the other.
+///
+/// This trait is sealed.
+pub trait Demand: Copy + Eq + Debug + Default + sealed::Units {}
+
+impl Demand for u8 {}
+impl Demand for u16 {}
+
+mod sealed {
+    /// A demand as a number of units.
+    pub trait Units {
+        const BITS: u32;
+        fn units(self) -> u16;
+        /// Of at most as many units as there are.
+        fn of_units(units: u16) -> Self;
+    }
+
+    impl Units for u8 {
+        const BITS: u32 = Self::BITS;
+
+        fn units(self) -> u16 {
+            self.into()
+        }
+
+        fn of_units(units: u16) -> Self {
+            Self::try_from(units).unwrap_or(Self::MAX)
+        }
+    }
+
+    impl Units for u16 {
+        const BITS: u32 = Self::BITS;
+
+        fn units(self) -> u16 {
+            self
+        }
+
+        fn of_units(units: u16) -> Self {
+            units
+        }
+    }
+}
+
 /// How a [`Failsafe`] behaves. Times are in ticks of whatever clock the program passes in.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct FailsafeParameters {
+pub struct FailsafeParameters<D, const AXES: usize> {
     /// Silence after which the output is held: how long the line may be quiet in normal use.
     /// At least 1.
     pub hold_after: u32,
     /// Silence after which the output moves to park. At least `hold_after`.
     pub ramp_after: u32,
     /// Where each axis goes when nobody says where to go.
-    pub park: Setpoint,
-    /// The bounded rate of each axis (pitch, roll, yaw): ticks for one unit of demand.
-    pub ticks_per_unit: [NonZeroU32; 3],
+    pub park: [D; AXES],
+    /// The bounded rate of each axis: ticks for one unit of demand. With demands of 16 bits take a clock of
+    /// microseconds: at 30 of them a unit the whole travel takes two seconds.
+    pub ticks_per_unit: [NonZeroU32; AXES],
 }
 
-impl FailsafeParameters {
-    /// Ticks from the last frame until every axis is at park, whatever the setpoint was.
+impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
+    /// Ticks from the last frame until every axis is at park, whatever the demand was.
     #[must_use]
     pub fn parked_after(&self) -> u64 {
-        let parks: [u8; 3] = self.park.into();
-        let longest =
-            parks
-                .iter()
-                .zip(self.ticks_per_unit)
-                .fold(0, |longest: u64, (&park, rate)| {
-                    let way = park.max(u8::MAX.abs_diff(park));
-                    longest.max(u64::from(way).saturating_mul(u64::from(rate.get())))
-                });
-        longest.saturating_add(u64::from(self.ramp_after))
+        let most = u16::MAX.wrapping_shr(u16::BITS.saturating_sub(D::BITS));
+        let longest = self
+            .park
+            .iter()
+            .zip(self.ticks_per_unit)
+            .map(|(park, rate)| {
+                let park = park.units();
+                let way = park.max(most.abs_diff(park));
+                u64::from(way).saturating_mul(u64::from(rate.get()))
+            });
+        longest
+            .max()
+            .unwrap_or(0)
+            .saturating_add(u64::from(self.ramp_after))
     }
 }
 
 /// Why a [`Failsafe`] cannot be built.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum FailsafeError {
     /// `hold_after` is 0: the failsafe would engage between any two frames.
     HoldAtOnce,
@@ -79,10 +125,11 @@ impl core::error::Error for FailsafeError {}
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Phase {
-    /// The output is the last frame's setpoint.
+    /// The output is the last frame's demands.
     Live,
-    /// Frames come again; the output moves to the demand at the bounded rate.
+    /// Frames come again; the output moves to the demands at the bounded rate.
     Approach,
     /// Silence: the output stays where it is.
     Hold,
@@ -95,34 +142,34 @@ pub enum Phase {
 /// What the actuators are to do now.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Output {
+pub struct Output<D, const AXES: usize> {
     /// Where each axis is to be.
-    pub setpoint: Setpoint,
+    pub axes: [D; AXES],
     /// Why.
     pub phase: Phase,
 }
 
-/// Sits between the receiver and the actuators. Time is passed in, as a counter that may wrap.
+/// Sits between the receiver and the actuators: any number of axes, demands of 8 or 16 bits. Time is passed
+/// in, as a counter that may wrap.
 ///
 /// Tell it of each [`frame`](Self::frame) and [`poll`](Self::poll) it for the output, both with
 /// the time now; call it more often than the counter wraps. Should the time go backwards, that
 /// reads as a long silence: the safe way to be wrong.
 ///
 /// Outside [`Phase::Live`] an axis moves at most one unit in each `ticks_per_unit`, also on the
-/// way back: the first frame after a silence is approached, never jumped to. Live, the output is
-/// the demand itself, since smoothing it is the sender's business.
+/// way back: the first frame after a silence is approached, never jumped to (theorem 10). Live, the
+/// output is the demand itself, since smoothing it is the sender's business.
 ///
 /// # Examples
 /// ```
 /// use core::num::NonZeroU32;
-/// use framelock::{Failsafe, FailsafeParameters, Phase, Setpoint};
+/// use framelock::motion::{Failsafe, FailsafeParameters, Phase, Setpoint};
 /// // A clock of 1 ms: hold after 100 ms, to the middle after 500 ms at 100 units a second.
 /// let mut failsafe = Failsafe::new(
 ///     FailsafeParameters {
 ///         hold_after: 100,
 ///         ramp_after: 500,
-///         park: Setpoint { pitch: 128, roll: 128, yaw: 128 },
+///         park: [128_u8; 3],
 ///         ticks_per_unit: [NonZeroU32::new(10).unwrap(); 3],
 ///     },
 ///     0,
@@ -131,38 +178,38 @@ pub struct Output {
 ///
 /// failsafe.frame(10, Setpoint { pitch: 130, roll: 128, yaw: 128 });
 /// assert_eq!(failsafe.poll(25).phase, Phase::Approach);
-/// assert_eq!(failsafe.poll(25).setpoint.pitch, 129);
+/// assert_eq!(Setpoint::from(failsafe.poll(25).axes).pitch, 129);
 /// assert_eq!(failsafe.poll(30).phase, Phase::Live);
 /// assert_eq!(failsafe.poll(110).phase, Phase::Hold);
 /// assert_eq!(failsafe.poll(510).phase, Phase::Ramp);
 /// assert_eq!(failsafe.poll(530).phase, Phase::Parked);
-/// # Ok::<(), framelock::FailsafeError>(())
+/// # Ok::<(), framelock::motion::FailsafeError>(())
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Failsafe {
-    parameters: FailsafeParameters,
+pub struct Failsafe<D, const AXES: usize> {
+    parameters: FailsafeParameters<D, AXES>,
     /// When it was last called.
     now: u32,
     /// Ticks since the last frame, as far as it matters: stays at the top once there.
     silence: u32,
-    demand: Setpoint,
-    axes: [Axis; 3],
+    demands: [D; AXES],
+    axes: [Axis<D>; AXES],
 }
 
 /// One axis that moves at a bounded rate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Axis {
-    position: u8,
+struct Axis<D> {
+    position: D,
     /// Ticks since the last unit of the way; fewer than one unit takes.
     since_unit: u32,
 }
 
-impl Failsafe {
+impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     /// Parked, with no frame received. `now` is the time.
     ///
     /// # Errors
     /// If the parameters contradict themselves: see [`FailsafeError`].
-    pub fn new(parameters: FailsafeParameters, now: u32) -> Result<Self, FailsafeError> {
+    pub fn new(parameters: FailsafeParameters<D, AXES>, now: u32) -> Result<Self, FailsafeError> {
         Self::resumed(parameters, now, parameters.park)
     }
 
@@ -172,9 +219,9 @@ impl Failsafe {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn resumed(
-        parameters: FailsafeParameters,
+        parameters: FailsafeParameters<D, AXES>,
         now: u32,
-        output: Setpoint,
+        output: impl Into<[D; AXES]>,
     ) -> Result<Self, FailsafeError> {
         if parameters.hold_after == 0 {
             return Err(FailsafeError::HoldAtOnce);
@@ -186,24 +233,24 @@ impl Failsafe {
             parameters,
             now,
             silence: u32::MAX,
-            demand: parameters.park,
-            axes: setpoint_axes(output),
+            demands: parameters.park,
+            axes: output.into().map(Axis::at),
         })
     }
 
     /// A frame was committed at the time `now`.
-    pub fn frame(&mut self, now: u32, setpoint: Setpoint) {
+    pub fn frame(&mut self, now: u32, demands: impl Into<[D; AXES]>) {
         let live = self.poll(now).phase == Phase::Live;
         self.silence = 0;
-        self.demand = setpoint;
+        self.demands = demands.into();
         if live {
-            self.axes = setpoint_axes(setpoint);
+            self.axes = self.demands.map(Axis::at);
         }
     }
 
     /// The output at the time `now`. However often it is called, the output at a given time is
-    /// the same. Two divisions an axis at most.
-    pub fn poll(&mut self, now: u32) -> Output {
+    /// the same. Two long divisions an axis at most, of as many steps as a demand has bits.
+    pub fn poll(&mut self, now: u32) -> Output<D, AXES> {
         let FailsafeParameters {
             hold_after,
             ramp_after,
@@ -216,92 +263,83 @@ impl Failsafe {
         self.silence = before.saturating_add(elapsed);
 
         let held_for = hold_after.saturating_sub(before);
-        self.approach(self.demand, elapsed.min(held_for));
-        let setpoint = self.position();
+        self.approach(self.demands, elapsed.min(held_for));
+        let axes = self.positions();
         if self.silence < hold_after {
-            let phase = if setpoint == self.demand {
+            let is_there = axes == self.demands;
+            let phase = if is_there {
                 Phase::Live
             } else {
                 Phase::Approach
             };
-            return Output { setpoint, phase };
+            return Output { axes, phase };
         }
         if self.silence < ramp_after {
-            return Output {
-                setpoint: self.position(),
-                phase: Phase::Hold,
-            };
+            let phase = Phase::Hold;
+            return Output { axes, phase };
         }
-        self.approach(
-            park,
-            elapsed.saturating_sub(ramp_after.saturating_sub(before)),
-        );
-        let setpoint = self.position();
-        Output {
-            setpoint,
-            phase: if setpoint == park {
-                Phase::Parked
-            } else {
-                Phase::Ramp
-            },
-        }
+        let to_park = elapsed.saturating_sub(ramp_after.saturating_sub(before));
+        self.approach(park, to_park);
+        let axes = self.positions();
+        let phase = if axes == park {
+            Phase::Parked
+        } else {
+            Phase::Ramp
+        };
+        Output { axes, phase }
     }
 
-    fn position(&self) -> Setpoint {
-        self.axes.map(|axis| axis.position).into()
+    fn positions(&self) -> [D; AXES] {
+        self.axes.map(|axis| axis.position)
     }
 
-    fn approach(&mut self, target: Setpoint, ticks: u32) {
-        let ways = <[u8; 3]>::from(target)
-            .into_iter()
-            .zip(self.parameters.ticks_per_unit);
+    fn approach(&mut self, targets: [D; AXES], ticks: u32) {
+        let ways = targets.into_iter().zip(self.parameters.ticks_per_unit);
         for (axis, (target, ticks_per_unit)) in self.axes.iter_mut().zip(ways) {
             axis.approach(target, ticks, ticks_per_unit);
         }
     }
 }
 
-/// Every axis where the setpoint wants it.
-fn setpoint_axes(setpoint: Setpoint) -> [Axis; 3] {
-    <[u8; 3]>::from(setpoint).map(|position| Axis {
-        position,
-        since_unit: 0,
-    })
-}
+impl<D: Demand> Axis<D> {
+    /// Where a demand wants it.
+    fn at(position: D) -> Self {
+        let since_unit = 0;
+        Self {
+            position,
+            since_unit,
+        }
+    }
 
-impl Axis {
     /// Moves for that many ticks, a unit in each `ticks_per_unit`; stops at the target.
-    fn approach(&mut self, target: u8, ticks: u32, ticks_per_unit: NonZeroU32) {
+    fn approach(&mut self, target: D, ticks: u32, ticks_per_unit: NonZeroU32) {
         if ticks == 0 {
             return;
         }
         let mut left = u64::from(ticks).saturating_add(u64::from(self.since_unit));
-        // Long division: a way has at most 255 units, so eight steps tell how many are made. Mostly
-        // it is none.
+        // Long division: no way has more units than a demand can say, so a step for each of its bits
+        // tells how many are made. Mostly it is none.
         let mut units = 0;
-        if left < u64::from(ticks_per_unit.get()) {
-            return self.advance(target, units, left);
-        }
-        for bit in (0..8).rev() {
-            (units, left) = division_step(units, left, ticks_per_unit, bit);
+        if left >= u64::from(ticks_per_unit.get()) {
+            for bit in (0..D::BITS).rev() {
+                (units, left) = division_step(units, left, ticks_per_unit, bit);
+            }
         }
         self.advance(target, units, left);
     }
 
     /// Moves that many units, which leaves that many ticks; stops at the target.
-    fn advance(&mut self, target: u8, units: u8, left: u64) {
-        if units >= self.position.abs_diff(target) {
-            *self = Self {
-                position: target,
-                since_unit: 0,
-            };
+    fn advance(&mut self, target: D, units: u16, left: u64) {
+        let (position, goal) = (self.position.units(), target.units());
+        if units >= position.abs_diff(goal) {
+            *self = Self::at(target);
             return;
         }
-        self.position = if target > self.position {
-            self.position.saturating_add(units)
+        self.position = D::of_units(if goal > position {
+            position.saturating_add(units)
         } else {
-            self.position.saturating_sub(units)
-        };
+            position.saturating_sub(units)
+        });
         // Less than a unit's, or the target were reached.
         self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
     }
@@ -309,10 +347,10 @@ impl Axis {
 
 /// One step of the long division: if the ticks left are enough for `1 << bit` units, these are
 /// counted and their ticks taken.
-fn division_step(units: u8, left: u64, ticks_per_unit: NonZeroU32, bit: u32) -> (u8, u64) {
+fn division_step(units: u16, left: u64, ticks_per_unit: NonZeroU32, bit: u32) -> (u16, u64) {
     let taken = u64::from(ticks_per_unit.get()).wrapping_shl(bit);
     match left.checked_sub(taken) {
-        Some(left) => (units | 1_u8.wrapping_shl(bit), left),
+        Some(left) => (units | 1_u16.wrapping_shl(bit), left),
         None => (units, left),
     }
 }

@@ -1,6 +1,7 @@
 //! Two protocols on one line.
 
-use super::{Framing, Verdict};
+use super::{Format, Verdict};
+use crate::DiscardReason;
 
 /// Two formats on one line, UBX and NMEA for example. Where no frame of the first begins, the
 /// second is asked. For more nest them in the second place: `Either(A, Either(B, C))`.
@@ -11,12 +12,12 @@ use super::{Framing, Verdict};
 ///
 /// # Examples
 /// ```
-/// use framelock::{BufferedReceiver, Either, EitherMessage, Framing, Headed, Verdict};
+/// use framelock::{BufferedReceiver, Either, EitherMessage, Format, Headed, Verdict};
 ///
 /// /// Frames of three bytes, which begin with one of their own.
 /// struct Three(u8);
 ///
-/// impl Framing for Three {
+/// impl Format for Three {
 ///     const LONGEST: usize = 3;
 ///     type Message<'a> = &'a [u8];
 ///     fn judge(&self, bytes: &[u8]) -> Verdict {
@@ -27,7 +28,7 @@ use super::{Framing, Verdict};
 ///     }
 /// }
 ///
-/// let mut receiver = BufferedReceiver::<_, 3>::new(Either(Three(b'$'), Three(b'#')));
+/// let mut receiver = BufferedReceiver::<_, 6>::new(Either(Three(b'$'), Three(b'#')));
 /// let mut found = Vec::new();
 /// for byte in *b"$ab #cd" {
 ///     match receiver.push(byte) {
@@ -55,13 +56,25 @@ pub enum EitherMessage<A, B> {
     Second(B),
 }
 
+/// How far on in a frame it is found.
+const fn further_on(why: DiscardReason) -> u8 {
+    match why {
+        DiscardReason::NoSync => 0,
+        DiscardReason::BrokenSync => 1,
+        DiscardReason::Header => 2,
+        DiscardReason::Terminator => 3,
+        DiscardReason::Check => 4,
+        DiscardReason::LineEvent => 5,
+    }
+}
+
 /// What `format` says of as many of the bytes as it may be asked about.
 #[inline]
-fn ask<F: Framing>(format: &F, bytes: &[u8]) -> Verdict {
+fn ask<F: Format>(format: &F, bytes: &[u8]) -> Verdict {
     format.judge(bytes.get(..F::LONGEST).unwrap_or(bytes))
 }
 
-impl<A: Framing, B: Framing> Framing for Either<A, B> {
+impl<A: Format, B: Format> Format for Either<A, B> {
     const LONGEST: usize = if A::LONGEST > B::LONGEST {
         A::LONGEST
     } else {
@@ -74,7 +87,11 @@ impl<A: Framing, B: Framing> Framing for Either<A, B> {
         match ask(&self.0, bytes) {
             Verdict::Reject(why) => match ask(&self.1, bytes) {
                 // Of two reasons the one that was found further on in the frame.
-                Verdict::Reject(other) => Verdict::Reject(why.max(other)),
+                Verdict::Reject(other) => Verdict::Reject(if further_on(other) > further_on(why) {
+                    other
+                } else {
+                    why
+                }),
                 verdict => verdict,
             },
             verdict => verdict,

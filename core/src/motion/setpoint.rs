@@ -1,4 +1,4 @@
-//! What a frame asks of the three actuators.
+//! What a frame asks of three actuators.
 
 use core::fmt;
 
@@ -6,8 +6,8 @@ use core::fmt;
 ///
 /// # Examples
 /// ```
-/// let level = framelock::Setpoint { pitch: 128, roll: 128, yaw: 128 };
-/// assert_eq!(framelock::Setpoint::from([128, 128, 128]), level);
+/// let level = framelock::motion::Setpoint { pitch: 128, roll: 128, yaw: 128 };
+/// assert_eq!(framelock::motion::Setpoint::from([128, 128, 128]), level);
 /// assert_eq!(level.to_string(), "pitch 128, roll 128, yaw 128");
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]

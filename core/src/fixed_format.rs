@@ -1,0 +1,275 @@
+//! Frame formats of fixed length: an `impl` of [`FixedFormat`], a few lines.
+
+use core::fmt::Debug;
+use core::marker::PhantomData;
+
+use crate::DiscardReason;
+use crate::window::Word;
+
+/// A frame format of fixed length, 1 to 16 bytes, known at compile time.
+///
+/// # Examples
+/// Six axes of 16 bits, big endian, between `'A' 'B'` and CR. This is all that a new format takes;
+/// the receiver, its slice path, the accounting and the theorems about every format come with it.
+/// ```
+/// use framelock::{Encode, FixedFormat, Receiver, Shape, check_encoding};
+///
+/// struct SixAxes;
+///
+/// impl FixedFormat for SixAxes {
+///     type Frame = [u8; 15];
+///     type Message = [u16; 6];
+///     const SHAPE: Shape<[u8; 15]> = {
+///         let mut places = [None; 15];
+///         places[0] = Some(b'A');
+///         places[1] = Some(b'B');
+///         places[14] = Some(b'\r');
+///         Shape::new(places)
+///     };
+///     fn decode([_, _, axes @ .., _]: [u8; 15]) -> [u16; 6] {
+///         core::array::from_fn(|axis| u16::from_be_bytes([axes[2 * axis], axes[2 * axis + 1]]))
+///     }
+/// }
+///
+/// impl Encode for SixAxes {
+///     fn encode(axes: [u16; 6]) -> [u8; 15] {
+///         let mut frame = *b"AB............\r";
+///         for (place, axis) in frame[2..14].chunks_exact_mut(2).zip(axes) {
+///             place.copy_from_slice(&axis.to_be_bytes());
+///         }
+///         frame
+///     }
+/// }
+///
+/// // So that `cargo check` finds mistakes in a format: what could go wrong does not compile.
+/// const _: Receiver<SixAxes> = Receiver::new();
+///
+/// let axes = [0, 1, 0x4142, 40_000, 65_535, 13];
+/// let mut receiver = Receiver::<SixAxes>::new();
+/// let mut received = Vec::new();
+/// for byte in [b"AB, noise", &SixAxes::encode(axes)[..]].concat() {
+///     received.extend(receiver.push(byte));
+/// }
+/// assert_eq!(received, [axes]);
+/// check_encoding::<SixAxes>(axes).expect("the encoding fits the shape");
+/// ```
+///
+/// # What does not compile
+/// A shape of another length than the frame:
+/// ```compile_fail,E0308
+/// # use framelock::{FixedFormat, Shape};
+/// # struct Short;
+/// # impl FixedFormat for Short {
+/// type Frame = [u8; 8];
+/// const SHAPE: Shape<[u8; 8]> = Shape::new([Some(b'A'), Some(b'B'), None, Some(b'\r')]);
+/// # type Message = [u8; 8];
+/// # fn decode(frame: [u8; 8]) -> [u8; 8] { frame }
+/// # }
+/// ```
+/// A frame longer than 16 bytes:
+/// ```compile_fail,E0277
+/// # use framelock::{FixedFormat, Shape};
+/// # struct Long;
+/// # impl FixedFormat for Long {
+/// type Frame = [u8; 25];
+/// # const SHAPE: Shape<[u8; 25]> = Shape::new([Some(b'A'); 25]);
+/// # type Message = [u8; 25];
+/// # fn decode(frame: [u8; 25]) -> [u8; 25] { frame }
+/// # }
+/// ```
+/// A format that every window of the stream would be a frame of:
+/// ```compile_fail,E0080
+/// # use framelock::{FixedFormat, Receiver, Shape};
+/// # struct Anything;
+/// # impl FixedFormat for Anything {
+/// #   type Frame = [u8; 4];
+/// const SHAPE: Shape<[u8; 4]> = Shape::new([None; 4]);
+/// #   type Message = [u8; 4];
+/// #   fn decode(frame: [u8; 4]) -> [u8; 4] { frame }
+/// # }
+/// const _: Receiver<Anything> = Receiver::new();
+/// ```
+pub trait FixedFormat: 'static {
+    /// `[u8; LENGTH]`.
+    type Frame: Frame;
+    /// What a frame means.
+    type Message;
+
+    /// Which byte must stand where.
+    const SHAPE: Shape<Self::Frame>;
+
+    /// What is checked beyond the fixed bytes, if anything: a checksum, a range. It is asked only
+    /// about frames whose fixed bytes agree.
+    const CHECK: Option<fn(Self::Frame) -> bool> = None;
+
+    /// What a frame means.
+    #[must_use]
+    fn decode(frame: Self::Frame) -> Self::Message;
+}
+
+/// A format whose frames can be made as well as received. Try it with
+/// [`check_encoding`](crate::check_encoding).
+pub trait Encode: FixedFormat {
+    /// The frame that means it.
+    #[must_use]
+    fn encode(message: Self::Message) -> Self::Frame;
+}
+
+/// The bytes of a frame of fixed length: `[u8; 1]` to `[u8; 16]`.
+///
+/// This trait is sealed: these arrays implement it, and nothing else can.
+#[diagnostic::on_unimplemented(
+    message = "a frame of fixed length has 1 to 16 bytes; `{Self}` is none",
+    label = "not `[u8; 1]` to `[u8; 16]`"
+)]
+pub trait Frame: AsRef<[u8]> + Copy + Eq + Debug + sealed::Words {
+    /// Bytes in the frame.
+    const LENGTH: usize;
+}
+
+pub(crate) mod sealed {
+    /// How the receiver keeps a frame.
+    pub trait Words {
+        type Word: crate::window::Word;
+
+        /// The frame whose last byte is the lowest of `word`.
+        fn from_word(word: Self::Word) -> Self;
+    }
+}
+
+macro_rules! frames {
+    ($word:ty: $($length:literal)*) => {$(
+        impl Frame for [u8; $length] {
+            const LENGTH: usize = $length;
+        }
+
+        impl sealed::Words for [u8; $length] {
+            type Word = $word;
+
+            #[inline]
+            fn from_word(word: $word) -> Self {
+                *word.to_be_bytes().last_chunk().unwrap_or(&[0; $length])
+            }
+        }
+    )*};
+}
+frames!(u64: 1 2 3 4 5 6 7 8);
+frames!(u128: 9 10 11 12 13 14 15 16);
+
+/// Which byte must stand where in a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Shape<F> {
+    /// The fixed bytes, 0 in the other places. The frame's last byte is lowest, here and below.
+    pattern: u128,
+    /// 0xFF in the places of fixed bytes, 0 in the others.
+    mask: u128,
+    /// The mask of the sync: the fixed bytes that the frame begins with.
+    sync: u128,
+    start: Option<u8>,
+    frame: PhantomData<F>,
+}
+
+impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
+    /// A frame of `LENGTH` bytes: `Some(byte)` where it must be that byte, `None` where any may be.
+    #[must_use]
+    pub const fn new(places: [Option<u8>; LENGTH]) -> Self {
+        let mut shape = Self {
+            pattern: 0,
+            mask: 0,
+            sync: 0,
+            start: None,
+            frame: PhantomData,
+        };
+        let mut rest = places.as_slice();
+        let mut in_sync = true;
+        if let [start, ..] = rest {
+            shape.start = *start;
+        }
+        while let [place, behind @ ..] = rest {
+            let (byte, fixed) = match *place {
+                Some(byte) => (byte, u8::MAX),
+                None => (0, 0),
+            };
+            in_sync &= place.is_some();
+            shape.pattern = shape.pattern << u8::BITS | byte as u128;
+            shape.mask = shape.mask << u8::BITS | fixed as u128;
+            shape.sync = shape.sync << u8::BITS | if in_sync { fixed as u128 } else { 0 };
+            rest = behind;
+        }
+        shape
+    }
+}
+
+impl<F: Frame> Shape<F> {
+    /// Whether any byte is fixed.
+    pub(crate) const fn has_fixed_bytes(&self) -> bool {
+        self.mask != 0
+    }
+
+    #[inline]
+    pub(crate) fn pattern(&self) -> F::Word {
+        F::Word::truncated(self.pattern)
+    }
+
+    #[inline]
+    pub(crate) fn mask(&self) -> F::Word {
+        F::Word::truncated(self.mask)
+    }
+
+    /// Whether a frame may begin with the lowest `known` bytes of `word`, at least one and at most a
+    /// frame's length, as far as the fixed bytes tell.
+    #[inline]
+    pub(crate) fn agrees(&self, word: F::Word, known: usize) -> bool {
+        self.differs(word, known) == F::Word::ZERO
+    }
+
+    /// If none may: why not.
+    #[inline]
+    pub(crate) fn mismatch(&self, word: F::Word, known: usize) -> Option<DiscardReason> {
+        let differs = self.differs(word, known);
+        if differs == F::Word::ZERO {
+            return None;
+        }
+        let unknown = F::LENGTH.wrapping_sub(known);
+        let in_sync = differs & F::Word::truncated(self.sync).down(unknown);
+        let first = F::Word::from(u8::MAX).up(known.wrapping_sub(1));
+        Some(if in_sync & first != F::Word::ZERO {
+            DiscardReason::NoSync
+        } else if in_sync != F::Word::ZERO {
+            DiscardReason::BrokenSync
+        } else {
+            DiscardReason::Terminator
+        })
+    }
+
+    #[inline]
+    fn differs(&self, word: F::Word, known: usize) -> F::Word {
+        let unknown = F::LENGTH.wrapping_sub(known);
+        (word ^ self.pattern().down(unknown)) & self.mask().down(unknown)
+    }
+
+    /// The first place at which a frame has another byte than the fixed one.
+    pub(crate) fn contradicted_at(&self, frame: F) -> Option<usize> {
+        let bytes = frame.as_ref().iter();
+        let word = bytes.fold(0, |word: u128, &byte| word << u8::BITS | u128::from(byte));
+        let differs = (word ^ self.pattern) & self.mask;
+        let behind = F::LENGTH.wrapping_sub(1);
+        (differs != 0).then(|| behind.wrapping_sub(differs.ilog2() as usize / 8))
+    }
+
+    /// How many bytes at the head of `bytes` cannot be the first of a frame, counted in whole words.
+    #[inline]
+    pub(crate) fn run_without_start(&self, bytes: &[u8]) -> usize {
+        let Some(start) = self.start else {
+            return 0;
+        };
+        let mut run = 0_usize;
+        while let Some(word) = bytes.get(run..).and_then(F::Word::load) {
+            if (word ^ F::Word::filled_with(start)).has_zero_byte() {
+                break;
+            }
+            run = run.wrapping_add(F::Word::BYTES);
+        }
+        run
+    }
+}

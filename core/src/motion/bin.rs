@@ -1,0 +1,80 @@
+//! The frames of a motion simulator: BIN, and BIN with a checksum.
+
+use crate::{Encode, FixedFormat, Shape};
+
+use super::Setpoint;
+
+/// The motion simulator's "BIN" output: `'A' 'B' reserved pitch roll yaw CR`, seven bytes.
+///
+/// No escaping and no checksum: the payload may hold any byte, and a substituted payload byte
+/// goes unnoticed.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Bin {}
+
+impl FixedFormat for Bin {
+    type Frame = [u8; 7];
+    type Message = Setpoint;
+    const SHAPE: Shape<[u8; 7]> =
+        Shape::new([Some(b'A'), Some(b'B'), None, None, None, None, Some(b'\r')]);
+
+    #[inline]
+    fn decode([_, _, _reserved, pitch, roll, yaw, _]: [u8; 7]) -> Setpoint {
+        Setpoint { pitch, roll, yaw }
+    }
+}
+
+impl Encode for Bin {
+    /// The reserved byte is sent as 0.
+    fn encode(Setpoint { pitch, roll, yaw }: Setpoint) -> [u8; 7] {
+        [b'A', b'B', 0, pitch, roll, yaw, b'\r']
+    }
+}
+
+/// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes, for those who
+/// control both ends.
+///
+/// The checksum is [`crc8`] of the four bytes between sync and checksum: no error of one to three
+/// bits in those five bytes goes unnoticed.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum BinCrc8 {}
+
+impl FixedFormat for BinCrc8 {
+    type Frame = [u8; 8];
+    type Message = Setpoint;
+    #[rustfmt::skip]
+    const SHAPE: Shape<[u8; 8]> =
+        Shape::new([Some(b'A'), Some(b'B'), None, None, None, None, None, Some(b'\r')]);
+    const CHECK: Option<fn([u8; 8]) -> bool> =
+        Some(|[_, _, reserved, pitch, roll, yaw, crc, _]| {
+            crc8([reserved, pitch, roll, yaw]) == crc
+        });
+
+    #[inline]
+    fn decode([_, _, _reserved, pitch, roll, yaw, _, _]: [u8; 8]) -> Setpoint {
+        Setpoint { pitch, roll, yaw }
+    }
+}
+
+impl Encode for BinCrc8 {
+    /// The reserved byte is sent as 0.
+    #[rustfmt::skip]
+    fn encode(Setpoint { pitch, roll, yaw }: Setpoint) -> [u8; 8] {
+        [b'A', b'B', 0, pitch, roll, yaw, crc8([0, pitch, roll, yaw]), b'\r']
+    }
+}
+
+/// CRC-8/AUTOSAR: polynomial 0x2F, initial value 0xFF, not reflected, final exclusive or 0xFF.
+///
+/// Its Hamming distance over four bytes and itself is 4. A shift and an exclusive or per bit: 32
+/// steps, and no table in flash, since it is asked only about windows whose fixed bytes agree.
+#[inline]
+#[must_use]
+pub fn crc8(payload: [u8; 4]) -> u8 {
+    // Its linearity lets all four bytes be taken at once, the register being the top byte.
+    let mut register = u32::from_be_bytes(payload) ^ 0xFF00_0000;
+    for _ in 0..32 {
+        let divisor = if register >> 31 == 1 { 0x2F00_0000 } else { 0 };
+        register = register << 1 ^ divisor;
+    }
+    register.to_be_bytes()[0] ^ 0xFF
+}
