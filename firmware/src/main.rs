@@ -13,17 +13,15 @@ mod clock;
 mod debug_port;
 mod last_output;
 mod leds;
-mod line_timers;
 mod panic;
 mod receive;
-mod receive_buffer;
 mod servo;
 mod setpoint;
 mod settings;
 mod telemetry;
+mod wake;
 mod watchdog;
 
-use cortex_m::interrupt;
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
 use framelock::{Failsafe, Phase};
@@ -33,7 +31,6 @@ use nrf52840_hal::pac::{self, Interrupt};
 
 use crate::clock::Clock;
 use crate::leds::Leds;
-use crate::line_timers::LineTimers;
 use crate::servo::Servos;
 use crate::setpoint::Published;
 use crate::settings::{FAILSAFE, TICK};
@@ -68,16 +65,14 @@ fn main() -> ! {
 
     let pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     let clock = Clock::start(chip.TIMER0);
-    let output = last_output::before_reset(reset_cause).unwrap_or(FAILSAFE.park);
+    let output = last_output::before_reset().unwrap_or(FAILSAFE.park);
     let now = clock.now();
     let Ok(mut failsafe) = Failsafe::resumed(FAILSAFE, now, output) else {
         SCB::sys_reset() // The settings assert the same at compile time.
     };
     let mut servos = Servos::start(chip.PWM0, pins.servos, WIDTHS, (now, output));
     let mut leds = Leds::new(pins.leds);
-    let timers = (chip.TIMER1, chip.TIMER2, chip.TIMER3);
-    let timers = LineTimers::start(timers, chip.PPI, &chip.UARTE0);
-    receive::start(chip.UARTE0, pins.receive, timers, LINE);
+    receive::start(chip.UARTE0, chip.TIMER2, pins.receive, LINE);
     unmask_interrupts(&mut core.NVIC);
 
     let mut seen = Published::now();
@@ -108,14 +103,7 @@ fn main() -> ! {
                 telemetry::log();
             }
         }
-        // With interrupts off between look and sleep, none can slip in and be slept through: one
-        // that is pending wakes the processor all the same.
-        interrupt::free(|_| {
-            let tick_is_due = clock.now().wrapping_sub(ticked_at) >= TICK;
-            if Published::now() == seen && !tick_is_due {
-                cortex_m::asm::wfi();
-            }
-        });
+        wake::sleep();
     }
 }
 
