@@ -197,13 +197,13 @@ impl<P> Accounting<P> {
 
 impl<P: Parser> Accounting<P> {
     /// Takes the next byte; gives the message if it completes a frame.
-    ///
-    /// Costs what [`feed`](Self::feed) of one byte does; feed slices where there are any.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<P::Message> {
-        let mut completed = None;
-        self.feed(&[byte], |_, message| completed = Some(message));
-        completed
+        let Self { parser, ledger } = self;
+        ledger.received(1);
+        let message = parser.push_with(byte, |count, why| ledger.dropped(count, why))?;
+        ledger.frame(P::FRAME_LENGTH);
+        Some(message)
     }
 
     /// Takes a slice: calls `frame` with each message, and the index in `bytes` of its last byte.

@@ -177,21 +177,30 @@ impl Parser for Lecture {
         self.push(byte)
     }
 
-    /// Byte by byte. What the machine throws away, it throws away together.
+    /// What the machine throws away, it throws away together.
+    #[inline]
+    fn push_with(
+        &mut self,
+        byte: u8,
+        mut dropped: impl FnMut(usize, Mismatch),
+    ) -> Option<Setpoint> {
+        let before = self.state;
+        let setpoint = self.push(byte);
+        match (setpoint, before, self.state) {
+            (None, State::SyncA, State::SyncA) => dropped(1, Mismatch::NoSync),
+            (None, State::SyncB, State::SyncA) => dropped(2, Mismatch::BrokenSync),
+            (None, State::Terminator, _) => dropped(7, Mismatch::Terminator),
+            _ => {}
+        }
+        setpoint
+    }
+
     fn feed_events(&mut self, bytes: &[u8], mut event: impl FnMut(Event<Setpoint>)) {
         for (index, &byte) in bytes.iter().enumerate() {
-            let before = self.state;
-            let (count, why) = match (self.push(byte), before, self.state) {
-                (Some(message), ..) => {
-                    event(Event::Frame { index, message });
-                    continue;
-                }
-                (None, State::SyncA, State::SyncA) => (1, Mismatch::NoSync),
-                (None, State::SyncB, State::SyncA) => (2, Mismatch::BrokenSync),
-                (None, State::Terminator, _) => (7, Mismatch::Terminator),
-                (None, ..) => continue,
-            };
-            event(Event::Dropped { count, why });
+            let message = self.push_with(byte, |count, why| event(Event::Dropped { count, why }));
+            if let Some(message) = message {
+                event(Event::Frame { index, message });
+            }
         }
     }
 

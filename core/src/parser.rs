@@ -16,6 +16,9 @@ pub trait Parser {
     /// The current message changes here or nowhere: every byte but a frame's last returns `None`.
     fn push(&mut self, byte: u8) -> Option<Self::Message>;
 
+    /// [`push`](Self::push), which also tells of the bytes that are dropped.
+    fn push_with(&mut self, byte: u8, dropped: impl FnMut(usize, Mismatch)) -> Option<Self::Message>;
+
     /// Takes a slice, and says what becomes of each byte but those pending at the end: the same, and
     /// in the same order, as byte by byte. A stream may be cut into slices anywhere (theorem 6).
     fn feed_events(&mut self, bytes: &[u8], event: impl FnMut(Event<Self::Message>));

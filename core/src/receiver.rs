@@ -27,7 +27,7 @@
 use core::marker::PhantomData;
 
 use crate::window::Window;
-use crate::{Event, Format, Frame, Parser};
+use crate::{Event, Format, Frame, Mismatch, Parser};
 
 /// The receiver of the format `F`: 8 bytes of state for frames of up to 8 bytes, 16 for longer ones.
 ///
@@ -132,6 +132,18 @@ impl<F: Format> Parser for Receiver<F> {
     #[inline]
     fn push(&mut self, byte: u8) -> Option<F::Message> {
         self.push(byte)
+    }
+
+    #[inline]
+    fn push_with(
+        &mut self,
+        byte: u8,
+        mut dropped: impl FnMut(usize, Mismatch),
+    ) -> Option<F::Message> {
+        let frame = self
+            .window
+            .push_dropping(&F::SHAPE, byte, Self::check, |why| dropped(1, why));
+        frame.map(Self::decode)
     }
 
     #[inline]

@@ -189,6 +189,41 @@ impl<F: Frame> Window<F> {
         None
     }
 
+    /// One step that tells of each byte that is dropped, oldest first, and keeps only what is pending.
+    /// Before it, nothing else may be held either: so it is after this and after [`feed`](Self::feed).
+    #[inline]
+    pub(crate) fn push_dropping(
+        &mut self,
+        shape: &Shape<F>,
+        byte: u8,
+        check: impl FnOnce(F::Word) -> bool,
+        mut dropped: impl FnMut(Mismatch),
+    ) -> Option<F::Word> {
+        let word = self.with(byte);
+        let mut known = self.count().wrapping_add(1);
+        if known == F::LENGTH {
+            if shape.agrees(word, known) && check(word) {
+                *self = Self::EMPTY;
+                return Some(word);
+            }
+            dropped(shape.mismatch(word, known).unwrap_or(Mismatch::Check));
+            known = known.wrapping_sub(1);
+        } else if shape.agrees(word, known) {
+            // It goes on.
+            *self = Self(word);
+            return None;
+        }
+        while known > 0 {
+            match shape.mismatch(word, known) {
+                None => break,
+                Some(why) => dropped(why),
+            }
+            known = known.wrapping_sub(1);
+        }
+        *self = Self(word & F::Word::lowest_bytes(known) | F::Word::ONE.up(known));
+        None
+    }
+
     /// Takes a slice, and says what becomes of each byte but those pending at the end: the same, and
     /// in the same order, as byte by byte, wherever a stream is cut into slices.
     ///

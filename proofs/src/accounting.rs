@@ -143,6 +143,10 @@ impl Parser for Reports {
         None
     }
 
+    fn push_with(&mut self, _: u8, _: impl FnMut(usize, Mismatch)) -> Option<()> {
+        None
+    }
+
     fn feed_events(&mut self, _: &[u8], mut event: impl FnMut(Event<()>)) {
         event(self.0[0]);
         event(self.0[1]);
