@@ -85,7 +85,11 @@ pub(crate) fn start(
     };
     let mut reception = Reception::default();
     reception.begin(&mut hardware);
-    free(|token| RECEIVER.borrow(token).replace(Some((reception, hardware))));
+    free(|token| {
+        if let Ok(mut receiver) = RECEIVER.borrow(token).try_borrow_mut() {
+            *receiver = Some((reception, hardware));
+        }
+    });
 }
 
 /// Once a tick: asks for a round, and writes down the counters for those who look. Returns how often the

@@ -189,6 +189,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
             // The first time its ENDRX may be about to come, or to be handled.
             if self.since_byte.signs > 1 {
                 registers.report(LineEvent::Overrun);
+                self.drain(registers);
                 self.start_anew(registers);
             }
         }
@@ -199,17 +200,23 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     #[cold]
     #[inline(never)]
     fn fail(&mut self, ended: bool, causes: u32, registers: &mut impl Registers) {
-        for (bit, event) in (0..).zip(EVENTS) {
-            if causes >> bit & 1 == 1 {
-                registers.report(event);
-            }
-        }
+        self.drain(registers);
         if ended {
             self.counts.skipped = self.counts.skipped.wrapping_add(1);
             self.since_byte = SinceByte::default();
             registers.start();
+        } else if causes & OVERRUN != 0 {
+            // The FIFO was full though a transfer was open: it had ended, and ENDRX was lost.
+            self.since_byte.signs = self.since_byte.signs.saturating_add(1);
+            self.start_anew(registers);
         } else {
             registers.restart_timer();
+        }
+        // Behind it, so that the time is over before the next byte comes.
+        for (bit, event) in (0..).zip(EVENTS) {
+            if causes >> bit & 1 == 1 {
+                registers.report(event);
+            }
         }
         self.since_byte.gap = false;
         self.since_byte.in_break |= causes & BREAK != 0;
@@ -217,22 +224,15 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         if self.errors >= ERRORS_A_TICK {
             registers.listen_to_errors(false);
         }
-        if causes & OVERRUN != 0 && !ended {
-            // The FIFO was full though a transfer was open: it had ended, and ENDRX was lost.
-            self.since_byte.signs = self.since_byte.signs.saturating_add(1);
-            self.start_anew(registers);
-        } else {
-            self.drain(registers);
-        }
     }
 
     #[cold]
     fn start_anew(&mut self, registers: &mut impl Registers) {
         self.counts.restarts = self.counts.restarts.wrapping_add(1);
         registers.start_anew();
-        self.drain(registers);
     }
 
+    /// From now on what comes out is dropped, and the end of the time wakes that follows.
     fn drain(&mut self, registers: &mut impl Registers) {
         self.draining = true;
         registers.listen_to_timer(true);
