@@ -45,6 +45,7 @@ pub const NO_BYTE: u8 = 0xEE;
 
 /// Line errors that interrupt from one tick to the next. Later ones wake nobody, so a flood of errors
 /// leaves time for all else; they are seen with the next byte, before it is handed on, or at the tick.
+/// Several of them count as one.
 pub const ERRORS_A_TICK: u8 = 32;
 
 /// Signs in a row that ENDRX was lost, with which the reception does not work.
@@ -177,6 +178,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     pub fn tick(&mut self, registers: &mut impl Registers) -> bool {
         if self.errors >= ERRORS_A_TICK {
             registers.listen_to_errors(true);
+            registers.listen_to_timer(self.draining);
         }
         self.errors = 0;
         if self.since_byte.in_break {
@@ -200,6 +202,10 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     #[cold]
     #[inline(never)]
     fn fail(&mut self, ended: bool, causes: u32, registers: &mut impl Registers) {
+        self.errors = self.errors.saturating_add(1);
+        if self.errors >= ERRORS_A_TICK {
+            registers.listen_to_errors(false);
+        }
         self.drain(registers);
         if ended {
             self.counts.skipped = self.counts.skipped.wrapping_add(1);
@@ -220,10 +226,6 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
         self.since_byte.gap = false;
         self.since_byte.in_break |= causes & BREAK != 0;
-        self.errors = self.errors.saturating_add(1);
-        if self.errors >= ERRORS_A_TICK {
-            registers.listen_to_errors(false);
-        }
     }
 
     #[cold]
@@ -232,9 +234,10 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         registers.start_anew();
     }
 
-    /// From now on what comes out is dropped, and the end of the time wakes that follows.
+    /// From now on what comes out is dropped, and the end of the time that follows wakes. After too many
+    /// errors only the tick does.
     fn drain(&mut self, registers: &mut impl Registers) {
         self.draining = true;
-        registers.listen_to_timer(true);
+        registers.listen_to_timer(self.errors < ERRORS_A_TICK);
     }
 }
