@@ -1,0 +1,250 @@
+//! The chip as the handler sees it, and what it may do.
+
+use framelock::LineEvent;
+
+use crate::{NO_BYTE, Registers};
+
+/// Bytes that the UARTE's FIFO holds.
+pub(super) const FIFO: u8 = 3;
+
+/// What memory holds.
+#[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
+pub(super) struct Byte {
+    pub(super) number: u8,
+    /// It was received behind the last error that came before it was stored.
+    pub(super) is_sound: bool,
+    /// It looks like [`NO_BYTE`].
+    pub(super) is_hidden: bool,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Chip {
+    /// The number of the next byte on the line. A byte that is lost has a number too.
+    pub(super) next: u8,
+    /// Bytes in the FIFO that may be from before the last error, or spoilt; and those behind them, which
+    /// are sound and the last on the line.
+    pub(super) old: u8,
+    pub(super) new: u8,
+    pub(super) open: bool,
+    /// What the last transfer brought, until it is taken out.
+    pub(super) memory: Option<Byte>,
+    pub(super) ended: bool,
+    /// The transfer is over and ENDRX has not come: it is late, or lost.
+    pub(super) owes_end: bool,
+    /// ERRORSRC says something, and the event ERROR is set.
+    pub(super) failed: bool,
+    pub(super) error: bool,
+    /// Of the timer: 0, `NONE_WAITS`, `GAP`.
+    pub(super) time: u8,
+    /// Whether an ENDRX may be late or lost; whether it does anything between two accesses.
+    pub(super) may_owe: bool,
+    pub(super) moves: bool,
+    /// Of what was handed on: the number that would follow, and whether an event was reported since.
+    pub(super) expected: u8,
+    pub(super) reported: bool,
+    /// What a round did: the byte that it looked at last.
+    pub(super) looked_at: Option<Byte>,
+    pub(super) pushed: u8,
+    pub(super) idles: u8,
+    pub(super) restarts: u8,
+    pub(super) wakes_by_error: bool,
+    pub(super) wakes_by_timer: bool,
+}
+
+impl Chip {
+    /// The number of the first byte in the FIFO that is behind every error.
+    pub(super) fn first_new(&self) -> u8 {
+        self.next - self.new
+    }
+
+    /// The chip does nothing, or any number of steps, in any order. Between two accesses it stores one byte
+    /// at most, since nothing opens a transfer.
+    pub(super) fn moves(&mut self) {
+        self.time_passes();
+        self.receives();
+        if kani::any() {
+            self.stores();
+            self.receives();
+            self.time_passes();
+        }
+        // It was late.
+        if self.owes_end && self.memory.is_some_and(|byte| !byte.is_hidden) && kani::any() {
+            self.owes_end = false;
+            self.ended = true;
+        }
+    }
+
+    /// A1: no byte waits when the time is over.
+    fn time_passes(&mut self) {
+        let waits = self.open && (self.old > 0 || self.new > 0);
+        if !waits {
+            let time: u8 = kani::any();
+            if time > self.time && time < 3 {
+                self.time = time;
+            }
+        }
+    }
+
+    /// Any number of bytes, lost or spoilt ones among them, or none.
+    fn receives(&mut self) {
+        let more: u8 = kani::any();
+        kani::assume(more < FIFO + 2);
+        self.next += more;
+        if kani::any() {
+            // All are sound, and there is room.
+            self.new += more;
+        } else if more > 0 {
+            // At least the first is not: A3, A4. What was there may be lost to an overrun.
+            self.failed = true;
+            self.error |= kani::any::<bool>();
+            self.old = kani::any();
+            self.new = kani::any();
+            kani::assume(self.new < more);
+        }
+        kani::assume(self.old < FIFO + 1 && self.new < FIFO + 1 && self.old + self.new < FIFO + 1);
+    }
+
+    /// Stores the first byte of the FIFO, if a transfer is open.
+    pub(super) fn stores(&mut self) {
+        if !self.open || self.old == 0 && self.new == 0 {
+            return;
+        }
+        let is_sound = self.old == 0;
+        let number = if is_sound {
+            self.first_new()
+        } else {
+            kani::any_where(|number| *number < self.next)
+        };
+        if is_sound {
+            self.new -= 1;
+        } else {
+            self.old -= 1;
+        }
+        self.memory = Some(Byte {
+            number,
+            is_sound,
+            is_hidden: kani::any(),
+        });
+        self.open = false;
+        self.owes_end = self.may_owe && kani::any();
+        self.ended = !self.owes_end;
+    }
+
+    /// In front of each access that reads or changes what the chip does. What it does in front of the others it
+    /// may as well do in front of the next of these: none of its steps depends on them.
+    fn access(&mut self) {
+        if self.moves {
+            self.moves();
+        }
+    }
+
+    fn opens(&mut self) {
+        assert!(!self.open, "a transfer is open already");
+        assert!(
+            !self.ended && !self.owes_end,
+            "the last transfer's ENDRX is still to come"
+        );
+        self.memory = None;
+        self.open = true;
+        self.time = 0;
+    }
+}
+
+impl Registers for Chip {
+    fn open_for(&mut self) -> u32 {
+        self.access();
+        self.time.into()
+    }
+
+    fn restart_timer(&mut self) {
+        self.access();
+        self.time = 0;
+    }
+
+    fn ended(&mut self) -> bool {
+        self.access();
+        core::mem::take(&mut self.ended)
+    }
+
+    fn has_failed(&mut self) -> bool {
+        self.access();
+        self.failed
+    }
+
+    fn take_causes(&mut self) -> u32 {
+        self.error = false;
+        self.access();
+        let failed = self.failed;
+        // One of the same kind that comes before the causes are cleared is cleared with them.
+        self.access();
+        if !failed {
+            return 0;
+        }
+        self.failed = kani::any();
+        kani::any_where(|causes| *causes > 0 && *causes < 16)
+    }
+
+    fn byte(&mut self) -> u8 {
+        self.access();
+        self.looked_at = self.memory;
+        match self.memory {
+            Some(byte) if byte.is_hidden => NO_BYTE,
+            Some(_) => 0,
+            None => NO_BYTE,
+        }
+    }
+
+    fn start(&mut self) {
+        self.access();
+        self.opens();
+    }
+
+    fn start_anew(&mut self) {
+        self.access();
+        self.restarts += 1;
+        self.old = 0;
+        self.new = 0;
+        // What was in it is lost, and so is what comes until it is on again.
+        self.next += 1;
+        self.open = false;
+        self.ended = false;
+        self.owes_end = false;
+        self.opens();
+    }
+
+    fn listen_to_errors(&mut self, listen: bool) {
+        self.wakes_by_error = listen;
+    }
+
+    fn listen_to_timer(&mut self, listen: bool) {
+        self.wakes_by_timer = listen;
+    }
+
+    fn is_low(&mut self) -> bool {
+        kani::any()
+    }
+
+    fn push(&mut self, _: u8) {
+        let byte = self.looked_at.take();
+        assert!(byte.is_some(), "S1: once");
+        if let Some(Byte {
+            number, is_sound, ..
+        }) = byte
+        {
+            assert!(is_sound, "S1: not spoilt, and S2: not from before an error");
+            assert!(number >= self.expected, "S1: in order");
+            assert!(
+                number == self.expected || self.reported,
+                "S2: none is missing"
+            );
+            self.expected = number + 1;
+        }
+        self.reported = false;
+        self.pushed += 1;
+    }
+
+    fn report(&mut self, event: LineEvent) {
+        self.reported = true;
+        self.idles += u8::from(event == LineEvent::Idle);
+    }
+}

@@ -1,0 +1,103 @@
+//! What always holds of the chip and of the reception, between any two rounds and steps.
+
+use super::Reception;
+use super::chip::{Byte, Chip, FIFO};
+use crate::{ERRORS_A_TICK, SinceByte};
+
+/// Numbers on the line begin below this: they do not wrap within a round.
+const NUMBERS: u8 = 100;
+
+impl Chip {
+    /// Any state in which the invariant holds.
+    pub(super) fn any(draining: bool) -> Self {
+        let chip = Self {
+            next: kani::any(),
+            old: kani::any(),
+            new: kani::any(),
+            open: kani::any(),
+            memory: kani::any(),
+            ended: kani::any(),
+            owes_end: kani::any(),
+            failed: kani::any(),
+            error: kani::any(),
+            time: kani::any(),
+            may_owe: true,
+            moves: false,
+            expected: kani::any(),
+            reported: kani::any(),
+            looked_at: None,
+            pushed: 0,
+            idles: 0,
+            restarts: 0,
+            wakes_by_error: true,
+            wakes_by_timer: draining,
+        };
+        kani::assume(chip.next < NUMBERS && chip.holds(draining));
+        chip
+    }
+
+    /// The invariant.
+    pub(super) fn holds(&self, draining: bool) -> bool {
+        self.is_possible()
+            && self.is_in_order()
+            // The one report stands in front of all that comes behind the drain.
+            && (!draining || self.reported)
+            && (self.failed || draining || self.is_lost_and_hidden() || self.is_clean())
+            // When the time is over the FIFO is empty: what is in it has come since.
+            && (self.failed || !draining || !self.open || self.time == 0 || self.old == 0)
+    }
+
+    /// One transfer is open, or its ENDRX has come, or is still to come.
+    fn is_possible(&self) -> bool {
+        self.old < FIFO + 1
+            && self.new < FIFO + 1
+            && self.old + self.new < FIFO + 1
+            && self.new < self.next + 1
+            && self.time < 3
+            && u8::from(self.open) + u8::from(self.ended) + u8::from(self.owes_end) == 1
+            && self.open != self.memory.is_some()
+            && self.memory.is_none_or(|byte| byte.number < 2 * NUMBERS)
+    }
+
+    /// Nothing that was handed on comes again.
+    fn is_in_order(&self) -> bool {
+        let follows = match self.memory {
+            Some(Byte {
+                number, is_sound, ..
+            }) if is_sound => self.expected < number + 1 && number < self.first_new(),
+            _ => true,
+        };
+        self.expected < self.first_new() + 1 && follows
+    }
+
+    /// No error has come that was not reported: what has come out next is the next on the line, or an event
+    /// was reported since.
+    fn is_clean(&self) -> bool {
+        let next = self.memory.map_or(self.first_new(), |byte| byte.number);
+        self.old == 0
+            && self
+                .memory
+                .is_none_or(|byte| byte.is_sound && byte.number + 1 == self.first_new())
+            && (next == self.expected || self.reported)
+    }
+
+    /// A byte lies in memory, looks like none, and its ENDRX will never come: nothing comes out any more until
+    /// the FIFO has overrun.
+    fn is_lost_and_hidden(&self) -> bool {
+        self.owes_end && self.memory.is_some_and(|byte| byte.is_hidden)
+    }
+}
+
+/// Any state of the reception.
+pub(super) fn any_reception() -> Reception {
+    let mut reception = Reception::default();
+    reception.draining = kani::any();
+    reception.since_byte = SinceByte {
+        gap: kani::any(),
+        in_break: kani::any(),
+        signs: kani::any(),
+    };
+    reception.errors = kani::any_where(|errors| *errors < ERRORS_A_TICK + 1);
+    reception.counts.skipped = kani::any();
+    reception
+}
