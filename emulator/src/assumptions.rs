@@ -33,7 +33,7 @@ pub struct Assumptions {
     pub doubled_ready: u32,
     /// How many ENDRX of a full transfer do not come.
     pub lost_end: u32,
-    /// Cycles from STARTRX to RXSTARTED.
+    /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
     /// Bytes in the FIFO: Zephyr's driver reckons with five, the specification does not say.
     pub fifo: usize,

@@ -331,6 +331,7 @@ impl Peripheral for Uarte {
     fn next(&self) -> Option<u64> {
         let byte = self
             .transfer
+            .filter(|_| self.started_at.is_none())
             .and(self.fifo.front())
             .map(|(ready, _)| *ready);
         let heard = self.receiver.next(&self.line);

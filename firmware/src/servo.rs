@@ -34,7 +34,7 @@ impl Servos {
     /// The pulses begin now.
     pub(crate) fn start(
         pwm: PWM0,
-        pins: [Pin<Output<PushPull>>; 3],
+        pins: impl IntoIterator<Item = Pin<Output<PushPull>>>,
         widths: &'static mut [Widths; 2],
         (now, setpoint): (u32, Setpoint),
     ) -> Self {
@@ -81,9 +81,14 @@ impl Servos {
         }
     }
 
+    /// Whether a period was over since widths were handed over.
+    pub(crate) fn period_has_ended(&self) -> bool {
+        self.pwm.events_pwmperiodend.read().bits() != 0
+    }
+
     /// Gives the PWM the widths for the next period.
     #[inline(never)]
-    fn hand_over(&mut self, setpoint: Setpoint) {
+    pub(crate) fn hand_over(&mut self, setpoint: Setpoint) {
         self.given ^= 1;
         let Some(widths) = self.widths.get_mut(self.given) else {
             return;

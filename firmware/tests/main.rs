@@ -15,4 +15,4 @@ mod line_errors;
 mod outputs;
 mod random;
 mod receiving;
-//mod self_test;
+mod self_test;
