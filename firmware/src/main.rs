@@ -77,12 +77,12 @@ fn main() -> ! {
 
     let mut seen = Published::now();
     let mut lock = Lock::default();
-    let mut ticked_at = clock.now();
-    clock.wake_at(ticked_at.wrapping_add(TICK));
-    let mut logged_at = ticked_at;
+    let mut logged_at = now;
+    // Once a tick. A setpoint waits for it: the pulses that it changes are handed over less often.
     loop {
-        let published = Published::now();
         let now = clock.now();
+        clock.wake_at(now.wrapping_add(TICK));
+        let published = Published::now();
         if published != seen {
             seen = published;
             failsafe.frame(now, published.setpoint());
@@ -90,18 +90,13 @@ fn main() -> ! {
         let output = failsafe.poll(now);
         servos.show(now, output.setpoint);
         last_output::keep(output.setpoint);
-
-        if now.wrapping_sub(ticked_at) >= TICK {
-            ticked_at = now;
-            clock.wake_at(now.wrapping_add(TICK));
-            let rounds = receive::tick();
-            lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
-            leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
-            watchdog.feed(rounds, now);
-            if now.wrapping_sub(logged_at) >= LOG_EVERY {
-                logged_at = now;
-                telemetry::log();
-            }
+        let rounds = receive::tick();
+        lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
+        leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
+        watchdog.feed(rounds, now);
+        if now.wrapping_sub(logged_at) >= LOG_EVERY {
+            logged_at = now;
+            telemetry::log();
         }
         wake::sleep();
     }

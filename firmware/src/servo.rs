@@ -81,7 +81,8 @@ impl Servos {
         }
     }
 
-    /// Whether a period was over since widths were handed over.
+    /// Whether a period is over; for the self-test.
+    #[allow(dead_code, reason = "shared with the self-test")]
     pub(crate) fn period_has_ended(&self) -> bool {
         self.pwm.events_pwmperiodend.read().bits() != 0
     }

@@ -2,8 +2,6 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use crate::wake;
-
 use framelock::Setpoint;
 
 /// Pitch, roll, yaw, as they lie in a frame, and a sequence number. One word, so that it is read and
@@ -37,5 +35,4 @@ impl Published {
 pub(crate) fn publish(sequence: u8, Setpoint { pitch, roll, yaw }: Setpoint) {
     let setpoint = u32::from_le_bytes([pitch, roll, yaw, 0]);
     SETPOINT.store(setpoint | u32::from(sequence) << 24, Ordering::Relaxed);
-    wake::wake();
 }

@@ -1,5 +1,4 @@
-//! Sleep of the main loop. Handlers run while it sleeps, most of them for a byte that completes no frame:
-//! it goes on only when one of them says so.
+//! Sleep of the main loop: handlers run meanwhile, and it goes on only when one of them says so.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 

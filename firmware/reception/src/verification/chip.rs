@@ -62,7 +62,7 @@ impl Chip {
     pub(super) fn moves(&mut self) {
         self.time_passes();
         self.receives();
-        if kani::any() {
+        if self.open && kani::any() {
             self.stores();
             self.receives();
             self.time_passes();

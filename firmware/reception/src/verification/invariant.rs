@@ -5,7 +5,7 @@ use super::chip::{Byte, Chip, FIFO};
 use crate::{ERRORS_A_TICK, SinceByte};
 
 /// Numbers on the line begin below this: they do not wrap within a round.
-const NUMBERS: u8 = 100;
+const NUMBERS: u8 = 30;
 
 impl Chip {
     /// Any state in which the invariant holds.

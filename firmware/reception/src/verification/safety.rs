@@ -33,15 +33,57 @@ fn whatever_the_chip_does() {
     kani::cover!(chip.failed && chip.old == 1 && chip.new == 1);
 }
 
-#[kani::proof]
-#[kani::unwind(6)]
-fn a_round_in_which_the_chip_moves() {
+/// A round that begins with that, in which the chip moves.
+fn a_round(draining: bool, begins_with: fn(&Chip) -> bool) -> Chip {
     let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
+    reception.draining = draining;
+    let mut chip = Chip::any(draining);
+    kani::assume(begins_with(&chip));
     chip.moves = true;
     reception.service(&mut chip);
     assert!(chip.holds(reception.draining));
+    chip
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_begins_with_an_open_transfer() {
+    let chip = a_round(false, |chip| chip.open);
     kani::cover!(chip.pushed == 1 && chip.failed);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_begins_with_an_end() {
+    let chip = a_round(false, |chip| chip.ended);
+    kani::cover!(chip.pushed == 1 && chip.failed);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_begins_with_a_lost_end() {
+    let chip = a_round(false, |chip| chip.owes_end);
+    kani::cover!(chip.restarts == 1);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_drains_and_begins_with_an_open_transfer() {
+    let chip = a_round(true, |chip| chip.open);
+    kani::cover!(!chip.wakes_by_timer);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_drains_and_begins_with_an_end() {
+    let chip = a_round(true, |chip| chip.ended);
+    kani::cover!(chip.open);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_drains_and_begins_with_a_lost_end() {
+    let chip = a_round(true, |chip| chip.owes_end);
     kani::cover!(chip.restarts == 1);
 }
 
