@@ -56,7 +56,7 @@ impl Chip {
             && self.time < 3
             && u8::from(self.open) + u8::from(self.ended) + u8::from(self.owes_end) == 1
             && self.open != self.memory.is_some()
-            && self.memory.is_none_or(|byte| byte.number < 2 * NUMBERS)
+            && self.memory.is_none_or(|byte| byte.number < self.next)
     }
 
     /// Nothing that was handed on comes again.
