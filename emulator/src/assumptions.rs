@@ -19,33 +19,31 @@ pub struct Assumptions {
     /// transfer is full, after its ENDRX. The specification only says "likely"; Renode's model
     /// raises ENDRX first.
     pub ready_lag: u64,
-    /// RXDRDY comes when a byte reaches the head of the FIFO, not when it enters it (Zephyr#27233).
-    pub ready_at_head: bool,
+    /// RXDRDY comes when a byte enters the FIFO. By default it comes when the byte reaches the FIFO's
+    /// head, as a Nordic engineer says (Zephyr#27233).
+    pub ready_at_store: bool,
     /// RXDRDY comes for a byte with a framing error too, which is not stored. The specification does
     /// not say.
     pub ready_on_framing_error: bool,
     /// RXDRDY comes for a byte that is lost to an overrun. The specification does not say.
     pub ready_on_overrun: bool,
-    /// How many RXTO do not come, though the receiver stops (Zephyr#31266: after an error).
-    pub lost_timeout: u32,
-    /// RXTO comes with each ENDRX though nobody has stopped the receiver (Zephyr#103578: "may occur
-    /// on all platforms").
-    pub spurious_timeout: bool,
-    /// How many ENDRX of FLUSHRX do not come (Zephyr#31266).
-    pub lost_flush_end: u32,
-    /// FLUSHRX gives no ENDRX when the FIFO is empty. The specification says it does; drivers do not
-    /// all wait for it.
-    pub lost_empty_flush_end: bool,
-    /// RXD.AMOUNT keeps its value when STOPRX ends a transfer that stored nothing, as it does when
-    /// FLUSHRX finds nothing (nrfx's driver works around the latter).
-    pub stale_amount: bool,
-    /// Cycles from FLUSHRX until its bytes are in RAM and ENDRX comes. The specification names none.
-    pub slow_flush: u64,
-    /// STOPRX ends the transfer at once. What is received until RXTO stays in the FIFO, where
-    /// FLUSHRX finds it. The specification has ENDRX "before the RXTO event", not how long before.
-    pub early_end: bool,
+    /// How many RXDRDY do not come (Zephyr#49021 has a trace with one missing).
+    pub lost_ready: u32,
+    /// How many RXDRDY come twice.
+    pub doubled_ready: u32,
+    /// How many ENDRX of a full transfer do not come.
+    pub lost_end: u32,
+    /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
+    pub start_lag: u64,
     /// Bytes in the FIFO: Zephyr's driver reckons with five, the specification does not say.
     pub fifo: usize,
+    /// An overrun drops the oldest byte of the FIFO ("previous data is lost"; so BabbleSim's model), and
+    /// not the new one.
+    pub overrun_drops_oldest: bool,
+    /// SEQSTART begins a new period of the PWM at once, and not when the present one is over.
+    pub start_cuts_period: bool,
+    /// A task that is triggered twice at one instant acts once.
+    pub twice_is_once: bool,
     /// Cycles of each instruction in per cent of the model's own, at least 100: flash without the
     /// instruction cache has wait states (section "NVMC"). Sleep is not stretched.
     pub slowness: u32,
@@ -56,24 +54,25 @@ impl Default for Assumptions {
         Self {
             dma_lag: 32,
             ready_lag: 0,
-            ready_at_head: false,
+            ready_at_store: false,
             ready_on_framing_error: false,
             ready_on_overrun: false,
-            lost_timeout: 0,
-            spurious_timeout: false,
-            lost_flush_end: 0,
-            lost_empty_flush_end: false,
-            stale_amount: false,
-            slow_flush: 0,
-            early_end: false,
+            lost_ready: 0,
+            doubled_ready: 0,
+            lost_end: 0,
+            start_lag: 0,
             fifo: 6,
+            overrun_drops_oldest: false,
+            start_cuts_period: false,
+            twice_is_once: false,
             slowness: 100,
         }
     }
 }
 
-/// A byte is in RAM before the next at 1 Mbaud is over: EasyDMA is not believed to be slower.
-const LONGEST_LAG: u64 = 600;
+/// A byte that may go to RAM is there in less than four tenths of a byte time at 1 Mbaud: EasyDMA is not
+/// believed to be slower.
+const LONGEST_LAG: u64 = 190;
 /// Until just before the next byte at 1 Mbaud.
 const LATEST_READY: u64 = 639;
 
@@ -90,23 +89,28 @@ impl Assumptions {
             change("dma_lag", |a| a.dma_lag = LONGEST_LAG),
             change("end_before_ready", |a| a.ready_lag = a.dma_lag),
             change("ready_lag", |a| a.ready_lag = LATEST_READY),
-            change("ready_at_head", |a| a.ready_at_head = true),
+            change("ready_at_store", |a| a.ready_at_store = true),
             change("ready_on_framing_error", |a| {
                 a.ready_on_framing_error = true;
             }),
             change("ready_on_overrun", |a| a.ready_on_overrun = true),
-            change("lost_timeout", |a| a.lost_timeout = 1),
-            change("lost_timeout_always", |a| a.lost_timeout = u32::MAX),
-            change("spurious_timeout", |a| a.spurious_timeout = true),
-            change("lost_flush_end", |a| a.lost_flush_end = 1),
-            change("lost_flush_end_always", |a| a.lost_flush_end = u32::MAX),
-            change("lost_empty_flush_end", |a| a.lost_empty_flush_end = true),
-            change("stale_amount", |a| a.stale_amount = true),
-            change("slow_flush", |a| a.slow_flush = LONGEST_LAG),
-            change("early_end", |a| a.early_end = true),
+            change("lost_ready", |a| a.lost_ready = 1),
+            change("doubled_ready", |a| a.doubled_ready = 1),
+            change("lost_end", |a| a.lost_end = 1),
+            change("start_lag", |a| a.start_lag = LONGEST_LAG),
             change("fifo", |a| a.fifo = 5),
+            change("overrun_drops_oldest", |a| a.overrun_drops_oldest = true),
+            change("start_cuts_period", |a| a.start_cuts_period = true),
+            change("twice_is_once", |a| a.twice_is_once = true),
             change("slowness", |a| a.slowness = 150),
         ]
+    }
+
+    /// One of [`Self::each`] by its name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let found = Self::each().into_iter().find(|(known, _)| *known == name);
+        found.map(|(_, assumptions)| assumptions)
     }
 
     /// A mix of all, the same for the same seed: lags up to those of [`Assumptions::each`], at most
@@ -125,21 +129,23 @@ impl Assumptions {
         // Every second lag is short, so that both orders of RXDRDY and ENDRX are common.
         let longest_lag = if up_to(1) == 1 { 64 } else { LONGEST_LAG };
         let mut few = |most| u32::try_from(up_to(most)).unwrap_or_default();
-        let (lost_timeout, lost_flush_end, slower) = (few(3), few(3), few(50));
+        let (lost_ready, doubled_ready, slower) = (few(3), few(3), few(50));
+        // One in four loses some: what is sent meanwhile may be lost.
+        let lost_end = few(3) / 3 * (1 + few(2));
         Self {
             dma_lag: up_to(longest_lag),
             ready_lag: up_to(1) * up_to(LATEST_READY),
-            ready_at_head: up_to(1) == 1,
+            ready_at_store: up_to(1) == 1,
             ready_on_framing_error: up_to(1) == 1,
             ready_on_overrun: up_to(1) == 1,
-            lost_timeout,
-            spurious_timeout: up_to(1) == 1,
-            lost_flush_end,
-            lost_empty_flush_end: up_to(1) == 1,
-            stale_amount: up_to(1) == 1,
-            slow_flush: up_to(LONGEST_LAG),
-            early_end: up_to(1) == 1,
+            lost_ready,
+            doubled_ready,
+            lost_end,
+            start_lag: up_to(LONGEST_LAG),
             fifo: 5 + usize::from(up_to(1) == 1),
+            overrun_drops_oldest: up_to(1) == 1,
+            start_cuts_period: up_to(1) == 1,
+            twice_is_once: up_to(1) == 1,
             slowness: 100 + slower,
         }
     }

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use crate::assumptions::Assumptions;
 use crate::clock::{RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
 use crate::error::{Access, Refusal};
 use crate::gpio::{Pins, Port};
@@ -27,6 +28,8 @@ pub enum ResetCause {
     Watchdog,
     /// The firmware asked for it (AIRCR.SYSRESETREQ).
     Soft,
+    /// The supply was too low for a moment: [`crate::Board::brown_out`].
+    BrownOut,
 }
 
 impl std::fmt::Display for ResetCause {
@@ -35,6 +38,7 @@ impl std::fmt::Display for ResetCause {
             Self::Pin => "pin",
             Self::Watchdog => "watchdog",
             Self::Soft => "soft",
+            Self::BrownOut => "brown-out",
         })
     }
 }
@@ -56,6 +60,8 @@ pub(crate) struct Chip {
     /// Events that were raised and whose shorts and channels are still to be followed: the
     /// peripheral's number, and the event.
     raised: VecDeque<(usize, u32)>,
+    /// The tasks triggered at this instant, if one that is triggered twice acts once.
+    triggered: Option<(u64, Vec<u32>)>,
     /// The first thing that went wrong.
     pub(crate) refusal: Option<Refusal>,
 }
@@ -74,28 +80,31 @@ impl Chip {
             pin_changes: Vec::new(),
             last_pins: Pins::default(),
             raised: VecDeque::new(),
+            triggered: None,
             refusal: None,
         }
     }
 
-    /// Section "Reset behavior": a soft reset leaves the watchdog running, the others do not; RAM,
-    /// UICR and RESETREAS survive all of them.
+    /// Section "Reset behavior": a soft reset leaves the watchdog running, the others do not; UICR
+    /// survives all of them, RESETREAS all but a brown-out, which looks like power-on. RAM is kept: after a
+    /// brown-out it may or may not be.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let new = Peripherals::new(self.peripherals.uarte.line_pin);
         let old = std::mem::replace(&mut self.peripherals, new);
         let new = &mut self.peripherals;
-        new.clock.reset_reason = old.clock.reset_reason
-            | match cause {
-                ResetCause::Pin => RESETREAS_PIN,
-                ResetCause::Watchdog => RESETREAS_WATCHDOG,
-                ResetCause::Soft => RESETREAS_SOFT,
-            };
+        new.clock.reset_reason = match cause {
+            ResetCause::Pin => old.clock.reset_reason | RESETREAS_PIN,
+            ResetCause::Watchdog => old.clock.reset_reason | RESETREAS_WATCHDOG,
+            ResetCause::Soft => old.clock.reset_reason | RESETREAS_SOFT,
+            ResetCause::BrownOut => 0,
+        };
         // Outside the chip: the crystal, the line and who sends on it, those who look at the pins.
         new.clock.crystal_startup = old.clock.crystal_startup;
         new.uarte.line = old.uarte.line;
         new.uarte.assumptions = old.uarte.assumptions;
         new.transmitter.wired_pin = old.transmitter.wired_pin;
         new.pwm.periods = old.pwm.periods;
+        new.pwm.start_cuts_period = old.pwm.start_cuts_period;
         let keeps_watchdog = cause == ResetCause::Soft;
         if keeps_watchdog {
             new.watchdog = old.watchdog;
@@ -112,6 +121,26 @@ impl Chip {
         self.note_pins();
     }
 
+    /// Assumes that from now on.
+    pub(crate) fn assume(&mut self, assumptions: Assumptions) {
+        self.peripherals.uarte.assumptions = assumptions;
+        self.peripherals.pwm.start_cuts_period = assumptions.start_cuts_period;
+        self.triggered = assumptions.twice_is_once.then(|| (self.now, Vec::new()));
+    }
+
+    /// Whether that task acted at this instant already, and acts only once.
+    fn acts_no_more(&mut self, task: u32) -> bool {
+        let Some((at, tasks)) = &mut self.triggered else {
+            return false;
+        };
+        if std::mem::replace(at, self.now) != self.now {
+            tasks.clear();
+        }
+        let acted = tasks.contains(&task);
+        tasks.push(task);
+        acted
+    }
+
     /// Outputs as they are.
     pub(crate) fn pins(&self) -> Pins {
         let [p0, p1] = &self.ports;
@@ -123,6 +152,10 @@ impl Chip {
     }
 
     fn note_pins(&mut self) {
+        let line_pin = self.peripherals.uarte.line_pin;
+        let port = self.ports.get((line_pin / 32) as usize);
+        let high = port.is_some_and(|port| port.pulls_up(line_pin % 32));
+        self.peripherals.uarte.line.float(self.now, high);
         let pins = self.pins();
         if std::mem::replace(&mut self.last_pins, pins) != pins {
             self.pin_changes.push((self.now, pins));
@@ -296,7 +329,9 @@ impl Chip {
             let shorted = shorted.map(|task| base + task);
             let tasks: Vec<u32> = shorted.chain(self.ppi.tasks(base + event)).collect();
             for task in tasks {
-                self.trigger(task);
+                if !self.acts_no_more(task) {
+                    self.trigger(task);
+                }
             }
         }
     }

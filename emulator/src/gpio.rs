@@ -64,6 +64,12 @@ impl Port {
             .fold(0, |levels, (pin, _)| levels | 1 << pin)
     }
 
+    /// Whether that pin is pulled up.
+    pub(crate) fn pulls_up(&self, pin: u32) -> bool {
+        let configuration = self.configuration.get(pin as usize);
+        configuration.is_some_and(|configuration| configuration >> 2 & 3 == 3)
+    }
+
     pub(crate) fn read(&self, offset: u32, outside: (u32, u32)) -> Option<u32> {
         Some(match offset {
             OUT | OUTSET | OUTCLR => self.out,

@@ -47,6 +47,8 @@ pub struct Line {
     /// When the sender's bit 0 began, and how many it has sent since.
     origin: u64,
     bits: u64,
+    /// Nobody drives the line: it is as the pin's pull-up has it.
+    pub(crate) floats: bool,
 }
 
 impl Line {
@@ -61,6 +63,20 @@ impl Line {
             parity: Parity::None,
             origin: 0,
             bits: 0,
+            floats: false,
+        }
+    }
+
+    /// Takes the sender away: the line is high if the pin pulls it up, and else low. Real ones pick up noise.
+    pub fn unplug(&mut self) {
+        self.floats = true;
+    }
+
+    /// Nobody drives it, and from now on the pin pulls it up, or does not.
+    pub(crate) fn float(&mut self, now: u64, high: bool) {
+        if self.floats && self.level_at(now) != high {
+            self.toggles.retain(|toggle| *toggle <= now);
+            self.toggle(now);
         }
     }
 

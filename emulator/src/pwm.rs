@@ -81,6 +81,8 @@ pub(crate) struct Pwm {
     queued: Option<(Played, [u16; 4])>,
     period_ends_at: Option<u64>,
     stopping: bool,
+    /// SEQSTART begins a period at once: `Assumptions::start_cuts_period`.
+    pub(crate) start_cuts_period: bool,
     /// All periods so far.
     pub(crate) periods: Vec<Period>,
 }
@@ -101,6 +103,7 @@ impl Pwm {
             queued: None,
             period_ends_at: None,
             stopping: false,
+            start_cuts_period: false,
             periods: Vec::new(),
         }
     }
@@ -117,13 +120,24 @@ impl Pwm {
         }
         let first = self.fetch(0, context)?;
         self.stopping = false;
-        if self.period_ends_at.is_some() {
+        if self.period_ends_at.is_some() && !self.start_cuts_period {
             self.queued = Some(first);
         } else {
+            self.cut_period(context.now);
             self.play(first, context);
             self.begin_period(context.now);
         }
         Some(())
+    }
+
+    /// The period under way, if any, is over now.
+    fn cut_period(&mut self, now: u64) {
+        if self.period_ends_at.is_some()
+            && let Some(last) = self.periods.last_mut()
+        {
+            last.length = now - last.at;
+            last.high = last.high.map(|high| high.map(|high| high.min(last.length)));
+        }
     }
 
     /// Fetches the step that begins with that value.

@@ -51,14 +51,6 @@ struct Transfer {
     done: u32,
 }
 
-/// Bytes on their way from the FIFO to RAM after FLUSHRX.
-#[derive(Clone, Debug)]
-struct Flush {
-    ends_at: u64,
-    pointer: u32,
-    bytes: Vec<u8>,
-}
-
 #[derive(Clone, Debug)]
 pub(crate) struct Uarte {
     pub(crate) assumptions: Assumptions,
@@ -72,7 +64,8 @@ pub(crate) struct Uarte {
     /// When the RXDRDY that is still to come does.
     ready_at: Option<u64>,
     stops_at: Option<u64>,
-    flush: Option<Flush>,
+    /// When the RXSTARTED that is still to come does.
+    started_at: Option<u64>,
     error_source: u32,
     settings: Settings,
 }
@@ -88,7 +81,7 @@ impl Uarte {
             fifo: VecDeque::new(),
             ready_at: None,
             stops_at: None,
-            flush: None,
+            started_at: None,
             error_source: 0,
             // No flow control, one stop bit.
             settings: Settings::new(CONFIG_PARITY, RXD),
@@ -123,43 +116,34 @@ impl Uarte {
             let (bit, parity) = (self.settings.bit(), self.settings.has_parity());
             self.receiver.start(context.now, bit, parity);
         }
-        context.raise(RXSTARTED);
+        self.started_at = Some(context.now + self.assumptions.start_lag);
+        if self.assumptions.start_lag == 0 {
+            self.overdue_started(context);
+        }
         Ok(())
     }
 
-    /// After RXTO: what is left in the FIFO goes to RXD.PTR.
+    /// After RXTO: what is left in the FIFO goes to RXD.PTR. AMOUNT keeps its old value when nothing was
+    /// left, which drivers in the field work around.
     fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
         if self.receiver.runs() {
             return Err(Refusal::FlushWhileReceiving);
         }
         let room = (self.settings.size as usize).min(self.fifo.len());
-        let bytes = (0..room).filter_map(|_| self.pop(context)).collect();
-        self.flush = Some(Flush {
-            ends_at: context.now + self.assumptions.slow_flush,
-            pointer: self.settings.pointer,
-            bytes,
-        });
-        if self.assumptions.slow_flush == 0 {
-            self.end_flush(context)?;
+        let bytes: Vec<u8> = (0..room).filter_map(|_| self.pop(context)).collect();
+        context.memory.dma_write(self.settings.pointer, &bytes)?;
+        if let Ok(amount @ 1..) = u32::try_from(bytes.len()) {
+            self.settings.amount = amount;
         }
+        context.raise(ENDRX);
         Ok(())
     }
 
-    /// AMOUNT keeps its old value when nothing was left, which drivers in the field work around.
-    fn end_flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
-        let Some(Flush { pointer, bytes, .. }) = self.flush.take() else {
-            return Ok(());
-        };
-        context.memory.dma_write(pointer, &bytes)?;
-        if let Ok(amount @ 1..) = u32::try_from(bytes.len()) {
-            self.settings.amount = amount;
-        } else if self.assumptions.lost_empty_flush_end {
-            return Ok(());
+    /// The RXSTARTED that is still to come, if any, comes now.
+    fn overdue_started(&mut self, context: &mut Context) {
+        if self.started_at.take().is_some() {
+            context.raise(RXSTARTED);
         }
-        if !lost(&mut self.assumptions.lost_flush_end) {
-            context.raise(ENDRX);
-        }
-        Ok(())
     }
 
     /// Lets RXDRDY come, now or after its lag.
@@ -173,15 +157,18 @@ impl Uarte {
 
     /// The RXDRDY that is still to come, if any, comes now.
     fn overdue_ready(&mut self, context: &mut Context) {
-        if self.ready_at.take().is_some() {
+        if self.ready_at.take().is_some() && !lost(&mut self.assumptions.lost_ready) {
             context.raise(RXDRDY);
+            if lost(&mut self.assumptions.doubled_ready) {
+                context.raise(RXDRDY);
+            }
         }
     }
 
     /// Takes the byte at the head of the FIFO.
     fn pop(&mut self, context: &mut Context) -> Option<u8> {
         let (_, byte) = self.fifo.pop_front()?;
-        if self.assumptions.ready_at_head && !self.fifo.is_empty() {
+        if !self.assumptions.ready_at_store && !self.fifo.is_empty() {
             self.ready(context);
         }
         Some(byte)
@@ -207,11 +194,15 @@ impl Uarte {
                     if self.assumptions.ready_on_overrun {
                         self.ready(context);
                     }
-                    return self.error(OVERRUN, context);
+                    self.error(OVERRUN, context);
+                    if !self.assumptions.overrun_drops_oldest {
+                        return;
+                    }
+                    self.fifo.pop_front();
                 }
                 self.fifo
                     .push_back((context.now + self.assumptions.dma_lag, byte));
-                if !self.assumptions.ready_at_head || self.fifo.len() == 1 {
+                if self.assumptions.ready_at_store || self.fifo.len() == 1 {
                     self.ready(context);
                 }
                 if parity_error {
@@ -243,12 +234,11 @@ impl Uarte {
 
     fn end_transfer(&mut self, context: &mut Context) {
         if let Some(transfer) = self.transfer.take() {
-            if transfer.done > 0 || !self.assumptions.stale_amount {
-                self.settings.amount = transfer.done;
-            }
-            context.raise(ENDRX);
-            if self.assumptions.spurious_timeout && self.stops_at.is_none() {
-                context.raise(RXTO);
+            self.overdue_started(context);
+            self.settings.amount = transfer.done;
+            let full = transfer.done == transfer.size;
+            if !(full && lost(&mut self.assumptions.lost_end)) {
+                context.raise(ENDRX);
             }
         }
     }
@@ -263,9 +253,7 @@ impl Uarte {
         self.end_transfer(context);
         self.stops_at = None;
         self.receiver.stop();
-        if !lost(&mut self.assumptions.lost_timeout) {
-            context.raise(RXTO);
-        }
+        context.raise(RXTO);
     }
 
     fn disable(&mut self) {
@@ -274,7 +262,7 @@ impl Uarte {
         self.fifo.clear();
         self.ready_at = None;
         self.stops_at = None;
-        self.flush = None;
+        self.started_at = None;
     }
 }
 
@@ -322,9 +310,6 @@ impl Peripheral for Uarte {
                     let character = 10 * self.settings.bit();
                     let stops_at = context.now + STOP_AFTER * character;
                     self.stops_at.get_or_insert(stops_at);
-                    if self.assumptions.early_end {
-                        self.end_transfer(context);
-                    }
                 }
                 Ok(())
             }
@@ -346,24 +331,18 @@ impl Peripheral for Uarte {
     fn next(&self) -> Option<u64> {
         let byte = self
             .transfer
+            .filter(|_| self.started_at.is_none())
             .and(self.fifo.front())
             .map(|(ready, _)| *ready);
         let heard = self.receiver.next(&self.line);
-        let flushed = self.flush.as_ref().map(|flush| flush.ends_at);
-        let due = [byte, self.ready_at, heard, self.stops_at, flushed];
+        let due = [byte, self.ready_at, self.started_at, heard, self.stops_at];
         due.into_iter().flatten().min()
     }
 
     fn advance(&mut self, context: &mut Context) {
         let now = context.now;
-        if self
-            .flush
-            .as_ref()
-            .is_some_and(|flush| flush.ends_at <= now)
-        {
-            let ended = self.end_flush(context);
-            context.check(ended);
-            return;
+        if self.started_at.is_some_and(|at| at <= now) {
+            return self.overdue_started(context);
         }
         if self.stops_at.is_some_and(|at| at <= now) {
             return self.stopped(context);

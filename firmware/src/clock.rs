@@ -2,6 +2,8 @@
 
 use nrf52840_hal::pac::{TIMER0, interrupt};
 
+use crate::wake;
+
 /// The time now, in microseconds, which wraps after 71 minutes.
 pub(crate) struct Clock {
     timer: TIMER0,
@@ -26,17 +28,21 @@ impl Clock {
         self.timer.cc[0].read().bits()
     }
 
-    /// Wakes the main loop at that time, which must not be over yet.
+    /// Wakes the main loop at that time, or now if it is over.
     pub(crate) fn wake_at(&self, time: u32) {
         // SAFETY: any value is a time.
         self.timer.cc[1].write(|w| unsafe { w.bits(time) });
+        if self.now().wrapping_sub(time) <= u32::MAX / 2 {
+            wake::wake();
+        }
     }
 }
 
-/// That it came is all it is for: the core is awake.
+/// The tick, for the main loop.
 #[interrupt]
 fn TIMER0() {
     // SAFETY: the only register written here is the event's own, which nothing else touches, and
     // writing 0 to it only withdraws the interrupt request.
     unsafe { (*TIMER0::ptr()).events_compare[1].reset() };
+    wake::wake();
 }

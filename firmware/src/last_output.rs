@@ -5,8 +5,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use framelock::motion::Setpoint;
 
 /// Pitch, roll, yaw in one word, and its check word. No start-up code writes to this section: after
-/// power-on it has anything, after another reset what was there, as a rule. `used`, so that the
-/// compiler does not take the zeros for granted.
+/// power-on it has anything, after another reset what was there, as a rule. A brown-out looks like power-on
+/// and leaves the servos where they are, so the check word alone says whether it is known: of 2^32 words at
+/// random one deceives. `used`, so that the compiler does not take the zeros for granted.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_OUTPUT")]
@@ -15,11 +16,11 @@ static LAST_OUTPUT: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
 /// Tells outputs from anything else.
 const CHECK: u32 = 0x5E27_0A75;
 
-/// Where the outputs were before the reset, if that was not power-on and it is known.
-pub(crate) fn before_reset(reset_cause: u32) -> Option<Setpoint> {
+/// Where the outputs were before the reset, if it is known.
+pub(crate) fn before_reset() -> Option<Setpoint> {
     let [output, check] = &LAST_OUTPUT;
     let output = output.load(Ordering::Relaxed);
-    let is_known = reset_cause != 0 && check.load(Ordering::Relaxed) == output ^ CHECK;
+    let is_known = check.load(Ordering::Relaxed) == output ^ CHECK;
     let [pitch, roll, yaw, _] = output.to_le_bytes();
     is_known.then_some(Setpoint { pitch, roll, yaw })
 }

@@ -1,15 +1,17 @@
 //! The self-test's wire, without interrupts: UARTE1 sends, UARTE0 receives, 1 Mbaud.
 
+use core::sync::atomic::{AtomicU8, Ordering, compiler_fence};
+
 use cortex_m::peripheral::DWT;
 use nrf52840_hal::gpio::{Input, Output, Pin, PullUp, PushPull};
 use nrf52840_hal::pac::uarte0::RegisterBlock;
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 use nrf52840_hal::pac::{UARTE0, UARTE1};
 
+/// A byte at 1 Mbaud, in cycles.
+pub(crate) const BYTE: u32 = 640;
 /// Longer than anything takes that comes at all, in cycles: 5 ms.
 const LONG: u32 = 5 * 64_000;
-/// Ten bytes at 1 Mbaud, in cycles: what was sent is received by then.
-const SOON: u32 = 6_400;
 
 /// Lets that many cycles pass.
 pub(crate) fn pause(cycles: u32) {
@@ -17,7 +19,7 @@ pub(crate) fn pause(cycles: u32) {
 }
 
 /// Waits until that is so, but not longer: cycles until then.
-fn wait(longest: u32, is_so: impl Fn() -> bool) -> Option<u32> {
+pub(crate) fn wait(longest: u32, is_so: impl Fn() -> bool) -> Option<u32> {
     let began = DWT::cycle_count();
     loop {
         let cycles = DWT::cycle_count().wrapping_sub(began);
@@ -59,6 +61,7 @@ impl Sender {
         self.0.tasks_starttx.write(|w| w.tasks_starttx().set_bit());
         meanwhile();
         while self.0.events_endtx.read().bits() == 0 {}
+        pause(2 * BYTE);
     }
 
     /// Sends a byte with an even parity bit. A receiver that expects none takes it for the stop bit:
@@ -67,86 +70,84 @@ impl Sender {
         self.0.config.write(|w| w.parity().included());
         self.send(byte, || {});
         self.0.config.reset();
-        pause(SOON);
     }
 }
 
-/// UARTE0's receiver. Nobody looks at what it receives, only at how much.
-pub(crate) struct Receiver<'a> {
-    uarte: &'a RegisterBlock,
-    /// Where it receives: borrowed as long as it may.
-    _memory: &'a mut [u8],
-    /// How often it was stopped, how often RXTO came then, and how often ENDRX of the flush.
-    pub(crate) stops: u32,
-    pub(crate) timeouts: u32,
-    pub(crate) flush_ends: u32,
-    /// The most cycles from FLUSHRX to ENDRX.
-    pub(crate) slowest_flush: u32,
-}
+/// Where UARTE0 puts a byte.
+static BYTE_IN_MEMORY: AtomicU8 = AtomicU8::new(0);
+
+/// UARTE0's receiver, by transfers of one byte.
+pub(crate) struct Receiver<'a>(&'a RegisterBlock);
 
 impl<'a> Receiver<'a> {
-    pub(crate) fn new(uarte: &'a UARTE0, pin: &Pin<Input<PullUp>>, memory: &'a mut [u8]) -> Self {
-        // SAFETY: the value is a pin's own.
-        uarte.psel.rxd.write(|w| unsafe { w.bits(pin.psel_bits()) });
+    pub(crate) fn new(uarte: &'a UARTE0, pin: &Pin<Input<PullUp>>) -> Self {
         uarte.baudrate.write(|w| w.baudrate().baud1m());
-        uarte.enable.write(|w| w.enable().enabled());
-        // SAFETY: the memory's place and length. It is ours, and is not read.
+        // SAFETY: the value is a pin's own; one byte, in RAM for ever, that may change at any time.
         unsafe {
-            (uarte.rxd.ptr).write(|w| w.bits(memory.as_mut_ptr() as u32));
-            (uarte.rxd.maxcnt).write(|w| w.bits(memory.len() as u32));
+            uarte.psel.rxd.write(|w| w.bits(pin.psel_bits()));
+            (uarte.rxd.ptr).write(|w| w.bits(BYTE_IN_MEMORY.as_ptr() as u32));
+            uarte.rxd.maxcnt.write(|w| w.bits(1));
         }
-        Self {
-            uarte,
-            _memory: memory,
-            stops: 0,
-            timeouts: 0,
-            flush_ends: 0,
-            slowest_flush: 0,
-        }
+        let receiver = Self(uarte);
+        receiver.switch_on();
+        receiver
     }
 
-    /// Fills the memory, again and again.
-    pub(crate) fn start(&self) {
-        self.uarte.events_rxto.reset();
-        self.uarte.shorts.write(|w| w.endrx_startrx().set_bit());
-        (self.uarte.tasks_startrx).write(|w| w.tasks_startrx().set_bit());
-        pause(SOON);
+    /// Off and on: nothing is held, no error is said, and a transfer is open.
+    pub(crate) fn switch_on(&self) {
+        self.0.enable.write(|w| w.enable().disabled());
+        self.0.enable.write(|w| w.enable().enabled());
+        self.causes();
+        self.0.events_endrx.reset();
+        self.open();
     }
 
-    /// Waits until the memory is full: cycles until then.
+    /// Opens a transfer.
+    pub(crate) fn open(&self) {
+        (self.0.tasks_startrx).write(|w| w.tasks_startrx().set_bit());
+    }
+
+    /// Whether a transfer is over; clears that.
+    pub(crate) fn ended(&self) -> bool {
+        let ended = self.0.events_endrx.read().bits() != 0;
+        if ended {
+            self.0.events_endrx.reset();
+        }
+        ended
+    }
+
+    /// Waits until a transfer is over: cycles until then.
     pub(crate) fn end(&self) -> Option<u32> {
-        let end = wait(LONG, || self.uarte.events_endrx.read().bits() != 0);
-        self.uarte.events_endrx.reset();
+        let end = wait(LONG, || self.0.events_endrx.read().bits() != 0);
+        self.0.events_endrx.reset();
         end
     }
 
-    /// Whether RXTO came since the start.
-    pub(crate) fn has_timed_out(&self) -> bool {
-        self.uarte.events_rxto.read().bits() != 0
+    /// The byte that the last transfer brought.
+    pub(crate) fn byte(&self) -> u8 {
+        compiler_fence(Ordering::SeqCst);
+        BYTE_IN_MEMORY.load(Ordering::Relaxed)
     }
 
-    /// Stops when what was sent is received, and empties the FIFO. Returns RXD.AMOUNT before that.
-    pub(crate) fn stop(&mut self) -> u32 {
-        pause(SOON);
-        self.uarte.shorts.reset();
-        self.uarte.events_rxto.reset();
-        (self.uarte.tasks_stoprx).write(|w| w.tasks_stoprx().set_bit());
-        self.stops += 1;
-        self.timeouts += u32::from(wait(LONG, || self.has_timed_out()).is_some());
-        let amount = self.uarte.rxd.amount.read().bits();
-        self.uarte.events_endrx.reset();
-        (self.uarte.tasks_flushrx).write(|w| w.tasks_flushrx().set_bit());
-        if let Some(cycles) = self.end() {
-            self.flush_ends += 1;
-            self.slowest_flush = self.slowest_flush.max(cycles);
-        }
-        amount
-    }
-
-    /// Forgets the errors that it saw.
-    pub(crate) fn clear_errors(&self) {
-        self.uarte.events_error.reset();
+    /// ERRORSRC, which is cleared.
+    pub(crate) fn causes(&self) -> u32 {
+        let causes = self.0.errorsrc.read().bits();
         // SAFETY: writing 1 to a cause clears it.
-        (self.uarte.errorsrc).write(|w| unsafe { w.bits(0xF) });
+        (self.0.errorsrc).write(|w| unsafe { w.bits(causes) });
+        self.0.events_error.reset();
+        causes
+    }
+
+    /// How often ERROR comes in that many cycles.
+    pub(crate) fn errors_in(&self, cycles: u32) -> u32 {
+        let began = DWT::cycle_count();
+        let mut errors = 0;
+        while DWT::cycle_count().wrapping_sub(began) < cycles {
+            if self.0.events_error.read().bits() != 0 {
+                self.0.events_error.reset();
+                errors += 1;
+            }
+        }
+        errors
     }
 }

@@ -13,17 +13,15 @@ mod clock;
 mod debug_port;
 mod last_output;
 mod leds;
-mod line_timers;
 mod panic;
 mod receive;
-mod receive_buffer;
 mod servo;
 mod setpoint;
 mod settings;
 mod telemetry;
+mod wake;
 mod watchdog;
 
-use cortex_m::interrupt;
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
 use framelock::motion::{Failsafe, Phase};
@@ -33,7 +31,6 @@ use nrf52840_hal::pac::{self, Interrupt};
 
 use crate::clock::Clock;
 use crate::leds::Leds;
-use crate::line_timers::LineTimers;
 use crate::servo::Servos;
 use crate::setpoint::Published;
 use crate::settings::{FAILSAFE, TICK};
@@ -68,7 +65,7 @@ fn main() -> ! {
 
     let pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     let clock = Clock::start(chip.TIMER0);
-    let output = last_output::before_reset(reset_cause).unwrap_or(FAILSAFE.park.into());
+    let output = last_output::before_reset().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
     // In place: to move it out of the result would take more flash than the failsafe does.
     let Ok(failsafe) = &mut Failsafe::resumed(FAILSAFE, now, output) else {
@@ -76,19 +73,17 @@ fn main() -> ! {
     };
     let mut servos = Servos::start(chip.PWM0, pins.servos, WIDTHS, (now, output));
     let mut leds = Leds::new(pins.leds);
-    let timers = (chip.TIMER1, chip.TIMER2, chip.TIMER3);
-    let timers = LineTimers::start(timers, chip.PPI, &chip.UARTE0);
-    receive::start(chip.UARTE0, pins.receive, timers, LINE);
+    receive::start(chip.UARTE0, chip.TIMER2, pins.receive, LINE);
     unmask_interrupts(&mut core.NVIC);
 
     let mut seen = Published::now();
     let mut lock = Lock::default();
-    let mut ticked_at = clock.now();
-    clock.wake_at(ticked_at.wrapping_add(TICK));
-    let mut logged_at = ticked_at;
+    let mut logged_at = now;
+    // Once a tick. A setpoint waits for it: the pulses that it changes are handed over less often.
     loop {
-        let published = Published::now();
         let now = clock.now();
+        clock.wake_at(now.wrapping_add(TICK));
+        let published = Published::now();
         if published != seen {
             seen = published;
             failsafe.frame(now, published.setpoint());
@@ -96,27 +91,15 @@ fn main() -> ! {
         let output = failsafe.poll(now);
         servos.show(now, output.axes.into());
         last_output::keep(output.axes.into());
-
-        if now.wrapping_sub(ticked_at) >= TICK {
-            ticked_at = now;
-            clock.wake_at(now.wrapping_add(TICK));
-            let rounds = receive::tick();
-            lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
-            leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
-            watchdog.feed(rounds, now);
-            if now.wrapping_sub(logged_at) >= LOG_EVERY {
-                logged_at = now;
-                telemetry::log();
-            }
+        let rounds = receive::tick();
+        lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
+        leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
+        watchdog.feed(rounds, now);
+        if now.wrapping_sub(logged_at) >= LOG_EVERY {
+            logged_at = now;
+            telemetry::log();
         }
-        // With interrupts off between look and sleep, none can slip in and be slept through: one
-        // that is pending wakes the processor all the same.
-        interrupt::free(|_| {
-            let tick_is_due = clock.now().wrapping_sub(ticked_at) >= TICK;
-            if Published::now() == seen && !tick_is_due {
-                cortex_m::asm::wfi();
-            }
-        });
+        wake::sleep();
     }
 }
 

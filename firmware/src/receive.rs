@@ -1,31 +1,34 @@
-//! Receiving without end: UARTE0 with EasyDMA into two halves by turns.
+//! Receiving without end: UARTE0, an interrupt for each byte, one step of the receiver in it.
 //!
 //! What is decided, and why it is right, is in [`framelock_reception`]; here are the registers behind
-//! it, the handlers, and the way to the parser.
+//! it, the handlers, and the way to the receiver.
 
 use core::cell::RefCell;
+use core::sync::atomic::{AtomicU8, Ordering, compiler_fence};
 
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::NVIC;
+use embedded_hal::digital::InputPin as _;
 use framelock::{Counters, LineEvent};
-use framelock_reception::{Causes, Event, FIFO, Half, Moment, Reception, Registers};
+use framelock_reception::{NO_BYTE, Registers};
 use nrf52840_hal::gpio::{Input, Pin, PullUp};
-use nrf52840_hal::pac::{Interrupt, UARTE0, interrupt};
+use nrf52840_hal::pac::{Interrupt, TIMER2, UARTE0, interrupt};
 
-use crate::line_timers::LineTimers;
-use crate::receive_buffer::ReceiveBuffer;
 use crate::setpoint;
-use crate::settings::{HALF, Parser, baud_register};
+use crate::settings::{GAP_AFTER, NONE_WAITS_AFTER, Parser, baud_register};
 use crate::telemetry::COUNTERS;
 
-static BUFFER: ReceiveBuffer = ReceiveBuffer::new();
+/// Where EasyDMA puts each byte.
+static BYTE: AtomicU8 = AtomicU8::new(NO_BYTE);
+
+/// TIMER2's registers: the two times, in microseconds since a transfer was opened, and the time now.
+const NONE_WAITS: usize = 0;
+const GAP: usize = 1;
+const NOW: usize = 2;
 
 /// The receiver and all that it owns. Its two handlers have one priority, so neither interrupts the
-/// other; the main loop looks with interrupts off. The cells check both, at no risk and little cost.
-static RECEIVER: Mutex<RefCell<Receiver>> = Mutex::new(RefCell::new(Receiver {
-    reception: Reception::new(),
-    hardware: None,
-}));
+/// other; the main loop looks with interrupts off. The cell checks both, at no risk and little cost.
+static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
 /// What has come over the line, and what became of it.
 pub(crate) type Line = framelock::Line<Parser>;
@@ -34,182 +37,153 @@ pub(crate) type Line = framelock::Line<Parser>;
 /// take more flash than the receiver does.
 pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
-struct Receiver {
-    reception: Reception<HALF>,
-    hardware: Option<Hardware>,
-}
+type Reception = framelock_reception::Reception<NONE_WAITS_AFTER, GAP_AFTER>;
+type Receiver = (Reception, Hardware);
 
 struct Hardware {
     uarte: UARTE0,
-    timers: LineTimers,
+    timer: TIMER2,
+    pin: Pin<Input<PullUp>>,
     line: &'static mut Line,
     sequence: u8,
 }
 
 /// Begins to receive. Bytes come from here on, and to the handlers once they are unmasked.
-#[expect(clippy::needless_pass_by_value, reason = "the pin is given up here")]
 pub(crate) fn start(
     uarte: UARTE0,
+    timer: TIMER2,
     pin: Pin<Input<PullUp>>,
-    timers: LineTimers,
     line: &'static mut Line,
 ) {
-    // SAFETY: the value is a pin's own, and the pin is given up here.
-    uarte.psel.rxd.write(|w| unsafe { w.bits(pin.psel_bits()) });
-    uarte
-        .baudrate
-        .write(|w| w.baudrate().variant(baud_register()));
-    uarte
-        .intenset
-        .write(|w| w.rxstarted().set().endrx().set().rxto().set());
+    timer.bitmode.write(|w| w.bitmode()._32bit());
+    // SAFETY: 16 MHz / 2^4: a count is a microsecond. Any value is a time.
+    unsafe {
+        timer.prescaler.write(|w| w.prescaler().bits(4));
+        timer.cc[NONE_WAITS].write(|w| w.bits(NONE_WAITS_AFTER));
+        timer.cc[GAP].write(|w| w.bits(GAP_AFTER));
+    }
+    timer.intenset.write(|w| w.compare1().set());
+    timer.tasks_start.write(|w| w.tasks_start().set_bit());
+
+    let rate = baud_register();
+    uarte.baudrate.write(|w| w.baudrate().variant(rate));
+    // SAFETY: the receiver keeps the pin. The transfer is of one byte, in RAM for ever, which may change
+    // at any time: an atomic.
+    unsafe {
+        uarte.psel.rxd.write(|w| w.bits(pin.psel_bits()));
+        uarte.rxd.ptr.write(|w| w.bits(BYTE.as_ptr() as u32));
+        uarte.rxd.maxcnt.write(|w| w.bits(1));
+    }
+    uarte.intenset.write(|w| w.endrx().set());
     uarte.enable.write(|w| w.enable().enabled());
-    let hardware = Hardware {
+    let mut hardware = Hardware {
         uarte,
-        timers,
+        timer,
+        pin,
         line,
         sequence: 0,
     };
+    let mut reception = Reception::default();
+    reception.begin(&mut hardware);
     free(|token| {
         if let Ok(mut receiver) = RECEIVER.borrow(token).try_borrow_mut() {
-            let Receiver {
-                reception,
-                hardware: place,
-            } = &mut *receiver;
-            reception.begin(place.insert(hardware));
+            *receiver = Some((reception, hardware));
         }
     });
 }
 
-/// Once a tick: writes down the counters for those who look, and makes the handler run if it waits for
-/// something that may not happen. Returns how often it has run while receiving.
-pub(crate) fn tick() -> u32 {
-    free(|token| {
-        let Ok(mut receiver) = RECEIVER.borrow(token).try_borrow_mut() else {
-            return 0;
-        };
-        let Receiver {
-            reception,
-            hardware: Some(hardware),
-        } = &mut *receiver
-        else {
-            return 0;
-        };
-        if reception.tick(hardware) {
-            ask_for_a_round();
-        }
-        let (line, late, skipped) = (&hardware.line, reception.late(), reception.skipped());
-        COUNTERS.show(line.counters(), line.pending(), late, skipped);
-        reception.rounds()
-    })
-}
-
-/// Makes the handler run, with or without cause: if it does not, the watchdog bites.
-pub(crate) fn ask_for_a_round() {
+/// Once a tick: asks for a round, and writes down the counters for those who look. Returns how often the
+/// handler has run, if the reception works.
+pub(crate) fn tick() -> Option<u32> {
     NVIC::pend(Interrupt::UARTE0_UART0);
+    with_receiver(|(reception, hardware)| {
+        let works = reception.tick(hardware);
+        COUNTERS.show(hardware.line, reception.counts());
+        works.then_some(reception.counts().rounds)
+    })?
 }
 
 #[interrupt]
 fn UARTE0_UART0() {
-    service();
+    with_receiver(|(reception, hardware)| reception.service(hardware));
 }
 
+/// A time is over: the other handler looks.
 #[interrupt]
 fn TIMER2() {
-    service();
+    // SAFETY: writing 0 to an event only withdraws its interrupt request, and nothing is decided by these.
+    let timer = unsafe { &*TIMER2::ptr() };
+    timer.events_compare[NONE_WAITS].reset();
+    timer.events_compare[GAP].reset();
+    NVIC::pend(Interrupt::UARTE0_UART0);
 }
 
-fn service() {
+/// The only way to the receiver. If it is in use, or not there yet, this program is wrong: that is counted,
+/// and the watchdog is not fed.
+fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
     free(|token| {
-        if let Ok(mut receiver) = RECEIVER.borrow(token).try_borrow_mut()
-            && let Receiver {
-                reception,
-                hardware: Some(hardware),
-            } = &mut *receiver
+        if let Ok(mut cell) = RECEIVER.borrow(token).try_borrow_mut()
+            && let Some(receiver) = &mut *cell
         {
-            reception.service(hardware);
+            return Some(act(receiver));
         }
-    });
-}
-
-/// Whether the event is set; clears it if so.
-macro_rules! take {
-    ($event:expr) => {{
-        let set = $event.read().bits() != 0;
-        if set {
-            $event.reset();
-        }
-        set
-    }};
-}
-
-impl Hardware {
-    /// Gives bytes to the parser, and publishes each setpoint that they commit.
-    #[inline]
-    fn parse(line: &mut Line, sequence: &mut u8, bytes: &[u8]) {
-        line.feed(bytes, |found| {
-            if let Some(setpoint) = found.message() {
-                *sequence = sequence.wrapping_add(1);
-                setpoint::publish(*sequence, setpoint);
-            }
-        });
-    }
+        COUNTERS.unserved.count();
+        None
+    })
 }
 
 impl Registers for Hardware {
-    #[inline]
-    fn happened(&mut self, event: Event) -> bool {
-        match event {
-            Event::Started => take!(self.uarte.events_rxstarted),
-            Event::Ended => take!(self.uarte.events_endrx),
-            Event::TimedOut => take!(self.uarte.events_rxto),
-            Event::Error => take!(self.uarte.events_error),
-            Event::Silent => take!(self.timers.silent()),
-            Event::Gap => take!(self.timers.gap()),
+    fn open_for(&mut self) -> u32 {
+        self.timer.tasks_capture[NOW].write(|w| w.tasks_capture().set_bit());
+        self.timer.cc[NOW].read().bits()
+    }
+
+    fn restart_timer(&mut self) {
+        self.timer.tasks_clear.write(|w| w.tasks_clear().set_bit());
+    }
+
+    fn ended(&mut self) -> bool {
+        let ended = self.uarte.events_endrx.read().bits() != 0;
+        if ended {
+            self.uarte.events_endrx.reset();
         }
+        ended
     }
 
-    #[inline]
-    fn clear(&mut self, event: Event) {
-        match event {
-            Event::Started => self.uarte.events_rxstarted.reset(),
-            Event::Ended => self.uarte.events_endrx.reset(),
-            Event::TimedOut => self.uarte.events_rxto.reset(),
-            Event::Error => self.uarte.events_error.reset(),
-            Event::Silent => self.timers.silent().reset(),
-            Event::Gap => self.timers.gap().reset(),
-        }
+    fn has_failed(&mut self) -> bool {
+        self.uarte.errorsrc.read().bits() != 0
     }
 
-    #[inline]
-    fn count(&mut self, moment: Moment) -> u32 {
-        match moment {
-            Moment::Now => self.timers.count(),
-            Moment::End => self.timers.count_at_end(),
-            Moment::Error => self.timers.count_at_error(),
-            Moment::Silent => self.timers.count_at_silence(),
-        }
-    }
-
-    fn errors(&mut self) -> u32 {
-        self.timers.errors()
-    }
-
-    fn causes(&mut self) -> Causes {
-        let causes = self.uarte.errorsrc.read();
+    fn take_causes(&mut self) -> u32 {
+        self.uarte.events_error.reset();
+        let causes = self.uarte.errorsrc.read().bits();
         // SAFETY: writing 1 to a cause clears it.
-        self.uarte
-            .errorsrc
-            .write(|w| unsafe { w.bits(causes.bits()) });
-        Causes {
-            overrun: causes.overrun().bit(),
-            parity: causes.parity().bit(),
-            framing: causes.framing().bit(),
-            line_break: causes.break_().bit(),
-        }
+        self.uarte.errorsrc.write(|w| unsafe { w.bits(causes) });
+        causes
     }
 
-    fn amount(&mut self) -> u32 {
-        self.uarte.rxd.amount.read().bits()
+    fn byte(&mut self) -> u8 {
+        // It may have changed since it was read before; and it is read before the next transfer is opened.
+        compiler_fence(Ordering::SeqCst);
+        let byte = BYTE.load(Ordering::Relaxed);
+        compiler_fence(Ordering::SeqCst);
+        byte
+    }
+
+    fn start(&mut self) {
+        BYTE.store(NO_BYTE, Ordering::Relaxed);
+        compiler_fence(Ordering::SeqCst);
+        self.uarte
+            .tasks_startrx
+            .write(|w| w.tasks_startrx().set_bit());
+        self.restart_timer();
+    }
+
+    fn start_anew(&mut self) {
+        self.uarte.enable.write(|w| w.enable().disabled());
+        self.uarte.enable.write(|w| w.enable().enabled());
+        self.uarte.events_endrx.reset();
+        self.start();
     }
 
     fn listen_to_errors(&mut self, listen: bool) {
@@ -220,65 +194,25 @@ impl Registers for Hardware {
         }
     }
 
-    #[inline]
-    fn name(&mut self, half: Half) {
-        let address = BUFFER.address(half);
-        // SAFETY: a half of the buffer that is no longer read: see `framelock_reception`.
-        self.uarte
-            .rxd
-            .ptr
-            .write(|w| unsafe { w.ptr().bits(address) });
-    }
-
-    fn start(&mut self) {
-        self.name(Half::First);
-        // SAFETY: the size of a half.
-        self.uarte.rxd.maxcnt.write(|w| unsafe { w.bits(HALF) });
-        self.uarte.shorts.write(|w| w.endrx_startrx().enabled());
-        self.uarte
-            .tasks_startrx
-            .write(|w| w.tasks_startrx().set_bit());
-    }
-
-    fn last_half(&mut self) {
-        self.uarte.shorts.reset();
-    }
-
-    fn stop(&mut self) {
-        self.uarte
-            .tasks_stoprx
-            .write(|w| w.tasks_stoprx().set_bit());
-    }
-
-    fn flush(&mut self) {
-        // SAFETY: the buffer's own place for what is flushed, and its size.
-        unsafe {
-            let address = BUFFER.flushed_address();
-            self.uarte.rxd.ptr.write(|w| w.ptr().bits(address));
-            self.uarte.rxd.maxcnt.write(|w| w.bits(FIFO));
+    fn listen_to_timer(&mut self, listen: bool) {
+        // That of a time before.
+        self.timer.events_compare[NONE_WAITS].reset();
+        if listen {
+            self.timer.intenset.write(|w| w.compare0().set());
+        } else {
+            self.timer.intenclr.write(|w| w.compare0().clear());
         }
-        self.uarte
-            .tasks_flushrx
-            .write(|w| w.tasks_flushrx().set_bit());
     }
 
-    fn switch_off_and_on(&mut self) {
-        self.uarte.enable.write(|w| w.enable().disabled());
-        self.uarte.enable.write(|w| w.enable().enabled());
+    fn is_low(&mut self) -> bool {
+        self.pin.is_low() == Ok(true)
     }
 
-    #[inline(never)]
-    fn feed(&mut self, half: Half, from: u32, to: u32) {
-        // SAFETY: `Reception` hands on only what has been stored, and names a half to the UARTE only
-        // when all of it has been handed on: theorem 12.
-        let bytes = unsafe { BUFFER.received(half, from, to) };
-        Self::parse(self.line, &mut self.sequence, bytes);
-    }
-
-    fn feed_flushed(&mut self, count: u32) {
-        // SAFETY: the flush is over, and there is no other before these are read.
-        let bytes = unsafe { BUFFER.flushed(count) };
-        Self::parse(self.line, &mut self.sequence, bytes);
+    fn push(&mut self, byte: u8) {
+        if let Some(setpoint) = self.line.push(byte) {
+            self.sequence = self.sequence.wrapping_add(1);
+            setpoint::publish(self.sequence, setpoint);
+        }
     }
 
     fn report(&mut self, event: LineEvent) {

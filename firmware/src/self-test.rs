@@ -8,15 +8,14 @@
 #![allow(clippy::cast_possible_truncation, reason = "words have 32 bits here")]
 
 mod debug_port;
-mod line_timers;
 mod loopback;
 mod panic;
 mod receive;
-mod receive_buffer;
 mod servo;
 mod setpoint;
 mod settings;
 mod telemetry;
+mod wake;
 
 use core::hint::black_box;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -25,11 +24,11 @@ use cortex_m::peripheral::{DWT, NVIC, SCB};
 use cortex_m_rt::entry;
 use nrf52840_hal::clocks::Clocks;
 use nrf52840_hal::gpio::{Level, p1};
-use nrf52840_hal::pac::{self, Interrupt, NVMC};
+use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
+use nrf52840_hal::pac::{self, Interrupt, NVMC, PWM0};
 
-use crate::line_timers::LineTimers;
-use crate::loopback::{Receiver, Sender, pause};
-use crate::settings::{BAUD, HALF, Parser};
+use crate::loopback::{BYTE, Receiver, Sender, pause, wait};
+use crate::settings::{BAUD, PULSE_PERIOD, Parser};
 use crate::telemetry::COUNTERS;
 
 /// Frames that are sent at once.
@@ -43,7 +42,7 @@ const MOST_CYCLES: u32 = 320;
 
 /// The numbers of the table, three in a row: `print ANSWERS` in a debugger.
 #[unsafe(no_mangle)]
-static ANSWERS: [[AtomicU32; 3]; 6] = [const { [const { AtomicU32::new(0) }; 3] }; 6];
+static ANSWERS: [[AtomicU32; 3]; 7] = [const { [const { AtomicU32::new(0) }; 3] }; 7];
 
 /// 1: all of them are there. 2: there is no wire.
 #[unsafe(no_mangle)]
@@ -69,7 +68,7 @@ macro_rules! answer {
 fn main() -> ! {
     static mut LINE: receive::Line = receive::NOTHING_YET;
     static mut SENT: [u8; 7 * FRAMES] = [0; 7 * FRAMES];
-    static mut RECEIVED: [u8; HALF as usize] = [0; HALF as usize];
+    static mut WIDTHS: [[u16; 4]; 2] = [[0; 4]; 2];
 
     let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), pac::CorePeripherals::take())
     else {
@@ -88,21 +87,21 @@ fn main() -> ! {
     let pin = pins.p1_01.into_push_pull_output(Level::High).degrade();
     let sender = Sender::new(chip.UARTE1, pin);
     let pin = pins.p1_02.into_pullup_input().degrade();
-    let timers = (chip.TIMER1, chip.TIMER2, chip.TIMER3);
-    let timers = LineTimers::start(timers, chip.PPI, &chip.UARTE0);
-    let mut receiver = Receiver::new(&chip.UARTE0, &pin, RECEIVED);
+    let receiver = Receiver::new(&chip.UARTE0, &pin);
 
     defmt::info!("framelock self-test, P1.01 wired to P1.02");
     cache(&chip.NVMC, SENT);
-    if is_wired(&mut receiver, &sender, &timers, SENT) {
-        order(&mut receiver, &sender, &timers, SENT);
-        bad_stop_bits(&mut receiver, &sender, &timers, SENT);
-        empty_stops(&mut receiver, &sender, SENT);
+    period(chip.PWM0, WIDTHS);
+    if is_wired(&receiver, &sender, SENT) {
+        waiting_bytes(&receiver, &sender, SENT);
+        bad_stop_bits(&receiver, &sender, SENT);
+        overruns(&receiver, &sender, SENT);
+        // The frame's third byte is 0.
+        long_break(&receiver, &sender, SENT.split_at(2).1.split_at(1).0);
         // From here on the firmware's reception.
         chip.UARTE0.enable.reset();
-        timers.silent().reset();
-        timers.gap().reset();
-        receive::start(chip.UARTE0, pin, timers, LINE);
+        chip.UARTE0.events_endrx.reset();
+        receive::start(chip.UARTE0, chip.TIMER2, pin, LINE);
         for interrupt in [Interrupt::UARTE0_UART0, Interrupt::TIMER2] {
             // SAFETY: no critical section relies on it, and all that the handlers need is set up.
             unsafe { NVIC::unmask(interrupt) };
@@ -119,13 +118,10 @@ fn main() -> ! {
     }
 }
 
-/// Whether a byte that is sent is counted.
-fn is_wired(receiver: &mut Receiver, sender: &Sender, timers: &LineTimers, bytes: &[u8]) -> bool {
-    let count = timers.count();
-    receiver.start();
+/// Whether a byte that is sent is received.
+fn is_wired(receiver: &Receiver, sender: &Sender, bytes: &[u8]) -> bool {
     sender.send(bytes.split_at(1).0, || {});
-    receiver.stop();
-    timers.count() != count
+    receiver.ended()
 }
 
 /// 9: what the instruction cache gains.
@@ -153,76 +149,115 @@ fn cycles(bytes: &[u8]) -> u32 {
     DWT::cycle_count().wrapping_sub(began) / bytes.len() as u32
 }
 
-/// 3: what is counted when a half is full, in a stream without pauses; and whether RXTO comes unasked.
-fn order(receiver: &mut Receiver, sender: &Sender, timers: &LineTimers, bytes: &[u8]) {
-    let (mut least, mut most, mut unasked) = (u32::MAX, 0, 0);
+/// 3: bytes that come while no transfer is open: how many wait in the FIFO, in order, and how long it takes
+/// until one that waits is in memory once a transfer is open.
+fn waiting_bytes(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
+    let (mut fewest, mut most, mut slowest) = (u32::MAX, 0, 0);
     for _ in 0..TIMES {
-        let mut begun_at = timers.count();
-        receiver.start();
-        sender.send(bytes, || {
-            for _ in 0..bytes.len() / HALF as usize {
-                receiver.end();
-                let counted = timers.count_at_end().wrapping_sub(begun_at);
-                (least, most) = (counted.min(least), counted.max(most));
-                begun_at = begun_at.wrapping_add(HALF);
+        receiver.switch_on();
+        sender.send(bytes.split_at(5).0, || {});
+        // The first is in memory.
+        let mut in_order = u32::from(receiver.ended() && bytes.first() == Some(&receiver.byte()));
+        for byte in bytes.iter().take(5).skip(1) {
+            receiver.open();
+            if let Some(cycles) = receiver.end() {
+                slowest = slowest.max(cycles);
+                in_order += u32::from(receiver.byte() == *byte);
             }
-        });
-        unasked += u32::from(receiver.has_timed_out());
-        receiver.stop();
+        }
+        (fewest, most) = (fewest.min(in_order), most.max(in_order));
     }
     answer!(
         0,
-        "3 bytes counted at ENDRX of a half; RXTO unasked | the half's or 1 less; maybe | {=u32} to {=u32}; {=u32} of 16 times | {=str}",
-        [least, most, unasked],
-        least >= HALF - 1 && most <= HALF
+        "3 of 5 bytes while no transfer is open | all are stored later, in order, each within 192 cycles | {=u32} to {=u32}, within {=u32} cycles | {=str}",
+        [fewest, most, slowest],
+        fewest == 5 && most == 5 && slowest <= 192
     );
 }
 
-/// 4: bad stop bits.
-fn bad_stop_bits(receiver: &mut Receiver, sender: &Sender, timers: &LineTimers, bytes: &[u8]) {
-    receiver.start();
-    let (count, errors) = (timers.count(), timers.errors());
+/// 4: bad stop bits, each with a good byte behind it: what ERRORSRC says when that is in memory.
+fn bad_stop_bits(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
+    let (mut said, mut stored) = (0, 0);
+    receiver.switch_on();
     for _ in 0..TIMES {
         // The frame's 'A' has two ones.
         sender.send_with_parity(bytes.split_at(1).0);
+        if receiver.ended() {
+            stored += 1;
+            receiver.open();
+        }
+        sender.send(bytes.split_at(1).0, || {});
+        if receiver.ended() {
+            said += u32::from(receiver.causes() != 0);
+            receiver.open();
+        }
     }
-    let errors = timers.errors().wrapping_sub(errors);
-    let counted = timers.count().wrapping_sub(count);
-    // And a good one, since RXD.AMOUNT may say anything if none is stored.
-    sender.send(bytes.split_at(1).0, || {});
-    let stored = receiver.stop().wrapping_sub(1);
-    receiver.clear_errors();
     answer!(
         1,
-        "4 of 16 bytes with a bad stop bit | all errors, none stored, all or none counted | {=u32} errors, {=u32} stored, {=u32} counted | {=str}",
-        [errors, stored, counted],
-        errors == TIMES && stored == 0 && (counted == 0 || counted == TIMES)
+        "4 of 16 bad stop bits | ERRORSRC says all when the next byte is there; none stored | {=u32} said, {=u32} stored | {=str}",
+        [said, stored],
+        said == TIMES && stored == 0
     );
 }
 
-/// 5 and 6: STOPRX with nothing received, after a transfer of five bytes, and FLUSHRX behind it.
-fn empty_stops(receiver: &mut Receiver, sender: &Sender, bytes: &[u8]) {
-    let mut amount = 0;
+/// 5: more bytes than the FIFO has room for.
+fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
+    let (mut said, mut waited, mut oldest_is_lost) = (0, 0, 0);
     for _ in 0..TIMES {
-        receiver.start();
-        sender.send(bytes.split_at(5).0, || {});
-        receiver.stop();
-        receiver.start();
-        amount = receiver.stop();
+        receiver.switch_on();
+        sender.send(bytes.split_at(12).0, || {});
+        said += receiver.causes() & 1;
+        receiver.ended();
+        waited = 0;
+        receiver.open();
+        pause(BYTE / 2);
+        // The second byte sent is 'B'; the first is in memory.
+        oldest_is_lost += u32::from(receiver.byte() != b'B');
+        while receiver.ended() && waited < 12 {
+            waited += 1;
+            receiver.open();
+            pause(BYTE / 2);
+        }
     }
-    let (stops, timeouts, ends) = (receiver.stops, receiver.timeouts, receiver.flush_ends);
     answer!(
         2,
-        "5 RXD.AMOUNT after an empty STOPRX; RXTO | 0 or 5 as before; always | {=u32}; {=u32} of {=u32} times | {=str}",
-        [amount, timeouts, stops],
-        (amount == 0 || amount == 5) && timeouts == stops
+        "5 of 16 overruns | ERRORSRC says all; at least 5 bytes wait; whichever are lost | {=u32} said, {=u32} wait, the oldest lost {=u32} times | {=str}",
+        [said, waited, oldest_is_lost],
+        said == TIMES && waited >= 5
     );
+}
+
+/// 6: a break of 7.5 ms, which is a byte at 1200 baud: how often ERROR comes.
+fn long_break(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
+    receiver.switch_on();
+    let mut errors = 0;
+    sender.set_baud(BAUDRATE_A::BAUD1200);
+    sender.send(zero, || errors = receiver.errors_in(7 * 64_000));
+    sender.set_baud(BAUDRATE_A::BAUD1M);
+    let causes = receiver.causes();
     answer!(
         3,
-        "6 ENDRX of an empty FLUSHRX | always or never | {=u32} of {=u32} times, within {=u32} cycles | {=str}",
-        [ends, stops, receiver.slowest_flush],
-        ends == stops || ends == 0
+        "6 ERROR in a break of 7.5 ms | 1 or 2; framing and break | {=u32}; ERRORSRC {=u32} | {=str}",
+        [errors, causes],
+        (1..=2).contains(&errors) && causes & 8 != 0
     );
+}
+
+/// 10: what SEQSTART does in the middle of a PWM period. The firmware works either way.
+fn period(pwm: PWM0, widths: &'static mut [[u16; 4]; 2]) {
+    let (now, middle) = (0, u32::from(PULSE_PERIOD) * 64 / 2);
+    let mut servos = servo::Servos::start(pwm, [], widths, (now, [0; 3].into()));
+    pause(middle);
+    servos.hand_over([255; 3].into());
+    let started = wait(4 * middle, || servos.period_has_ended()).unwrap_or_default() / 64;
+    let at_once = started > u32::from(PULSE_PERIOD) * 3 / 4;
+    answer!(
+        6,
+        "10 from SEQSTART in the middle of a period of 20000 us to the period's end | 10000 us; or 20000, if it begins a new one | {=u32} us, {=u32} | {=str}",
+        [started, u32::from(at_once)],
+        started > 0
+    );
+    servo::stop();
 }
 
 /// 2: every frame is committed, by the firmware's own reception at its own rate.
@@ -240,11 +275,11 @@ fn loopback(sender: &Sender, bytes: &[u8]) {
     receive::tick();
     let sent = rounds * FRAMES as u32;
     let commits = COUNTERS.frames.get();
-    let late = COUNTERS.late.get();
+    let overruns = COUNTERS.overrun.get();
     answer!(
         5,
-        "2 frames sent | all committed, never late | {=u32} sent, {=u32} committed, late {=u32} times | {=str}",
-        [sent, commits, late],
-        commits == sent && late == 0
+        "2 frames sent | all committed, no overrun | {=u32} sent, {=u32} committed, {=u32} overruns | {=str}",
+        [sent, commits, overruns],
+        commits == sent && overruns == 0
     );
 }

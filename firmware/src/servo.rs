@@ -8,12 +8,9 @@ use nrf52840_hal::pac::PWM0;
 
 use crate::settings::{PULSE, PULSE_PERIOD, TICK};
 
-/// How long before the end of a period new widths are handed over, in microseconds, and how much later
-/// it may be: late, so that they are new, but not so late that the next period may have begun.
-const HANDOVER: u32 = 2 * TICK;
-const HANDOVER_DELAY: u32 = TICK + TICK / 2;
-
-const PERIOD: u32 = PULSE_PERIOD as u32;
+/// How long after a period has begun new widths are handed over, in microseconds: late, so that they are
+/// new. The pulses are over by then, so none is cut if the PWM begins a new period at once.
+const HANDOVER: u32 = PULSE_PERIOD as u32 - 2 * TICK;
 
 /// One sequence of one step: a pulse width for each of the four channels.
 type Widths = [u16; 4];
@@ -29,15 +26,15 @@ pub(crate) struct Servos {
     /// The one that the PWM was given last.
     given: usize,
     shown: Setpoint,
-    /// When widths are to be handed over next.
-    handover_at: u32,
+    /// When the period began, as far as was seen, or widths were last handed over.
+    since: u32,
 }
 
 impl Servos {
     /// The pulses begin now.
     pub(crate) fn start(
         pwm: PWM0,
-        pins: [Pin<Output<PushPull>>; 3],
+        pins: impl IntoIterator<Item = Pin<Output<PushPull>>>,
         widths: &'static mut [Widths; 2],
         (now, setpoint): (u32, Setpoint),
     ) -> Self {
@@ -60,30 +57,39 @@ impl Servos {
             widths,
             given: 0,
             shown: setpoint,
-            handover_at: now.wrapping_add(PERIOD - HANDOVER),
+            since: now,
         };
         servos.hand_over(setpoint);
         servos
     }
 
-    /// The next pulses say this, if it is time to hand it over: once a period, since what a second
-    /// SEQSTART in a period does is not specified.
+    /// The next pulses say this, if it is time to hand it over: once a period, and behind its pulses. What
+    /// SEQSTART does in the middle of a period is not specified: the next begins when this one is over,
+    /// or at once, which makes this one shorter. The PWM's events say when a period began either way.
     pub(crate) fn show(&mut self, now: u32, setpoint: Setpoint) {
-        let late = now.wrapping_sub(self.handover_at);
-        if late > u32::MAX / 2 {
-            return; // It is early.
+        let [started, _] = &self.pwm.events_seqstarted;
+        let ended = &self.pwm.events_pwmperiodend;
+        if started.read().bits() | ended.read().bits() != 0 {
+            started.reset();
+            ended.reset();
+            self.since = now;
         }
-        // The PWM and the clock count one crystal's oscillations, so periods stay where they are.
-        self.handover_at = self.handover_at.wrapping_add(PERIOD);
-        if late <= HANDOVER_DELAY && setpoint != self.shown {
+        if now.wrapping_sub(self.since) >= HANDOVER && setpoint != self.shown {
+            self.since = now;
             self.shown = setpoint;
             self.hand_over(setpoint);
         }
     }
 
+    /// Whether a period is over; for the self-test.
+    #[allow(dead_code, reason = "shared with the self-test")]
+    pub(crate) fn period_has_ended(&self) -> bool {
+        self.pwm.events_pwmperiodend.read().bits() != 0
+    }
+
     /// Gives the PWM the widths for the next period.
     #[inline(never)]
-    fn hand_over(&mut self, setpoint: Setpoint) {
+    pub(crate) fn hand_over(&mut self, setpoint: Setpoint) {
         self.given ^= 1;
         let Some(widths) = self.widths.get_mut(self.given) else {
             return;

@@ -4,7 +4,7 @@
 use core::num::NonZeroU32;
 
 use framelock::motion::FailsafeParameters;
-use framelock_reception::QUIET_TICKS;
+use framelock_reception::ERRORS_A_TICK;
 use nrf52840_hal::gpio::{Disconnected, Input, Level, Output, Pin, PullUp, PushPull, p0, p1};
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 
@@ -22,15 +22,9 @@ pub(crate) type Parser = framelock::Receiver<framelock::motion::Bin>;
 #[cfg(feature = "discard")]
 pub(crate) type Parser = framelock::can_go_deaf::Lecture;
 
-/// Bytes in each half of the receive buffer, a power of two. While the line brings that many,
-/// interrupt handlers may be held off. Setpoints on a line without pauses come this late.
-pub(crate) const HALF: u32 = if BAUD > 460_800 { 128 } else { 32 };
-
-/// How long interrupt handlers may be held off without loss, in microseconds.
-const HOLD_OFF: u32 = 250;
-
-/// Silence after which the bytes received so far are looked at, in microseconds: three byte times.
-pub(crate) const FLUSH_AFTER: u32 = 3 * BYTE_TIME;
+/// In this time, in microseconds, the UARTE stores a byte that waits, once it may. Under half a byte
+/// time, so that after a line error it is over before the next byte comes.
+pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
 /// Silence that ends a frame, in microseconds (L1). More than a USB serial adapter leaves inside a
 /// frame, less than the sender leaves between frames.
@@ -69,6 +63,8 @@ pub(crate) const RESET_PIN: u32 = 18;
 pub(crate) struct Pins {
     /// Serial data in, pulled up: nothing connected reads as a quiet line.
     pub(crate) receive: Pin<Input<PullUp>>,
+    /// Where the kit's probe has RTS. It leaves flow control off if this is high before the first byte.
+    _flow_control: p0::P0_05<Input<PullUp>>,
     /// Pulses for pitch, roll, yaw.
     pub(crate) servos: [Pin<Output<PushPull>>; 3],
     /// In lock, line error, failsafe. They light when low.
@@ -79,6 +75,7 @@ pub(crate) struct Pins {
 pub(crate) fn pins(p0: p0::Parts, p1: p1::Parts) -> Pins {
     Pins {
         receive: p0.p0_08.into_pullup_input().degrade(),
+        _flow_control: p0.p0_05.into_pullup_input(),
         servos: [
             low(p1.p1_04.degrade()),
             low(p1.p1_05.degrade()),
@@ -122,19 +119,10 @@ pub(crate) const fn baud_register() -> BAUDRATE_A {
 
 const _: BAUDRATE_A = baud_register();
 const _: () = {
-    assert!(HALF.is_power_of_two() && HALF <= 1 << 15);
-    // The rest of the time is for parsing a half before its place is given to the UARTE again.
+    assert!(GAP_AFTER > BYTE_TIME && NONE_WAITS_AFTER > 1);
     assert!(
-        HALF / 2 * (10_000_000 / BAUD) >= HOLD_OFF,
-        "the halves fill sooner than the hold-off allows"
-    );
-    assert!(
-        QUIET_TICKS * TICK > GAP_AFTER,
-        "after a line error the UARTE would be stopped inside a frame"
-    );
-    assert!(
-        GAP_AFTER > FLUSH_AFTER,
-        "bytes must be taken before the gap drops them"
+        ERRORS_A_TICK as u32 >= TICK / (8 * BYTE_TIME),
+        "errors that a frame lies between must all interrupt"
     );
     assert!(FAILSAFE.hold_after >= 1 && FAILSAFE.hold_after <= FAILSAFE.ramp_after);
     assert!(
@@ -144,7 +132,7 @@ const _: () = {
     assert!(WATCHDOG * 1_000 > 4 * TICK && WATCHDOG <= 60_000);
     assert!(PULSE[0] < PULSE[1] && PULSE[1] < PULSE_PERIOD && PULSE_PERIOD < 1 << 15);
     assert!(
-        PULSE_PERIOD as u32 >= 2 * TICK,
-        "new pulses are handed over by one of a period's last ticks"
+        PULSE_PERIOD as u32 >= PULSE[1] as u32 + 4 * TICK,
+        "new pulses are handed over behind a period's pulses, before its end"
     );
 };

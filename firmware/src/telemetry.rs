@@ -4,18 +4,28 @@ use core::panic::Location;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use framelock::Counters;
+use framelock_reception::Counts;
+
+use crate::receive::Line;
 
 macro_rules! shown {
     ($($(#[$attribute:meta])* $name:ident)*) => {
-        /// The counters, in this order: `print COUNTERS` in a debugger.
+        /// The counters: `print COUNTERS` in a debugger.
         #[repr(C)]
         pub(crate) struct Shown {
             $($(#[$attribute])* pub(crate) $name: Count,)*
         }
 
-        /// Written by the main loop only, once a tick.
+        /// Written by the main loop, once a tick.
         #[unsafe(no_mangle)]
         pub(crate) static COUNTERS: Shown = Shown { $($name: Count(AtomicU32::new(0)),)* };
+
+        const NAMES: &str = concat!($(stringify!($name), " "),*);
+        /// Their names, in the order in which they lie there, for who reads them from outside: in the
+        /// file, not in flash (memory.x).
+        #[used]
+        #[unsafe(link_section = ".counters")]
+        static COUNTER_NAMES: [u8; NAMES.len()] = *NAMES.as_bytes().first_chunk().unwrap();
     };
 }
 
@@ -35,10 +45,14 @@ shown! {
     idle
     /// Bytes held because a frame may yet include them.
     pending
-    /// How often a handler came too late.
-    late
-    /// Bytes that came but could not be looked at.
+    /// Bytes that were received and dropped, since they may have come before an error.
     skipped
+    /// How often the UARTE was switched off and on, since it did not say that a byte was there.
+    restarts
+    /// Ticks of 2 ms at which the line was still low after a break.
+    break_ticks
+    /// How often the receiver could not be reached: a mistake in this program.
+    unserved
 }
 
 /// One counter, read and written by one instruction.
@@ -50,6 +64,11 @@ impl Count {
         self.0.load(Ordering::Relaxed)
     }
 
+    /// One more. Interrupts must be off.
+    pub(crate) fn count(&self) {
+        self.0.store(self.get().wrapping_add(1), Ordering::Relaxed);
+    }
+
     #[expect(clippy::cast_possible_truncation, reason = "words have 32 bits here")]
     fn set(&self, count: usize) {
         self.0.store(count as u32, Ordering::Relaxed);
@@ -57,7 +76,8 @@ impl Count {
 }
 
 impl Shown {
-    pub(crate) fn show(&self, counters: &Counters, pending: usize, late: u32, skipped: u32) {
+    pub(crate) fn show(&self, line: &Line, reception: Counts) {
+        let counters = line.counters();
         let Counters {
             discarded, events, ..
         } = counters;
@@ -74,9 +94,10 @@ impl Shown {
         self.overrun.set(events.overrun);
         self.line_break.set(events.line_break);
         self.idle.set(events.idle);
-        self.pending.set(pending);
-        self.late.set(late as usize);
-        self.skipped.set(skipped as usize);
+        self.pending.set(line.pending());
+        self.skipped.set(reception.skipped as usize);
+        self.restarts.set(reception.restarts as usize);
+        self.break_ticks.set(reception.break_ticks as usize);
     }
 
     /// All line errors, modulo 2^32. A gap is none.
@@ -158,14 +179,16 @@ pub(crate) fn log() {
             c.resynchronisations.get()
         );
         defmt::info!(
-            "line: framing {=u32} parity {=u32} overrun {=u32} break {=u32} idle {=u32} late {=u32} skipped {=u32}",
+            "line: framing {=u32} parity {=u32} overrun {=u32} break {=u32} low for {=u32} ms idle {=u32} skipped {=u32} restarts {=u32} unserved {=u32}",
             c.framing.get(),
             c.parity.get(),
             c.overrun.get(),
             c.line_break.get(),
+            c.break_ticks.get() * (crate::settings::TICK / 1_000),
             c.idle.get(),
-            c.late.get(),
-            c.skipped.get()
+            c.skipped.get(),
+            c.restarts.get(),
+            c.unserved.get()
         );
     }
 }

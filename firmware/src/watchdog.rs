@@ -3,7 +3,6 @@
 use nrf52840_hal::pac::{POWER, WDT};
 use nrf52840_hal::wdt::{self, WatchdogHandle, count::One, handles::Hdl0};
 
-use crate::receive;
 use crate::settings::WATCHDOG;
 
 /// Fed by the main loop only, while both times advance: the receiver's and the failsafe's.
@@ -14,7 +13,7 @@ pub(crate) struct Watchdog {
 
 impl Watchdog {
     /// From here on it bites, and nothing but a reset ends it. It goes on in sleep, and halts with a
-    /// debugger: that is how it comes out of reset. Asks the receiver for the first round.
+    /// debugger: that is how it comes out of reset.
     ///
     /// A soft reset does not end it, and its settings cannot be changed while it runs: after
     /// flashing, the time is still the old program's, until another reset. `None` if that program fed
@@ -27,24 +26,24 @@ impl Watchdog {
             })
             .or_else(wdt::Watchdog::try_recover::<One>);
         let (handle,) = parts.ok()?.handles;
-        receive::ask_for_a_round();
         Some(Self {
             handle,
             fed_at: (0, 0),
         })
     }
 
-    /// Feeds it four times in its time, if the receiver has been through its handler and the
-    /// failsafe's clock has moved since it was fed last; and asks the receiver for the next time.
-    pub(crate) fn feed(&mut self, receiver: u32, failsafe: u32) {
+    /// Feeds it four times in its time, if since it was fed last the receiver has been through its handler,
+    /// takes what comes, and the failsafe's clock has moved.
+    pub(crate) fn feed(&mut self, receiver: Option<u32>, failsafe: u32) {
         let (last_receiver, last_failsafe) = self.fed_at;
         let due = failsafe.wrapping_sub(last_failsafe) >= WATCHDOG * 1_000 / 4;
-        if !due || receiver == last_receiver {
-            return;
+        if let Some(receiver) = receiver
+            && due
+            && receiver != last_receiver
+        {
+            self.fed_at = (receiver, failsafe);
+            self.handle.pet();
         }
-        self.fed_at = (receiver, failsafe);
-        self.handle.pet();
-        receive::ask_for_a_round();
     }
 }
 

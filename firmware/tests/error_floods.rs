@@ -41,6 +41,9 @@ fn a_second_of_errors_starves_nobody() {
 
             firmware.commits();
             firmware.run_for(RESTART);
+            // Also right behind the next error.
+            firmware.board.send_symbols(&[LineSymbol::BadStop(0xFF)]);
+            firmware.board.send_symbols(&[LineSymbol::Idle(30)]);
             firmware.send_and_wait(&frame([1, 2, 3]), MILLISECOND);
             assert_eq!(firmware.commits(), [[1, 2, 3]], "{what}");
         }

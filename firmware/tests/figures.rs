@@ -5,7 +5,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use nrf52840_emulator::{Activation, Board, MICROSECOND, MILLISECOND};
+use nrf52840_emulator::{Activation, Board, LineSymbol, MICROSECOND, MILLISECOND};
 use object::{Object, ObjectSection};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,6 +16,10 @@ use crate::image::{MOST_FLASH, Sizes};
 /// Exception numbers of the two handlers that receive: 16 and the interrupt's.
 const UARTE0: u16 = 16 + 2;
 const TIMER2: u16 = 16 + 10;
+const UARTE0_BASE: u32 = 0x4000_2000;
+
+/// A run of a handler takes at most so many cycles, whatever comes.
+const MOST_CYCLES: u64 = 800;
 
 /// A figure may not be above its limit, if it has one.
 #[derive(Default)]
@@ -40,10 +44,10 @@ fn the_figures_are_as_written_down() {
     sizes(&mut figures);
     steps(&mut figures);
     for (image, baud) in [("default", 115_200), ("megabaud", 1_000_000)] {
-        flood(&mut figures, image, baud);
-        noise(&mut figures, image, baud);
+        streams(&mut figures, image, baud);
         latency(&mut figures, image, baud);
     }
+    rates(&mut figures);
     assert!(
         figures.over.is_empty(),
         "{:#?}\n{}",
@@ -159,74 +163,171 @@ fn receptions(firmware: &mut Firmware) -> Vec<Activation> {
         .collect()
 }
 
-/// A thousand frames back to back.
-fn flood(figures: &mut Figures, image: &str, baud: u64) {
-    let mut firmware = Firmware::booted(image);
+/// The rates that are offered, and BAUDRATE for them.
+const RATES: [(u64, u32); 9] = [
+    (9_600, 0x0027_5000),
+    (19_200, 0x004E_A000),
+    (38_400, 0x009D_0000),
+    (57_600, 0x00EB_0000),
+    (115_200, 0x01D6_0000),
+    (230_400, 0x03B0_0000),
+    (460_800, 0x0740_0000),
+    (921_600, 0x0F00_0000),
+    (1_000_000, 0x1000_0000),
+];
+
+/// What a stream costs.
+struct Cost {
+    /// Of the handlers.
+    cycles: u64,
+    worst: u64,
+    /// Of the processor's time, per mille.
+    share: u64,
+    commits: usize,
+    overruns: u32,
+}
+
+/// Booted, and then set to that rate, as if it had been built for it.
+fn booted_at((baud, register): (u64, u32), slowness: u32) -> Firmware {
+    let mut firmware = Firmware::booted("default");
+    firmware.assume(|all| all.slowness = slowness);
+    for (offset, value) in [(0x500, 0), (0x524, register), (0x500, 8), (0x000, 1)] {
+        firmware
+            .board
+            .set_register(UARTE0_BASE + offset, value)
+            .unwrap();
+    }
+    firmware.board.line(|line| line.set_millibaud(baud * 1_000));
+    firmware
+}
+
+fn cost(firmware: &mut Firmware, symbols: &[LineSymbol]) -> Cost {
     let (began, slept) = (firmware.board.now(), firmware.board.slept());
-    let booted = receptions(&mut firmware).len();
-    let bytes: Vec<u8> = setpoints(1_000).flat_map(frame).collect();
-    firmware.send_and_wait(&bytes, MICROSECOND * 300);
-    let receptions = receptions(&mut firmware);
-    let instructions: u64 = receptions[booted..]
-        .iter()
-        .map(|run| run.instructions)
-        .sum();
-    let worst = receptions.iter().map(|run| run.instructions).max().unwrap();
-    let worst_cycles = receptions.iter().map(|run| run.cycles).max().unwrap();
+    let before = receptions(firmware).len();
+    let end = firmware.board.send_symbols(symbols);
+    firmware.board.run_until(end).unwrap();
     let time = firmware.board.now() - began;
     let busy = time - (firmware.board.slept() - slept);
-    assert_eq!(firmware.commits().len(), 1_000);
-    let limit = (baud == 1_000_000).then_some(120);
-    figures.add(
-        &format!("{baud} baud: handlers' instructions a byte, tenths"),
-        instructions * 10 / 7_000,
-        limit,
-    );
-    figures.add(
-        &format!("{baud} baud: handlers' instructions a frame"),
-        instructions / 1_000,
-        None,
-    );
-    figures.add(
-        &format!("{baud} baud: worst handler, instructions"),
-        worst,
-        None,
-    );
-    figures.add(
-        &format!("{baud} baud: worst handler, cycles"),
-        worst_cycles,
-        None,
-    );
-    figures.add(
-        &format!("{baud} baud: processor's share, per mille, all counted"),
-        busy * 1_000 / time,
-        None,
-    );
+    firmware.run_for(8 * MILLISECOND);
+    let runs = &receptions(firmware)[before..];
+    Cost {
+        cycles: runs.iter().map(|run| run.cycles).sum(),
+        worst: runs.iter().map(|run| run.cycles).max().unwrap(),
+        share: busy * 1_000 / time,
+        commits: firmware.commits().len(),
+        overruns: firmware.counter("overrun"),
+    }
 }
 
-/// Bytes at random, back to back: what a floating line or another protocol brings.
-fn noise(figures: &mut Figures, image: &str, baud: u64) {
-    let mut firmware = Firmware::booted(image);
+fn clean(frames: u32) -> Vec<LineSymbol> {
+    let bytes = setpoints(frames).flat_map(frame);
+    bytes.map(LineSymbol::Byte).collect()
+}
+
+/// Bytes at random, back to back: what another protocol brings.
+fn noise(count: usize) -> Vec<LineSymbol> {
     let random = ChaCha8Rng::seed_from_u64(1);
-    let bytes: Vec<u8> = random.random_iter().take(7_000).collect();
-    firmware.send_and_wait(&bytes, 3 * MILLISECOND);
-    let receptions = receptions(&mut firmware);
-    let instructions: u64 = receptions.iter().map(|run| run.instructions).sum();
-    let worst_cycles = receptions.iter().map(|run| run.cycles).max().unwrap();
-    let received = u64::from(firmware.counter("bytes"));
-    figures.add(
-        &format!("{baud} baud, noise: handlers' instructions a byte, tenths"),
-        instructions * 10 / received,
-        None,
-    );
-    figures.add(
-        &format!("{baud} baud, noise: worst handler, cycles"),
-        worst_cycles,
-        None,
-    );
+    let bytes = random.random_iter::<u8>().take(count);
+    bytes.map(LineSymbol::Byte).collect()
 }
 
-/// Single frames: from the end of the last stop bit.
+/// What each stream costs at the two rates that have images.
+fn streams(figures: &mut Figures, image: &str, baud: u64) {
+    let most_share = (baud == 115_200).then_some(60);
+    let worst: Vec<_> = b"ABAAAAA"
+        .repeat(300)
+        .into_iter()
+        .map(LineSymbol::Byte)
+        .collect();
+    let mut clean_cycles = 0;
+    for (name, stream, limit) in [
+        ("clean frames", clean(300), most_share),
+        ("noise", noise(2_100), None),
+        ("ABAAAAA", worst, None),
+        (
+            "bad stop bits",
+            vec![LineSymbol::BadStop(0x55); 2_100],
+            None,
+        ),
+        ("breaks", vec![LineSymbol::Break(12); 2_100], None),
+    ] {
+        let mut firmware = Firmware::booted(image);
+        let cost = cost(&mut firmware, &stream);
+        assert_eq!(cost.overruns, 0, "{name}");
+        if name == "clean frames" {
+            assert_eq!(cost.commits, 300);
+            clean_cycles = cost.cycles;
+        }
+        let per_byte = cost.cycles * 10 / stream.len() as u64;
+        let name = format!("{baud} baud, {name}");
+        figures.add(
+            &format!("{name}: handlers' cycles a byte, tenths"),
+            per_byte,
+            None,
+        );
+        figures.add(
+            &format!("{name}: worst handler, cycles"),
+            cost.worst,
+            Some(MOST_CYCLES),
+        );
+        figures.add(&format!("{name}: processor, per mille"), cost.share, limit);
+        if name.ends_with("noise") {
+            let ratio = cost.cycles * 100 / clean_cycles;
+            figures.add(
+                &format!("{name}: a byte, per cent of a clean one"),
+                ratio,
+                None,
+            );
+        }
+    }
+}
+
+/// The longest hold-off without loss at any phase of a byte, in microseconds; the FIFO has five bytes.
+fn hold_off(rate: (u64, u32)) -> u64 {
+    let byte = 640_000_000 / rate.0;
+    let is_lossless = |length: u64| {
+        (0..8).all(|phase| {
+            let mut firmware = booted_at(rate, 100);
+            firmware.assume(|all| all.fifo = 5);
+            let from = firmware.board.now() + 16 * byte + phase * byte / 8;
+            firmware.board.hold_off(from, length);
+            cost(&mut firmware, &clean(6)).overruns == 0
+        })
+    };
+    let (mut lossless, mut lossy) = (byte, 9 * byte);
+    while lossy - lossless > byte / 32 {
+        let middle = lossless.midpoint(lossy);
+        if is_lossless(middle) {
+            lossless = middle;
+        } else {
+            lossy = middle;
+        }
+    }
+    lossless / MICROSECOND
+}
+
+/// Each rate that is offered holds on a core slowed by half, with noise.
+fn rates(figures: &mut Figures) {
+    for rate in RATES {
+        let [clean, noise] = [clean(100), noise(700)].map(|stream| {
+            let slow = cost(&mut booted_at(rate, 150), &stream);
+            assert_eq!(slow.overruns, 0, "{} baud is not to be offered", rate.0);
+            cost(&mut booted_at(rate, 100), &stream).share
+        });
+        let name = format!("offered, {} baud", rate.0);
+        figures.add(&format!("{name}: processor, clean, per mille"), clean, None);
+        figures.add(&format!("{name}: processor, noise, per mille"), noise, None);
+        let hold_off = hold_off(rate);
+        figures.add(
+            &format!("{name}: hold-off without loss, us"),
+            hold_off,
+            None,
+        );
+        assert!(rate.0 != 115_200 || hold_off >= 500, "{hold_off} us");
+    }
+}
+
+/// Single frames: from the last stop bit, which is sampled in its middle.
 fn latency(figures: &mut Figures, image: &str, baud: u64) {
     let mut firmware = Firmware::booted(image);
     let setpoint = firmware.board.watch("SETPOINT").unwrap();
@@ -241,10 +342,12 @@ fn latency(figures: &mut Figures, image: &str, baud: u64) {
             .unwrap();
         let changes = &firmware.board.trace().changes;
         let mut committed = changes.iter().filter(|change| change.watch == setpoint);
-        to_setpoint = to_setpoint.max(committed.next_back().unwrap().at - end);
+        // The UARTE has the byte in the middle of its stop bit.
+        let heard = end - 32_000_000 / baud;
+        to_setpoint = to_setpoint.max(committed.next_back().unwrap().at - heard);
     }
     figures.add(
-        &format!("{baud} baud: last stop bit to commit, us, worst"),
+        &format!("{baud} baud: middle of the last stop bit to commit, us, worst"),
         to_setpoint / MICROSECOND,
         None,
     );

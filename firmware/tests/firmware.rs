@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use framelock_proofs::reference::{Bin, Policy, whole_buffer};
 use nrf52840_emulator::{Assumptions, Board, Image, LogTable, MICROSECOND, MILLISECOND};
+use object::{Object, ObjectSection};
 
 /// Pitch, roll, yaw.
 pub(crate) type Setpoint = [u8; 3];
@@ -36,6 +37,7 @@ pub(crate) struct Firmware {
     pub(crate) board: Board,
     watch: usize,
     seen: usize,
+    counters: Vec<String>,
     /// What is assumed about the chip.
     pub(crate) assumptions: Assumptions,
 }
@@ -46,30 +48,17 @@ fn assumed() -> Assumptions {
     let Ok(name) = std::env::var("FRAMELOCK_ASSUMPTION") else {
         return Assumptions::default();
     };
-    let mut each = Assumptions::each().into_iter();
-    let found = each.find(|(known, _)| *known == name);
-    found.unwrap_or_else(|| panic!("no assumption {name}")).1
+    Assumptions::named(&name).unwrap_or_else(|| panic!("no assumption {name}"))
 }
 
-/// The counters by name, in the order in which the firmware shows them.
-const COUNTERS: [&str; 16] = [
-    "bytes",
-    "frames",
-    "no_sync",
-    "broken_sync",
-    "check",
-    "terminator",
-    "line_event",
-    "resynchronisations",
-    "framing",
-    "parity",
-    "overrun",
-    "line_break",
-    "idle",
-    "pending",
-    "late",
-    "skipped",
-];
+/// The counters' names, which the image's file has in the order in which the counters lie in memory.
+fn counters(image: &str) -> Vec<String> {
+    let elf = image_file(image);
+    let file = object::File::parse(&*elf).unwrap();
+    let names = file.section_by_name(".counters").unwrap();
+    let names = String::from_utf8(names.data().unwrap().to_vec()).unwrap();
+    names.split_whitespace().map(str::to_owned).collect()
+}
 
 impl Firmware {
     /// At power-on, on a chip that the firmware has run on before; the sender has the baud rate that the
@@ -100,6 +89,7 @@ impl Firmware {
             board,
             watch,
             seen: 0,
+            counters: counters(image),
             assumptions: Assumptions::default(),
         }
         .assuming(assumed())
@@ -151,16 +141,17 @@ impl Firmware {
 
     /// A counter as the firmware shows it; it does so every 2 ms.
     pub(crate) fn counter(&self, name: &str) -> u32 {
-        let place = COUNTERS.iter().position(|known| *known == name);
+        let place = self.counters.iter().position(|known| known == name);
         let place = u32::try_from(place.unwrap()).unwrap();
         let symbol = self.board.image().symbol("COUNTERS").unwrap();
         let word = self.board.memory().word(symbol.address + 4 * place);
         word.unwrap()
     }
 
-    /// What was lost because nobody looked at it in time: late handlers and bytes skipped.
+    /// What was lost because nobody looked at it in time, or where an error lay: overruns and bytes skipped.
     pub(crate) fn losses(&self) -> (u32, u32) {
-        (self.counter("late"), self.counter("skipped"))
+        assert_eq!(self.counter("unserved"), 0);
+        (self.counter("overrun"), self.counter("skipped"))
     }
 
     /// Whether each of LED1, LED2, LED3 is lit.
@@ -220,7 +211,7 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
 /// Long enough for a gap to end what was sent before it, and for the counters to show it.
 pub(crate) const GAP: u64 = 8 * MILLISECOND;
 
-/// The same after line errors: long enough for a UARTE that does not stop to be switched off and on.
+/// Long enough for a lost ENDRX to be seen, and for a gap.
 pub(crate) const RESTART: u64 = 24 * MILLISECOND;
 
 /// Long enough for the bytes to be looked at, too short for a gap.

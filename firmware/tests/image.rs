@@ -7,10 +7,10 @@ use crate::firmware::{image, image_file};
 
 /// What each image may take of the flash, in bytes.
 pub(crate) const MOST_FLASH: [(&str, u64); 4] = [
-    ("default", 12 * 1024),
-    ("megabaud", 12 * 1024),
-    ("discard", 12 * 1024),
-    ("small", 6_656),
+    ("default", 8 * 1024),
+    ("megabaud", 8 * 1024),
+    ("discard", 8 * 1024),
+    ("small", 5_632),
 ];
 
 /// Bytes by section, summed up as the `size` program does.

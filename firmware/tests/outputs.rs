@@ -205,7 +205,7 @@ fn the_log_tells_of_boot_lock_and_counters() {
     }
     firmware.run_for(1_100 * MILLISECOND);
     let log = firmware.log("default").join("\n");
-    for part in ["lock lost", "frames 20 ", "late 0 skipped 0"] {
+    for part in ["lock lost", "frames 20 ", "skipped 0 restarts 0 unserved 0"] {
         assert!(log.contains(part), "{part:?} is missing in: {log}");
     }
 }

@@ -12,8 +12,11 @@ use crate::firmware::{Firmware, RESTART, Setpoint, frame, is_some_of, reference}
 
 /// Silence that the firmware takes for no gap, and silence that it does: 5 ms lie between them.
 const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
-/// How long handlers may be held off without loss.
-const HOLD_OFF: u64 = 250 * MICROSECOND;
+/// How many byte times handlers may be held off without loss: the FIFO may have five bytes, and at 1 Mbaud
+/// a slow core needs a while for those that wait.
+const HOLD_OFF: f64 = 4.5;
+/// Longer than that at any rate.
+const HELD_OFF: u64 = 500 * MICROSECOND;
 /// How many streams are tried unless `FRAMELOCK_RANDOM_RUNS` says otherwise.
 const RUNS: u64 = 300;
 /// The same for mixes of what the chip may do.
@@ -22,7 +25,7 @@ const MIXES: u64 = 50;
 const AMBIGUOUS: [u8; 4] = *b"AB\0\r";
 
 /// What happens on the line or to the processor.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 enum Step {
     Bytes(Vec<u8>),
     /// Silence for that many cycles, too short for a gap.
@@ -33,8 +36,8 @@ enum Step {
     BadStop(u8),
     /// The line is low for that many bits, more than a byte has.
     Break(u32),
-    /// All handlers are held off for that many cycles from now on.
-    HoldOff(u64),
+    /// All handlers are held off from now on, for that part of what does no harm.
+    HoldOff(f64),
 }
 
 fn byte(random: &mut ChaCha8Rng) -> u8 {
@@ -60,7 +63,7 @@ fn step(random: &mut ChaCha8Rng) -> Step {
         4 => Step::Gap,
         5 => Step::BadStop(byte(random)),
         6 => Step::Break(random.random_range(11..=42)),
-        _ => Step::HoldOff(random.random_range(0..=HOLD_OFF)),
+        _ => Step::HoldOff(random.random()),
     }
 }
 
@@ -68,9 +71,7 @@ fn step(random: &mut ChaCha8Rng) -> Step {
 ///
 /// * what is committed are frames that were delivered, in order, none across an error or a gap;
 /// * if it has taken every byte, it is all that the reference sees;
-/// * without an error on the line it has taken every byte, and no handler is late. (After an error
-///   the UARTE is started anew at the next gap; what comes just then is not heard, and no
-///   frame reaches across it: it is reported as an overrun.)
+/// * without an error on the line and a lost ENDRX it has taken every byte, and no handler is late;
 /// * every byte is in one place.
 #[test]
 fn whatever_happens_it_does_as_the_reference() {
@@ -119,7 +120,8 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
         .filter(|step| with_errors || !matches!(step, Step::BadStop(_) | Step::Break(_)))
         .take(count)
         .collect();
-    let sent = send(&mut firmware, &steps);
+    let hold_off = HOLD_OFF * 10.0 * 64_000_000.0 / baud as f64;
+    let sent = send(&mut firmware, &steps, hold_off);
     let what = format!(
         "seed {seed}, {image}: {steps:02X?}; {:?}",
         firmware.assumptions
@@ -139,7 +141,7 @@ struct Sent {
     has_errors: bool,
 }
 
-fn send(firmware: &mut Firmware, steps: &[Step]) -> Sent {
+fn send(firmware: &mut Firmware, steps: &[Step], hold_off: f64) -> Sent {
     let mut sent = Sent {
         stretches: vec![Vec::new()],
         has_errors: false,
@@ -168,13 +170,13 @@ fn send(firmware: &mut Firmware, steps: &[Step]) -> Sent {
             }
             Step::BadStop(byte) => sent.error(firmware, LineSymbol::BadStop(*byte)),
             Step::Break(bits) => sent.error(firmware, LineSymbol::Break(*bits)),
-            Step::HoldOff(_) if silence + 2 * HOLD_OFF > LONGEST_PAUSE => {}
-            Step::HoldOff(cycles) => {
-                silence += 2 * HOLD_OFF;
+            Step::HoldOff(_) if silence + 2 * HELD_OFF > LONGEST_PAUSE => {}
+            Step::HoldOff(part) => {
+                silence += 2 * HELD_OFF;
                 let now = firmware.board.now();
-                firmware.board.hold_off(now, *cycles);
+                firmware.board.hold_off(now, (part * hold_off) as u64);
                 // The next one no sooner than the handlers have run.
-                firmware.run_for(2 * HOLD_OFF);
+                firmware.run_for(2 * HELD_OFF);
             }
         }
     }
@@ -208,10 +210,9 @@ fn check(firmware: &mut Firmware, policy: Policy, sent: &Sent, what: &str) {
     let nothing_is_lost = firmware.losses() == (0, 0)
         && firmware.counter("bytes") as usize == delivered
         && firmware.counter("overrun") == 0;
-    assert!(nothing_is_lost || sent.has_errors, "{what}");
-    // If RXDRDY comes late, nothing tells a byte in front of an error from one that it spoilt.
-    let is_prompt = firmware.assumptions.ready_lag == 0 && !firmware.assumptions.ready_at_head;
-    if nothing_is_lost && (is_prompt || !sent.has_errors) {
+    let loses_end = firmware.assumptions.lost_end > 0 || firmware.counter("restarts") > 0;
+    assert!(nothing_is_lost || sent.has_errors || loses_end, "{what}");
+    if nothing_is_lost {
         let streams = sent.stretches.iter();
         let expected: Vec<Setpoint> = streams.flat_map(|bytes| reference(bytes, policy)).collect();
         assert_eq!(commits, expected, "{what}");

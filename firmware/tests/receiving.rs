@@ -163,7 +163,7 @@ fn a_board_that_boots_into_the_middle_of_traffic_soon_has_every_frame() {
         firmware.run_for(phase * 611);
         let sent: Vec<_> = setpoints(400).collect();
         let bytes: Vec<u8> = sent.iter().copied().flat_map(frame).collect();
-        // It begins with a byte that is cut, an error: after one the last frame comes with the gap.
+        // It begins with a byte that is cut.
         firmware.send_and_wait(&bytes, RESTART);
         let commits = firmware.commits();
         assert!(commits.len() > 380, "phase {phase}: {}", commits.len());

@@ -39,7 +39,7 @@ impl Board {
     /// Sets what is not known for certain about the chip, from now on.
     pub fn assume(&mut self, assumptions: Assumptions) {
         self.slowness = assumptions.slowness;
-        self.shared.chip().peripherals.uarte.assumptions = assumptions;
+        self.shared.chip().assume(assumptions);
     }
 
     /// Wires the line to another pin than P0.08: 32 * port + pin.
@@ -69,6 +69,11 @@ impl Board {
     /// Resets the chip as its reset pin does.
     pub fn reset(&mut self) {
         self.reset_for(ResetCause::Pin);
+    }
+
+    /// Lets the supply fall too low for a moment: a reset that says as little as power-on, with RAM as it was.
+    pub fn brown_out(&mut self) {
+        self.reset_for(ResetCause::BrownOut);
     }
 
     pub(super) fn reset_for(&mut self, cause: ResetCause) {

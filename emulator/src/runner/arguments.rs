@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
+use nrf52840_emulator::Assumptions;
 
 /// Runs a firmware's ELF on an emulated nRF52840: bytes in at the line's rate; servo pulses, LEDs,
 /// log, resets and watched words out.
@@ -46,6 +47,10 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = probability)]
     pub(crate) pause: f64,
 
+    /// What this chip does that another may not; a wrong name shows the right ones
+    #[arg(long, value_name = "NAME", value_parser = assumption)]
+    pub(crate) assume: Option<Assumptions>,
+
     /// The same seed makes the same faults
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -78,6 +83,13 @@ fn watch(text: &str) -> Result<Watch, String> {
         return Err("a word has four bytes".to_owned());
     }
     Ok((symbol.to_owned(), names))
+}
+
+fn assumption(name: &str) -> Result<Assumptions, String> {
+    Assumptions::named(name).ok_or_else(|| {
+        let names: Vec<&str> = Assumptions::each().iter().map(|(name, _)| *name).collect();
+        format!("known are {}", names.join(", "))
+    })
 }
 
 fn probability(text: &str) -> Result<f64, String> {

@@ -61,6 +61,9 @@ struct Session<'a> {
 impl<'a> Session<'a> {
     fn new(arguments: &'a Arguments, mut board: Board, log: LogDecoder<'a>) -> Self {
         board.line(|line| line.set_millibaud(u64::from(arguments.baud) * 1_000));
+        if let Some(assumptions) = arguments.assume {
+            board.assume(assumptions);
+        }
         let mut watches = Vec::new();
         for watch in &arguments.watch {
             match board.watch(&watch.0) {

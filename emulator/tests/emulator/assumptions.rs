@@ -37,11 +37,6 @@ fn ready(board: &mut Board) -> u32 {
     board.get(CC)
 }
 
-fn stop(board: &mut Board) {
-    board.set(STOPRX, 1);
-    board.run_for(6 * BYTE).unwrap();
-}
-
 #[test]
 fn endrx_may_come_before_the_last_rxdrdy() {
     for (end_first, lag) in [(false, 0), (false, 31), (true, 32), (true, 600)] {
@@ -65,14 +60,15 @@ fn a_late_rxdrdy_comes_before_the_next_byte() {
     assert_eq!(ready(&mut board), 3, "or what is no byte");
     board.send(b"e");
     board.run_for(2 * BYTE).unwrap();
-    stop(&mut board);
+    board.set(STOPRX, 1);
+    board.run_for(6 * BYTE).unwrap();
     assert_eq!(ready(&mut board), 4, "and before RXTO");
 }
 
 #[test]
 fn rxdrdy_may_wait_for_the_head_of_the_fifo() {
-    for (at_head, first) in [(false, 4), (true, 2)] {
-        let mut board = assuming(1, |a| a.ready_at_head = at_head);
+    for (at_store, first) in [(true, 4), (false, 2)] {
+        let mut board = assuming(1, |a| a.ready_at_store = at_store);
         board.send(b"abcd");
         board.run_for(5 * BYTE).unwrap();
         assert_eq!(ready(&mut board), first);
@@ -100,115 +96,78 @@ fn rxdrdy_may_count_what_is_not_stored() {
 }
 
 #[test]
-fn rxto_may_be_lost() {
-    for (lost, came) in [
-        (0, [true, true]),
-        (1, [false, true]),
-        (u32::MAX, [false; 2]),
-    ] {
-        let mut board = assuming(4, |a| a.lost_timeout = lost);
-        for came in came {
-            stop(&mut board);
-            assert!(board.take_event(ENDRX));
-            assert_eq!(board.take_event(RXTO), came, "{lost}");
-            board.reset();
-            start_receiving(&mut board, BAUD_1M, 4);
-        }
+fn rxdrdy_may_be_lost_or_doubled() {
+    for (lost, doubled, count) in [(0, 0, 5), (2, 0, 3), (0, 2, 7), (u32::MAX, 0, 0)] {
+        let mut board = assuming(8, |a| {
+            a.lost_ready = lost;
+            a.doubled_ready = doubled;
+        });
+        board.send(b"abcde");
+        board.run_for(6 * BYTE).unwrap();
+        assert_eq!(ready(&mut board), count);
+        assert_eq!(
+            board.bytes(BUFFER, 5),
+            b"abcde",
+            "they are stored all the same"
+        );
     }
 }
 
 #[test]
-fn rxto_may_come_unasked() {
-    for spurious in [false, true] {
-        let mut board = assuming(1, |a| a.spurious_timeout = spurious);
+fn endrx_may_be_lost() {
+    for lost in [0, 1] {
+        let mut board = assuming(1, |a| a.lost_end = lost);
+        board.send(b"ab");
+        board.run_for(2 * BYTE).unwrap();
+        assert_eq!(board.take_event(ENDRX), lost == 0);
+        assert_eq!(board.bytes(BUFFER, 1), b"a");
+        board.set(STARTRX, 1);
+        board.run_for(2 * BYTE).unwrap();
+        assert!(board.take_event(ENDRX), "only one");
+        assert_eq!(board.bytes(BUFFER, 1), b"b");
+    }
+}
+
+#[test]
+fn rxstarted_may_take_its_time_and_no_byte_is_stored_before() {
+    let mut board = assuming(1, |a| a.start_lag = BYTE);
+    board.send(b"ab");
+    board.run_for(3 * BYTE).unwrap();
+    assert!(board.take_event(ENDRX) && board.take_event(RXSTARTED));
+    board.set(STARTRX, 1);
+    board.run_for(BYTE - 1).unwrap();
+    assert!(!board.take_event(RXSTARTED) && !board.take_event(ENDRX));
+    board.run_for(1).unwrap();
+    assert!(board.take_event(RXSTARTED) && board.take_event(ENDRX));
+    assert_eq!(board.bytes(BUFFER, 1), b"b");
+}
+
+#[test]
+fn an_overrun_may_drop_the_oldest_byte() {
+    for (oldest, kept) in [(false, b"bcdefg"), (true, b"cdefgh")] {
+        let mut board = assuming(1, |a| a.overrun_drops_oldest = oldest);
+        board.send(b"abcdefgh");
+        board.run_for(9 * BYTE).unwrap();
+        assert_eq!(board.get(ERRORSRC), OVERRUN);
+        board.set(RXD_MAXCNT, 6);
+        board.set(STARTRX, 1);
+        board.run_for(BYTE).unwrap();
+        assert_eq!(board.bytes(BUFFER, 6), kept);
+    }
+}
+
+#[test]
+fn a_task_that_is_triggered_twice_at_once_may_act_once() {
+    for (once, count) in [(false, 2), (true, 1)] {
+        let mut board = assuming(8, |a| a.twice_is_once = once);
+        // A second channel from RXDRDY to the same task.
+        board.set(PPI + 0x510 + 8 * 3, RXDRDY);
+        board.set(PPI + 0x514 + 8 * 3, COUNT);
+        board.set(PPI + 0x504, 1 << 3);
         board.send(b"a");
         board.run_for(2 * BYTE).unwrap();
-        assert!(board.take_event(ENDRX));
-        assert_eq!(board.take_event(RXTO), spurious);
-        board.send(b"b");
-        board.set(STARTRX, 1);
-        board.run_for(2 * BYTE).unwrap();
-        assert_eq!(board.bytes(BUFFER, 1), b"b", "it receives as before");
+        assert_eq!(ready(&mut board), count);
     }
-    let mut board = assuming(4, |a| {
-        a.spurious_timeout = true;
-        a.early_end = true;
-    });
-    board.set(STOPRX, 1);
-    assert!(board.take_event(ENDRX));
-    assert!(
-        !board.take_event(RXTO),
-        "it was stopped: RXTO is still to come"
-    );
-}
-
-/// What two flushes do: whether their ENDRX comes. The first finds a byte.
-fn flushes(change: impl FnOnce(&mut Assumptions)) -> [bool; 2] {
-    let mut board = assuming(1, change);
-    board.send(b"ab");
-    board.run_for(3 * BYTE).unwrap();
-    stop(&mut board);
-    board.take_event(ENDRX);
-    let ends = [(); 2].map(|()| {
-        board.set(FLUSHRX, 1);
-        board.take_event(ENDRX)
-    });
-    assert_eq!(board.bytes(BUFFER, 1), b"b");
-    ends
-}
-
-#[test]
-fn endrx_of_a_flush_may_be_lost() {
-    assert_eq!(flushes(|_| ()), [true, true]);
-    assert_eq!(flushes(|a| a.lost_flush_end = 1), [false, true]);
-    assert_eq!(flushes(|a| a.lost_flush_end = u32::MAX), [false, false]);
-    assert_eq!(flushes(|a| a.lost_empty_flush_end = true), [true, false]);
-}
-
-#[test]
-fn the_amount_may_be_stale() {
-    for stale in [false, true] {
-        let mut board = assuming(2, |a| a.stale_amount = stale);
-        board.send(b"ab");
-        board.run_for(3 * BYTE).unwrap();
-        board.take_event(ENDRX);
-        board.set(STARTRX, 1);
-        stop(&mut board);
-        assert!(board.take_event(ENDRX));
-        assert_eq!(board.get(RXD_AMOUNT), if stale { 2 } else { 0 });
-    }
-}
-
-#[test]
-fn a_flush_may_take_its_time() {
-    let mut board = assuming(1, |a| a.slow_flush = BYTE);
-    board.send(b"ab");
-    board.run_for(3 * BYTE).unwrap();
-    stop(&mut board);
-    board.take_event(ENDRX);
-    board.set(FLUSHRX, 1);
-    board.run_for(BYTE - 1).unwrap();
-    assert!(!board.take_event(ENDRX));
-    assert_eq!(board.bytes(BUFFER, 1), b"a");
-    board.run_for(1).unwrap();
-    assert!(board.take_event(ENDRX));
-    assert_eq!(board.bytes(BUFFER, 1), b"b");
-}
-
-#[test]
-fn stoprx_may_end_the_transfer_at_once() {
-    let mut board = assuming(8, |a| a.early_end = true);
-    board.send(b"abc");
-    board.run_for(5 * BYTE / 2).unwrap();
-    board.set(STOPRX, 1);
-    assert!(board.take_event(ENDRX));
-    assert_eq!(board.get(RXD_AMOUNT), 2);
-    board.run_for(6 * BYTE).unwrap();
-    assert!(board.take_event(RXTO));
-    assert!(!board.take_event(ENDRX));
-    assert_eq!(board.bytes(BUFFER, 3), b"ab\0", "the third is in the FIFO");
-    board.set(FLUSHRX, 1);
-    assert_eq!(board.bytes(BUFFER, 2), b"cb");
 }
 
 #[test]
@@ -295,7 +254,7 @@ fn assumptions_come_one_by_one_and_mixed() {
         assert_eq!(mixed, Assumptions::mixed(seed));
         assert_ne!(mixed, Assumptions::mixed(seed + 1));
         assert!(mixed.dma_lag < 2 * BYTE, "{mixed:?}");
-        assert!(mixed.lost_timeout < 4 && mixed.lost_flush_end < 4);
+        assert!(mixed.lost_ready < 4 && mixed.doubled_ready < 4 && mixed.lost_end < 4);
         assert!((100..=150).contains(&mixed.slowness));
         assert!(mixed.fifo == 5 || mixed.fifo == 6);
         end_first += u32::from(mixed.ready_lag >= mixed.dma_lag);

@@ -1,7 +1,7 @@
 //! PWM0, the watchdog, the pins and the clock, register by register.
 
 use crate::registers::*;
-use nrf52840_emulator::{Board, MICROSECOND, MILLISECOND, Period, ResetCause};
+use nrf52840_emulator::{Assumptions, Board, MICROSECOND, MILLISECOND, Period, ResetCause};
 
 const PWM: u32 = 0x4001_C000;
 const PWM_STOP: u32 = PWM + 0x004;
@@ -244,4 +244,39 @@ fn the_crystal_takes_its_time() {
     assert!(!board.take_event(0x4000_0100));
     board.run_for(2 * MICROSECOND).unwrap();
     assert!(board.take_event(0x4000_0100));
+}
+
+/// SEQSTART in the middle of a pulse.
+#[test]
+fn seqstart_may_cut_the_period() {
+    for cuts in [false, true] {
+        let mut board = servos(&[pulse(1_000), pulse(1_498), pulse(2_000), 0]);
+        board.assume(Assumptions {
+            start_cuts_period: cuts,
+            ..Assumptions::default()
+        });
+        board.set(SEQSTART0, 1);
+        board.run_for(1_200 * MICROSECOND).unwrap();
+        board.set(SEQSTART0, 1);
+        board.run_for(30 * MILLISECOND).unwrap();
+        let first = board.trace().pwm_periods[0];
+        let length = if cuts { 1_200 } else { 20_000 };
+        assert!(first.length.abs_diff(length * MICROSECOND) < 100);
+        assert_eq!(first.pulses()[0], Some(1_000));
+        assert_eq!(first.pulses()[1] == Some(1_498), !cuts);
+    }
+}
+
+/// It says as little as power-on, and RAM is as it was.
+#[test]
+fn a_brown_out_has_no_cause() {
+    let mut board = asleep();
+    board.reset();
+    assert_eq!(board.get(RESETREAS), 1);
+    board.patch(BUFFER, b"kept").unwrap();
+    board.brown_out();
+    assert_eq!(board.get(RESETREAS), 0);
+    assert_eq!(board.bytes(BUFFER, 4), b"kept");
+    let causes: Vec<_> = board.trace().resets.iter().map(|it| it.cause).collect();
+    assert_eq!(causes, [ResetCause::Pin, ResetCause::BrownOut]);
 }

@@ -273,3 +273,17 @@ fn the_receiver_hears_only_the_pin_that_is_wired() {
         assert_eq!(board.take_event(RXDRDY), wired == 9);
     }
 }
+
+/// Nobody drives the line: it is low unless the pin pulls it up.
+#[test]
+fn an_unconnected_line_is_as_the_pull_up_has_it() {
+    const PIN_CNF_8: u32 = 0x5000_0720;
+    for (configuration, error) in [(0xC, 0), (0, FRAMING | BREAK)] {
+        let mut board = asleep();
+        board.line(nrf52840_emulator::Line::unplug);
+        board.set(PIN_CNF_8, configuration);
+        start_receiving(&mut board, BAUD_1M, 4);
+        board.run_for(100 * MICROSECOND).unwrap();
+        assert_eq!(board.get(ERRORSRC), error);
+    }
+}

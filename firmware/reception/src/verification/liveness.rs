@@ -1,0 +1,132 @@
+//! L1 to L3: what must come, comes. Between two rounds the chip does what A1 says, and else nothing.
+
+use super::chip::{Chip, FIFO};
+use super::invariant::any_reception;
+use crate::MOST_SIGNS;
+
+impl Chip {
+    /// A1: a byte that waits is stored, and its ENDRX comes; and if none waits, `NONE_WAITS` is over.
+    fn does_what_it_must(&mut self) {
+        if self.open && (self.old > 0 || self.new > 0) {
+            self.stores();
+        } else if self.open {
+            self.time = self.time.max(1);
+        }
+    }
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_takes_what_has_come() {
+    let mut reception = any_reception();
+    let mut chip = Chip::any(reception.draining);
+    let (before, skipped, had_ended) = (reception, reception.counts.skipped, chip.ended);
+    let (time, had_failed) = (chip.time, chip.failed);
+    reception.service(&mut chip);
+    // L1: the byte, ...
+    assert!(!chip.ended && (chip.open || chip.owes_end));
+    let dropped = reception.counts.skipped.wrapping_sub(skipped);
+    assert!(u32::from(chip.pushed) + dropped == u32::from(had_ended));
+    assert!(
+        dropped == 0 || chip.reported,
+        "what is dropped is dropped behind a report"
+    );
+    // ... the gap, and the error; ...
+    assert!(chip.idles == u8::from(time == 2 && !before.since_byte.gap));
+    assert!(!had_failed || chip.reported && reception.draining);
+    // ... and an ERROR that says nothing is cleared by this round, or by the next.
+    chip.failed = false;
+    reception.service(&mut chip);
+    assert!(!chip.error);
+    kani::cover!(chip.pushed == 1);
+    kani::cover!(dropped == 1 && had_failed);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn after_the_last_error_it_hears_again() {
+    let mut reception = any_reception();
+    let mut chip = Chip::any(reception.draining);
+    chip.may_owe = false;
+    kani::assume(!chip.owes_end);
+    // L2: one round for the error, one for each byte in memory and in the FIFO, and one for the time.
+    for _ in 0..FIFO + 2 {
+        reception.service(&mut chip);
+        chip.failed = false;
+        chip.does_what_it_must();
+    }
+    reception.service(&mut chip);
+    assert!(!reception.draining && chip.open && !chip.ended);
+    // Whatever woke it, the handler is asked for the rounds that it took.
+    assert!(!chip.wakes_by_timer || chip.restarts == 0);
+    kani::cover!(chip.pushed == 0);
+    kani::cover!(chip.pushed == 4);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn an_error_wakes_when_its_time_is_over() {
+    let mut reception = any_reception();
+    let mut chip = Chip::any(reception.draining);
+    kani::assume(chip.failed);
+    reception.service(&mut chip);
+    // Too many: the tick.
+    assert!(chip.wakes_by_timer == chip.wakes_by_error);
+    if !chip.wakes_by_error {
+        reception.tick(&mut chip);
+        assert!(chip.wakes_by_error && chip.wakes_by_timer == reception.draining);
+    }
+    kani::cover!(chip.restarts == 0);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_lost_endrx_is_seen_by_the_second_tick() {
+    let mut reception = any_reception();
+    let mut chip = Chip::any(reception.draining);
+    kani::assume(chip.owes_end && !chip.failed);
+    let hidden = chip.memory.is_some_and(|byte| byte.is_hidden);
+    if hidden {
+        // L3: more bytes come, and the FIFO overruns.
+        chip.failed = true;
+        reception.fail(false, crate::OVERRUN, &mut chip);
+    } else {
+        for _ in 0..2 {
+            reception.tick(&mut chip);
+            reception.service(&mut chip);
+        }
+    }
+    assert!(chip.restarts == 1 && chip.open && chip.reported);
+    // It is a round for the time from hearing again.
+    chip.failed = false;
+    chip.does_what_it_must();
+    reception.service(&mut chip);
+    assert!(!reception.draining);
+    kani::cover!(hidden);
+    kani::cover!(!hidden);
+}
+
+/// Each sign that an ENDRX was lost counts, and only a byte that comes out ends the row; so if none comes
+/// any more, the reception says so after `MOST_SIGNS` of them.
+#[kani::proof]
+#[kani::unwind(6)]
+fn if_endrx_comes_no_more_it_says_so() {
+    let mut reception = any_reception();
+    let mut chip = Chip::any(reception.draining);
+    kani::assume(chip.owes_end);
+    let signs = reception.since_byte.signs;
+    let hidden = chip.memory.is_some_and(|byte| byte.is_hidden);
+    let works = reception.tick(&mut chip);
+    let now = reception.since_byte.signs;
+    assert!(
+        now == if hidden {
+            signs
+        } else {
+            signs.saturating_add(1)
+        }
+    );
+    assert!(works == (now < MOST_SIGNS));
+    reception.service(&mut chip);
+    assert!(reception.since_byte.signs >= now);
+    kani::cover!(!works);
+}

@@ -1,0 +1,99 @@
+//! S1 and S2: the invariant holds at the start, and everything keeps it. That bytes are handed on as they
+//! should be is asserted where the chip is given them: [`Chip::push`](crate::Registers::push).
+
+use super::Reception;
+use super::chip::Chip;
+use super::invariant::any_reception;
+
+#[kani::proof]
+fn at_the_start() {
+    let mut chip = Chip::any(false);
+    // Switched on just now, with nothing opened.
+    chip.old = 0;
+    chip.new = 0;
+    chip.open = false;
+    chip.ended = false;
+    chip.owes_end = false;
+    chip.failed = false;
+    chip.next = chip.expected;
+    let mut reception = Reception::default();
+    reception.begin(&mut chip);
+    assert!(chip.holds(reception.draining));
+    assert!(chip.wakes_by_error);
+    kani::cover!(chip.open);
+}
+
+#[kani::proof]
+fn whatever_the_chip_does() {
+    let draining = kani::any();
+    let mut chip = Chip::any(draining);
+    chip.moves();
+    assert!(chip.holds(draining));
+    kani::cover!(chip.ended && !chip.failed && chip.new == 2);
+    kani::cover!(chip.failed && chip.old == 1 && chip.new == 1);
+}
+
+/// A round that begins with that, in which the chip moves.
+fn a_round(draining: bool, begins_with: fn(&Chip) -> bool) -> Chip {
+    let mut reception = any_reception();
+    reception.draining = draining;
+    let mut chip = Chip::any(draining);
+    kani::assume(begins_with(&chip));
+    chip.moves = true;
+    reception.service(&mut chip);
+    assert!(chip.holds(reception.draining));
+    chip
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_begins_with_an_open_transfer() {
+    let chip = a_round(false, |chip| chip.open);
+    kani::cover!(chip.pushed == 1 && chip.failed);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_begins_with_an_end() {
+    let chip = a_round(false, |chip| chip.ended);
+    kani::cover!(chip.pushed == 1 && chip.failed);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_begins_with_a_lost_end() {
+    let chip = a_round(false, |chip| chip.owes_end);
+    kani::cover!(chip.restarts == 1);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_drains_and_begins_with_an_open_transfer() {
+    let chip = a_round(true, |chip| chip.open);
+    kani::cover!(!chip.wakes_by_timer);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_drains_and_begins_with_an_end() {
+    let chip = a_round(true, |chip| chip.ended);
+    kani::cover!(chip.open);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_drains_and_begins_with_a_lost_end() {
+    let chip = a_round(true, |chip| chip.owes_end);
+    kani::cover!(chip.restarts == 1);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_tick_in_which_the_chip_moves() {
+    let mut reception = any_reception();
+    let mut chip = Chip::any(reception.draining);
+    chip.moves = true;
+    reception.tick(&mut chip);
+    assert!(chip.holds(reception.draining));
+    kani::cover!(chip.restarts == 1);
+}
