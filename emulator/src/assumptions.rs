@@ -37,7 +37,7 @@ pub struct Assumptions {
     pub start_lag: u64,
     /// Bytes in the FIFO: Zephyr's driver reckons with five, the specification does not say.
     pub fifo: usize,
-    /// An overrun drops the oldest byte of the FIFO ("previous data is lost"; so BabbleSim's model), and
+    /// An overrun drops the oldest byte of the FIFO ("previous data is lost"; so `BabbleSim`'s model), and
     /// not the new one.
     pub overrun_drops_oldest: bool,
     /// SEQSTART begins a new period of the PWM at once, and not when the present one is over.

@@ -124,7 +124,7 @@ impl<'a> Receiver<'a> {
     }
 
     /// The byte that the last transfer brought.
-    pub(crate) fn byte(&self) -> u8 {
+    pub(crate) fn byte() -> u8 {
         compiler_fence(Ordering::SeqCst);
         BYTE_IN_MEMORY.load(Ordering::Relaxed)
     }

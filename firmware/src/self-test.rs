@@ -157,12 +157,12 @@ fn waiting_bytes(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
         receiver.switch_on();
         sender.send(bytes.split_at(5).0, || {});
         // The first is in memory.
-        let mut in_order = u32::from(receiver.ended() && bytes.first() == Some(&receiver.byte()));
+        let mut in_order = u32::from(receiver.ended() && bytes.first() == Some(&Receiver::byte()));
         for byte in bytes.iter().take(5).skip(1) {
             receiver.open();
             if let Some(cycles) = receiver.end() {
                 slowest = slowest.max(cycles);
-                in_order += u32::from(receiver.byte() == *byte);
+                in_order += u32::from(Receiver::byte() == *byte);
             }
         }
         (fewest, most) = (fewest.min(in_order), most.max(in_order));
@@ -212,7 +212,7 @@ fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
         receiver.open();
         pause(BYTE / 2);
         // The second byte sent is 'B'; the first is in memory.
-        oldest_is_lost += u32::from(receiver.byte() != b'B');
+        oldest_is_lost += u32::from(Receiver::byte() != b'B');
         while receiver.ended() && waited < 12 {
             waited += 1;
             receiver.open();

@@ -12,9 +12,9 @@ use crate::firmware::{Firmware, RESTART, Setpoint, frame, is_some_of, reference}
 
 /// Silence that the firmware takes for no gap, and silence that it does: 5 ms lie between them.
 const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
-/// How many byte times handlers may be held off without loss: the FIFO may have five bytes, and at 1 Mbaud
+/// How many bits handlers may be held off without loss: the FIFO may have five bytes of ten, and at 1 Mbaud
 /// a slow core needs a while for those that wait.
-const HOLD_OFF: f64 = 4.5;
+const HOLD_OFF: u64 = 45;
 /// Longer than that at any rate.
 const HELD_OFF: u64 = 500 * MICROSECOND;
 /// How many streams are tried unless `FRAMELOCK_RANDOM_RUNS` says otherwise.
@@ -25,7 +25,7 @@ const MIXES: u64 = 50;
 const AMBIGUOUS: [u8; 4] = *b"AB\0\r";
 
 /// What happens on the line or to the processor.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug)]
 enum Step {
     Bytes(Vec<u8>),
     /// Silence for that many cycles, too short for a gap.
@@ -36,8 +36,8 @@ enum Step {
     BadStop(u8),
     /// The line is low for that many bits, more than a byte has.
     Break(u32),
-    /// All handlers are held off from now on, for that part of what does no harm.
-    HoldOff(f64),
+    /// All handlers are held off from now on, for that many thousandths of what does no harm.
+    HoldOff(u64),
 }
 
 fn byte(random: &mut ChaCha8Rng) -> u8 {
@@ -63,7 +63,7 @@ fn step(random: &mut ChaCha8Rng) -> Step {
         4 => Step::Gap,
         5 => Step::BadStop(byte(random)),
         6 => Step::Break(random.random_range(11..=42)),
-        _ => Step::HoldOff(random.random()),
+        _ => Step::HoldOff(random.random_range(0..=1_000)),
     }
 }
 
@@ -120,7 +120,7 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
         .filter(|step| with_errors || !matches!(step, Step::BadStop(_) | Step::Break(_)))
         .take(count)
         .collect();
-    let hold_off = HOLD_OFF * 10.0 * 64_000_000.0 / baud as f64;
+    let hold_off = HOLD_OFF * 64_000_000 / baud;
     let sent = send(&mut firmware, &steps, hold_off);
     let what = format!(
         "seed {seed}, {image}: {steps:02X?}; {:?}",
@@ -141,7 +141,7 @@ struct Sent {
     has_errors: bool,
 }
 
-fn send(firmware: &mut Firmware, steps: &[Step], hold_off: f64) -> Sent {
+fn send(firmware: &mut Firmware, steps: &[Step], hold_off: u64) -> Sent {
     let mut sent = Sent {
         stretches: vec![Vec::new()],
         has_errors: false,
@@ -171,10 +171,10 @@ fn send(firmware: &mut Firmware, steps: &[Step], hold_off: f64) -> Sent {
             Step::BadStop(byte) => sent.error(firmware, LineSymbol::BadStop(*byte)),
             Step::Break(bits) => sent.error(firmware, LineSymbol::Break(*bits)),
             Step::HoldOff(_) if silence + 2 * HELD_OFF > LONGEST_PAUSE => {}
-            Step::HoldOff(part) => {
+            Step::HoldOff(thousandths) => {
                 silence += 2 * HELD_OFF;
                 let now = firmware.board.now();
-                firmware.board.hold_off(now, (part * hold_off) as u64);
+                firmware.board.hold_off(now, hold_off * thousandths / 1_000);
                 // The next one no sooner than the handlers have run.
                 firmware.run_for(2 * HELD_OFF);
             }

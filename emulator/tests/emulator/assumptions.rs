@@ -87,7 +87,10 @@ fn rxdrdy_may_count_what_is_not_stored() {
         board.run_for(2 * BYTE).unwrap();
         assert_eq!(ready(&mut board), u32::from(counted));
 
-        let mut board = assuming(1, |a| a.ready_on_overrun = counted);
+        let mut board = assuming(1, |a| {
+            a.ready_at_store = true;
+            a.ready_on_overrun = counted;
+        });
         board.send(b"0abcdefg");
         board.run_for(10 * BYTE).unwrap();
         assert_eq!(board.get(ERRORSRC), OVERRUN);

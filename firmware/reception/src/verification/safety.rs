@@ -48,8 +48,15 @@ fn a_round(draining: bool, begins_with: fn(&Chip) -> bool) -> Chip {
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_that_begins_with_an_open_transfer() {
-    let chip = a_round(false, |chip| chip.open);
+    let chip = a_round(false, |chip| chip.open && !chip.failed);
     kani::cover!(chip.pushed == 1 && chip.failed);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_begins_with_an_open_transfer_and_an_error() {
+    let chip = a_round(false, |chip| chip.open && chip.failed);
+    kani::cover!(chip.open && !chip.failed);
 }
 
 #[kani::proof]
@@ -69,8 +76,15 @@ fn a_round_that_begins_with_a_lost_end() {
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_that_drains_and_begins_with_an_open_transfer() {
-    let chip = a_round(true, |chip| chip.open);
+    let chip = a_round(true, |chip| chip.open && !chip.failed);
     kani::cover!(!chip.wakes_by_timer);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_that_drains_and_begins_with_an_open_transfer_and_an_error() {
+    let chip = a_round(true, |chip| chip.open && chip.failed);
+    kani::cover!(chip.open && !chip.failed);
 }
 
 #[kani::proof]
