@@ -2,7 +2,8 @@
 //!
 //! `cargo run -p framelock --example own_format`
 
-use framelock::{BufferedReceiver, Encode, FixedFormat, Format, Headed, Receiver, Shape, Verdict};
+use framelock::{BufferedReceiver, Encode, FixedFormat, Format, Receiver, Shape, Verdict};
+use framelock_formats::Headed;
 
 /// `FE`, a 16-bit throttle, `0A`.
 struct Throttle;
@@ -20,7 +21,7 @@ impl FixedFormat for Throttle {
 // `cargo check` then tells if the receiver refuses the format.
 const _: Receiver<Throttle> = Receiver::new();
 
-// Only where frames are made. `check_encoding` tests that it fits the above.
+// Only where frames are made. `framelock_formats::check_encoding` tests that it fits the above.
 impl Encode for Throttle {
     fn encode(throttle: u16) -> [u8; 4] {
         let [high, low] = throttle.to_be_bytes();

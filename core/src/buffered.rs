@@ -53,7 +53,8 @@ mod verification;
 ///
 /// # Examples
 /// ```
-/// use framelock::{BufferedReceiver, Format, Headed, Verdict};
+/// use framelock::{BufferedReceiver, Format, Verdict};
+/// use framelock_formats::Headed;
 ///
 /// /// `'#' length payload`, 2 to 9 bytes.
 /// struct Short;

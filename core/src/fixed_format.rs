@@ -12,7 +12,7 @@ use crate::window::Word;
 /// Six axes of 16 bits, big endian, between `'A' 'B'` and CR. This is all that a new format takes;
 /// the receiver, its slice path, the accounting and the theorems about every format come with it.
 /// ```
-/// use framelock::{Encode, FixedFormat, Receiver, Shape, check_encoding};
+/// use framelock::{Encode, FixedFormat, Receiver, Shape};
 ///
 /// struct SixAxes;
 ///
@@ -51,7 +51,6 @@ use crate::window::Word;
 ///     received.extend(receiver.push(byte));
 /// }
 /// assert_eq!(received, [axes]);
-/// check_encoding::<SixAxes>(axes).expect("the encoding fits the shape");
 /// ```
 ///
 /// # What does not compile
@@ -107,8 +106,8 @@ pub trait FixedFormat: 'static {
     fn decode(frame: Self::Frame) -> Self::Message;
 }
 
-/// A format whose frames can be made as well as received. Try it with
-/// [`check_encoding`](crate::check_encoding).
+/// A format whose frames can be made as well as received. `check_encoding` of `framelock-formats` is a
+/// test for it.
 pub trait Encode: FixedFormat {
     /// The frame that means it.
     #[must_use]
@@ -248,8 +247,10 @@ impl<F: Frame> Shape<F> {
         (word ^ self.pattern().down(unknown)) & self.mask().down(unknown)
     }
 
-    /// The first place at which a frame has another byte than the fixed one.
-    pub(crate) fn contradicted_at(&self, frame: F) -> Option<usize> {
+    /// The first place at which `frame` has another byte than the fixed one, the frame's first being 0.
+    /// Nothing if all fixed bytes agree. It is for tests: it looks at the frame byte by byte.
+    #[must_use]
+    pub fn wrong_place(&self, frame: F) -> Option<usize> {
         let bytes = frame.as_ref().iter();
         let word = bytes.fold(0, |word: u128, &byte| word << u8::BITS | u128::from(byte));
         let differs = (word ^ self.pattern) & self.mask;

@@ -128,10 +128,10 @@ mod window;
 
 pub use buffered::BufferedReceiver;
 pub use fixed_format::{Encode, FixedFormat, Frame, Shape};
-pub use format::{
-    BrokenEncoding, BrokenLaw, Either, EitherMessage, Format, Headed, Verdict, check_encoding,
-    check_laws,
-};
+#[cfg(kani)]
+#[doc(hidden)]
+pub use format::verification as any_format;
+pub use format::{Format, Verdict};
 pub use line::{Counters, Discarded, Line, LineEvent, LineEvents};
 pub use parser::{DiscardReason, Found, Parser};
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]

@@ -20,24 +20,43 @@ pub enum LineEvent {
     Idle,
 }
 
-/// Bytes that were received and are part of no frame, by reason.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub struct Discarded {
-    /// [`DiscardReason::NoSync`].
-    pub no_sync: usize,
-    /// [`DiscardReason::BrokenSync`].
-    pub broken_sync: usize,
-    /// [`DiscardReason::Header`].
-    pub header: usize,
-    /// [`DiscardReason::Check`].
-    pub check: usize,
-    /// [`DiscardReason::Terminator`].
-    pub terminator: usize,
-    /// [`DiscardReason::LineEvent`].
-    pub line_event: usize,
+/// A counter for each variant of an enum.
+macro_rules! counters {
+    ($(#[$documentation:meta])* $name:ident of $of:ident: $($counter:ident $variant:ident)*) => {
+        $(#[$documentation])*
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[non_exhaustive]
+        pub struct $name {
+            $(
+                #[doc = concat!("[`", stringify!($of), "::", stringify!($variant), "`].")]
+                pub $counter: usize,
+            )*
+        }
+
+        impl $name {
+            const ZERO: Self = Self { $($counter: 0),* };
+
+            fn count(&mut self, which: $of, more: usize) {
+                let counter = match which {
+                    $($of::$variant => &mut self.$counter,)*
+                };
+                *counter = counter.wrapping_add(more);
+            }
+        }
+    };
+}
+
+counters! {
+    /// Bytes that were received and are part of no frame, by reason.
+    Discarded of DiscardReason:
+    no_sync NoSync
+    broken_sync BrokenSync
+    header Header
+    check Check
+    terminator Terminator
+    line_event LineEvent
 }
 
 impl Discarded {
@@ -51,49 +70,16 @@ impl Discarded {
             .wrapping_add(self.terminator)
             .wrapping_add(self.line_event)
     }
-
-    fn count(&mut self, why: DiscardReason, bytes: usize) {
-        let counter = match why {
-            DiscardReason::NoSync => &mut self.no_sync,
-            DiscardReason::BrokenSync => &mut self.broken_sync,
-            DiscardReason::Header => &mut self.header,
-            DiscardReason::Check => &mut self.check,
-            DiscardReason::Terminator => &mut self.terminator,
-            DiscardReason::LineEvent => &mut self.line_event,
-        };
-        *counter = counter.wrapping_add(bytes);
-    }
 }
 
-/// How often each [`LineEvent`] came.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub struct LineEvents {
-    /// [`LineEvent::Framing`].
-    pub framing: usize,
-    /// [`LineEvent::Parity`].
-    pub parity: usize,
-    /// [`LineEvent::Overrun`].
-    pub overrun: usize,
-    /// [`LineEvent::Break`]; `break` is a word of Rust's.
-    pub line_break: usize,
-    /// [`LineEvent::Idle`].
-    pub idle: usize,
-}
-
-impl LineEvents {
-    fn count(&mut self, event: LineEvent) {
-        let counter = match event {
-            LineEvent::Framing => &mut self.framing,
-            LineEvent::Parity => &mut self.parity,
-            LineEvent::Overrun => &mut self.overrun,
-            LineEvent::Break => &mut self.line_break,
-            LineEvent::Idle => &mut self.idle,
-        };
-        *counter = counter.wrapping_add(1);
-    }
+counters! {
+    /// How often each [`LineEvent`] came.
+    LineEvents of LineEvent:
+    framing Framing
+    parity Parity
+    overrun Overrun
+    line_break Break
+    idle Idle
 }
 
 /// What has happened on the line. The counters are as wide as the processor's words, and wrap: with
@@ -123,22 +109,9 @@ impl Counters {
         bytes: 0,
         frames: 0,
         frame_bytes: 0,
-        discarded: Discarded {
-            no_sync: 0,
-            broken_sync: 0,
-            header: 0,
-            check: 0,
-            terminator: 0,
-            line_event: 0,
-        },
+        discarded: Discarded::ZERO,
         resynchronisations: 0,
-        events: LineEvents {
-            framing: 0,
-            parity: 0,
-            overrun: 0,
-            line_break: 0,
-            idle: 0,
-        },
+        events: LineEvents::ZERO,
     };
 }
 
@@ -239,7 +212,7 @@ impl<P: Parser> Line<P> {
     /// Do not push a byte that is known to be bad: report the event in its place.
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<P::Message<'_>>)) {
         let Self { parser, ledger } = self;
-        ledger.counters.events.count(event);
+        ledger.counters.events.count(event, 1);
         parser.line_event(|one| {
             ledger.found(&one);
             found(one);

@@ -75,12 +75,6 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
             }
         }
     }
-
-    /// Takes note that `count` bytes were read into an empty buffer.
-    fn refilled(&mut self, count: usize) {
-        self.taken = 0;
-        self.filled = count;
-    }
 }
 
 #[cfg(feature = "embedded-io-v0.7")]
@@ -99,9 +93,8 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
             if let Some(made) = self.next_in_buffer(&mut on) {
                 return Ok(Some(made));
             }
-            let count = self.source.read(&mut self.buffer)?;
-            self.refilled(count);
-            if count == 0 {
+            (self.taken, self.filled) = (0, self.source.read(&mut self.buffer)?);
+            if self.filled == 0 {
                 return Ok(None);
             }
         }
@@ -124,9 +117,8 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
             if let Some(made) = self.next_in_buffer(&mut on) {
                 return Ok(Some(made));
             }
-            let count = self.source.read(&mut self.buffer).await?;
-            self.refilled(count);
-            if count == 0 {
+            (self.taken, self.filled) = (0, self.source.read(&mut self.buffer).await?);
+            if self.filled == 0 {
                 return Ok(None);
             }
         }

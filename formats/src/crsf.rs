@@ -1,5 +1,6 @@
-use framelock::{DiscardReason, Format, Headed, Verdict};
+use framelock::{DiscardReason, Format, Verdict};
 
+use crate::Headed;
 use crate::channels;
 use crate::checksums::crc8_dvb_s2;
 

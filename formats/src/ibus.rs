@@ -1,4 +1,6 @@
-use framelock::{Format, Headed, Verdict};
+use framelock::{Format, Verdict};
+
+use crate::Headed;
 
 /// FlySky's iBUS, the frames for servos: 32 bytes, `20 40`, fourteen channels of 16 bits, little endian,
 /// and 0xFFFF less the sum of all bytes before. The line has 115 200 baud.

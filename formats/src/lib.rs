@@ -16,6 +16,9 @@
 //! They frame: they find the bytes of each message, check them, and take apart what all messages have in
 //! common. What the payload of a CRSF, UBX or MAVLink message means is left to you.
 //!
+//! For a format of your own there are [`Headed`], the usual shape, and [`Either`], two formats on one line. The tests
+//! [`check_laws`] and [`check_encoding`] try it.
+//!
 //! # Examples
 //! CRSF, and where each byte went.
 //! ```
@@ -55,8 +58,11 @@
 extern crate kani;
 
 mod channels;
+mod check;
 mod checksums;
 mod crsf;
+mod either;
+mod headed;
 mod ibus;
 mod mavlink2;
 mod sbus;
@@ -65,7 +71,10 @@ mod ubx;
 #[cfg(kani)]
 mod verification;
 
+pub use check::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 pub use crsf::{Crsf, CrsfMessage, address as crsf_address};
+pub use either::{Either, EitherMessage};
+pub use headed::Headed;
 pub use ibus::Ibus;
 pub use mavlink2::{Mavlink2, Mavlink2Entry, Mavlink2Message, Mavlink2Signature};
 pub use sbus::{Sbus, SbusMessage};

@@ -1,5 +1,6 @@
-use framelock::{Format, Headed, Verdict};
+use framelock::{Format, Verdict};
 
+use crate::Headed;
 use crate::checksums::crc16_mcrf4xx;
 
 /// MAVLink 2: `FD`, nine bytes of header, up to 255 of payload, a CRC-16, and 13 bytes of signature if

@@ -1,5 +1,6 @@
-use framelock::{DiscardReason, Format, Headed, Verdict};
+use framelock::{DiscardReason, Format, Verdict};
 
+use crate::Headed;
 use crate::channels;
 
 /// Futaba's SBUS: 25 bytes, `0F`, sixteen channels of 11 bits, flags, `00`. The line has 100 000 baud, even

@@ -1,4 +1,6 @@
-use framelock::{DiscardReason, Encode, FixedFormat, Format, Headed, Shape, Verdict};
+use framelock::{DiscardReason, Encode, FixedFormat, Format, Shape, Verdict};
+
+use crate::Headed;
 
 /// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
 ///
@@ -6,7 +8,7 @@ use framelock::{DiscardReason, Encode, FixedFormat, Format, Headed, Shape, Verdi
 /// `axes.map(u16::swap_bytes)`.
 ///
 /// Use it with the small [`Receiver`](framelock::Receiver), which delivers each frame with its last byte. It is
-/// a [`Format`] as well, for [`Either`](framelock::Either) and programs that take any format.
+/// a [`Format`] as well, for [`Either`](crate::Either) and programs that take any format.
 ///
 /// There is no checksum: what is checked is the first two bytes and the last two, and axes may look like
 /// either. So report the idle gap behind each frame as a [`LineEvent`](framelock::LineEvent).

@@ -1,5 +1,6 @@
-use framelock::{Format, Headed, Verdict};
+use framelock::{Format, Verdict};
 
+use crate::Headed;
 use crate::checksums::fletcher8;
 
 /// u-blox's UBX: `B5 62`, class, id, a length of 16 bits, little endian, payload, and a Fletcher checksum

@@ -1,8 +1,10 @@
 //! Theorem 13g for the shipped formats: each keeps the laws of [`Format`], for any bytes, and nothing
 //! panics: neither in [`Format::decode`], for bytes that are no frame.
 //!
-//! The laws that [`framelock::Headed`] gives them (theorem 13g) are asked once more for what each adds, for
+//! The laws that [`Headed`](crate::Headed) gives them (theorem 13g) are asked once more for what each adds, for
 //! short frames where a CRC makes longer ones costly; that nothing panics, for longer ones.
+
+mod headed_and_either;
 
 use framelock::{DiscardReason, Format, Verdict};
 

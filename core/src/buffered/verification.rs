@@ -50,7 +50,7 @@
 //! lie whole in what is pending, and drops the other bytes ([`line_events`] has a round of its loop). Then
 //! nothing is pending, so no later frame has a byte from before it.
 //!
-//! **13g** is in `framing/verification.rs`.
+//! **13g** is in the crate `framelock-formats`.
 
 mod lawless;
 mod line_events;
@@ -61,7 +61,7 @@ mod steps;
 use core::cell::Cell;
 
 use super::BufferedReceiver;
-use crate::format::verification::{Row, any_up_to, any_verdict};
+use crate::any_format::{Row, any_up_to, any_verdict};
 use crate::{DiscardReason, Format, Verdict};
 
 /// The byte that stands at a place.

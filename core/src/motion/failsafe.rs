@@ -23,42 +23,22 @@ mod verification;
 /// What a frame asks of one axis: `u8` or `u16`, from one end of the axis's travel to the other.
 ///
 /// This trait is sealed.
-pub trait Demand: Copy + Eq + Debug + Default + sealed::Units {}
+pub trait Demand: Copy + Eq + Debug + Default + Into<u16> + TryFrom<u16> + sealed::Bits {}
 
 impl Demand for u8 {}
 impl Demand for u16 {}
 
 mod sealed {
-    /// A demand as a number of units.
-    pub trait Units {
+    pub trait Bits {
         const BITS: u32;
-        fn units(self) -> u16;
-        /// Of at most as many units as there are.
-        fn of_units(units: u16) -> Self;
     }
 
-    impl Units for u8 {
+    impl Bits for u8 {
         const BITS: u32 = Self::BITS;
-
-        fn units(self) -> u16 {
-            self.into()
-        }
-
-        fn of_units(units: u16) -> Self {
-            Self::try_from(units).unwrap_or(Self::MAX)
-        }
     }
 
-    impl Units for u16 {
+    impl Bits for u16 {
         const BITS: u32 = Self::BITS;
-
-        fn units(self) -> u16 {
-            self
-        }
-
-        fn of_units(units: u16) -> Self {
-            units
-        }
     }
 }
 
@@ -83,19 +63,13 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     #[must_use]
     pub fn parked_after(&self) -> u64 {
         let most = u16::MAX.wrapping_shr(u16::BITS.saturating_sub(D::BITS));
-        let longest = self
-            .park
-            .iter()
-            .zip(self.ticks_per_unit)
-            .map(|(park, rate)| {
-                let park = park.units();
-                let way = park.max(most.abs_diff(park));
-                u64::from(way).saturating_mul(u64::from(rate.get()))
-            });
-        longest
-            .max()
-            .unwrap_or(0)
-            .saturating_add(u64::from(self.ramp_after))
+        let axes = self.park.into_iter().zip(self.ticks_per_unit);
+        let ticks = axes.map(|(park, rate)| {
+            let park = park.into();
+            u64::from(rate.get()).saturating_mul(park.max(most.abs_diff(park)).into())
+        });
+        let longest = ticks.max().unwrap_or(0);
+        longest.saturating_add(self.ramp_after.into())
     }
 }
 
@@ -264,33 +238,18 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
 
         let held_for = hold_after.saturating_sub(before);
         self.approach(self.demands, elapsed.min(held_for));
-        let axes = self.positions();
-        if self.silence < hold_after {
-            let is_there = axes == self.demands;
-            let phase = if is_there {
-                Phase::Live
-            } else {
-                Phase::Approach
-            };
-            return Output { axes, phase };
-        }
-        if self.silence < ramp_after {
-            let phase = Phase::Hold;
-            return Output { axes, phase };
-        }
+        // No ticks before `ramp_after`.
         let to_park = elapsed.saturating_sub(ramp_after.saturating_sub(before));
         self.approach(park, to_park);
-        let axes = self.positions();
-        let phase = if axes == park {
-            Phase::Parked
-        } else {
-            Phase::Ramp
+        let axes = self.axes.map(|axis| axis.position);
+        let phase = match self.silence {
+            silence if silence < hold_after && axes == self.demands => Phase::Live,
+            silence if silence < hold_after => Phase::Approach,
+            silence if silence < ramp_after => Phase::Hold,
+            _ if axes == park => Phase::Parked,
+            _ => Phase::Ramp,
         };
         Output { axes, phase }
-    }
-
-    fn positions(&self) -> [D; AXES] {
-        self.axes.map(|axis| axis.position)
     }
 
     fn approach(&mut self, targets: [D; AXES], ticks: u32) {
@@ -304,10 +263,9 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
 impl<D: Demand> Axis<D> {
     /// Where a demand wants it.
     fn at(position: D) -> Self {
-        let since_unit = 0;
         Self {
             position,
-            since_unit,
+            since_unit: 0,
         }
     }
 
@@ -330,16 +288,18 @@ impl<D: Demand> Axis<D> {
 
     /// Moves that many units, which leaves that many ticks; stops at the target.
     fn advance(&mut self, target: D, units: u16, left: u64) {
-        let (position, goal) = (self.position.units(), target.units());
+        let (position, goal): (u16, u16) = (self.position.into(), target.into());
         if units >= position.abs_diff(goal) {
             *self = Self::at(target);
             return;
         }
-        self.position = D::of_units(if goal > position {
+        let moved = if goal > position {
             position.saturating_add(units)
         } else {
             position.saturating_sub(units)
-        });
+        };
+        // Between two demands, so it is one.
+        self.position = moved.try_into().unwrap_or(target);
         // Less than a unit's, or the target were reached.
         self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
     }

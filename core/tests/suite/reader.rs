@@ -5,7 +5,8 @@ use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
 use framelock::motion::{Bin, Setpoint};
-use framelock::{BufferedReceiver, Encode, Format, Headed, LineEvent, Reader, Receiver, Verdict};
+use framelock::{BufferedReceiver, Encode, Format, LineEvent, Reader, Receiver, Verdict};
+use framelock_formats::Headed;
 
 /// A UART that gives what it is told to, in the pieces it is told to.
 struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);

@@ -1,9 +1,10 @@
 //! Each format keeps the laws of [`Format`], tried on its shortest and longest frames with anything behind
 //! them, each byte changed to every other.
 
-use framelock::{Format, check_laws};
+use framelock::Format;
 use framelock_formats::{
-    Crsf, CrsfMessage, Ibus, Mavlink2, Mavlink2Message, Sbus, SbusMessage, SixAxes, Ubx, UbxMessage,
+    Crsf, CrsfMessage, Ibus, Mavlink2, Mavlink2Message, Sbus, SbusMessage, SixAxes, Ubx,
+    UbxMessage, check_laws,
 };
 
 use crate::{dialect, frame};

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use framelock::{DiscardReason, Format as _, Headed, Verdict};
+use framelock::{DiscardReason, Format as _, Verdict};
+use framelock_formats::Headed;
 use serde::Deserialize;
 use serde_json::Value as Json;
 

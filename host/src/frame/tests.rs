@@ -7,7 +7,8 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-use framelock::{BufferedReceiver, Format, Found, Verdict, check_laws};
+use framelock::{BufferedReceiver, Format, Found, Verdict};
+use framelock_formats::check_laws;
 use framelock_proofs::reference::framed;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};

@@ -37,7 +37,8 @@ fn the_guides_rust_is_this_tests() {
 
 // From here on it is what the guide shows, with the `use` lines that a reader needs.
 
-use framelock::{BufferedReceiver, Format, Headed, Verdict, check_laws};
+use framelock::{BufferedReceiver, Format, Verdict};
+use framelock_formats::{Headed, check_laws};
 
 struct Motor;
 
@@ -102,7 +103,8 @@ fn what_was_captured_is_received() {
     check_laws(&Motor, &mut captured.to_vec()).unwrap();
 }
 
-use framelock::{Encode, FixedFormat, Receiver, Shape, check_encoding};
+use framelock::{Encode, FixedFormat, Receiver, Shape};
+use framelock_formats::check_encoding;
 
 /// FE, 16 bits of throttle, 0A.
 struct Throttle;

@@ -6,8 +6,8 @@
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
 use crate::Found;
+use crate::any_format::any_up_to;
 use crate::buffered::Decision;
-use crate::format::verification::any_up_to;
 
 /// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
 fn something_is_decided<const L: usize, const N: usize>() {

@@ -4,7 +4,7 @@
 //! format on any stream.
 
 use super::byte;
-use crate::format::verification::{Row, any_up_to};
+use crate::any_format::{Row, any_up_to};
 use crate::{BufferedReceiver, DiscardReason, Format, Found, Verdict};
 
 /// What was found at each place: nothing, a frame and its length, or a drop and its reason.

@@ -1,8 +1,8 @@
 //! 13a: each step of the receiver is the reference's next, or leads nearer to it.
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
+use crate::any_format::any_up_to;
 use crate::buffered::{Decision, run_without_start};
-use crate::format::verification::any_up_to;
 use crate::{DiscardReason, Format, Found, Verdict};
 
 /// `decide`: the first pending place's frame, or its drop and the reason; or it waits for a number of

@@ -3,8 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use super::{Format, Verdict};
-use crate::{DiscardReason, Encode};
+use framelock::{DiscardReason, Encode, Format, Verdict};
 
 /// A law of [`Format`] that a format breaks, and the bytes that show it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -71,7 +70,8 @@ impl core::error::Error for BrokenLaw {}
 /// # Examples
 /// A text that is rejected for one reason, and for another when more of it is there:
 /// ```
-/// use framelock::{Format, DiscardReason, Verdict, check_laws};
+/// use framelock::{DiscardReason, Format, Verdict};
+/// use framelock_formats::check_laws;
 /// struct Hasty;
 /// impl Format for Hasty {
 ///     const LONGEST: usize = 3;
@@ -178,11 +178,11 @@ fn broken_by<F: Format>(format: &F, bytes: &[u8]) -> Option<(u8, usize, Verdict)
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum BrokenEncoding {
-    /// [`SHAPE`](crate::FixedFormat::SHAPE) has another byte at this place, the first being 0.
+    /// [`SHAPE`](framelock::FixedFormat::SHAPE) has another byte at this place, the first being 0.
     Shape(usize),
-    /// [`CHECK`](crate::FixedFormat::CHECK) refuses the frame.
+    /// [`CHECK`](framelock::FixedFormat::CHECK) refuses the frame.
     Check,
-    /// [`decode`](crate::FixedFormat::decode) gives another message.
+    /// [`decode`](framelock::FixedFormat::decode) gives another message.
     Decode,
 }
 
@@ -212,7 +212,8 @@ impl core::error::Error for BrokenEncoding {}
 /// # Examples
 /// ```
 /// use framelock::motion::{BinCrc8, Setpoint};
-/// use framelock::{BrokenEncoding, Encode, FixedFormat, Shape, check_encoding};
+/// use framelock::{Encode, FixedFormat, Shape};
+/// use framelock_formats::{BrokenEncoding, check_encoding};
 /// for byte in 0..=u8::MAX {
 ///     check_encoding::<BinCrc8>(Setpoint { pitch: byte, roll: 0x41, yaw: !byte })?;
 /// }
@@ -237,7 +238,7 @@ where
     F::Message: Clone + PartialEq,
 {
     let frame = F::encode(message.clone());
-    if let Some(place) = F::SHAPE.contradicted_at(frame) {
+    if let Some(place) = F::SHAPE.wrong_place(frame) {
         return Err(BrokenEncoding::Shape(place));
     }
     if F::CHECK.is_some_and(|check| !check(frame)) {

@@ -1,18 +1,18 @@
 //! Two protocols on one line.
 
-use super::{Format, Verdict};
-use crate::DiscardReason;
+use framelock::{DiscardReason, Format, Verdict};
 
 /// Two formats on one line, UBX and NMEA for example. Where no frame of the first begins, the
 /// second is asked. For more nest them in the second place: `Either(A, Either(B, C))`.
 ///
 /// The first must know each of its frames by the frame's own bytes, as every format of
-/// [`Headed`](super::Headed) does: else `decode` takes the frame for one of the second. An `Either` does
+/// [`Headed`](crate::Headed) does: else `decode` takes the frame for one of the second. An `Either` does
 /// not, for its second is asked only when enough bytes have come for its first to reject them.
 ///
 /// # Examples
 /// ```
-/// use framelock::{BufferedReceiver, Either, EitherMessage, Format, Headed, Verdict};
+/// use framelock::{BufferedReceiver, Format, Verdict};
+/// use framelock_formats::{Either, EitherMessage, Headed};
 ///
 /// /// Frames of three bytes, which begin with one of their own.
 /// struct Three(u8);
@@ -64,7 +64,8 @@ const fn further_on(why: DiscardReason) -> u8 {
         DiscardReason::Header => 2,
         DiscardReason::Terminator => 3,
         DiscardReason::Check => 4,
-        DiscardReason::LineEvent => 5,
+        // `LineEvent`: no format has it for a reason.
+        _ => 5,
     }
 }
 
