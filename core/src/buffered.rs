@@ -16,6 +16,7 @@
 //!
 //! What is pending moves to the front when the buffer is full.
 
+use core::cell::Cell;
 use core::fmt::Debug;
 
 use crate::parser::parser_by_own_functions;
@@ -398,14 +399,12 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
     /// Byte by byte: `copy_within` would bring 1.5 KB of `memmove` into firmware.
     #[cold]
     fn move_to_front(&mut self) {
-        let mut to = 0_usize;
-        for place in self.from..self.to {
-            let byte = self.buffer.get(place).copied().unwrap_or_default();
-            if let Some(place) = self.buffer.get_mut(to) {
-                *place = byte;
-                to = to.wrapping_add(1);
-            }
+        let places = Cell::from_mut(self.buffer.as_mut_slice()).as_slice_of_cells();
+        let pending = places.get(self.from..self.to).unwrap_or_default();
+        for (place, byte) in places.iter().zip(pending) {
+            place.set(byte.get());
         }
+        let to = pending.len();
         self.ask_at = self.ask_at.saturating_sub(self.from);
         (self.from, self.to) = (0, to);
     }

@@ -258,15 +258,20 @@ impl<F: Frame> Shape<F> {
         (differs != 0).then(|| behind.wrapping_sub(differs.ilog2() as usize / 8))
     }
 
-    /// How many bytes at the head of `bytes` cannot be the first of a frame, counted in whole words.
+    /// How many bytes at the head of `bytes` cannot be the first of a frame, counted in whole words; `word` is
+    /// the first. Where that may hold a frame's first byte: 1, the byte that is known to begin none.
     #[inline]
-    pub(crate) fn run_without_start(&self, bytes: &[u8]) -> usize {
-        let Some(start) = self.start else {
-            return 0;
+    pub(crate) fn run_without_start(&self, word: F::Word, bytes: &[u8]) -> usize {
+        let may_start = |word: F::Word| {
+            self.start
+                .is_none_or(|start| (word ^ F::Word::filled_with(start)).has_zero_byte())
         };
-        let mut run = 0_usize;
+        if may_start(word) {
+            return 1;
+        }
+        let mut run = F::Word::BYTES;
         while let Some(word) = bytes.get(run..).and_then(F::Word::load) {
-            if (word ^ F::Word::filled_with(start)).has_zero_byte() {
+            if may_start(word) {
                 break;
             }
             run = run.wrapping_add(F::Word::BYTES);

@@ -120,7 +120,7 @@ impl<F: FixedFormat> Receiver<F> {
     /// ```
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<F::Message>)) {
-        self.window.feed(&F::SHAPE, bytes, Self::check, |one| {
+        self.window.feed(&F::SHAPE, bytes, Self::check, move |one| {
             found(one.map(Self::decode));
         });
     }

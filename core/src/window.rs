@@ -279,7 +279,7 @@ impl<F: Frame> Window<F> {
                 Found::Frame { length, message }
             } else {
                 let rest = bytes.get(at..).unwrap_or_default();
-                let count = shape.run_without_start(rest).max(1);
+                let count = shape.run_without_start(word, rest);
                 let why = why.unwrap_or(DiscardReason::Check);
                 Found::Discarded { count, why }
             };

@@ -17,9 +17,17 @@ use winnow::{Parser as _, Partial};
 
 use crate::answer::Answer;
 
+/// A machine of the core that takes the lecture's frames.
+pub(crate) trait Machine:
+    for<'a> Parser<Message<'a> = Setpoint> + Default + 'static
+{
+}
+
+impl<M: for<'a> Parser<Message<'a> = Setpoint> + Default + 'static> Machine for M {}
+
 /// A machine of the core, byte by byte.
-pub(crate) fn push<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(bytes: &[u8]) -> Answer {
-    let mut parser = P::default();
+pub(crate) fn push<M: Machine>(bytes: &[u8]) -> Answer {
+    let mut parser = M::default();
     let mut answer = Answer::default();
     for (index, &byte) in bytes.iter().enumerate() {
         if let Some(setpoint) = parser.push(byte) {
@@ -30,18 +38,16 @@ pub(crate) fn push<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(bytes: &
 }
 
 /// A machine of the core, the whole slice at once.
-pub(crate) fn feed<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(bytes: &[u8]) -> Answer {
+pub(crate) fn feed<M: Machine>(bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
     let mut behind = 0;
-    P::default().feed(bytes, |found| answer.found(&mut behind, found));
+    M::default().feed(bytes, |found| answer.found(&mut behind, found));
     answer
 }
 
 /// Byte by byte, while the line writes down where every byte goes.
-pub(crate) fn line_push<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(
-    bytes: &[u8],
-) -> Answer {
-    let mut line = Line::new(P::default());
+pub(crate) fn line_push<M: Machine>(bytes: &[u8]) -> Answer {
+    let mut line = Line::new(M::default());
     let mut answer = Answer::default();
     for (index, &byte) in bytes.iter().enumerate() {
         if let Some(setpoint) = line.push(byte) {
@@ -53,10 +59,8 @@ pub(crate) fn line_push<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(
 }
 
 /// The same, the whole slice at once.
-pub(crate) fn line_feed<P: for<'a> Parser<Message<'a> = Setpoint> + Default>(
-    bytes: &[u8],
-) -> Answer {
-    let mut line = Line::new(P::default());
+pub(crate) fn line_feed<M: Machine>(bytes: &[u8]) -> Answer {
+    let mut line = Line::new(M::default());
     let mut answer = Answer::default();
     let mut behind = 0;
     line.feed(bytes, |found| answer.found(&mut behind, found));

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use framelock::{BufferedReceiver, Found, Framing};
+use framelock::{BufferedReceiver, Format, Found};
 use framelock_proofs::reference;
 
 /// A receiver of a protocol's frames. An adapter does what its crate's documentation shows, and no more.
@@ -25,7 +25,7 @@ pub(crate) trait Contender {
 /// framelock's receiver.
 struct Framelock<F, const N: usize>(BufferedReceiver<F, N>);
 
-impl<F: Framing, const N: usize> Contender for Framelock<F, N> {
+impl<F: Format, const N: usize> Contender for Framelock<F, N> {
     type Message<'a> = F::Message<'a>;
 
     #[inline]
@@ -96,8 +96,8 @@ impl Entry {
         }
     }
 
-    /// framelock's receiver of frames of this format. `N` is the longest frame.
-    pub(crate) fn ours<const N: usize, F: Framing + Copy + 'static>(
+    /// framelock's receiver of frames of this format. `N` is twice the longest frame.
+    pub(crate) fn ours<const N: usize, F: Format + Copy + 'static>(
         name: &'static str,
         format: F,
         key: impl Fn(F::Message<'_>) -> Vec<u8> + Copy + 'static,

@@ -40,8 +40,8 @@ fn frame(payload: &mut Payload) -> Vec<u8> {
 pub(crate) fn contenders() -> Vec<Entry> {
     let ours = |message: CrsfMessage| [&[message.kind], message.payload].concat();
     vec![
-        Entry::ours::<64, _>("framelock", Crsf::default(), ours),
-        Entry::ours::<64, _>("framelock, 24 addresses", Crsf::accepting(ADDRESSES), ours),
+        Entry::ours::<128, _>("framelock", Crsf::default(), ours),
+        Entry::ours::<128, _>("framelock, 24 addresses", Crsf::accepting(ADDRESSES), ours),
         Entry::rival("uf-crsf", UfCrsf::default, |raw| inside(raw.as_slice())),
         Entry::rival("crsf", CrsfCrate::default, |raw| inside(raw.data())),
     ]

@@ -59,7 +59,7 @@ fn dialect(id: u32) -> Option<Mavlink2Entry> {
 
 pub(crate) fn contenders() -> Vec<Entry> {
     vec![
-        Entry::ours::<280, _>("framelock", Mavlink2(dialect), |message| {
+        Entry::ours::<560, _>("framelock", Mavlink2(dialect), |message| {
             message.payload.to_vec()
         }),
         Entry::rival("mavlink-core", MavlinkCore::default, |message| {

@@ -45,7 +45,7 @@ fn frame(payload: &mut Payload) -> Vec<u8> {
 
 pub(crate) fn contenders() -> Vec<Entry> {
     vec![
-        Entry::ours::<LONGEST, _>("framelock", Ubx::<LONGEST>, |message| {
+        Entry::ours::<{ 2 * LONGEST }, _>("framelock", Ubx::<LONGEST>, |message| {
             [&[message.class, message.id], message.payload].concat()
         }),
         Entry::rival("ublox", Ublox::default, |packet| match packet {
