@@ -54,36 +54,23 @@ mod verification;
 ///
 /// # Examples
 /// ```
-/// use framelock::{BufferedReceiver, Format, Verdict};
-/// use framelock_formats::Headed;
+/// use framelock::BufferedReceiver;
+/// use framelock_formats::Ubx;
 ///
-/// /// `'#' length payload`, 2 to 9 bytes.
-/// struct Short;
-///
-/// impl Format for Short {
-///     const LONGEST: usize = 9;
-///     type Message<'a> = &'a [u8];
-///     fn judge(&self, bytes: &[u8]) -> Verdict {
-///         Headed { sync: b"#", header: 2, longest: 9 }
-///             .judge(bytes, |header| Some(2 + usize::from(header[1])), |_| true)
-///     }
-///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-///         &frame[2..]
-///     }
+/// // An empty message of class 5, id 1. A false beginning claims that 16 bytes of payload follow.
+/// let (frame, beginning) = (*b"\xB5\x62\x05\x01\0\0\x06\x17", *b"\xB5\x62\x05\x01\x10\0");
+/// let mut receiver = BufferedReceiver::<_, 48>::new(Ubx::<24>);
+/// let mut received = 0;
+/// for byte in frame {
+///     received += receiver.push(byte).map_or(0, |message| message.class);
 /// }
+/// assert_eq!(received, 5);
 ///
-/// let mut receiver = BufferedReceiver::<_, 18>::new(Short);
-/// assert_eq!(receiver.push(b'#'), None);
-/// assert_eq!(receiver.push(2), None);
-/// assert_eq!(receiver.push(b'o'), None);
-/// assert_eq!(receiver.push(b'k'), Some(&b"ok"[..]));
-///
-/// // A false beginning in front of a frame: the silence behind it delivers the frame.
-/// let mut messages = Vec::new();
-/// receiver.feed(b"#\x07#\x02ok", |_| unreachable!());
-/// assert_eq!(receiver.pending(), 6);
-/// receiver.line_event(|found| messages.extend(found.message().map(<[u8]>::to_vec)));
-/// assert_eq!(messages, [b"ok"]);
+/// // Behind a false beginning the frame waits: a line event delivers it.
+/// receiver.feed(&[&beginning[..], &frame[..]].concat(), |_| unreachable!());
+/// assert_eq!(receiver.pending(), 14);
+/// receiver.line_event(|found| received += found.message().map_or(0, |message| message.class));
+/// assert_eq!(received, 10);
 /// ```
 /// A buffer that does not hold the longest frame does not compile:
 /// ```compile_fail,E0080
@@ -197,11 +184,11 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
             let missing = F::LONGEST.saturating_sub(self.pending());
             let Some((now, later)) = rest.split_at_checked(missing) else {
                 self.store(rest);
-                self.decide_all(&mut found);
+                while self.decide_first(&mut found) {}
                 return;
             };
             self.store(now);
-            self.decide_all(&mut found);
+            while self.decide_first(&mut found) {}
             rest = self.give_back(bytes, later);
         }
         while !rest.is_empty() {
@@ -302,11 +289,6 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
     #[must_use]
     pub const fn format(&self) -> &F {
         &self.format
-    }
-
-    /// Decides about pending bytes until more are needed.
-    fn decide_all(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) {
-        while self.decide_first(found) {}
     }
 
     /// Decides about the first pending bytes, and says whether it could.
@@ -455,11 +437,8 @@ fn run_without_start<F: Format>(format: &F, bytes: &[u8]) -> usize {
     if bytes.first().is_some_and(|&byte| format.starts(byte)) {
         return 0;
     }
-    let starts_none = |block: &&[u8]| {
-        !block
-            .iter()
-            .fold(false, |any, &byte| any | format.starts(byte))
-    };
+    let any_starts = |any, &byte: &u8| any | format.starts(byte);
+    let starts_none = |block: &&[u8]| !block.iter().fold(false, any_starts);
     let blocks = bytes.chunks_exact(AT_ONCE).take_while(starts_none);
     let run = blocks.count().wrapping_mul(AT_ONCE);
     let rest = bytes.get(run..).unwrap_or_default();

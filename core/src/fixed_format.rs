@@ -9,48 +9,33 @@ use crate::window::Word;
 /// A frame format of fixed length, 1 to 16 bytes, known at compile time.
 ///
 /// # Examples
-/// Six axes of 16 bits, big endian, between `'A' 'B'` and CR. This is all that a new format takes;
-/// the receiver, its slice path, the accounting and the theorems about every format come with it.
+/// A throttle of 16 bits, big endian, between FE and LF. This is all that a new format takes; the receiver,
+/// its slice path, the accounting and the theorems about every format come with it.
 /// ```
 /// use framelock::{Encode, FixedFormat, Receiver, Shape};
 ///
-/// struct SixAxes;
+/// struct Throttle;
 ///
-/// impl FixedFormat for SixAxes {
-///     type Frame = [u8; 15];
-///     type Message = [u16; 6];
-///     const SHAPE: Shape<[u8; 15]> = {
-///         let mut places = [None; 15];
-///         places[0] = Some(b'A');
-///         places[1] = Some(b'B');
-///         places[14] = Some(b'\r');
-///         Shape::new(places)
-///     };
-///     fn decode([_, _, axes @ .., _]: [u8; 15]) -> [u16; 6] {
-///         core::array::from_fn(|axis| u16::from_be_bytes([axes[2 * axis], axes[2 * axis + 1]]))
-///     }
+/// impl FixedFormat for Throttle {
+///     type Frame = [u8; 4];
+///     type Message = u16;
+///     const SHAPE: Shape<[u8; 4]> = Shape::new([Some(0xFE), None, None, Some(b'\n')]);
+///     fn decode([_, high, low, _]: [u8; 4]) -> u16 { u16::from_be_bytes([high, low]) }
 /// }
 ///
-/// impl Encode for SixAxes {
-///     fn encode(axes: [u16; 6]) -> [u8; 15] {
-///         let mut frame = *b"AB............\r";
-///         for (place, axis) in frame[2..14].chunks_exact_mut(2).zip(axes) {
-///             place.copy_from_slice(&axis.to_be_bytes());
-///         }
-///         frame
+/// impl Encode for Throttle {
+///     fn encode(throttle: u16) -> [u8; 4] {
+///         let [high, low] = throttle.to_be_bytes();
+///         [0xFE, high, low, b'\n']
 ///     }
 /// }
 ///
 /// // So that `cargo check` finds mistakes in a format: what could go wrong does not compile.
-/// const _: Receiver<SixAxes> = Receiver::new();
+/// const _: Receiver<Throttle> = Receiver::new();
 ///
-/// let axes = [0, 1, 0x4142, 40_000, 65_535, 13];
-/// let mut receiver = Receiver::<SixAxes>::new();
-/// let mut received = Vec::new();
-/// for byte in [b"AB, noise", &SixAxes::encode(axes)[..]].concat() {
-///     received.extend(receiver.push(byte));
-/// }
-/// assert_eq!(received, [axes]);
+/// let mut receiver = Receiver::<Throttle>::new();
+/// let received = Throttle::encode(40_000).map(|byte| receiver.push(byte));
+/// assert_eq!(received, [None, None, None, Some(40_000)]);
 /// ```
 ///
 /// # What does not compile

@@ -31,41 +31,21 @@
 //!
 //! All three machines have the same functions, those of the trait [`Parser`].
 //!
-//! In an interrupt handler, with the line's events and a failsafe:
+//! In an interrupt handler, with the line's events; [`motion::Failsafe`] takes the setpoints further:
 //!
 //! ```
-//! use core::num::NonZeroU32;
-//! use framelock::motion::{Bin, Failsafe, FailsafeParameters, Setpoint};
+//! use framelock::motion::{Bin, Setpoint};
 //! use framelock::{Line, LineEvent, Receiver};
 //!
 //! # enum Uart { Byte(u8), FramingError }
 //! # fn uart() -> Uart { Uart::Byte(0) }
-//! # fn milliseconds() -> u32 { 0 }
 //! # fn actuate(_: Setpoint) {}
-//! # fn main() -> Result<(), framelock::motion::FailsafeError> {
 //! let mut line = Line::new(Receiver::<Bin>::new());
-//! let mut failsafe = Failsafe::new(
-//!     FailsafeParameters {
-//!         hold_after: 100,
-//!         ramp_after: 500,
-//!         park: [128_u8; 3],
-//!         ticks_per_unit: [NonZeroU32::MIN; 3],
-//!     },
-//!     milliseconds(),
-//! )?;
 //! // For each interrupt:
 //! match uart() {
-//!     Uart::Byte(byte) => {
-//!         if let Some(setpoint) = line.push(byte) {
-//!             failsafe.frame(milliseconds(), setpoint);
-//!         }
-//!     }
+//!     Uart::Byte(byte) => line.push(byte).into_iter().for_each(actuate),
 //!     Uart::FramingError => line.line_event(LineEvent::Framing, |_| ()),
 //! }
-//! // For each period of the actuators:
-//! actuate(failsafe.poll(milliseconds()).axes.into());
-//! # Ok(())
-//! # }
 //! ```
 //!
 //! # The rule

@@ -21,7 +21,7 @@
 
 use super::{Axis, Demand, Failsafe, FailsafeParameters, NonZeroU32, Phase, division_step};
 
-fn units<D: Demand>(demand: D) -> u16 {
+fn in_units<D: Demand>(demand: D) -> u16 {
     demand.into()
 }
 
@@ -105,7 +105,11 @@ fn stops_at_its_target<D: Demand + kani::Arbitrary>() {
         since_unit: kani::any(),
     };
     axis.advance(target, units, u64::from(left));
-    let (from, goal, to) = (units(position), units(target), units(axis.position));
+    let (from, goal, to) = (
+        in_units(position),
+        in_units(target),
+        in_units(axis.position),
+    );
     let way = from.abs_diff(goal);
     assert!(from.abs_diff(to) == way.min(units));
     assert!(to.abs_diff(goal) == way - way.min(units));
@@ -123,7 +127,11 @@ fn moves_at_its_rate<D: Demand + kani::Arbitrary>() {
     let ticks: u32 = kani::any_where(|&ticks| ticks > 0 && u64::from(ticks) < 2 * rate);
     let mut after = before;
     after.approach(target, ticks, ticks_per_unit);
-    let (from, goal, to) = (units(before.position), units(target), units(after.position));
+    let (from, goal, to) = (
+        in_units(before.position),
+        in_units(target),
+        in_units(after.position),
+    );
     let moved = to.abs_diff(from);
     let spent = match moved {
         0 => 0,
@@ -237,8 +245,8 @@ fn axes_have_their_rates<D: Demand + kani::Arbitrary, const AXES: usize>(rates: 
     let mut axis = 0;
     while axis < AXES {
         let time = ticks + before[axis].since_unit.to_le_bytes()[0];
-        let (from, to) = (units(before[axis].position), units(output[axis]));
-        let goal = units(target[axis]);
+        let (from, to) = (in_units(before[axis].position), in_units(output[axis]));
+        let goal = in_units(target[axis]);
         let way = from.abs_diff(goal);
         let moved = way.min(u16::from(time / rates[axis]));
         assert!(from.abs_diff(to) == moved);
