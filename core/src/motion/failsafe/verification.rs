@@ -98,25 +98,25 @@ fn division_is_exact_to<const BITS: u32>() {
 fn stops_at_its_target<D: Demand + kani::Arbitrary>() {
     let (position, target): (D, D) = kani::any();
     let most = u16::MAX >> (u16::BITS - D::BITS);
-    let units: u16 = kani::any_where(|&units| units <= most);
+    let made: u16 = kani::any_where(|&made| made <= most);
     let left: u32 = kani::any();
     let mut axis = Axis {
         position,
         since_unit: kani::any(),
     };
-    axis.advance(target, units, u64::from(left));
+    axis.advance(target, made, u64::from(left));
     let (from, goal, to) = (
         in_units(position),
         in_units(target),
         in_units(axis.position),
     );
     let way = from.abs_diff(goal);
-    assert!(from.abs_diff(to) == way.min(units));
-    assert!(to.abs_diff(goal) == way - way.min(units));
+    assert!(from.abs_diff(to) == way.min(made));
+    assert!(to.abs_diff(goal) == way - way.min(made));
     let is_there = axis.position == target;
     assert!(axis.since_unit == if is_there { 0 } else { left });
-    kani::cover!(units > way && way > 0, "it stops");
-    kani::cover!(units < way, "it is on its way");
+    kani::cover!(made > way && way > 0, "it stops");
+    kani::cover!(made < way, "it is on its way");
 }
 
 fn moves_at_its_rate<D: Demand + kani::Arbitrary>() {

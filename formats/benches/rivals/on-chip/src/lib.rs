@@ -1,16 +1,24 @@
 //! What each program here does: it hands a stream to a receiver byte by byte, and counts frames.
 //!
-//! The benchmark `rivals` writes the streams, builds the programs, and runs them in the emulator. It reads the
-//! symbols below.
+//! The benchmark `rivals` builds the programs, runs them in the emulator, and gives them their streams. It finds
+//! the symbols below by their names.
 #![no_std]
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-use framelock::{BufferedReceiver, Framing};
+use framelock::{BufferedReceiver, FixedFormat, Format, Line, Parser};
 // Start-up code, and the vector table.
 use cortex_m_rt as _;
+
+/// The stream. The benchmark writes it when `begin` is called.
+#[unsafe(no_mangle)]
+static STREAM: [AtomicU8; 1 << 14] = [const { AtomicU8::new(0) }; _];
+
+/// How many bytes it has.
+#[unsafe(no_mangle)]
+static LENGTH: AtomicU32 = AtomicU32::new(0);
 
 /// How many frames were found.
 #[unsafe(no_mangle)]
@@ -26,43 +34,62 @@ pub trait Receiver {
     fn take(&mut self, byte: u8) -> u32;
 }
 
-impl<F: Framing, const N: usize> Receiver for BufferedReceiver<F, N> {
+impl<F: Format, const N: usize> Receiver for BufferedReceiver<F, N> {
     #[inline(never)]
     fn take(&mut self, byte: u8) -> u32 {
-        match self.push(byte) {
-            Some(message) => {
-                black_box(&message);
-                1
-            }
-            None => 0,
-        }
+        found(self.push(byte).as_ref())
     }
+}
+
+impl<F: FixedFormat> Receiver for framelock::Receiver<F> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        found(self.push(byte).as_ref())
+    }
+}
+
+impl<P: Parser> Receiver for Line<P> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        found(self.push(byte).as_ref())
+    }
+}
+
+#[inline]
+fn found<M>(message: Option<&M>) -> u32 {
+    message.map_or(0, |message| {
+        black_box(message);
+        1
+    })
 }
 
 /// Hands the stream over. Programs call it once, so it is a part of them.
 #[inline]
-pub fn receive<R: Receiver>(mut receiver: R, stream: &[u8]) -> ! {
+pub fn receive<R: Receiver>(mut receiver: R) -> ! {
     STATE.store(
         u32::try_from(size_of::<R>()).unwrap_or(u32::MAX),
         Ordering::Relaxed,
     );
     begin();
     let mut frames = 0;
-    for &byte in stream {
-        frames += receiver.take(byte);
+    let length = LENGTH.load(Ordering::Relaxed) as usize;
+    for byte in STREAM.get(..length).unwrap_or_default() {
+        frames += receiver.take(byte.load(Ordering::Relaxed));
     }
     FRAMES.store(frames, Ordering::Relaxed);
+    // The counters are to be kept.
+    black_box(&receiver);
     end()
 }
 
-/// Cycles are counted from here.
+/// Here the stream is there.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn begin() {
     STATE.fetch_add(0, Ordering::Relaxed);
 }
 
-/// To here.
+/// Here it has been taken.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn end() -> ! {
@@ -71,7 +98,8 @@ extern "C" fn end() -> ! {
     }
 }
 
-/// CRC extra and most bytes of payload of the `MAVLink` messages that are sent.
+/// CRC extra and most bytes of payload of the `MAVLink` messages that are sent, and of the longest of all,
+/// `ENCAPSULATED_DATA`.
 #[must_use]
 #[inline(never)]
 pub fn message(id: u32) -> Option<(u8, u8)> {
@@ -83,6 +111,7 @@ pub fn message(id: u32) -> Option<(u8, u8)> {
         33 => Some((104, 28)),
         65 => Some((118, 42)),
         74 => Some((20, 20)),
+        131 => Some((223, 255)),
         253 => Some((83, 54)),
         _ => None,
     }
@@ -93,19 +122,13 @@ fn panic(_: &PanicInfo) -> ! {
     end()
 }
 
-/// A program: `receiver!(stream, new receiver)`.
+/// A program: `receiver!(new receiver)`.
 #[macro_export]
 macro_rules! receiver {
-    ($stream:literal, $new:expr) => {
-        const BYTES: &[u8] = include_bytes!(concat!(env!("FRAMELOCK_STREAMS"), "/", $stream));
-
-        /// A symbol, so that its size can be taken from the image's.
-        #[unsafe(no_mangle)]
-        static STREAM: [u8; BYTES.len()] = *BYTES.first_chunk().expect("its own length");
-
+    ($new:expr) => {
         #[cortex_m_rt::entry]
         fn main() -> ! {
-            $crate::receive($new, core::hint::black_box(&STREAM))
+            $crate::receive($new)
         }
     };
 }

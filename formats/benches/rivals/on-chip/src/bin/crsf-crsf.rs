@@ -24,4 +24,4 @@ impl Receiver for Rival {
     }
 }
 
-receiver!("CRSF", Rival(PacketParser::new()));
+receiver!(Rival(PacketParser::new()));

@@ -20,4 +20,4 @@ impl Receiver for Rival {
     }
 }
 
-receiver!("CRSF", Rival(CrsfParser::new()));
+receiver!(Rival(CrsfParser::new()));

@@ -6,4 +6,4 @@ use framelock::BufferedReceiver;
 use framelock_formats::Ibus;
 use framelock_rivals_on_chip::receiver;
 
-receiver!("iBUS", BufferedReceiver::<Ibus, 32>::new(Ibus));
+receiver!(BufferedReceiver::<Ibus, 64>::new(Ibus));

@@ -29,10 +29,7 @@ impl Receiver for Textbook {
     }
 }
 
-receiver!(
-    "iBUS",
-    Textbook {
-        bytes: [0; 32],
-        taken: 0,
-    }
-);
+receiver!(Textbook {
+    bytes: [0; 32],
+    taken: 0,
+});

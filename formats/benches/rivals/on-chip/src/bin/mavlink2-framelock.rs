@@ -11,7 +11,4 @@ fn dialect(id: u32) -> Option<Mavlink2Entry> {
     Some(Mavlink2Entry { crc_extra, longest })
 }
 
-receiver!(
-    "MAVLink 2",
-    BufferedReceiver::<_, 280>::new(Mavlink2(dialect))
-);
+receiver!(BufferedReceiver::<_, 560>::new(Mavlink2(dialect)));

@@ -70,4 +70,4 @@ impl Receiver for Rival {
     }
 }
 
-receiver!("MAVLink 2", Rival(MavlinkReader::new(Source(None))));
+receiver!(Rival(MavlinkReader::new(Source(None))));

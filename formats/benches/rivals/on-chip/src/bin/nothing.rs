@@ -16,4 +16,4 @@ impl Receiver for Nothing {
     }
 }
 
-receiver!("CRSF", Nothing);
+receiver!(Nothing);

@@ -6,4 +6,4 @@ use framelock::BufferedReceiver;
 use framelock_formats::Sbus;
 use framelock_rivals_on_chip::receiver;
 
-receiver!("SBUS", BufferedReceiver::<Sbus, 25>::new(Sbus));
+receiver!(BufferedReceiver::<Sbus, 50>::new(Sbus));

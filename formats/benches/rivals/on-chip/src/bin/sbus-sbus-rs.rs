@@ -21,4 +21,4 @@ impl Receiver for Rival {
     }
 }
 
-receiver!("SBUS", Rival(StreamingParser::new()));
+receiver!(Rival(StreamingParser::new()));

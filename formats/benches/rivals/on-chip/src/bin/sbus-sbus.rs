@@ -21,4 +21,4 @@ impl Receiver for Rival {
     }
 }
 
-receiver!("SBUS", Rival(SBusPacketParser::new()));
+receiver!(Rival(SBusPacketParser::new()));

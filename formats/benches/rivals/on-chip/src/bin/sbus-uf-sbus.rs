@@ -21,4 +21,4 @@ impl Receiver for Rival {
     }
 }
 
-receiver!("SBUS", Rival(SbusParser::new()));
+receiver!(Rival(SbusParser::new()));

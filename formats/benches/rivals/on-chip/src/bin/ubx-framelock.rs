@@ -6,4 +6,4 @@ use framelock::BufferedReceiver;
 use framelock_formats::Ubx;
 use framelock_rivals_on_chip::receiver;
 
-receiver!("UBX", BufferedReceiver::<Ubx<100>, 100>::new(Ubx));
+receiver!(BufferedReceiver::<Ubx<106>, 212>::new(Ubx));

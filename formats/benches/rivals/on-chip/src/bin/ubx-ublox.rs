@@ -12,7 +12,7 @@ struct FramesOnly;
 
 impl UbxProtocol for FramesOnly {
     type PacketRef<'a> = PacketRef<'a>;
-    const MAX_PAYLOAD_LEN: u16 = 92;
+    const MAX_PAYLOAD_LEN: u16 = 98;
 
     fn match_packet(class: u8, msg_id: u8, payload: &[u8]) -> Result<PacketRef<'_>, ParserError> {
         Ok(PacketRef::Unknown(UbxUnknownPacketRef {
@@ -23,7 +23,7 @@ impl UbxProtocol for FramesOnly {
     }
 }
 
-struct Rival(Parser<FixedBuffer<100>, FramesOnly>);
+struct Rival(Parser<FixedBuffer<106>, FramesOnly>);
 
 impl Receiver for Rival {
     #[inline(never)]
@@ -38,4 +38,4 @@ impl Receiver for Rival {
     }
 }
 
-receiver!("UBX", Rival(Parser::with_fixed_buffer()));
+receiver!(Rival(Parser::with_fixed_buffer()));
