@@ -147,8 +147,8 @@ pub struct Shape<F> {
     pattern: u128,
     /// 0xFF in the places of fixed bytes, 0 in the others.
     mask: u128,
-    /// The mask of the sync: the fixed bytes that the frame begins with.
-    sync: u128,
+    /// How many fixed bytes the frame begins with: its sync.
+    sync: usize,
     start: Option<u8>,
     frame: PhantomData<F>,
 }
@@ -177,7 +177,7 @@ impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
             in_sync &= place.is_some();
             shape.pattern = shape.pattern << u8::BITS | byte as u128;
             shape.mask = shape.mask << u8::BITS | fixed as u128;
-            shape.sync = shape.sync << u8::BITS | if in_sync { fixed as u128 } else { 0 };
+            shape.sync = shape.sync.wrapping_add(in_sync as usize);
             rest = behind;
         }
         shape
@@ -207,22 +207,18 @@ impl<F: Frame> Shape<F> {
         self.differs(word, known) == F::Word::ZERO
     }
 
-    /// If none may: why not.
+    /// If none may: why not. It is the first place at which they differ that tells.
     #[inline]
     pub(crate) fn mismatch(&self, word: F::Word, known: usize) -> Option<DiscardReason> {
         let differs = self.differs(word, known);
         if differs == F::Word::ZERO {
             return None;
         }
-        let unknown = F::LENGTH.wrapping_sub(known);
-        let in_sync = differs & F::Word::truncated(self.sync).down(unknown);
-        let first = F::Word::from(u8::MAX).up(known.wrapping_sub(1));
-        Some(if in_sync & first != F::Word::ZERO {
-            DiscardReason::NoSync
-        } else if in_sync != F::Word::ZERO {
-            DiscardReason::BrokenSync
-        } else {
-            DiscardReason::Terminator
+        let from_there = F::Word::BYTES.wrapping_sub(differs.leading_zero_bytes());
+        Some(match known.wrapping_sub(from_there) {
+            place if place >= self.sync => DiscardReason::Terminator,
+            0 => DiscardReason::NoSync,
+            _ => DiscardReason::BrokenSync,
         })
     }
 
