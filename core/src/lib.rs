@@ -55,11 +55,6 @@
 //! no byte with an earlier committed frame, and it returns that frame's. So it cannot go deaf. The
 //! lecture's machine can: see [`can_go_deaf`].
 //!
-//! A substituted byte in the payload of a [`motion::Bin`] frame goes unnoticed by every receiver: 4 of
-//! the 7 bytes may be anything. [`motion::BinCrc8`] notices, where both ends can be changed. A frame
-//! repeated without pause whose payload is `(0D 41 42 x)` or `(x 0D 41 42)` is ambiguous: report
-//! [`LineEvent::Idle`] when the line pauses.
-//!
 //! # Panics
 //!
 //! Nothing here panics, whatever it is given. What could go wrong at run time does not compile:

@@ -6,11 +6,14 @@ use crate::{DiscardReason, Verdict};
 /// `Incomplete`, with as many or more always the same (laws 1 to 3).
 #[derive(Clone, Copy)]
 pub struct Row {
+    /// How many bytes it takes.
     pub settled_at: usize,
+    /// What it says then.
     pub settled: Verdict,
 }
 
 impl Row {
+    /// With frames of up to so many bytes.
     pub fn any(longest: usize) -> Self {
         let settled_at = any_up_to(longest);
         let settled = if kani::any() {
@@ -43,6 +46,7 @@ impl Row {
     }
 }
 
+/// Any reason.
 pub fn any_mismatch() -> DiscardReason {
     match kani::any::<u8>() {
         0 => DiscardReason::NoSync,
@@ -54,6 +58,7 @@ pub fn any_mismatch() -> DiscardReason {
     }
 }
 
+/// Any number up to one that fits a byte.
 pub fn any_up_to(most: usize) -> usize {
     let number = usize::from(kani::any::<u8>());
     kani::assume(number <= most);

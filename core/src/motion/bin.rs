@@ -7,7 +7,8 @@ use super::Setpoint;
 /// The motion simulator's "BIN" output: `'A' 'B' reserved pitch roll yaw CR`, seven bytes.
 ///
 /// No escaping and no checksum: the payload may hold any byte, and a substituted payload byte
-/// goes unnoticed.
+/// goes unnoticed. A frame repeated without pause whose payload is `(0D 41 42 x)` or `(x 0D 41 42)` is
+/// ambiguous: report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line pauses.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Bin {}
 

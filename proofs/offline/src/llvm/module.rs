@@ -15,6 +15,8 @@ pub(crate) struct Module {
     pub(crate) types: HashMap<String, Type>,
     pub(crate) functions: BTreeMap<String, Function>,
     constants: HashMap<String, String>,
+    /// How many were added.
+    modules: usize,
     /// Functions that are declared, and never return: all of them panic.
     never_return: HashSet<String>,
 }
@@ -49,6 +51,9 @@ pub(crate) struct Constant {
 impl Module {
     /// Adds what that text defines.
     pub(crate) fn add(&mut self, text: &str) -> Result<()> {
+        // Every module numbers its own.
+        self.modules += 1;
+        let text = &text.replace("@vtable.", &format!("@vtable.{}.", self.modules));
         let noreturn = noreturn_attributes(text);
         let mut types = Vec::new();
         let mut lines = text.lines();
