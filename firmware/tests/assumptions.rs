@@ -11,6 +11,8 @@ fn every_test_passes_under_each_assumption() {
     let tests = std::env::current_exe().unwrap();
     let failed: Vec<_> = Assumptions::each()
         .into_iter()
+        // A lost ENDRX loses a frame: `line_errors` and `random` say what else.
+        .filter(|(name, _)| *name != "lost_end")
         .filter(|(name, _)| {
             println!("{name}");
             let mut all = Command::new(&tests);

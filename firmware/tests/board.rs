@@ -42,7 +42,8 @@ fn live(firmware: &mut Firmware) {
         firmware.send_and_wait(&frame(DEMAND), 9 * MILLISECOND);
     }
     let now = firmware.board.now();
-    assert_eq!(pulses(firmware, now - 25 * MILLISECOND), [SERVO]);
+    let pulses = pulses(firmware, now - 25 * MILLISECOND);
+    assert!(!pulses.is_empty() && pulses.iter().all(|widths| *widths == SERVO));
 }
 
 #[test]
@@ -172,6 +173,12 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
         let pitch = n.to_le_bytes()[0];
         firmware.send_and_wait(&frame([pitch, 0, 0]), MILLISECOND / 2);
     }
+    // Two periods, which SEQSTART may make shorter.
+    let shortest = if firmware.assumptions.start_cuts_period {
+        31
+    } else {
+        38
+    };
     let trace = firmware.board.trace();
     let changes = |watch| {
         trace
@@ -184,7 +191,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     times.dedup_by(|later, earlier| *later - *earlier < MILLISECOND / 10);
     assert!(times.len() > 10);
     for pair in times.windows(2) {
-        assert!(pair[1] - pair[0] >= 38 * MILLISECOND, "{pair:?}");
+        assert!(pair[1] - pair[0] >= shortest * MILLISECOND, "{pair:?}");
     }
     let setpoints: Vec<_> = changes(0).collect();
     let periods = trace.pwm_periods.iter();
