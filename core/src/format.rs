@@ -22,8 +22,7 @@ pub enum Verdict {
 /// How frames stand in a stream: a format of any length, fixed or varying.
 ///
 /// A format is a value, so it may hold what is known at run time only: an address, a table of
-/// checksums, a description. Most formats have a sync, a length and a check: for
-/// these `framelock-formats` has `Headed`.
+/// checksums. Most formats have a sync, a length and a check: for these `framelock-formats` has `Headed`.
 ///
 /// # The laws
 ///
@@ -38,9 +37,8 @@ pub enum Verdict {
 /// 5. [`judge_on`](Self::judge_on) says what `judge` does.
 ///
 /// `Headed` keeps them by construction (theorem 13g). A format of another shape is tried with `check_laws`,
-/// of the same crate. If a format breaks them, the receiver still neither panics nor
-/// hangs nor loses a byte from its accounts (theorem 13b), but what it commits may then depend on
-/// how the stream is cut into slices.
+/// of the same crate. If a format breaks them, the receiver still neither panics nor hangs nor loses a byte
+/// from its accounts (theorem 13b), but what it commits may then depend on how the stream is cut into slices.
 ///
 /// # Examples
 /// Text lines, which end with a delimiter. The receiver asks again with each byte that comes;

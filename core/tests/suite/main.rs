@@ -10,3 +10,4 @@ mod protocol_findings;
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 mod reader;
 mod receiver_rule;
+mod shape;
