@@ -242,7 +242,7 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
     let mut clean_cycles = 0;
     for (name, stream, limit) in [
         ("clean frames", clean(300), most_share),
-        ("noise", noise(2_100), None),
+        ("noise", noise(2_100), most_share),
         ("ABAAAAA", worst, None),
         (
             "bad stop bits",
@@ -276,7 +276,7 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
             figures.add(
                 &format!("{name}: a byte, per cent of a clean one"),
                 ratio,
-                None,
+                Some(150),
             );
         }
     }
@@ -318,6 +318,7 @@ fn rates(figures: &mut Figures) {
         figures.add(&format!("{name}: processor, clean, per mille"), clean, None);
         figures.add(&format!("{name}: processor, noise, per mille"), noise, None);
         let hold_off = hold_off(rate);
+        assert!(rate.0 > 115_200 || hold_off >= 500, "{hold_off} us");
         figures.add(
             &format!("{name}: hold-off without loss, us"),
             hold_off,

@@ -35,14 +35,7 @@ pub(crate) const BUILDS: [Build; 7] = [
     ("small", "framelock-firmware", &["--no-default-features"]),
     ("self-test", "self-test", &[]),
     ("self-test-megabaud", "self-test", &["--features=megabaud"]),
-    (
-        "parser-steps",
-        "parser-steps",
-        &[
-            "--no-default-features",
-            "--config=profile.release.package.framelock-firmware.opt-level='s'",
-        ],
-    ),
+    ("parser-steps", "parser-steps", &["--no-default-features"]),
 ];
 
 const EXAMPLES: &str = "\
