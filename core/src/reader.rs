@@ -62,7 +62,7 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
     }
 
     /// What `on` makes of the next message that the buffer completes.
-    fn next_in_buffer<T>(&mut self, mut on: impl FnMut(P::Message<'_>) -> T) -> Option<T> {
+    fn next_in_buffer<T>(&mut self, on: &mut impl FnMut(P::Message<'_>) -> T) -> Option<T> {
         loop {
             if let Some(message) = self.line.poll() {
                 return Some(on(message));

@@ -170,6 +170,29 @@ pub(crate) fn systems(workspace: &Workspace, _: &mut Report) -> Result<()> {
     Ok(())
 }
 
+/// Core and formats compile with the oldest Rust that they say they need.
+pub(crate) fn minimum(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    const OLDEST: &str = "1.85";
+    let sh = workspace.shell()?;
+    cmd!(sh, "rustup toolchain install {OLDEST} --profile minimal")
+        .run()
+        .context("an old Rust comes by rustup only")?;
+    for package in ["core", "formats"] {
+        let manifest = format!("{package}/Cargo.toml");
+        let promised = format!("rust-version = \"{OLDEST}\"");
+        let text = sh.read_file(&manifest)?;
+        ensure!(text.contains(&promised), "{manifest} promises another Rust");
+        cmd!(
+            sh,
+            "cargo +{OLDEST} check --manifest-path {manifest} --all-features --ignore-rust-version"
+        )
+        .env("CARGO_TARGET_DIR", workspace.target_directory.join(OLDEST))
+        .run()?;
+    }
+    report.says = format!("Rust {OLDEST}");
+    Ok(())
+}
+
 /// What others depend on can be published, without a warning: all but the upload is done.
 pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;

@@ -62,6 +62,8 @@ const STAGES: &[Stage] = &[
         checks: "every fuzz target, for a minute" },
     Stage { name: "systems", when: Nightly, run: checks::systems,
         checks: "the command line compiles for Windows and macOS" },
+    Stage { name: "minimum", when: Nightly, run: checks::minimum,
+        checks: "core and formats compile with the oldest Rust that they say they need" },
     Stage { name: "publish", when: Nightly, run: checks::publish,
         checks: "core and formats can be published, without a warning" },
     Stage { name: "web", when: Nightly, run: browser::stage,
