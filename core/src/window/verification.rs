@@ -361,13 +361,13 @@ where
     kani::cover!(one != other, "different bytes held");
 }
 
-/// The three loops together, on nine bytes, so that the second loop, which needs a word's eight, runs too:
-/// for the frames of two bytes that begin with 1, and bytes that are 1 or not. A check of the argument
+/// The three loops together, on eight bytes, so that the second loop, which needs a word, runs too: for
+/// the frames of two bytes that begin with 1, and bytes that are 1 or not. A check of the argument
 /// above, and that nothing panics.
 #[kani::proof]
 #[kani::unwind(12)]
 fn slice_is_pushed() {
-    const LENGTH: usize = 9;
+    const LENGTH: usize = 8;
     let shape = Shape::new([Some(1), None]);
     let bits: [bool; LENGTH] = kani::any();
     let bytes = bits.map(u8::from);
