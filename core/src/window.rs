@@ -224,6 +224,9 @@ impl<F: Frame> Window<F> {
 
     /// With another byte, which completes no frame: from the first byte on with which one may begin. Says
     /// why each byte before it that was pending is discarded.
+    // Apart, so that the usual step keeps few registers.
+    #[cold]
+    #[inline(never)]
     fn without_false_starts(
         self,
         shape: &Shape<F>,
