@@ -126,10 +126,12 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             );
             assert!(pushed.pending() < F::LONGEST, "{steps:02X?}");
         }
+        while let Some(frame) = pushed.poll() {
+            frames.push(frame.to_vec());
+        }
         let mut keep = |found: Found<&[u8]>| {
             frames.extend(found.message().map(<[u8]>::to_vec));
         };
-        pushed.feed(&[], &mut keep);
         assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
 
         for slice in stretch.iter().map(StreamStep::bytes) {
