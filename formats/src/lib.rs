@@ -19,6 +19,9 @@
 //! For a format of your own there are [`Headed`], the usual shape, and [`Either`], two formats on one line. The tests
 //! [`check_laws`] and [`check_encoding`] try it.
 //!
+//! What a byte costs, in clean streams and in the worst, stands in the repository's `docs/costs.md`, other crates'
+//! figures beside it.
+//!
 //! # Examples
 //! CRSF, and where each byte went.
 //! ```

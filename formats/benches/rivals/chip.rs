@@ -1,15 +1,15 @@
-//! The receivers on the emulated Cortex-M4: what they add to a program, and the cycles that a frame takes.
+//! The receivers on the emulated Cortex-M4: what they add to a program, and what a byte costs.
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use nrf52840_emulator::{Board, CYCLES_PER_SECOND, Image};
 use object::{Object, ObjectSection};
 
-use crate::streams::{Fault, Protocol, Stream};
+use crate::streams::{Protocol, Stream};
 
 /// Frames in the stream that the chip takes.
 const FRAMES: u16 = 200;
@@ -38,6 +38,9 @@ const PANICS: [&str; 2] = ["core::panicking", "rust_begin_unwind"];
 /// user's.
 const COMMON: [&str; 4] = ["memcpy", "memclr", "memset", "rivals_on_chip::message"];
 
+/// Bytes of the instruction that calls a function.
+const CALL: u32 = 4;
+
 /// A receiver on the chip. What the same program takes without one is taken off.
 pub(crate) struct Figures {
     pub(crate) protocol: &'static str,
@@ -52,77 +55,102 @@ pub(crate) struct Figures {
     pub(crate) can_panic: bool,
 }
 
-/// Builds the programs, and runs each with its protocol's clean stream.
+/// Runs each program with its protocol's clean stream.
 pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip");
-    let streams = folder.join("target/streams");
-    fs::create_dir_all(&streams)?;
-    let mut lengths = BTreeMap::new();
-    for protocol in protocols {
-        let stream = Stream::new(protocol, Fault::Clean, FRAMES);
-        let length = stream.whole.last().map_or(0, |last| last.end);
-        let stream = &stream.bytes[..length];
-        lengths.insert(protocol.name, length as u64);
-        let file = streams.join(protocol.name);
-        // An unchanged file is not written, so that cargo need not build again.
-        if !fs::read(&file).is_ok_and(|before| before == stream) {
-            fs::write(file, stream)?;
-        }
-    }
-    let status = Command::new(env!("CARGO"))
-        .args(["build", "--release", "--locked", "--bins"])
-        .current_dir(&folder)
-        .env("FRAMELOCK_STREAMS", &streams)
-        // Cargo sets them for benchmarks; the programs are another target's.
-        .env_remove("RUSTFLAGS")
-        .env_remove("CARGO_TARGET_DIR")
-        .status()?;
-    if !status.success() {
-        return Err("the programs for the chip do not build: see above".into());
-    }
-    let programs = folder.join("target/thumbv7em-none-eabihf/release");
-    let nothing = Run::of(&programs.join("nothing"))?;
+    let programs = Programs::build()?;
+    let nothing = programs.get("nothing")?;
     let mut figures = Vec::new();
-    for (protocol, contender, program) in PROGRAMS {
-        let run = Run::of(&programs.join(program))?;
+    for (protocol, contender, name) in PROGRAMS {
+        let of_that_name = protocols.iter().find(|known| known.name == protocol);
+        let stream = Stream::clean(of_that_name.ok_or("no such protocol")?, FRAMES);
+        let program = programs.get(name)?;
+        let run = program.take(&stream, 0)?;
         if run.frames != u32::from(FRAMES) {
-            return Err(format!("{program}: {} frames of {FRAMES}", run.frames).into());
+            return Err(format!("{name}: {} frames of {FRAMES}", run.frames).into());
         }
-        // The loop around the receiver: a few cycles for each byte.
-        let cycles = run.cycles - nothing.cycles * lengths[protocol] / lengths["CRSF"];
+        // A call that does nothing takes a few cycles too.
+        let cycles = run.all.cycles - nothing.take(&stream, 0)?.all.cycles;
         figures.push(Figures {
             protocol,
             contender,
-            text: run.text - nothing.text,
-            rodata: run.rodata.saturating_sub(nothing.rodata),
+            text: program.text - nothing.text,
+            rodata: program.rodata.saturating_sub(nothing.rodata),
             state: run.state,
             cycles_a_frame: cycles / u64::from(FRAMES),
-            can_panic: run.can_panic,
+            can_panic: program.can_panic,
         });
     }
     Ok(figures)
 }
 
-/// What a program shows.
-struct Run {
+/// The programs, built.
+pub(crate) struct Programs {
+    folder: PathBuf,
+}
+
+impl Programs {
+    pub(crate) fn build() -> Result<Self, Box<dyn Error>> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip");
+        let status = Command::new(env!("CARGO"))
+            .args(["build", "--release", "--locked", "--bins"])
+            .current_dir(&folder)
+            // Cargo sets them for benchmarks; the programs are another target's.
+            .env_remove("RUSTFLAGS")
+            .env_remove("CARGO_TARGET_DIR")
+            .status()?;
+        if !status.success() {
+            return Err("the programs for the chip do not build: see above".into());
+        }
+        Ok(Self {
+            folder: folder.join("target/thumbv7em-none-eabihf/release"),
+        })
+    }
+
+    pub(crate) fn get(&self, name: &str) -> Result<Program, Box<dyn Error>> {
+        Program::new(name, fs::read(self.folder.join(name))?)
+    }
+}
+
+/// A program, and its sizes.
+pub(crate) struct Program {
+    name: String,
+    elf: Vec<u8>,
     text: u64,
-    /// Without the stream.
     rodata: u64,
-    state: u32,
-    frames: u32,
-    cycles: u64,
     can_panic: bool,
 }
 
-impl Run {
-    fn of(program: &Path) -> Result<Self, Box<dyn Error>> {
-        let elf = fs::read(program)?;
+/// Instructions and cycles.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Cost {
+    pub(crate) instructions: u64,
+    pub(crate) cycles: u64,
+}
+
+impl Cost {
+    fn since(board: &Board, earlier: Self) -> Self {
+        Self {
+            instructions: board.instructions() - earlier.instructions,
+            cycles: board.now() - earlier.cycles,
+        }
+    }
+}
+
+/// A program has taken a stream.
+pub(crate) struct Run {
+    state: u32,
+    pub(crate) frames: u32,
+    /// Of all bytes but those skipped, each from the first instruction of its call to the return.
+    pub(crate) all: Cost,
+    /// Cycles of the byte that took most.
+    pub(crate) costliest: u64,
+}
+
+impl Program {
+    fn new(name: &str, elf: Vec<u8>) -> Result<Self, Box<dyn Error>> {
         let file = object::File::parse(&*elf)?;
         let section = |name| file.section_by_name(name).map_or(0, |found| found.size());
         let image = Image::parse(&elf)?;
-        let address = |name| image.symbol(name).map(|symbol| symbol.address);
-        let [begin, end] = [address("begin")?, address("end")?];
-        let stream = u64::from(image.symbol("STREAM")?.size);
         let can_panic = image
             .symbols()
             .iter()
@@ -133,26 +161,69 @@ impl Run {
             .filter(|symbol| COMMON.iter().any(|name| symbol.name.contains(name)))
             .map(|symbol| (symbol.address, symbol.size))
             .collect();
-        let text = section(".text") - u64::from(common.values().sum::<u32>());
-        let rodata = section(".rodata") - stream;
+        Ok(Self {
+            name: name.to_owned(),
+            text: section(".text") - u64::from(common.values().sum::<u32>()),
+            rodata: section(".rodata"),
+            can_panic,
+            elf,
+        })
+    }
+
+    /// Gives it a stream. What the first `skip` bytes cost is not counted.
+    pub(crate) fn take(&self, stream: &[u8], skip: usize) -> Result<Run, Box<dyn Error>> {
+        let image = Image::parse(&self.elf)?;
+        let mut symbols = image.symbols().iter().filter(|symbol| {
+            symbol.name.contains("rivals_on_chip::Receiver") && symbol.name.ends_with("::take")
+        });
+        let function = symbols.next().ok_or("no function takes a byte")?.address;
+        let address = |name| image.symbol(name).map(|symbol| symbol.address);
+        let [begin, end, bytes] = [address("begin")?, address("end")?, address("STREAM")?];
+        let [length, room] = [address("LENGTH")?, image.symbol("STREAM")?.size];
+        let count = u32::try_from(stream.len())?;
+        if count > room {
+            return Err(format!("{}: a stream of {count} bytes", self.name).into());
+        }
 
         let mut board = Board::new(image)?;
-        let mut run_to = |address| -> Result<u64, Box<dyn Error>> {
-            let limit = board.now() + CYCLES_PER_SECOND;
-            if !board.run(limit, |board| board.pc() == address)? {
-                return Err(format!("{}: ran for a second", program.display()).into());
+        let limit = 10 * CYCLES_PER_SECOND;
+        if !board.run(limit, |board| board.pc() == begin)? {
+            return Err(format!("{}: does not begin", self.name).into());
+        }
+        board.patch(bytes, stream)?;
+        board.patch(length, &count.to_le_bytes())?;
+        let (mut all, mut costliest, mut bytes_taken) = (Cost::default(), 0, 0);
+        // Where the call under way returns to, and what all has cost before it.
+        let mut call: Option<(u32, Cost)> = None;
+        let mut before = 0;
+        let is_over = board.run(limit, |board| {
+            match call {
+                None if board.pc() == function => {
+                    call = Some((before + CALL, Cost::since(board, Cost::default())));
+                }
+                Some((behind, entered)) if board.pc() == behind => {
+                    let cost = Cost::since(board, entered);
+                    if bytes_taken >= skip {
+                        all.instructions += cost.instructions;
+                        all.cycles += cost.cycles;
+                        costliest = costliest.max(cost.cycles);
+                    }
+                    bytes_taken += 1;
+                    call = None;
+                }
+                _ => {}
             }
-            Ok(board.now())
-        };
-        let first = run_to(begin)?;
-        let cycles = run_to(end)? - first;
-        Ok(Self {
-            text,
-            rodata,
+            before = board.pc();
+            before == end
+        })?;
+        if !is_over || bytes_taken != stream.len() {
+            return Err(format!("{}: does not end, or panics", self.name).into());
+        }
+        Ok(Run {
             state: board.word("STATE")?,
             frames: board.word("FRAMES")?,
-            cycles,
-            can_panic,
+            all,
+            costliest,
         })
     }
 }

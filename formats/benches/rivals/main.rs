@@ -1,8 +1,8 @@
 //! framelock's receivers and other crates for the same protocols, on the same faulty streams.
 //!
-//! `cargo bench -p framelock-rivals -- --write docs/rivals.md` runs everything and
-//! writes the tables; without `--write` it prints them. Without `--bench`, as `cargo test` runs it, the
-//! streams are short, every answer is confirmed, and nothing is timed.
+//! `cargo bench -p framelock-rivals -- --write docs/rivals.md` lets them race and writes the tables;
+//! `-- --costs docs/costs.md` counts what a byte costs, and nothing else. Without either it prints both. Without
+//! `--bench`, as `cargo test` runs it, the streams are short, every answer is confirmed, and nothing is timed.
 
 #![allow(
     clippy::indexing_slicing,
@@ -21,6 +21,8 @@ use crate::streams::{Fault, Protocol, Stream};
 mod answer;
 mod chip;
 mod contender;
+mod cost_tables;
+mod costs;
 mod crsf;
 mod ibus;
 mod mavlink2;
@@ -28,6 +30,7 @@ mod sbus;
 mod streams;
 mod tables;
 mod ubx;
+mod valgrind;
 
 /// Frames in a stream.
 const FRAMES: u16 = 6_000;
@@ -58,10 +61,29 @@ struct Row {
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let is_full = arguments.iter().any(|argument| argument == "--bench");
-    let write = arguments.iter().position(|argument| argument == "--write");
-    let file = write
-        .map(|at| arguments.get(at + 1).ok_or("--write: which file?"))
-        .transpose()?;
+    if arguments
+        .iter()
+        .any(|argument| argument == valgrind::ARGUMENT)
+    {
+        valgrind::take_all(&costs::cases());
+        return Ok(());
+    }
+    let file = |option| {
+        let at = arguments.iter().position(|argument| argument == option)?;
+        Some(
+            arguments
+                .get(at + 1)
+                .ok_or(format!("{option}: which file?")),
+        )
+    };
+    let (races, costs) = (file("--write").transpose()?, file("--costs").transpose()?);
+    let everything = races.is_none() && costs.is_none();
+    if costs.is_some() || is_full && everything {
+        write(costs, &cost_tables::document()?)?;
+    }
+    if races.is_none() && !everything {
+        return Ok(());
+    }
 
     let protocols = [
         (crsf::PROTOCOL, crsf::contenders()),
@@ -79,13 +101,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let protocols: Vec<&Protocol> = matches.iter().map(|played| &played.protocol).collect();
     let figures = chip::measure(&protocols)?;
-    let text = tables::document(&matches, &figures)?;
+    write(races, &tables::document(&matches, &figures)?)
+}
+
+/// To a file, which is named from the workspace's folder, or else to the terminal.
+fn write(file: Option<&String>, text: &str) -> Result<(), Box<dyn Error>> {
     match file {
-        // Cargo runs benchmarks in their package's folder; the file is named from the workspace's.
-        Some(file) => std::fs::write(
-            format!("{}/../../../{file}", env!("CARGO_MANIFEST_DIR")),
-            text,
-        )?,
+        // Cargo runs benchmarks in their package's folder.
+        Some(file) => {
+            let workspace = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
+            std::fs::write(format!("{workspace}/{file}"), text)?;
+        }
         None => print!("{text}"),
     }
     Ok(())

@@ -32,10 +32,13 @@ const MESSAGES: [(u8, u8, u8); 8] = [
     (253, 83, 54),
 ];
 
+/// The longest of `common.xml`, ENCAPSULATED_DATA: known, but not sent.
+pub(crate) const LONGEST: (u8, u8, u8) = (131, 223, 255);
+
 /// CRC extra and most bytes of payload.
 #[inline]
 fn message(id: u32) -> Option<(u8, u8)> {
-    let mut known = MESSAGES.into_iter();
+    let mut known = MESSAGES.into_iter().chain([LONGEST]);
     known.find_map(|(known, extra, most)| (id == u32::from(known)).then_some((extra, most)))
 }
 
@@ -52,7 +55,7 @@ fn frame(payload: &mut Payload) -> Vec<u8> {
     frame
 }
 
-fn dialect(id: u32) -> Option<Mavlink2Entry> {
+pub(crate) fn dialect(id: u32) -> Option<Mavlink2Entry> {
     let (crc_extra, longest) = message(id)?;
     Some(Mavlink2Entry { crc_extra, longest })
 }

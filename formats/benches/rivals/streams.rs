@@ -145,4 +145,11 @@ impl Stream {
         bytes.extend(BEHIND);
         Self { bytes, whole }
     }
+
+    /// A stream without faults, up to the end of the last frame.
+    pub(crate) fn clean(protocol: &Protocol, frames: u16) -> Vec<u8> {
+        let Self { mut bytes, whole } = Self::new(protocol, Fault::Clean, frames);
+        bytes.truncate(whole.last().map_or(0, |last| last.end));
+        bytes
+    }
 }

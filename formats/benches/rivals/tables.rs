@@ -226,7 +226,7 @@ fn speeds(row: &Row) -> String {
 }
 
 /// The rivals' versions, as the lock file has them.
-fn versions() -> Result<String, Box<dyn Error>> {
+pub(crate) fn versions() -> Result<String, Box<dyn Error>> {
     const RIVALS: [&str; 8] = [
         "crsf",
         "mavlink-core",
@@ -248,20 +248,22 @@ fn versions() -> Result<String, Box<dyn Error>> {
     Ok(versions?.join(", "))
 }
 
-/// When and where it ran.
-fn machine() -> Result<String, Box<dyn Error>> {
+/// When it ran, and what compiled it.
+pub(crate) fn compiler_and_day() -> Result<String, Box<dyn Error>> {
     let says = |program: &str, arguments: &[&str]| -> Result<String, Box<dyn Error>> {
         let output = Command::new(program).args(arguments).output()?;
         Ok(String::from_utf8(output.stdout)?.trim().to_owned())
     };
+    let day = says("date", &["+%Y-%m-%d"])?;
+    Ok(format!("{day}, {}", says("rustc", &["--version"])?))
+}
+
+/// The same, and where it ran.
+fn machine() -> Result<String, Box<dyn Error>> {
     let processor = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let processor = processor
         .lines()
         .find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1))
         .unwrap_or(std::env::consts::ARCH);
-    Ok(format!(
-        "{}, {processor}, {}",
-        says("date", &["+%Y-%m-%d"])?,
-        says("rustc", &["--version"])?
-    ))
+    Ok(format!("{}, {processor}", compiler_and_day()?))
 }

@@ -7,9 +7,10 @@ use ublox::{FixedBuffer, Parser, ParserError, UbxPacket, UbxProtocol, UbxUnknown
 use crate::contender::{Contender, Entry};
 use crate::streams::{Payload, Protocol};
 
-/// The longest payload that is sent, NAV-PVT's, and the longest frame.
+/// The longest payload that is sent, NAV-PVT's.
 const MOST: usize = 92;
-const LONGEST: usize = MOST + 8;
+/// The longest frame that is accepted. Its payload's length is a sync byte, so that starts can be packed densest.
+pub(crate) const LONGEST: usize = 0x62 + 8;
 
 pub(crate) const PROTOCOL: Protocol = Protocol {
     name: "UBX",
@@ -63,7 +64,7 @@ struct FramesOnly;
 
 impl UbxProtocol for FramesOnly {
     type PacketRef<'a> = PacketRef<'a>;
-    const MAX_PAYLOAD_LEN: u16 = 92;
+    const MAX_PAYLOAD_LEN: u16 = 0x62;
 
     fn match_packet(class: u8, msg_id: u8, payload: &[u8]) -> Result<PacketRef<'_>, ParserError> {
         Ok(PacketRef::Unknown(UbxUnknownPacketRef {

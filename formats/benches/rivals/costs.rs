@@ -1,0 +1,225 @@
+//! What a byte costs: in clean streams, in noise, and in the worst of a few that were made to be costly.
+
+use std::hint::black_box;
+
+use framelock::motion::{Bin, BinCrc8};
+use framelock::{BufferedReceiver, Encode, Line, Parser, Receiver};
+use framelock_formats::{Crsf, Ibus, Mavlink2, Sbus, SixAxes, Ubx};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::contender::{Cut, Entry};
+use crate::streams::{Protocol, SEED, Stream};
+use crate::{crsf, ibus, mavlink2, sbus, ubx};
+
+/// Bytes in a stream of noise, and in a hostile one.
+pub(crate) const BYTES: usize = 6_000;
+/// Of a hostile stream these are not counted: until the first false frame ends, nothing is decided.
+pub(crate) const SKIPPED: usize = 1_000;
+/// Frames in a clean stream.
+const FRAMES: u16 = 200;
+
+/// A format, its streams, and who takes them.
+pub(crate) struct Case {
+    pub(crate) format: &'static str,
+    pub(crate) clean: Vec<u8>,
+    pub(crate) noise: Vec<u8>,
+    /// Their periods, and they themselves.
+    pub(crate) hostile: Vec<(&'static [u8], Vec<u8>)>,
+    pub(crate) contenders: Vec<Counted>,
+}
+
+impl Case {
+    fn new(
+        format: &'static str,
+        clean: Vec<u8>,
+        periods: &[&'static [u8]],
+        contenders: Vec<Counted>,
+    ) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(SEED);
+        let mut noise = vec![0; BYTES];
+        random.fill(&mut noise[..]);
+        let hostile = |&period: &&'static [u8]| {
+            let bytes = period.iter().copied().cycle().take(BYTES);
+            (period, bytes.collect())
+        };
+        Self {
+            format,
+            clean,
+            noise,
+            hostile: periods.iter().map(hostile).collect(),
+            contenders,
+        }
+    }
+
+    /// The clean stream, noise, and the hostile ones; and how many bytes of each are not counted.
+    pub(crate) fn streams(&self) -> impl Iterator<Item = (&[u8], usize)> {
+        let hostile = self.hostile.iter().map(|(_, bytes)| (&bytes[..], SKIPPED));
+        [(&self.clean[..], 0), (&self.noise[..], 0)]
+            .into_iter()
+            .chain(hostile)
+    }
+}
+
+/// A receiver, byte by byte.
+pub(crate) struct Counted {
+    pub(crate) name: &'static str,
+    /// On the chip.
+    pub(crate) program: String,
+    /// On this machine.
+    pub(crate) run: Box<dyn Fn(&[u8])>,
+}
+
+/// The formats of this workspace.
+pub(crate) fn cases() -> Vec<Case> {
+    vec![
+        of_protocol(
+            "sbus",
+            &sbus::PROTOCOL,
+            &[b"\x0F", b"\x0F\x55"],
+            || BufferedReceiver::<_, 50>::new(Sbus),
+            sbus::contenders(),
+        ),
+        of_protocol(
+            "ibus",
+            &ibus::PROTOCOL,
+            &[b"\x20\x40", b"\x20", b"\x20\x20\x40"],
+            || BufferedReceiver::<_, 64>::new(Ibus),
+            ibus::contenders(),
+        ),
+        of_protocol(
+            "crsf",
+            &crsf::PROTOCOL,
+            &[b"\xC8\x3C", b"\xC8\x3E", b"\xC8\x3E\xC8", b"\xC8"],
+            || BufferedReceiver::<_, 128>::new(Crsf::default()),
+            crsf::contenders(),
+        ),
+        of_protocol(
+            "ubx",
+            &ubx::PROTOCOL,
+            &[
+                b"\xB5\x62\x00",
+                b"\xB5\x62\x01\x07\x62\x00",
+                b"\xB5\x62",
+                b"\xB5",
+            ],
+            || BufferedReceiver::<Ubx<{ ubx::LONGEST }>, { 2 * ubx::LONGEST }>::new(Ubx),
+            ubx::contenders(),
+        ),
+        of_protocol(
+            "mavlink2",
+            &mavlink2::PROTOCOL,
+            &[
+                b"\xFD\xFF\0\0\0\0\0\x83\0\0",
+                b"\xFD\xFF\x01\0\0\0\0\x83\0\0",
+                // Two rows of starts: the length of the one is the message of the other.
+                b"\xFD\x83\0\0\xFD\xFF\0\x83\0\0",
+                b"\xFD",
+            ],
+            || BufferedReceiver::<_, 560>::new(Mavlink2(mavlink2::dialect)),
+            mavlink2::contenders(),
+        ),
+        of_fixed_format::<SixAxes>(
+            "six axes",
+            "six-axes",
+            Rng::random,
+            &[b"\xFF", b"\xFF\xFF0123456789AB\n\n", b"\xFF\xFF\n\r"],
+        ),
+        of_fixed_format::<Bin>(
+            "BIN",
+            "bin",
+            |random| random.random::<[u8; 3]>().into(),
+            &[b"A", b"AB", b"AB01234"],
+        ),
+        of_fixed_format::<BinCrc8>(
+            "BIN-CRC8",
+            "bin-crc8",
+            |random| random.random::<[u8; 3]>().into(),
+            // Each fourth byte ends a frame but for its check.
+            &[b"A", b"AB", b"AB012345", b"AB0\r"],
+        ),
+    ]
+}
+
+fn of_protocol<P: Parser + 'static>(
+    program: &str,
+    protocol: &Protocol,
+    periods: &[&'static [u8]],
+    new: impl Fn() -> P + Copy + 'static,
+    entries: Vec<Entry>,
+) -> Case {
+    // `push` in its own words: so it is compiled for this loop alone, as in a program that has but one.
+    let mut contenders = ours(program, new, |receiver, byte| {
+        if let Some((_, message)) = receiver.push_with(byte, |_, _| ()) {
+            black_box(&message);
+        }
+    });
+    let rivals = entries
+        .into_iter()
+        .filter(|entry| entry.reference.is_none());
+    contenders.extend(rivals.map(|entry| Counted {
+        name: entry.name,
+        program: format!("{program}-{}", entry.name),
+        run: Box::new(move |stream| {
+            black_box((entry.time)(stream, Cut::Bytes));
+        }),
+    }));
+    Case::new(
+        protocol.name,
+        Stream::clean(protocol, FRAMES),
+        periods,
+        contenders,
+    )
+}
+
+fn of_fixed_format<F: Encode + 'static>(
+    format: &'static str,
+    program: &str,
+    message: impl Fn(&mut ChaCha8Rng) -> F::Message,
+    periods: &[&'static [u8]],
+) -> Case {
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut clean = Vec::new();
+    for _ in 0..FRAMES {
+        clean.extend(F::encode(message(&mut random)).as_ref());
+    }
+    let ours = ours(program, Receiver::<F>::new, |receiver, byte| {
+        if let Some(message) = receiver.push(byte) {
+            black_box(&message);
+        }
+    });
+    Case::new(format, clean, periods, ours)
+}
+
+/// framelock's receiver, as it is, by `push`, and on a line.
+fn ours<P: Parser + 'static>(
+    program: &str,
+    new: impl Fn() -> P + Copy + 'static,
+    push: impl Fn(&mut P, u8) + 'static,
+) -> Vec<Counted> {
+    vec![
+        Counted {
+            name: "framelock",
+            program: format!("{program}-framelock"),
+            run: Box::new(move |stream| {
+                let mut receiver = new();
+                for &byte in stream {
+                    push(&mut receiver, byte);
+                }
+            }),
+        },
+        Counted {
+            name: "framelock, `Line`",
+            program: format!("{program}-line"),
+            run: Box::new(move |stream| {
+                let mut line = Line::new(new());
+                for &byte in stream {
+                    if let Some(message) = line.push(byte) {
+                        black_box(&message);
+                    }
+                }
+                black_box(line.counters());
+            }),
+        },
+    ]
+}

@@ -1,0 +1,76 @@
+//! Instructions on this machine, which valgrind's callgrind counts.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::costs::Case;
+
+/// Under valgrind the benchmark is called with this, and does nothing else.
+pub(crate) const ARGUMENT: &str = "--under-valgrind";
+
+/// What callgrind counts: from its call to its return, and nothing else.
+#[inline(never)]
+#[unsafe(no_mangle)]
+extern "Rust" fn framelock_counted(run: &dyn Fn(&[u8]), stream: &[u8]) {
+    run(stream);
+}
+
+/// Under valgrind: everybody takes every stream, once up to the bytes that are not counted, and once all of it.
+pub(crate) fn take_all(cases: &[Case]) {
+    for case in cases {
+        for contender in &case.contenders {
+            for (stream, skipped) in case.streams() {
+                framelock_counted(&contender.run, &stream[..skipped]);
+                framelock_counted(&contender.run, stream);
+            }
+        }
+    }
+}
+
+/// Instructions a byte, by case, contender and stream.
+pub(crate) fn count(cases: &[Case]) -> Result<Vec<Vec<Vec<f64>>>, Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip/target/callgrind");
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
+    fs::create_dir_all(&folder)?;
+    let file = folder.join("out");
+    let status = Command::new("valgrind")
+        .args(["--tool=callgrind", "--toggle-collect=framelock_counted"])
+        .arg("--dump-after=framelock_counted")
+        .arg(format!("--callgrind-out-file={}", file.display()))
+        .arg(std::env::current_exe()?)
+        .arg(ARGUMENT)
+        .stderr(Stdio::null())
+        .status()
+        .map_err(|error| format!("valgrind, which counts instructions: {error}"))?;
+    if !status.success() {
+        return Err("the benchmark fails under valgrind".into());
+    }
+    // One file for each call.
+    let mut calls = 0;
+    let mut next = || -> Result<u64, Box<dyn Error>> {
+        calls += 1;
+        let text = fs::read_to_string(folder.join(format!("out.{calls}")))?;
+        let mut lines = text.lines();
+        let total = lines.find_map(|line| line.strip_prefix("totals: "));
+        Ok(total.ok_or("no total")?.trim().parse()?)
+    };
+    let mut counts = Vec::new();
+    for case in cases {
+        let mut of_case = Vec::new();
+        for _ in &case.contenders {
+            let mut of_contender = Vec::new();
+            for (stream, skipped) in case.streams() {
+                let begin = next()?;
+                let counted = next()? - begin;
+                of_contender.push(counted as f64 / (stream.len() - skipped) as f64);
+            }
+            of_case.push(of_contender);
+        }
+        counts.push(of_case);
+    }
+    Ok(counts)
+}
