@@ -72,6 +72,7 @@
     allow(
         clippy::arithmetic_side_effects,
         clippy::indexing_slicing,
+        clippy::must_use_candidate,
         clippy::panic,
         clippy::unwrap_used,
         reason = "what goes wrong is what a harness would find"

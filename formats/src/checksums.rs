@@ -32,20 +32,19 @@ const REMAINDERS: [u8; 256] = {
 
 /// CRC-16/MCRF4XX, which MAVLink calls X.25: polynomial 0x1021, initial value 0xFFFF, reflected.
 ///
-/// Eight bytes at once, without a table. With `y` for `1/x`, the quotient of 64 bits by `x^16 + x^12 + x^5 + 1` is
-/// the bits times `1 / (1 + y^4 + y^11 + y^16)`. Up to `y^63` that is
-/// `(1 + y^16 + y^44)(1 + (y^8 + y^22)(1 + y^32))(1 + y^4 + y^11 + y^16)`. The remainder is the last 16 bits of the
-/// quotient times `1 + x^5 + x^12`.
+/// Four bytes at once, without a table. With `y` for `1/x`, the quotient of 32 bits by `x^16 + x^12 + x^5 + 1` is
+/// the bits times `1 / (1 + y^4 + y^11 + y^16)`. Up to `y^31` that is
+/// `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The remainder is the last 16 bits of the quotient times
+/// `1 + x^5 + x^12`.
 #[inline(never)]
 pub(crate) fn crc16_mcrf4xx(crc: u16, bytes: &[u8]) -> u16 {
-    let (mut wide, mut rest) = (u64::from(crc), bytes);
-    while let Some((eight, behind)) = rest.split_first_chunk() {
-        let bits = u64::from_le_bytes(*eight) ^ wide;
-        let bits = bits ^ bits << 16 ^ bits << 44;
-        let both = bits << 8 ^ bits << 22;
-        let bits = bits ^ both ^ both << 32;
-        let quotient = bits ^ bits << 4 ^ bits << 11 ^ bits << 16;
-        wide = (quotient ^ quotient >> 5 ^ quotient >> 12) >> 48;
+    let (mut wide, mut rest) = (u32::from(crc), bytes);
+    while let Some((four, behind)) = rest.split_first_chunk() {
+        let bits = u32::from_le_bytes(*four) ^ wide;
+        let bits = bits ^ bits << 8 ^ bits << 22;
+        let both = bits << 4 ^ bits << 11;
+        let quotient = bits ^ both ^ both << 16;
+        wide = (quotient ^ quotient >> 5 ^ quotient >> 12) >> 16;
         rest = behind;
     }
     let [low, high, ..] = wide.to_le_bytes();

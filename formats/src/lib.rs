@@ -56,6 +56,16 @@
     clippy::doc_markdown,
     reason = "protocols are written as their makers do"
 )]
+#![cfg_attr(
+    kani,
+    allow(
+        clippy::arithmetic_side_effects,
+        clippy::indexing_slicing,
+        clippy::panic,
+        clippy::unwrap_used,
+        reason = "what goes wrong is what a harness would find"
+    )
+)]
 
 #[cfg(kani)]
 extern crate kani;

@@ -210,7 +210,7 @@ fn each_report_is_counted() {
             frames += usize::from(found.is_some());
         }
         2 => line.line_event(any_line_event(), |found| {
-            frames += usize::from(is_frame(found))
+            frames += usize::from(is_frame(found));
         }),
         _ => {
             bytes = 1;

@@ -24,6 +24,14 @@
 //! ENDRX. The main loop asks for a round at each tick, so any other event that is lost, doubled or late
 //! costs a tick at most. For ENDRX the memory tells: a byte that lies there for a tick was never seen.
 #![no_std]
+#![cfg_attr(
+    kani,
+    allow(
+        clippy::field_reassign_with_default,
+        clippy::struct_excessive_bools,
+        reason = "a harness says what is any, one thing after the other"
+    )
+)]
 #![forbid(unsafe_code)]
 
 #[cfg(kani)]
