@@ -84,10 +84,14 @@ mod verification;
 /// # }
 /// const _: BufferedReceiver<Long, 63> = BufferedReceiver::new(Long);
 /// ```
+pub type BufferedReceiver<F, const N: usize> = BufferedIn<F, [u8; N]>;
+
+/// A [`BufferedReceiver`] in memory of any kind: a slice that is lent, or a `Vec` as long as a format needs it
+/// that is known at run time only.
 #[derive(Clone, Debug)]
-pub struct BufferedReceiver<F, const N: usize> {
+pub struct BufferedIn<F, B> {
     format: F,
-    buffer: [u8; N],
+    buffer: B,
     /// Pending: `buffer[from..to]`.
     from: usize,
     to: usize,
@@ -105,7 +109,7 @@ enum Decision {
     Waiting,
 }
 
-impl<F: Format, const N: usize> BufferedReceiver<F, N> {
+impl<F: Format, const N: usize> BufferedIn<F, [u8; N]> {
     /// A receiver that has received nothing yet.
     #[must_use]
     pub const fn new(format: F) -> Self {
@@ -116,13 +120,29 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
                  make N of BufferedReceiver<F, N> at least F::LONGEST, or LONGEST smaller"
             );
         }
+        Self::empty(format, [0; N])
+    }
+}
+
+impl<F, B> BufferedIn<F, B> {
+    const fn empty(format: F, buffer: B) -> Self {
         Self {
             format,
-            buffer: [0; N],
+            buffer,
             from: 0,
             to: 0,
             ask_at: 0,
         }
+    }
+}
+
+impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
+    /// A receiver that has received nothing yet, in this memory: at least as long as the format's
+    /// [`longest`](Format::longest) frame, better twice, or there is none.
+    #[must_use]
+    pub fn within(format: F, buffer: B) -> Option<Self> {
+        let longest = format.longest();
+        (1 <= longest && longest <= buffer.as_ref().len()).then(|| Self::empty(format, buffer))
     }
 
     /// Takes the next byte of the stream; gives the message of the frame that it finds.
@@ -181,7 +201,7 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
         let mut rest = bytes;
         while self.pending() > 0 {
             // With as much of the slice as the longest frame may have, the first byte is decided.
-            let missing = F::LONGEST.saturating_sub(self.pending());
+            let missing = self.format.longest().saturating_sub(self.pending());
             let Some((now, later)) = rest.split_at_checked(missing) else {
                 self.store(rest);
                 while self.decide_first(&mut found) {}
@@ -229,7 +249,8 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
             });
             return bytes.get(run..);
         }
-        match judge(&self.format, bytes.get(..F::LONGEST).unwrap_or(bytes), 0) {
+        let judged = bytes.get(..self.format.longest()).unwrap_or(bytes);
+        match judge(&self.format, judged, 0) {
             Verdict::Frame(length) => {
                 let (frame, behind) = bytes.split_at_checked(length)?;
                 found(Found::Frame {
@@ -318,7 +339,7 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
 
     #[inline]
     fn discard_what_starts_nothing(&mut self, discarded: &mut impl FnMut(usize, DiscardReason)) {
-        let pending = self.buffer.get(self.from..self.to).unwrap_or_default();
+        let pending = self.buffer.as_ref().get(self.from..self.to).unwrap_or_default();
         let run = short_run_without_start(&self.format, pending);
         if run > 0 {
             discarded(run, DiscardReason::NoSync);
@@ -330,7 +351,7 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
     /// Asks the format about the pending bytes, once.
     #[inline]
     fn decide(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Decision {
-        let pending = self.buffer.get(self.from..self.to).unwrap_or_default();
+        let pending = self.buffer.as_ref().get(self.from..self.to).unwrap_or_default();
         if pending.is_empty() {
             self.reset();
             return Decision::Waiting;
@@ -361,27 +382,28 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
 
     #[inline]
     fn message(&self, at: usize, length: usize) -> F::Message<'_> {
-        let frame = self.buffer.get(at..at.wrapping_add(length));
+        let frame = self.buffer.as_ref().get(at..at.wrapping_add(length));
         self.format.decode(frame.unwrap_or_default())
     }
 
     /// Stores bytes; with those pending they are `LONGEST` at most.
     #[inline]
     fn store(&mut self, bytes: &[u8]) {
-        if bytes.len() > N.saturating_sub(self.to) {
+        let room = self.buffer.as_ref().len();
+        if bytes.len() > room.saturating_sub(self.to) {
             self.move_to_front();
         }
-        let free = self.buffer.get_mut(self.to..).unwrap_or_default();
+        let free = self.buffer.as_mut().get_mut(self.to..).unwrap_or_default();
         for (place, &byte) in free.iter_mut().zip(bytes) {
             *place = byte;
         }
-        self.to = N.min(self.to.wrapping_add(bytes.len()));
+        self.to = room.min(self.to.wrapping_add(bytes.len()));
     }
 
     /// Byte by byte: `copy_within` would bring 1.5 KB of `memmove` into firmware.
     #[cold]
     fn move_to_front(&mut self) {
-        let places = Cell::from_mut(self.buffer.as_mut_slice()).as_slice_of_cells();
+        let places = Cell::from_mut(self.buffer.as_mut()).as_slice_of_cells();
         let pending = places.get(self.from..self.to).unwrap_or_default();
         for (place, byte) in places.iter().zip(pending) {
             place.set(byte.get());
@@ -392,7 +414,7 @@ impl<F: Format, const N: usize> BufferedReceiver<F, N> {
     }
 }
 
-impl<F: Format, const N: usize> Parser for BufferedReceiver<F, N> {
+impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> Parser for BufferedIn<F, B> {
     type Message<'a>
         = F::Message<'a>
     where
@@ -413,14 +435,15 @@ impl<F: Format, const N: usize> Parser for BufferedReceiver<F, N> {
 /// wrong, makes the receiver hang, run out of buffer, or go deaf.
 #[inline]
 fn judge<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
+    let longest = format.longest();
     match format.judge_on(bytes, seen) {
         Verdict::Frame(length) if length == 0 || length > bytes.len() => {
             Verdict::Reject(DiscardReason::Check)
         }
-        Verdict::Incomplete { .. } if bytes.len() >= F::LONGEST => {
+        Verdict::Incomplete { .. } if bytes.len() >= longest => {
             Verdict::Reject(DiscardReason::Header)
         }
-        Verdict::Incomplete { at_least } if at_least <= bytes.len() || at_least > F::LONGEST => {
+        Verdict::Incomplete { at_least } if at_least <= bytes.len() || at_least > longest => {
             Verdict::Incomplete {
                 at_least: bytes.len().wrapping_add(1),
             }

@@ -26,10 +26,10 @@ pub enum Verdict {
 ///
 /// # The laws
 ///
-/// For all `bytes` (at least one) and `more`, up to `LONGEST` together:
+/// For all `bytes` (at least one) and `more`, up to [`longest`](Self::longest) together:
 ///
 /// 1. `Frame(n)`: `1 <= n <= bytes.len()`. `Incomplete { at_least }`:
-///    `bytes.len() < at_least <= LONGEST`.
+///    `bytes.len() < at_least <= longest()`.
 /// 2. `Reject` and `Frame` stay: `judge(bytes ++ more) == judge(bytes)`.
 /// 3. `Incomplete { at_least }` stays incomplete until so many bytes are there.
 /// 4. A byte that does not [start](Self::starts) a frame is rejected for
@@ -92,7 +92,14 @@ pub trait Format {
     /// What a frame means; it may borrow from the frame.
     type Message<'a>;
 
-    /// What `bytes` begin with: 1 to `LONGEST` of them.
+    /// Bytes in the longest frame of this value: `LONGEST` or fewer, for formats that are read from a file.
+    #[inline]
+    #[must_use]
+    fn longest(&self) -> usize {
+        Self::LONGEST
+    }
+
+    /// What `bytes` begin with: 1 to `longest()` of them.
     #[must_use]
     fn judge(&self, bytes: &[u8]) -> Verdict;
 

@@ -102,7 +102,7 @@ mod reader;
 mod receiver;
 mod window;
 
-pub use buffered::BufferedReceiver;
+pub use buffered::{BufferedIn, BufferedReceiver};
 pub use fixed_format::{Encode, FixedFormat, Frame, Shape};
 #[cfg(kani)]
 #[doc(hidden)]

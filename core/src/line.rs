@@ -54,6 +54,8 @@ counters! {
     no_sync NoSync
     broken_sync BrokenSync
     header Header
+    too_long TooLong
+    unknown_message UnknownMessage
     check Check
     terminator Terminator
     line_event LineEvent
@@ -66,6 +68,8 @@ impl Discarded {
         self.no_sync
             .wrapping_add(self.broken_sync)
             .wrapping_add(self.header)
+            .wrapping_add(self.too_long)
+            .wrapping_add(self.unknown_message)
             .wrapping_add(self.check)
             .wrapping_add(self.terminator)
             .wrapping_add(self.line_event)

@@ -121,9 +121,13 @@ pub enum DiscardReason {
     NoSync,
     /// The first sync byte was right, a later one was not.
     BrokenSync,
-    /// The sync was right, but no frame has such a header: its length or kind is none that the format
-    /// has. Formats of fixed length have none.
+    /// The sync was right, but no frame has such a header: a fixed bit is wrong, or the length is too short.
+    /// Formats of fixed length have none.
     Header,
+    /// The header tells a length above that of the longest frame.
+    TooLong,
+    /// The header tells a message that the format does not know.
+    UnknownMessage,
     /// A fixed byte behind the payload, the terminator, was another.
     Terminator,
     /// All fixed bytes were right, the format's check (a checksum, a range) failed.
@@ -139,6 +143,8 @@ impl fmt::Display for DiscardReason {
             Self::NoSync => "no sync",
             Self::BrokenSync => "broken sync",
             Self::Header => "header",
+            Self::TooLong => "too long",
+            Self::UnknownMessage => "unknown message",
             Self::Terminator => "terminator",
             Self::Check => "check",
             Self::LineEvent => "line event",

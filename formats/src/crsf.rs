@@ -1,14 +1,50 @@
-use framelock::{DiscardReason, Format, Verdict};
+use framelock::Format;
 
-use crate::Headed;
 use crate::channels;
-use crate::checksums::crc8_dvb_s2;
+use crate::layout::{Algorithm, Checksum, Crc, Layout, Length, LengthField, Patterns, Table};
+
+/// CRC-8/DVB-S2.
+const CRC: Crc = Crc {
+    polynomial: 0xD5,
+    table: Table::Bytes(
+        &Crc {
+            polynomial: 0xD5,
+            ..Crc::ZERO
+        }
+        .table_of_bytes(),
+    ),
+    ..Crc::ZERO
+};
+
+/// What a CRSF frame looks like: see [`Crsf`].
+pub const CRSF: Layout<'static> = Layout {
+    sync: Patterns::any_byte_of(&[
+        address::FLIGHT_CONTROLLER,
+        address::BROADCAST,
+        address::REMOTE_CONTROL,
+        address::RECEIVER,
+        address::TRANSMITTER,
+    ]),
+    length: Length::Field(LengthField {
+        plus: 2,
+        ..LengthField::byte(1)
+    }),
+    shortest: 4,
+    longest: 64,
+    checksum: Some(Checksum {
+        algorithm: Algorithm::Crc(CRC),
+        from: 2,
+        ..Checksum::at_the_end(1)
+    }),
+    ..Layout::NONE
+};
 
 /// TBS's Crossfire protocol, which ExpressLRS uses too: 4 to 64 bytes, an address, a length, a type, up to
 /// 60 bytes of payload, a CRC-8 of type and payload. The lines have 416 666 or 400 000 baud.
 ///
-/// A frame may begin with the serial sync byte C8 or with any [device's address](address). Each
-/// that is accepted makes more false beginnings, so [`Crsf::default`] accepts C8 alone.
+/// A frame begins with the serial sync byte C8 or with the [address](address) of a device. Those that flight
+/// controllers, handsets, receivers and transmitter modules send are accepted: C8, 00, EA, EC, EE. Each makes more
+/// false beginnings; for fewer, or others, give your own format the layout [`CRSF`] with another `sync`.
 ///
 /// The CRC notices every burst of up to 8 wrong bits in type, payload and itself, and lets one in 256
 /// random frames pass.
@@ -17,31 +53,13 @@ use crate::checksums::crc8_dvb_s2;
 /// "Device Addresses", "RC Channels Packed Payload".
 ///
 /// # Examples
-/// What comes from a handset, from the same with EdgeTX, and to a flight controller:
 /// ```
 /// use framelock::BufferedReceiver;
-/// use framelock_formats::{Crsf, crsf_address};
-/// let addresses = [crsf_address::REMOTE_CONTROL, crsf_address::TRANSMITTER, 0xC8];
-/// let receiver = BufferedReceiver::<_, 128>::new(Crsf::accepting(addresses));
+/// use framelock_formats::Crsf;
+/// let receiver = BufferedReceiver::<_, 128>::new(Crsf);
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub struct Crsf<const ADDRESSES: usize = 1> {
-    addresses: [u8; ADDRESSES],
-}
-
-impl<const ADDRESSES: usize> Crsf<ADDRESSES> {
-    /// Frames that begin with any of these bytes.
-    #[must_use]
-    pub const fn accepting(addresses: [u8; ADDRESSES]) -> Self {
-        Self { addresses }
-    }
-}
-
-impl Default for Crsf {
-    fn default() -> Self {
-        Self::accepting([address::FLIGHT_CONTROLLER])
-    }
-}
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct Crsf;
 
 /// What a CRSF frame says.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -54,37 +72,9 @@ pub struct CrsfMessage<'a> {
     pub payload: &'a [u8],
 }
 
-impl<const ADDRESSES: usize> Format for Crsf<ADDRESSES> {
-    const LONGEST: usize = 64;
+impl Format for Crsf {
+    crate::judged_by!(CRSF);
     type Message<'a> = CrsfMessage<'a>;
-
-    #[inline]
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        if !bytes.first().is_some_and(|&first| self.starts(first)) {
-            return Verdict::Reject(DiscardReason::NoSync);
-        }
-        let frame = Headed {
-            sync: &[],
-            header: 2,
-            longest: Self::LONGEST,
-        };
-        frame.judge(
-            bytes,
-            |header| match *header {
-                [_, length] if length >= 2 => Some(usize::from(length).wrapping_add(2)),
-                _ => None,
-            },
-            |frame| matches!(frame, [_, _, checked @ .., crc] if crc8_dvb_s2(0, checked) == *crc),
-        )
-    }
-
-    #[inline]
-    fn starts(&self, byte: u8) -> bool {
-        // All of them at once, not one after the other until one fits.
-        let is_it = |address: &u8| *address == byte;
-        let addresses = self.addresses.iter();
-        addresses.fold(false, |any, address| any | is_it(address))
-    }
 
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> CrsfMessage<'a> {
@@ -108,13 +98,11 @@ impl CrsfMessage<'_> {
     }
 
     /// Writes the frame that says it to the front of `into`, and gives its length; nothing if it is longer than
-    /// 64 bytes or than `into`.
+    /// 64 bytes or than `into`, or has another [address](address) than [`Crsf`] accepts.
     pub fn encode(&self, into: &mut [u8]) -> Option<usize> {
-        let length = u8::try_from(self.payload.len()).ok();
-        let length = length.filter(|&length| length <= 60)?.wrapping_add(2);
-        let crc = crc8_dvb_s2(crc8_dvb_s2(0, &[self.kind]), self.payload);
-        let head = [self.address, length, self.kind];
-        crate::write(into, &[&head, self.payload, &[crc]])
+        let head = [self.address, 0, self.kind];
+        let length = crate::write(&CRSF, into, &[&head, self.payload, &[0]])?;
+        (into.first() == Some(&self.address)).then_some(length)
     }
 }
 

@@ -1,12 +1,25 @@
-use framelock::{Format, Verdict};
+use framelock::Format;
 
-use crate::Headed;
+use crate::layout::{Algorithm, Checksum, Layout, Patterns};
 
-/// FlySky's iBUS, the frames for servos: 32 bytes, `20 40`, fourteen channels of 16 bits, little endian,
+/// What an iBUS frame looks like: see [`Ibus`].
+pub const IBUS: Layout<'static> = Layout {
+    sync: Patterns::one(&[0x20, 0x40]),
+    shortest: 32,
+    longest: 32,
+    checksum: Some(Checksum {
+        algorithm: Algorithm::InvertedSum,
+        ..Checksum::at_the_end(2)
+    }),
+    ..Layout::NONE
+};
+
+/// FlySky's iBUS, the frames for servos: 32 bytes, `20 40`, fourteen numbers of 16 bits, little endian,
 /// and 0xFFFF less the sum of all bytes before. The line has 115 200 baud.
 ///
-/// The message is the channels as they were sent: pulses of 1000 to 2000 µs, with 1500 in the middle.
-/// Radios with more channels put those into the upper four bits; mask them then.
+/// The message is eighteen channels as they were sent: pulses of 1000 to 2000 µs, with 1500 in the middle. Channels
+/// 1 to 14 are the lower twelve bits of the numbers; 15 to 18 stand in the upper four bits of the first twelve,
+/// three to each, and are 0 if the radio does not send them.
 ///
 /// The sum notices each single wrong byte, but not bytes that have changed places.
 ///
@@ -18,54 +31,54 @@ use crate::Headed;
 /// use framelock::BufferedReceiver;
 /// use framelock_formats::Ibus;
 /// let mut receiver = BufferedReceiver::<_, 64>::new(Ibus);
-/// let received = Ibus::encode(&[1500; 14]).into_iter().find_map(|byte| receiver.push(byte));
-/// assert_eq!(received, Some([1500; 14]));
+/// let received = Ibus::encode(&[1500; 18]).into_iter().find_map(|byte| receiver.push(byte));
+/// assert_eq!(received, Some([1500; 18]));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Ibus;
 
 impl Format for Ibus {
-    const LONGEST: usize = 32;
-    type Message<'a> = [u16; 14];
+    crate::judged_by!(IBUS);
+    type Message<'a> = [u16; 18];
 
     #[inline]
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        let frame = Headed {
-            sync: &[0x20, 0x40],
-            header: 2,
-            longest: Self::LONGEST,
-        };
-        let check =
-            |frame: &[u8]| matches!(frame, [checked @ .., a, b] if sum(checked) == [*a, *b]);
-        frame.judge(bytes, |_| Some(Self::LONGEST), check)
-    }
-
-    #[inline]
-    fn decode(&self, frame: &[u8]) -> [u16; 14] {
-        let mut words = frame.chunks_exact(2).skip(1);
-        [(); 14].map(|()| match words.next() {
-            Some(&[low, high]) => u16::from_le_bytes([low, high]),
-            _ => 0,
-        })
+    fn decode(&self, frame: &[u8]) -> [u16; 18] {
+        let mut channels = [0; 18];
+        let (standard, further) = channels.split_at_mut(14);
+        let words = frame.chunks_exact(2).skip(1);
+        let mut upper = [0; 14];
+        for ((channel, upper), word) in standard.iter_mut().zip(&mut upper).zip(words) {
+            if let &[low, high] = word {
+                *channel = u16::from_le_bytes([low, high & 0x0F]);
+                *upper = u16::from(high >> 4);
+            }
+        }
+        for (channel, upper) in further.iter_mut().zip(upper.chunks_exact(3)) {
+            *channel = upper.iter().rev().fold(0, |bits, four| bits << 4 | four);
+        }
+        channels
     }
 }
 
 impl Ibus {
-    /// The frame with these channels.
+    /// The frame with the lower twelve bits of these channels.
     #[must_use]
-    pub fn encode(channels: &[u16; 14]) -> [u8; 32] {
+    pub fn encode(channels: &[u16; 18]) -> [u8; 32] {
+        let (standard, further) = channels.split_at(14);
+        let places = further
+            .iter()
+            .flat_map(|channel| [0, 4, 8].map(|from| channel >> from & 0x0F));
+        let mut upper = [0; 14];
+        upper
+            .iter_mut()
+            .zip(places)
+            .for_each(|(upper, four)| *upper = four);
         let mut frame = [0; 32];
-        [frame[0], frame[1]] = [0x20, 0x40];
-        for (place, channel) in frame.chunks_exact_mut(2).skip(1).zip(channels) {
-            place.copy_from_slice(&channel.to_le_bytes());
+        let words = frame.chunks_exact_mut(2).skip(1);
+        for (place, (channel, upper)) in words.zip(standard.iter().zip(upper)) {
+            place.copy_from_slice(&(channel & 0x0FFF | upper << 12).to_le_bytes());
         }
-        [frame[30], frame[31]] = sum(&frame[..30]);
+        IBUS.seal(&mut frame);
         frame
     }
-}
-
-#[inline]
-fn sum(bytes: &[u8]) -> [u8; 2] {
-    let less = |sum: u16, &byte: &u8| sum.wrapping_sub(byte.into());
-    bytes.iter().fold(0xFFFF, less).to_le_bytes()
 }

@@ -70,39 +70,81 @@
 #[cfg(kani)]
 extern crate kani;
 
+mod any_of;
 mod channels;
 mod check;
-mod checksums;
+mod checksum;
+mod crc;
 mod crsf;
-mod either;
-mod headed;
+mod dialects;
+mod gnss;
 mod ibus;
-mod mavlink2;
+mod judge;
+pub mod layout;
+mod mavlink;
+mod motion;
+mod nmea;
+mod rtcm;
 mod sbus;
+mod seal;
 mod six_axes;
 mod ubx;
 #[cfg(kani)]
 mod verification;
 
+pub use any_of::AnyOf;
 pub use check::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
-pub use crsf::{Crsf, CrsfMessage, address as crsf_address};
-pub use either::{Either, EitherMessage};
-pub use headed::Headed;
-pub use ibus::Ibus;
-pub use mavlink2::{Mavlink2, Mavlink2Entry, Mavlink2Message, Mavlink2Signature};
-pub use sbus::{Sbus, SbusMessage};
-pub use six_axes::SixAxes;
-pub use ubx::{Ubx, UbxMessage};
+pub use crsf::{CRSF, Crsf, CrsfMessage, address as crsf_address};
+pub use dialects::{ARDUPILOTMEGA, COMMON};
+pub use gnss::{Gnss, GnssMessage};
+pub use ibus::{IBUS, Ibus};
+pub use layout::Layout;
+pub use mavlink::{Mavlink1, Mavlink2, MavlinkMessage, MavlinkSignature, mavlink1, mavlink2};
+pub use motion::{BIN, BIN_CRC8};
+pub use nmea::{NMEA, Nmea};
+pub use rtcm::{RTCM, Rtcm, RtcmMessage};
+pub use sbus::{SBUS, Sbus, SbusMessage};
+pub use six_axes::{SIX_AXES, SixAxes, SixAxesBigEndian};
+pub use ubx::{UBX, Ubx, UbxMessage};
 
-/// Writes `parts` one behind the other to the front of `into`; how many bytes they are, or nothing if there
-/// is no room.
-fn write(into: &mut [u8], parts: &[&[u8]]) -> Option<usize> {
-    let room = into.len();
-    let mut rest = into;
+/// In an `impl` of [`Format`](framelock::Format): the longest frame and all questions answered by a layout, a constant; or
+/// by one that the format's value makes, as `judged_by!(LONGEST, |format| ..)`, whose frames are no longer than those
+/// of the first.
+#[macro_export]
+macro_rules! judged_by {
+    ($layout:expr) => {
+        $crate::judged_by!($layout, |_format| $layout);
+    };
+    ($longest:expr, |$format:ident| $layout:expr) => {
+        const LONGEST: usize = $longest.longest;
+
+        #[inline]
+        fn judge(&self, bytes: &[u8]) -> framelock::Verdict {
+            self.judge_on(bytes, 0)
+        }
+
+        #[inline]
+        fn judge_on(&self, bytes: &[u8], seen: usize) -> framelock::Verdict {
+            let $format = self;
+            $layout.judge_on(bytes, seen)
+        }
+
+        #[inline]
+        fn starts(&self, byte: u8) -> bool {
+            let $format = self;
+            $layout.starts(byte)
+        }
+    };
+}
+
+/// Writes `parts` one behind the other to the front of `into` and [seals](Layout::seal) them; how many bytes they
+/// are, or nothing if there is no room or no such frame.
+fn write(layout: &Layout, into: &mut [u8], parts: &[&[u8]]) -> Option<usize> {
+    let mut length = 0_usize;
     for part in parts {
-        let (place, behind) = rest.split_at_mut_checked(part.len())?;
+        let place = into.get_mut(length..)?.get_mut(..part.len())?;
         place.copy_from_slice(part);
-        rest = behind;
+        length = length.wrapping_add(part.len());
     }
-    room.checked_sub(rest.len())
+    layout.seal(into.get_mut(..length)?).then_some(length)
 }

@@ -1,15 +1,29 @@
-use framelock::{DiscardReason, Format, Verdict};
+use framelock::Format;
 
-use crate::Headed;
 use crate::channels;
+use crate::layout::{FixedBits, Layout, Patterns};
+
+/// What an SBUS frame looks like: see [`Sbus`].
+pub const SBUS: Layout<'static> = Layout {
+    sync: Patterns::one(&[0x0F]),
+    shortest: 25,
+    longest: 25,
+    fixed: &[FixedBits {
+        at: 23,
+        mask: 0xF0,
+        value: 0,
+    }],
+    terminator: Patterns::any_byte_of(&[0x00, 0x04, 0x14, 0x24, 0x34]),
+    ..Layout::NONE
+};
 
 /// Futaba's SBUS: 25 bytes, `0F`, sixteen channels of 11 bits, flags, `00`. The line has 100 000 baud, even
 /// parity and two stop bits, and is inverted.
 ///
 /// **SBUS has no checksum**: a wrong byte in a channel goes unnoticed, and channels may look like a frame's
-/// beginning or end. What is checked is the first byte, and that the flags' four unused bits and the last byte are
-/// zero. So report parity errors, and the idle gap behind each frame, as
-/// [`LineEvent`](framelock::LineEvent)s. SBUS2, which ends in 04, 14, 24 or 34, is not accepted.
+/// beginning or end. What is checked is the first byte, that the flags' four unused bits are zero, and the last
+/// byte: 00, or 04, 14, 24 or 34 of SBUS2. So report parity errors, and the idle gap behind each frame, as
+/// [`LineEvent`](framelock::LineEvent)s.
 ///
 /// Source: Futaba has published nothing. PX4 and Betaflight agree on the layout:
 /// <https://github.com/PX4/PX4-Autopilot/blob/main/src/lib/rc/sbus.cpp>,
@@ -41,25 +55,8 @@ pub struct SbusMessage {
 }
 
 impl Format for Sbus {
-    const LONGEST: usize = 25;
+    crate::judged_by!(SBUS);
     type Message<'a> = SbusMessage;
-
-    #[inline]
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        let frame = Headed {
-            sync: &[0x0F],
-            header: 1,
-            longest: Self::LONGEST,
-        };
-        frame.judge_and_say_why(
-            bytes,
-            |_| Some(Self::LONGEST),
-            |frame| match frame {
-                [.., 0..=0x0F, 0] => None,
-                _ => Some(DiscardReason::Terminator),
-            },
-        )
-    }
 
     #[inline]
     fn decode(&self, frame: &[u8]) -> SbusMessage {
@@ -83,8 +80,10 @@ impl SbusMessage {
         let radio = u8::from(self.frame_lost) << 2 | u8::from(self.failsafe) << 3;
         let flags = seventeen | eighteen << 1 | radio;
         let mut frame = [0; 25];
-        let channels = channels::pack(&self.channels);
-        crate::write(&mut frame, &[&[0x0F], &channels, &[flags, 0]]);
+        let [_, places @ .., place, _] = &mut frame;
+        places.copy_from_slice(&channels::pack(&self.channels));
+        *place = flags;
+        SBUS.seal(&mut frame);
         frame
     }
 }

@@ -1,14 +1,21 @@
-use framelock::{DiscardReason, Encode, FixedFormat, Format, Shape, Verdict};
+use framelock::{Encode, FixedFormat, Shape};
 
-use crate::Headed;
+use crate::layout::{Layout, Patterns};
+
+/// What a frame of six axes looks like, for receivers of any layout: see [`SixAxes`].
+pub const SIX_AXES: Layout<'static> = Layout {
+    sync: Patterns::one(&[0xFF, 0xFF]),
+    shortest: 16,
+    longest: 16,
+    terminator: Patterns::one(b"\n\r"),
+    ..Layout::NONE
+};
 
 /// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
 ///
-/// The numbers are taken as little endian, 0 to 65 535 over an axis's travel. If yours are big endian:
-/// `axes.map(u16::swap_bytes)`.
-///
-/// Use it with the small [`Receiver`](framelock::Receiver), which delivers each frame with its last byte. It is
-/// a [`Format`] as well, for [`Either`](crate::Either) and programs that take any format.
+/// The numbers are little endian, 0 to 65 535 over an axis's travel; those of [`SixAxesBigEndian`] have the
+/// highest byte first. Both are for the small [`Receiver`](framelock::Receiver), which delivers each frame
+/// with its last byte.
 ///
 /// There is no checksum: what is checked is the first two bytes and the last two, and axes may look like
 /// either. So report the idle gap behind each frame as a [`LineEvent`](framelock::LineEvent).
@@ -27,15 +34,21 @@ use crate::Headed;
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct SixAxes;
 
+/// [`SixAxes`] with the highest byte of each number first.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct SixAxesBigEndian;
+
+const SHAPE: Shape<[u8; 16]> = {
+    let mut places = [None; 16];
+    [places[0], places[1]] = [Some(0xFF); 2];
+    [places[14], places[15]] = [Some(b'\n'), Some(b'\r')];
+    Shape::new(places)
+};
+
 impl FixedFormat for SixAxes {
     type Frame = [u8; 16];
     type Message = [u16; 6];
-    const SHAPE: Shape<[u8; 16]> = {
-        let mut places = [None; 16];
-        [places[0], places[1]] = [Some(0xFF); 2];
-        [places[14], places[15]] = [Some(b'\n'), Some(b'\r')];
-        Shape::new(places)
-    };
+    const SHAPE: Shape<[u8; 16]> = SHAPE;
 
     #[inline]
     fn decode(frame: [u8; 16]) -> [u16; 6] {
@@ -49,37 +62,28 @@ impl FixedFormat for SixAxes {
 
 impl Encode for SixAxes {
     fn encode(axes: [u16; 6]) -> [u8; 16] {
-        let mut frame = [0xFF; 16];
+        let mut frame = [0; 16];
         for (place, axis) in frame.chunks_exact_mut(2).skip(1).zip(axes) {
             place.copy_from_slice(&axis.to_le_bytes());
         }
-        [frame[14], frame[15]] = [b'\n', b'\r'];
+        SIX_AXES.seal(&mut frame);
         frame
     }
 }
 
-impl Format for SixAxes {
-    const LONGEST: usize = 16;
-    type Message<'a> = [u16; 6];
+impl FixedFormat for SixAxesBigEndian {
+    type Frame = [u8; 16];
+    type Message = [u16; 6];
+    const SHAPE: Shape<[u8; 16]> = SHAPE;
 
     #[inline]
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        let frame = Headed {
-            sync: &[0xFF, 0xFF],
-            header: 2,
-            longest: <Self as Format>::LONGEST,
-        };
-        frame.judge_and_say_why(
-            bytes,
-            |_| Some(<Self as Format>::LONGEST),
-            |frame| (!frame.ends_with(b"\n\r")).then_some(DiscardReason::Terminator),
-        )
+    fn decode(frame: [u8; 16]) -> [u16; 6] {
+        SixAxes::decode(frame).map(u16::swap_bytes)
     }
+}
 
-    #[inline]
-    fn decode(&self, frame: &[u8]) -> [u16; 6] {
-        frame
-            .try_into()
-            .map_or([0; 6], <Self as FixedFormat>::decode)
+impl Encode for SixAxesBigEndian {
+    fn encode(axes: [u16; 6]) -> [u8; 16] {
+        SixAxes::encode(axes.map(u16::swap_bytes))
     }
 }

@@ -1,14 +1,38 @@
-use framelock::{Format, Verdict};
+use framelock::Format;
 
-use crate::Headed;
-use crate::checksums::fletcher8;
+use crate::layout::{
+    Algorithm, ByteOrder, Checksum, Layout, Length, LengthField, Number, Patterns,
+};
+
+/// What a UBX frame looks like, up to the longest that the protocol allows: see [`Ubx`].
+pub const UBX: Layout<'static> = Layout {
+    sync: Patterns::one(&[0xB5, 0x62]),
+    length: Length::Field(LengthField {
+        number: Number {
+            at: 4,
+            bytes: 2,
+            order: ByteOrder::Little,
+        },
+        plus: 8,
+        ..LengthField::byte(4)
+    }),
+    shortest: 8,
+    longest: 65_543,
+    checksum: Some(Checksum {
+        algorithm: Algorithm::Fletcher,
+        from: 2,
+        ..Checksum::at_the_end(2)
+    }),
+    ..Layout::NONE
+};
 
 /// u-blox's UBX: `B5 62`, class, id, a length of 16 bits, little endian, payload, and a Fletcher checksum
 /// of two bytes of all that but the sync.
 ///
 /// `LONGEST` is the longest frame in bytes, eight more than its payload; a header with a greater length
-/// begins no frame. Choose what the messages that you switch on need, 100 for NAV-PVT: it is memory, and how
-/// late a frame may come behind a false beginning. The protocol allows 65 543.
+/// begins no frame. Choose what the messages that you switch on need, 100 for NAV-PVT,
+/// 2 072 for RXM-RAWX with 64 measurements: it is memory, and how late a frame may come behind a false beginning.
+/// The protocol allows 65 543.
 ///
 /// The checksum notices each single wrong byte, and lets one in 65 536 random frames pass.
 ///
@@ -41,29 +65,16 @@ pub struct UbxMessage<'a> {
     pub payload: &'a [u8],
 }
 
-impl<const LONGEST: usize> Format for Ubx<LONGEST> {
-    const LONGEST: usize = LONGEST;
-    type Message<'a> = UbxMessage<'a>;
+impl<const LONGEST: usize> Ubx<LONGEST> {
+    const LAYOUT: Layout<'static> = Layout {
+        longest: LONGEST,
+        ..UBX
+    };
+}
 
-    #[inline]
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        let frame = Headed {
-            sync: &[0xB5, 0x62],
-            header: 6,
-            longest: LONGEST,
-        };
-        frame.judge(
-            bytes,
-            |header| match *header {
-                [.., low, high] => usize::from(u16::from_le_bytes([low, high])).checked_add(8),
-                _ => None,
-            },
-            |frame| match *frame {
-                [_, _, ref checked @ .., a, b] => fletcher8([0, 0], checked) == [a, b],
-                _ => false,
-            },
-        )
-    }
+impl<const LONGEST: usize> Format for Ubx<LONGEST> {
+    crate::judged_by!(Self::LAYOUT);
+    type Message<'a> = UbxMessage<'a>;
 
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> UbxMessage<'a> {
@@ -78,9 +89,7 @@ impl UbxMessage<'_> {
     /// Writes the frame that says it to the front of `into`, and gives its length; nothing if it is longer than
     /// the protocol allows or than `into`.
     pub fn encode(&self, into: &mut [u8]) -> Option<usize> {
-        let [low, high] = u16::try_from(self.payload.len()).ok()?.to_le_bytes();
-        let head = [self.class, self.id, low, high];
-        let sums = fletcher8(fletcher8([0, 0], &head), self.payload);
-        crate::write(into, &[&[0xB5, 0x62], &head, self.payload, &sums])
+        let head = [0, 0, self.class, self.id, 0, 0];
+        crate::write(&UBX, into, &[&head, self.payload, &[0, 0]])
     }
 }

@@ -54,6 +54,8 @@ pub fn any_mismatch() -> DiscardReason {
         2 => DiscardReason::Header,
         3 => DiscardReason::Check,
         4 => DiscardReason::Terminator,
+        5 => DiscardReason::TooLong,
+        6 => DiscardReason::UnknownMessage,
         _ => DiscardReason::LineEvent,
     }
 }

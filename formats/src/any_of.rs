@@ -1,0 +1,87 @@
+//! Frames of several layouts on one line.
+
+use framelock::{DiscardReason, Format, Verdict};
+
+use crate::judge::Head;
+use crate::layout::Layout;
+
+/// Frames of several layouts on one line: UBX and NMEA and RTCM, or the messages of one protocol.
+///
+/// Which layout a frame is of, its header tells: the first that has such a header says the rest.
+///
+/// # Examples
+/// ```
+/// use framelock::{BufferedIn, Format};
+/// use framelock_formats::AnyOf;
+/// use framelock_formats::layout::{Layout, Patterns};
+///
+/// const DOLLAR: Layout = Layout { sync: Patterns::one(b"$"), longest: 3, ..Layout::NONE };
+/// const HASH: Layout = Layout { sync: Patterns::one(b"#"), longest: 2, ..Layout::NONE };
+///
+/// let mut receiver = BufferedIn::within(AnyOf(&[DOLLAR, HASH]), [0; 6]).expect("it holds the longest");
+/// let mut found = Vec::new();
+/// for byte in *b"$ab #c" {
+///     found.extend(receiver.push(byte).map(|(kind, frame)| (kind, frame.to_vec())));
+/// }
+/// assert_eq!(found, [(0, b"$ab".to_vec()), (1, b"#c".to_vec())]);
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct AnyOf<'a>(
+    /// The layouts, in the order in which they are asked.
+    pub &'a [Layout<'a>],
+);
+
+impl Format for AnyOf<'_> {
+    /// A receiver of these is made [`within`](framelock::BufferedIn::within) memory that is as long as the layouts
+    /// say.
+    const LONGEST: usize = usize::MAX;
+    /// Which of the layouts, the first being 0; and the frame.
+    type Message<'a> = (usize, &'a [u8]);
+
+    #[inline]
+    fn longest(&self) -> usize {
+        let longest = self.0.iter().map(|layout| layout.longest);
+        longest.max().unwrap_or_default()
+    }
+
+    #[inline]
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        self.judge_on(bytes, 0)
+    }
+
+    #[inline]
+    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+        let mut furthest = DiscardReason::NoSync;
+        for layout in self.0 {
+            match layout.head(bytes) {
+                Head::Known(known) => return layout.body(&known, bytes, seen),
+                Head::Incomplete(at_least) => return Verdict::Incomplete { at_least },
+                Head::Reject(why) if further_on(why) > further_on(furthest) => furthest = why,
+                Head::Reject(_) => {}
+            }
+        }
+        Verdict::Reject(furthest)
+    }
+
+    #[inline]
+    fn starts(&self, byte: u8) -> bool {
+        self.0.iter().any(|layout| layout.starts(byte))
+    }
+
+    #[inline]
+    fn decode<'a>(&self, frame: &'a [u8]) -> (usize, &'a [u8]) {
+        // More bytes may have come before an earlier one rejected it, so that one may be incomplete here.
+        let is_known = |layout: &Layout| matches!(layout.head(frame), Head::Known(_));
+        let kind = self.0.iter().position(is_known);
+        (kind.unwrap_or_default(), frame)
+    }
+}
+
+/// How far on in a header it is found.
+const fn further_on(why: DiscardReason) -> u8 {
+    match why {
+        DiscardReason::NoSync => 0,
+        DiscardReason::BrokenSync => 1,
+        _ => 2,
+    }
+}

@@ -1,0 +1,178 @@
+//! Cyclic redundancy checks, by their parameters.
+//!
+//! The register has 32 bits. Of a CRC that takes each byte from its lowest bit on, it holds the reflected CRC in
+//! its lowest bits; of any other, the CRC in its highest.
+
+use crate::layout::{Crc, Table};
+
+impl Crc<'_> {
+    /// What the register begins with.
+    #[inline]
+    pub(crate) const fn start(&self) -> u32 {
+        self.aligned(self.initial)
+    }
+
+    /// The register behind these bytes.
+    #[inline]
+    pub(crate) fn update(&self, register: u32, bytes: &[u8]) -> u32 {
+        // Where an entry's bits are in the register.
+        let shift = |narrower| if self.reflected_in { 0 } else { narrower };
+        match self.table {
+            Table::None if self.is_mcrf4xx() => mcrf4xx(register, bytes),
+            Table::None => self.run(register, bytes, |byte| self.remainder(byte)),
+            Table::Bytes(table) => self.run(register, bytes, |byte| {
+                u32::from(entry(table, byte)) << shift(24)
+            }),
+            Table::Halves(table) => self.run(register, bytes, |byte| {
+                u32::from(entry(table, byte)) << shift(16)
+            }),
+            Table::Words(table) => self.run(register, bytes, |byte| entry(table, byte)),
+        }
+    }
+
+    /// The CRC, when the register is behind all bytes.
+    #[inline]
+    pub(crate) const fn result(&self, register: u32) -> u32 {
+        let crc = match (self.reflected_in, self.reflected_out) {
+            (false, false) => register.wrapping_shr(self.unused()),
+            (true, true) => register,
+            (true, false) => register.reverse_bits().wrapping_shr(self.unused()),
+            (false, true) => register.reverse_bits(),
+        };
+        crc ^ self.xor_out
+    }
+
+    /// The table of a CRC of 8 bits.
+    #[must_use]
+    pub const fn table_of_bytes(&self) -> [u8; 256] {
+        let mut table = [0; 256];
+        fill!(table, byte => self.narrow(byte).to_le_bytes()[0]);
+        table
+    }
+
+    /// The table of a CRC of 9 to 16 bits.
+    #[must_use]
+    pub const fn table_of_halves(&self) -> [u16; 256] {
+        let mut table = [0; 256];
+        fill!(table, byte => {
+            let [low, high, ..] = self.narrow(byte).to_le_bytes();
+            u16::from_le_bytes([low, high])
+        });
+        table
+    }
+
+    /// The table of any CRC.
+    #[must_use]
+    pub const fn table_of_words(&self) -> [u32; 256] {
+        let mut table = [0; 256];
+        fill!(table, byte => self.remainder(byte));
+        table
+    }
+
+    /// Bits of the register that the CRC does not have.
+    const fn unused(&self) -> u32 {
+        32_u32.saturating_sub(self.width)
+    }
+
+    /// Bits of a CRC where the register has them.
+    const fn aligned(&self, bits: u32) -> u32 {
+        let highest = bits.wrapping_shl(self.unused());
+        if self.reflected_in {
+            highest.reverse_bits()
+        } else {
+            highest
+        }
+    }
+
+    #[inline]
+    fn run(&self, register: u32, bytes: &[u8], remainder: impl Fn(u8) -> u32) -> u32 {
+        bytes.iter().fold(register, |register, byte| {
+            let [lowest, .., highest] = register.to_le_bytes();
+            if self.reflected_in {
+                remainder(lowest ^ byte) ^ register >> 8
+            } else {
+                remainder(highest ^ byte) ^ register << 8
+            }
+        })
+    }
+
+    /// What a byte that leaves the register makes of the rest, bit by bit.
+    const fn remainder(&self, byte: u8) -> u32 {
+        let polynomial = self.aligned(self.polynomial);
+        let mut register = u32::from_le_bytes([byte, 0, 0, 0]);
+        if !self.reflected_in {
+            register = register.swap_bytes();
+        }
+        let mut bit = 0_u8;
+        while bit < 8 {
+            register = if self.reflected_in {
+                let divisor = if register & 1 == 0 { 0 } else { polynomial };
+                register >> 1 ^ divisor
+            } else {
+                let divisor = if register >> 31 == 0 { 0 } else { polynomial };
+                register << 1 ^ divisor
+            };
+            bit = bit.wrapping_add(1);
+        }
+        register
+    }
+
+    /// The same in the lowest bits, for a table whose entries are as wide as the CRC.
+    const fn narrow(&self, byte: u8) -> u32 {
+        let remainder = self.remainder(byte);
+        if self.reflected_in {
+            remainder
+        } else if self.width <= 8 {
+            remainder >> 24
+        } else {
+            remainder >> 16
+        }
+    }
+
+    const fn is_mcrf4xx(&self) -> bool {
+        self.width == 16 && self.polynomial == 0x1021 && self.reflected_in
+    }
+}
+
+#[inline]
+fn entry<T: Copy + Default>(table: &[T; 256], byte: u8) -> T {
+    table.get(usize::from(byte)).copied().unwrap_or_default()
+}
+
+/// Each entry of a table from its index.
+macro_rules! fill {
+    ($table:ident, $byte:ident => $entry:expr) => {
+        let mut rest: &mut [_] = &mut $table;
+        let mut $byte = 0_u8;
+        while let Some((place, behind)) = rest.split_first_mut() {
+            *place = $entry;
+            $byte = $byte.wrapping_add(1);
+            rest = behind;
+        }
+    };
+}
+use fill;
+
+/// MAVLink's, in the catalogue CRC-16/MCRF4XX: four bytes at once, without a table.
+///
+/// With `y` for `1/x`, the quotient of 32 bits by `x^16 + x^12 + x^5 + 1` is the bits times
+/// `1 / (1 + y^4 + y^11 + y^16)`. Up to `y^31` that is `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The
+/// remainder is the last 16 bits of the quotient times `1 + x^5 + x^12`.
+#[inline(never)]
+fn mcrf4xx(register: u32, bytes: &[u8]) -> u32 {
+    let (mut wide, mut rest) = (register, bytes);
+    while let Some((four, behind)) = rest.split_first_chunk() {
+        let bits = u32::from_le_bytes(*four) ^ wide;
+        let bits = bits ^ bits << 8 ^ bits << 22;
+        let both = bits << 4 ^ bits << 11;
+        let quotient = bits ^ both ^ both << 16;
+        wide = (quotient ^ quotient >> 5 ^ quotient >> 12) >> 16;
+        rest = behind;
+    }
+    rest.iter().fold(wide, |crc, byte| {
+        let [low, ..] = crc.to_le_bytes();
+        let low = low ^ byte;
+        let low = u32::from(low ^ low << 4);
+        crc >> 8 ^ low << 8 ^ low << 3 ^ low >> 4
+    })
+}

@@ -1,0 +1,312 @@
+//! What bytes are by a layout: the one place that decides it, for every format.
+//!
+//! ```text
+//!             sync wrong               header wrong           frame wrong
+//!          ┌──> Reject              ┌──> Reject            ┌──> Reject
+//!  sync ───┼──────────────> header ─┼───────────> frame ───┼──> Frame
+//!          └──> Incomplete          └──> Incomplete        └──> Incomplete
+//! ```
+
+use framelock::{DiscardReason, Verdict};
+
+use crate::layout::{
+    Appendix, ByteOrder, Checksum, FixedBits, Layout, Length, Message, Messages, Number, Patterns,
+};
+
+/// What the bytes up to the end of the header say.
+pub(crate) enum Head {
+    /// No frame begins here.
+    Reject(DiscardReason),
+    /// Nothing can be said before so many bytes are there.
+    Incomplete(usize),
+    /// A frame may have begun. What its length and its checksum depend on.
+    Known(Known),
+}
+
+/// What a right header says of its frame.
+#[derive(Clone, Copy)]
+pub(crate) struct Known {
+    /// Bytes in it; none if its end is to be looked for.
+    length: Option<usize>,
+    /// Bytes appended to it, which are counted in its length.
+    appended: usize,
+    /// The byte that the checksum covers besides.
+    pub(crate) extra: Option<u8>,
+}
+
+impl Layout<'_> {
+    /// What `bytes`, at least one, begin with.
+    #[inline]
+    #[must_use]
+    pub fn judge(&self, bytes: &[u8]) -> Verdict {
+        self.judge_on(bytes, 0)
+    }
+
+    /// [`judge`](Self::judge), knowing that the first `seen` of the bytes were incomplete.
+    #[inline]
+    #[must_use]
+    pub fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+        match self.head(bytes) {
+            Head::Reject(why) => Verdict::Reject(why),
+            Head::Incomplete(at_least) => Verdict::Incomplete { at_least },
+            Head::Known(known) => self.body(&known, bytes, seen),
+        }
+    }
+
+    /// Whether a frame may begin with this byte.
+    #[inline]
+    #[must_use]
+    pub fn starts(&self, byte: u8) -> bool {
+        // All of them at once, not one after the other until one fits.
+        let is_it = |sync: &[u8]| sync.first() == Some(&byte);
+        let each = self.sync.each();
+        self.sync.length == 0 || each.fold(false, |any, sync| any | is_it(sync))
+    }
+
+    /// What the bytes up to the end of the header say.
+    #[inline]
+    pub(crate) fn head(&self, bytes: &[u8]) -> Head {
+        if let Some(why) = self.sync.refuses(bytes) {
+            return Head::Reject(why);
+        }
+        let header = self.header();
+        if header > self.longest {
+            return Head::Reject(DiscardReason::Header);
+        }
+        let Some(head) = bytes.get(..header) else {
+            // A wrong sync byte is seen as soon as it is there.
+            return Head::Incomplete(if bytes.len() < self.sync.length {
+                bytes.len().wrapping_add(1)
+            } else {
+                header
+            });
+        };
+        self.known(head).map_or_else(Head::Reject, Head::Known)
+    }
+
+    /// Bytes that must be there before the length is known: one at least.
+    #[inline]
+    fn header(&self) -> usize {
+        let mut header = self.sync.length.max(1);
+        if let Length::Field(field) = &self.length {
+            header = header.max(field.number.end());
+        }
+        if let Some(messages) = &self.messages {
+            header = header.max(messages.number.end());
+        }
+        if let Some(appendix) = &self.appendix {
+            header = header.max(appendix.at.saturating_add(1));
+        }
+        header
+    }
+
+    #[inline]
+    fn known(&self, head: &[u8]) -> Result<Known, DiscardReason> {
+        let in_head = |at: &i16| usize::try_from(*at).is_ok_and(|at| at < head.len());
+        let mut fixed = self.fixed.iter();
+        if !fixed.all(|bits| !in_head(&bits.at) || bits.are_right(head)) {
+            return Err(DiscardReason::Header);
+        }
+        let message = match &self.messages {
+            Some(messages) => Some(
+                messages
+                    .message(head)
+                    .ok_or(DiscardReason::UnknownMessage)?,
+            ),
+            None => None,
+        };
+        let extra = message.and_then(|message| message.extra);
+        let appended = self
+            .appendix
+            .map_or(0, |appendix| appendix.appended_to(head));
+        let frame = match &self.length {
+            Length::Delimiter => {
+                return Ok(Known {
+                    length: None,
+                    appended: 0,
+                    extra,
+                });
+            }
+            Length::Fixed => self.longest,
+            Length::Field(field) => {
+                let number = field.number.read(head) & field.mask;
+                if message.is_some_and(|message| number > message.most.into()) {
+                    return Err(DiscardReason::TooLong);
+                }
+                let plus = i64::from(number).wrapping_mul(i64::from(field.factor));
+                let length = plus.wrapping_add(field.plus.into());
+                // Less than nothing is too short.
+                if length < 0 {
+                    return Err(DiscardReason::Header);
+                }
+                usize::try_from(length).map_err(|_| DiscardReason::TooLong)?
+            }
+        };
+        let whole = frame.saturating_add(appended);
+        if frame < self.shortest || whole < head.len() {
+            return Err(DiscardReason::Header);
+        }
+        if whole > self.longest {
+            return Err(DiscardReason::TooLong);
+        }
+        Ok(Known {
+            length: Some(whole),
+            appended,
+            extra,
+        })
+    }
+
+    /// What the bytes are whose header is known.
+    #[inline]
+    pub(crate) fn body(&self, known: &Known, bytes: &[u8], seen: usize) -> Verdict {
+        self.body_by(known, bytes, seen, |checksum, frame, extra| {
+            checksum.is_right(frame, extra)
+        })
+    }
+
+    /// The same, with what says whether a checksum is right: any function of the frame, in the proof.
+    #[inline]
+    pub(crate) fn body_by(
+        &self,
+        known: &Known,
+        bytes: &[u8],
+        seen: usize,
+        is_right: impl FnOnce(&Checksum, &[u8], Option<u8>) -> bool,
+    ) -> Verdict {
+        let length = match known.length {
+            Some(length) => length,
+            None => match self.end(bytes, seen) {
+                Ok(end) => end,
+                Err(verdict) => return verdict,
+            },
+        };
+        let Some(frame) = bytes.get(..length) else {
+            return Verdict::Incomplete { at_least: length };
+        };
+        let frame = frame
+            .len()
+            .checked_sub(known.appended)
+            .and_then(|end| frame.get(..end));
+        let Some(frame) = frame else {
+            return Verdict::Reject(DiscardReason::Header);
+        };
+        let mut fixed = self.fixed.iter();
+        if !self.terminator.ends(frame) || !fixed.all(|bits| bits.are_right(frame)) {
+            return Verdict::Reject(DiscardReason::Terminator);
+        }
+        match &self.checksum {
+            Some(checksum) if !is_right(checksum, frame, known.extra) => {
+                Verdict::Reject(DiscardReason::Check)
+            }
+            _ => Verdict::Frame(length),
+        }
+    }
+
+    /// Where the first terminator ends; of the first `seen` bytes that were incomplete there was none.
+    #[inline]
+    fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Verdict> {
+        let width = self.terminator.length.max(1);
+        let bytes = bytes.get(..self.longest).unwrap_or(bytes);
+        // Fewer bytes than the header has were not looked through.
+        let seen = if seen < self.header() { 0 } else { seen };
+        let from = seen.saturating_sub(width.wrapping_sub(1));
+        let from = from.max(self.sync.length);
+        let mut places = bytes.get(from..).unwrap_or_default().windows(width);
+        match places.position(|place| self.terminator.are(place)) {
+            Some(place) => {
+                let end = from.wrapping_add(place).wrapping_add(width);
+                if end < self.shortest {
+                    return Err(Verdict::Reject(DiscardReason::Header));
+                }
+                Ok(end)
+            }
+            None if bytes.len() >= self.longest => Err(Verdict::Reject(DiscardReason::Terminator)),
+            None => Err(Verdict::Incomplete {
+                at_least: bytes.len().wrapping_add(1),
+            }),
+        }
+    }
+}
+
+impl Patterns<'_> {
+    /// Why no frame begins with these bytes, at least one, if none does by its sync.
+    #[inline]
+    fn refuses(&self, bytes: &[u8]) -> Option<DiscardReason> {
+        if self.length == 0 {
+            return None;
+        }
+        let mut why = DiscardReason::NoSync;
+        for pattern in self.each() {
+            let both = || pattern.iter().zip(bytes);
+            if both().all(|(wanted, byte)| wanted == byte) {
+                return None;
+            }
+            if both().next().is_some_and(|(wanted, byte)| wanted == byte) {
+                why = DiscardReason::BrokenSync;
+            }
+        }
+        Some(why)
+    }
+
+    /// Whether one of them is these bytes.
+    #[inline]
+    pub(crate) fn are(&self, bytes: &[u8]) -> bool {
+        self.each().any(|pattern| pattern == bytes)
+    }
+
+    #[inline]
+    fn ends(&self, frame: &[u8]) -> bool {
+        self.length == 0 || self.each().any(|pattern| frame.ends_with(pattern))
+    }
+}
+
+impl Number {
+    /// The number, from a header that has it.
+    #[inline]
+    pub(crate) fn read(&self, header: &[u8]) -> u32 {
+        let bytes = header.get(self.at..self.end()).unwrap_or_default();
+        let add = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
+        match self.order {
+            ByteOrder::Little => bytes.iter().rev().fold(0, add),
+            ByteOrder::Big => bytes.iter().fold(0, add),
+        }
+    }
+}
+
+impl Messages<'_> {
+    #[inline]
+    fn message(&self, header: &[u8]) -> Option<Message> {
+        let number = self.number.read(header);
+        let place = self.known.binary_search_by_key(&number, |it| it.number);
+        self.known.get(place.ok()?).copied()
+    }
+}
+
+impl Appendix {
+    #[inline]
+    pub(crate) fn appended_to(&self, header: &[u8]) -> usize {
+        match header.get(self.at) {
+            Some(byte) if byte & self.mask != 0 => self.bytes,
+            _ => 0,
+        }
+    }
+}
+
+impl FixedBits {
+    #[inline]
+    fn are_right(&self, frame: &[u8]) -> bool {
+        let byte = index(self.at, frame.len()).and_then(|at| frame.get(at));
+        byte.is_some_and(|byte| byte & self.mask == self.value & self.mask)
+    }
+}
+
+/// Where in a frame of that length a place is.
+#[inline]
+pub(crate) fn index(place: i16, length: usize) -> Option<usize> {
+    let distance = usize::from(place.unsigned_abs());
+    if place < 0 {
+        length.checked_sub(distance)
+    } else {
+        Some(distance)
+    }
+}

@@ -1,0 +1,80 @@
+//! Writing a frame by its layout.
+
+use framelock::Verdict;
+
+use crate::judge::{Head, index};
+use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns};
+
+impl Layout<'_> {
+    /// Makes bytes a frame: writes what the layout says of each, sync, fixed bits, length, terminator and at
+    /// last the checksum, and leaves the rest as it is. Of several syncs or terminators it writes the first,
+    /// unless one is there already. Set the bits that announce an appendix before, and put it behind the frame.
+    ///
+    /// Says whether it is a frame then. It is none if no frame has so many bytes, if there is no such message, or
+    /// if a terminator stands where none may.
+    pub fn seal(&self, frame: &mut [u8]) -> bool {
+        let whole = frame.len();
+        self.sync.write(frame, 0);
+        let appended = self
+            .appendix
+            .map_or(0, |appendix| appendix.appended_to(frame));
+        let Some(frame_alone) = whole
+            .checked_sub(appended)
+            .and_then(|end| frame.get_mut(..end))
+        else {
+            return false;
+        };
+        if let Length::Field(field) = &self.length {
+            field.write(frame_alone);
+        }
+        for bits in self.fixed {
+            let place = index(bits.at, frame_alone.len());
+            if let Some(byte) = place.and_then(|at| frame_alone.get_mut(at)) {
+                *byte = *byte & !bits.mask | bits.value & bits.mask;
+            }
+        }
+        let end = frame_alone.len().saturating_sub(self.terminator.length);
+        self.terminator.write(frame_alone, end);
+        if let (Some(checksum), Head::Known(known)) = (&self.checksum, self.head(frame_alone)) {
+            checksum.write(frame_alone, known.extra);
+        }
+        self.judge(frame) == Verdict::Frame(whole)
+    }
+}
+
+impl Patterns<'_> {
+    /// Writes the first of them, unless one is there.
+    fn write(&self, frame: &mut [u8], at: usize) {
+        let place = frame
+            .get_mut(at..)
+            .and_then(|rest| rest.get_mut(..self.length));
+        let (Some(place), Some(first)) = (place, self.each().next()) else {
+            return;
+        };
+        if !self.are(place) {
+            place.copy_from_slice(first);
+        }
+    }
+}
+
+impl LengthField {
+    /// Writes the number that tells the frame's length, and leaves the bits that do not count.
+    fn write(&self, frame: &mut [u8]) {
+        let counted = i64::try_from(frame.len()).unwrap_or(i64::MAX);
+        let counted = counted.wrapping_sub(self.plus.into());
+        let number = counted.checked_div(self.factor.into()).unwrap_or_default();
+        let number = u32::try_from(number).unwrap_or_default();
+        let others = self.number.read(frame) & !self.mask;
+        let bytes = (number & self.mask | others).to_le_bytes();
+        let lowest_first = bytes.iter().take(self.number.bytes);
+        let place = frame.get_mut(self.number.at..self.number.end());
+        let place = place.unwrap_or_default().iter_mut();
+        match self.number.order {
+            ByteOrder::Little => place.zip(lowest_first).for_each(|(byte, it)| *byte = *it),
+            ByteOrder::Big => place
+                .rev()
+                .zip(lowest_first)
+                .for_each(|(byte, it)| *byte = *it),
+        }
+    }
+}
