@@ -251,12 +251,14 @@ impl Patterns<'_> {
     /// Whether one of them is these bytes.
     #[inline]
     pub(crate) fn are(&self, bytes: &[u8]) -> bool {
-        self.each().any(|pattern| pattern == bytes)
+        self.each().any(|pattern| pattern.iter().eq(bytes))
     }
 
     #[inline]
     fn ends(&self, frame: &[u8]) -> bool {
-        self.length == 0 || self.each().any(|pattern| frame.ends_with(pattern))
+        let place = frame.len().checked_sub(self.length);
+        let end = place.and_then(|place| frame.get(place..));
+        self.length == 0 || end.is_some_and(|end| self.are(end))
     }
 }
 

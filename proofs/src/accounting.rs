@@ -33,6 +33,8 @@ fn any_line<P>(parser: P, start: usize) -> Line<P> {
     counters.discarded.no_sync = start;
     counters.discarded.broken_sync = start;
     counters.discarded.header = start;
+    counters.discarded.too_long = start;
+    counters.discarded.unknown_message = start;
     counters.discarded.check = start;
     counters.discarded.terminator = start;
     counters.discarded.line_event = start;
@@ -54,6 +56,8 @@ fn placed(counters: &Counters, start: usize) -> u8 {
         + up(discarded.no_sync, start)
         + up(discarded.broken_sync, start)
         + up(discarded.header, start)
+        + up(discarded.too_long, start)
+        + up(discarded.unknown_message, start)
         + up(discarded.check, start)
         + up(discarded.terminator, start)
         + up(discarded.line_event, start)
@@ -180,6 +184,8 @@ fn any_found() -> Found<()> {
         3 => discarded(DiscardReason::Check),
         4 => discarded(DiscardReason::Terminator),
         5 => discarded(DiscardReason::LineEvent),
+        6 => discarded(DiscardReason::TooLong),
+        7 => discarded(DiscardReason::UnknownMessage),
         _ => Found::Frame {
             length: count,
             message: (),
@@ -239,6 +245,8 @@ fn each_report_is_counted() {
     assert!(discarded.no_sync == of_reason(Some(DiscardReason::NoSync)));
     assert!(discarded.broken_sync == of_reason(Some(DiscardReason::BrokenSync)));
     assert!(discarded.header == of_reason(Some(DiscardReason::Header)));
+    assert!(discarded.too_long == of_reason(Some(DiscardReason::TooLong)));
+    assert!(discarded.unknown_message == of_reason(Some(DiscardReason::UnknownMessage)));
     assert!(discarded.check == of_reason(Some(DiscardReason::Check)));
     assert!(discarded.terminator == of_reason(Some(DiscardReason::Terminator)));
     assert!(discarded.line_event == of_reason(Some(DiscardReason::LineEvent)));
@@ -272,6 +280,8 @@ impl<const LONGEST: usize> Format for Anything<LONGEST> {
             4 => Verdict::Reject(DiscardReason::BrokenSync),
             5 => Verdict::Reject(DiscardReason::Header),
             6 => Verdict::Reject(DiscardReason::Check),
+            7 => Verdict::Reject(DiscardReason::TooLong),
+            8 => Verdict::Reject(DiscardReason::UnknownMessage),
             _ => Verdict::Reject(DiscardReason::Terminator),
         }
     }

@@ -55,6 +55,8 @@ fn line() {
         discarded.no_sync,
         discarded.broken_sync,
         discarded.header,
+        discarded.too_long,
+        discarded.unknown_message,
         discarded.check,
         discarded.terminator,
         discarded.line_event,

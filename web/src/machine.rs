@@ -143,6 +143,8 @@ fn reason(why: DiscardReason) -> &'static str {
         DiscardReason::NoSync => "no sync",
         DiscardReason::BrokenSync => "broken sync",
         DiscardReason::Header => "no such header",
+        DiscardReason::TooLong => "too long",
+        DiscardReason::UnknownMessage => "unknown message",
         DiscardReason::Terminator => "no CR",
         DiscardReason::Check => "check failed",
         DiscardReason::LineEvent => "idle line",

@@ -58,7 +58,7 @@ fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
     let mut lecture = Line::new(Lecture::new());
     let mut bin = Line::new(Receiver::<Bin>::new());
     let mut crc8 = Line::new(Receiver::<BinCrc8>::new());
-    let mut crsf = Line::new(BufferedReceiver::<_, 64>::new(Crsf::default()));
+    let mut crsf = Line::new(BufferedReceiver::<_, 64>::new(Crsf));
     for byte in bytes {
         lecture.push(*byte);
         bin.push(*byte);

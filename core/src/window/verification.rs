@@ -233,7 +233,10 @@ impl Reasons {
             DiscardReason::BrokenSync => self.broken_sync += 1,
             DiscardReason::Terminator => self.terminator += 1,
             DiscardReason::Check => self.check += 1,
-            DiscardReason::Header | DiscardReason::LineEvent => {
+            DiscardReason::Header
+            | DiscardReason::TooLong
+            | DiscardReason::UnknownMessage
+            | DiscardReason::LineEvent => {
                 panic!("no reason of a fixed format")
             }
         }

@@ -165,6 +165,8 @@ fn counters_wrap() {
         &mut discarded.no_sync,
         &mut discarded.broken_sync,
         &mut discarded.header,
+        &mut discarded.too_long,
+        &mut discarded.unknown_message,
         &mut discarded.check,
         &mut discarded.terminator,
         &mut discarded.line_event,

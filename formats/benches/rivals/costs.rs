@@ -91,7 +91,7 @@ pub(crate) fn cases() -> Vec<Case> {
             "crsf",
             &crsf::PROTOCOL,
             &[b"\xC8\x3C", b"\xC8\x3E", b"\xC8\x3E\xC8", b"\xC8"],
-            || BufferedReceiver::<_, 128>::new(Crsf::default()),
+            || BufferedReceiver::<_, 128>::new(Crsf),
             crsf::contenders(),
         ),
         of_protocol(
@@ -116,7 +116,7 @@ pub(crate) fn cases() -> Vec<Case> {
                 b"\xFD\x83\0\0\xFD\xFF\0\x83\0\0",
                 b"\xFD",
             ],
-            || BufferedReceiver::<_, 560>::new(Mavlink2(mavlink2::dialect)),
+            || BufferedReceiver::<_, 560>::new(Mavlink2(mavlink2::DIALECT)),
             mavlink2::contenders(),
         ),
         of_fixed_format::<SixAxes>(

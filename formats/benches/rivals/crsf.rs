@@ -40,8 +40,7 @@ fn frame(payload: &mut Payload) -> Vec<u8> {
 pub(crate) fn contenders() -> Vec<Entry> {
     let ours = |message: CrsfMessage| [&[message.kind], message.payload].concat();
     vec![
-        Entry::ours::<128, _>("framelock", Crsf::default(), ours),
-        Entry::ours::<128, _>("framelock, 24 addresses", Crsf::accepting(ADDRESSES), ours),
+        Entry::ours::<128, _>("framelock", Crsf, ours),
         Entry::rival("uf-crsf", UfCrsf::default, |raw| inside(raw.as_slice())),
         Entry::rival("crsf", CrsfCrate::default, |raw| inside(raw.data())),
     ]
@@ -52,11 +51,6 @@ fn inside(frame: &[u8]) -> Vec<u8> {
     frame[2..frame.len() - 1].to_vec()
 }
 
-/// The first bytes that `uf-crsf` accepts.
-const ADDRESSES: [u8; 24] = [
-    0x00, 0x0E, 0x10, 0x12, 0x13, 0x14, 0x80, 0x90, 0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0xC0,
-    0xC2, 0xC4, 0xC8, 0xCC, 0xCE, 0xEA, 0xEC, 0xEE,
-];
 
 /// `crsf`. Its raw packets are not checked yet, so each is decoded; kinds of packets that it does not know
 /// count as found. A packet of channels or link statistics that is too short for them, which passes its check

@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use crc::{CRC_16_MCRF4XX, Crc};
-use framelock_formats::{Mavlink2, Mavlink2Entry};
+use framelock_formats::{Mavlink2, layout::Message};
 use mavlink_core::error::ParserError;
 use mavlink_core::{Dialect, MAVLinkMessageRaw, MavlinkReader, MavlinkVersion};
 
@@ -35,11 +35,26 @@ const MESSAGES: [(u8, u8, u8); 8] = [
 /// The longest of `common.xml`, ENCAPSULATED_DATA: known, but not sent.
 pub(crate) const LONGEST: (u8, u8, u8) = (131, 223, 255);
 
-/// CRC extra and most bytes of payload.
-#[inline]
-fn message(id: u32) -> Option<(u8, u8)> {
-    let mut known = MESSAGES.into_iter().chain([LONGEST]);
-    known.find_map(|(known, extra, most)| (id == u32::from(known)).then_some((extra, most)))
+/// All of them, by rising numbers.
+pub(crate) const DIALECT: &[Message] = &{
+    let [a, b, c, d, e, f, g, h] = MESSAGES;
+    [
+        known(a), known(b), known(c), known(d), known(e), known(f), known(g), known(LONGEST), known(h),
+    ]
+};
+
+const fn known((number, extra, most): (u8, u8, u8)) -> Message {
+    Message {
+        number: number as u32,
+        extra: Some(extra),
+        most: most as u16,
+    }
+}
+
+/// CRC extra of a message.
+fn extra(id: u32) -> Option<u8> {
+    let known = DIALECT.iter().find(|known| known.number == id)?;
+    known.extra
 }
 
 fn frame(payload: &mut Payload) -> Vec<u8> {
@@ -55,14 +70,9 @@ fn frame(payload: &mut Payload) -> Vec<u8> {
     frame
 }
 
-pub(crate) fn dialect(id: u32) -> Option<Mavlink2Entry> {
-    let (crc_extra, longest) = message(id)?;
-    Some(Mavlink2Entry { crc_extra, longest })
-}
-
 pub(crate) fn contenders() -> Vec<Entry> {
     vec![
-        Entry::ours::<560, _>("framelock", Mavlink2(dialect), |message| {
+        Entry::ours::<560, _>("framelock", Mavlink2(DIALECT), |message| {
             message.payload.to_vec()
         }),
         Entry::rival("mavlink-core", MavlinkCore::default, |message| {
@@ -83,7 +93,7 @@ impl Dialect for Known {
     }
 
     fn extra_crc(&self, message_id: u32) -> Option<u8> {
-        message(message_id).map(|(extra, _)| extra)
+        extra(message_id)
     }
 
     fn decode(&self, _: MavlinkVersion, _: u32, _: &[u8]) -> Result<(), ParserError> {

@@ -17,7 +17,7 @@ fn crsf(kind: u8, payload: &[u8]) -> Vec<u8> {
 /// The kinds of the messages that a stream brings.
 fn kinds(stream: &[u8]) -> Vec<u8> {
     let mut kinds = Vec::new();
-    receive::<_, 64>(Crsf::default(), stream, |message| kinds.push(message.kind));
+    receive::<_, 64>(Crsf, stream, |message| kinds.push(message.kind));
     kinds
 }
 
@@ -29,7 +29,7 @@ fn a_frame_behind_a_false_beginning_is_late() {
     assert_eq!(kinds(&late_by(58)), []);
     assert_eq!(kinds(&late_by(59)), [2]);
 
-    let mut receiver = BufferedReceiver::<_, 64>::new(Crsf::default());
+    let mut receiver = BufferedReceiver::<_, 64>::new(Crsf);
     receiver.feed(&late_by(0), |_| {
         panic!("it may yet be the frame of 64 bytes")
     });

@@ -7,7 +7,7 @@ mod limits;
 mod others;
 
 use framelock::{BufferedReceiver, Format};
-use framelock_formats::Mavlink2Entry;
+use framelock_formats::layout::Message;
 
 /// What the format finds in a stream: calls `see` with each message.
 fn receive<F: Format, const N: usize>(
@@ -22,14 +22,18 @@ fn receive<F: Format, const N: usize>(
 }
 
 /// HEARTBEAT and ATTITUDE of the dialect `common`, and one with the longest payload.
-fn dialect(id: u32) -> Option<Mavlink2Entry> {
-    let (crc_extra, longest) = match id {
-        0 => (50, 9),
-        30 => (39, 28),
-        0x01_02_03 => (7, 255),
-        _ => return None,
-    };
-    Some(Mavlink2Entry { crc_extra, longest })
+const DIALECT: &[Message] = &[
+    message(0, 50, 9),
+    message(30, 39, 28),
+    message(0x01_02_03, 7, 255),
+];
+
+const fn message(number: u32, extra: u8, most: u16) -> Message {
+    Message {
+        number,
+        extra: Some(extra),
+        most,
+    }
 }
 
 /// A frame made by one of the encoders.

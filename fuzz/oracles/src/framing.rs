@@ -280,12 +280,14 @@ impl<const LONGEST: usize> Drawn<LONGEST> {
             } else {
                 number % (2 * LONGEST)
             }),
-            _ => Verdict::Reject(match why / 2 % 5 {
+            _ => Verdict::Reject(match why / 2 % 7 {
                 0 => DiscardReason::NoSync,
                 1 => DiscardReason::BrokenSync,
                 2 => DiscardReason::Header,
                 3 => DiscardReason::Terminator,
-                _ => DiscardReason::Check,
+                4 => DiscardReason::Check,
+                5 => DiscardReason::TooLong,
+                _ => DiscardReason::UnknownMessage,
             }),
         }
     }

@@ -81,6 +81,8 @@ impl Counted {
             DiscardReason::NoSync => &mut discarded.no_sync,
             DiscardReason::BrokenSync => &mut discarded.broken_sync,
             DiscardReason::Header => &mut discarded.header,
+            DiscardReason::TooLong => &mut discarded.too_long,
+            DiscardReason::UnknownMessage => &mut discarded.unknown_message,
             DiscardReason::Terminator => &mut discarded.terminator,
             DiscardReason::Check => &mut discarded.check,
             DiscardReason::LineEvent => &mut discarded.line_event,

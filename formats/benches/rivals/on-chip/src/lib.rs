@@ -9,6 +9,7 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use framelock::{BufferedReceiver, FixedFormat, Format, Line, Parser};
+use framelock_formats::layout::Message;
 // Start-up code, and the vector table.
 use cortex_m_rt as _;
 
@@ -98,22 +99,25 @@ extern "C" fn end() -> ! {
     }
 }
 
-/// CRC extra and most bytes of payload of the `MAVLink` messages that are sent, and of the longest of all,
-/// `ENCAPSULATED_DATA`.
-#[must_use]
-#[inline(never)]
-pub fn message(id: u32) -> Option<(u8, u8)> {
-    match id {
-        0 => Some((50, 9)),
-        1 => Some((124, 43)),
-        24 => Some((24, 52)),
-        30 => Some((39, 28)),
-        33 => Some((104, 28)),
-        65 => Some((118, 42)),
-        74 => Some((20, 20)),
-        131 => Some((223, 255)),
-        253 => Some((83, 54)),
-        _ => None,
+/// The `MAVLink` messages that are sent, and the longest of all, `ENCAPSULATED_DATA`: number, CRC extra, most bytes
+/// of payload.
+pub const MESSAGES: &[Message] = &[
+    known(0, 50, 9),
+    known(1, 124, 43),
+    known(24, 24, 52),
+    known(30, 39, 28),
+    known(33, 104, 28),
+    known(65, 118, 42),
+    known(74, 20, 20),
+    known(131, 223, 255),
+    known(253, 83, 54),
+];
+
+const fn known(number: u32, extra: u8, most: u16) -> Message {
+    Message {
+        number,
+        extra: Some(extra),
+        most,
     }
 }
 

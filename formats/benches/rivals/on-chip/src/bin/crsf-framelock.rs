@@ -6,4 +6,4 @@ use framelock::BufferedReceiver;
 use framelock_formats::Crsf;
 use framelock_rivals_on_chip::receiver;
 
-receiver!(BufferedReceiver::<Crsf, 128>::new(Crsf::default()));
+receiver!(BufferedReceiver::<Crsf, 128>::new(Crsf));

@@ -7,5 +7,5 @@ use framelock_formats::Crsf;
 use framelock_rivals_on_chip::receiver;
 
 receiver!(Line::new(BufferedReceiver::<Crsf, 128>::new(
-    Crsf::default()
+    Crsf
 )));

@@ -3,12 +3,7 @@
 #![no_main]
 
 use framelock::BufferedReceiver;
-use framelock_formats::{Mavlink2, Mavlink2Entry};
-use framelock_rivals_on_chip::{message, receiver};
+use framelock_formats::Mavlink2;
+use framelock_rivals_on_chip::{MESSAGES, receiver};
 
-fn dialect(id: u32) -> Option<Mavlink2Entry> {
-    let (crc_extra, longest) = message(id)?;
-    Some(Mavlink2Entry { crc_extra, longest })
-}
-
-receiver!(BufferedReceiver::<_, 560>::new(Mavlink2(dialect)));
+receiver!(BufferedReceiver::<_, 560>::new(Mavlink2(MESSAGES)));

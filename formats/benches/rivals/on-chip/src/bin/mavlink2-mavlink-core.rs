@@ -5,7 +5,7 @@
 use core::convert::Infallible;
 use core::hint::black_box;
 use embedded_io::{ErrorType, Read};
-use framelock_rivals_on_chip::{Receiver, message, receiver};
+use framelock_rivals_on_chip::{MESSAGES, Receiver, receiver};
 use mavlink_core::error::{EncoderError, ParserError};
 use mavlink_core::{Dialect, MavlinkReader, MavlinkVersion};
 
@@ -20,7 +20,8 @@ impl Dialect for Known {
     }
 
     fn extra_crc(&self, message_id: u32) -> Option<u8> {
-        message(message_id).map(|(extra, _)| extra)
+        let place = MESSAGES.binary_search_by_key(&message_id, |message| message.number);
+        MESSAGES.get(place.ok()?)?.extra
     }
 
     fn decode(&self, _: MavlinkVersion, _: u32, _: &[u8]) -> Result<(), ParserError> {

@@ -1,0 +1,116 @@
+//! Any layout.
+
+use framelock::any_format::any_up_to;
+
+use crate::layout::{
+    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message,
+    Messages, Number, Patterns, Table, Written,
+};
+
+/// What a layout borrows: up to `P` bytes of patterns, `F` fixed bits and `M` messages.
+pub(super) struct Parts<const P: usize, const F: usize, const M: usize> {
+    sync: [u8; P],
+    terminator: [u8; P],
+    fixed: [FixedBits; F],
+    messages: [Message; M],
+}
+
+impl<const P: usize, const F: usize, const M: usize> Parts<P, F, M> {
+    pub(super) fn any() -> Self {
+        Self {
+            sync: kani::any(),
+            terminator: kani::any(),
+            fixed: core::array::from_fn(|_| FixedBits {
+                at: kani::any(),
+                mask: kani::any(),
+                value: kani::any(),
+            }),
+            messages: core::array::from_fn(|_| Message {
+                number: kani::any(),
+                extra: kani::any::<bool>().then(kani::any),
+                most: kani::any(),
+            }),
+        }
+    }
+
+    /// Any layout that has these parts, or fewer, and this checksum.
+    pub(super) fn layout<'a>(&'a self, checksum: Option<Checksum<'a>>) -> Layout<'a> {
+        Layout {
+            sync: any_patterns(&self.sync),
+            length: match kani::any::<u8>() {
+                0 => Length::Fixed,
+                1 => Length::Delimiter,
+                _ => Length::Field(LengthField {
+                    number: any_number(),
+                    mask: kani::any(),
+                    factor: kani::any(),
+                    plus: kani::any(),
+                }),
+            },
+            shortest: kani::any(),
+            longest: kani::any(),
+            fixed: &self.fixed[..any_up_to(F)],
+            messages: kani::any::<bool>().then(|| Messages {
+                number: any_number(),
+                known: &self.messages[..any_up_to(M)],
+            }),
+            checksum,
+            terminator: any_patterns(&self.terminator),
+            appendix: kani::any::<bool>().then(|| Appendix {
+                at: kani::any(),
+                mask: kani::any(),
+                bytes: kani::any(),
+            }),
+        }
+    }
+}
+
+fn any_patterns(bytes: &[u8]) -> Patterns<'_> {
+    Patterns {
+        bytes: &bytes[..any_up_to(bytes.len())],
+        length: kani::any(),
+    }
+}
+
+fn any_number() -> Number {
+    Number {
+        at: kani::any(),
+        bytes: kani::any(),
+        order: if kani::any() {
+            ByteOrder::Little
+        } else {
+            ByteOrder::Big
+        },
+    }
+}
+
+/// Any checksum, without a table.
+pub(super) fn any_checksum() -> Checksum<'static> {
+    Checksum {
+        algorithm: match kani::any::<u8>() {
+            0 => Algorithm::Sum,
+            1 => Algorithm::InvertedSum,
+            2 => Algorithm::NegatedSum,
+            3 => Algorithm::Xor,
+            4 => Algorithm::Fletcher,
+            _ => Algorithm::Crc(Crc {
+                width: kani::any(),
+                polynomial: kani::any(),
+                initial: kani::any(),
+                reflected_in: kani::any(),
+                reflected_out: kani::any(),
+                xor_out: kani::any(),
+                table: Table::None,
+            }),
+        },
+        bytes: kani::any(),
+        written: match kani::any::<u8>() {
+            0 => Written::Little,
+            1 => Written::Big,
+            _ => Written::Hex,
+        },
+        at: kani::any(),
+        from: kani::any(),
+        to: kani::any(),
+    }
+}
