@@ -27,9 +27,9 @@ pub(crate) enum Head {
 #[derive(Clone, Copy)]
 pub(crate) struct Known {
     /// Bytes in it; none if its end is to be looked for.
-    length: Option<usize>,
+    pub(crate) length: Option<usize>,
     /// Bytes appended to it, which are counted in its length.
-    appended: usize,
+    pub(crate) appended: usize,
     /// The byte that the checksum covers besides.
     pub(crate) extra: Option<u8>,
 }
@@ -66,12 +66,22 @@ impl Layout<'_> {
     /// What the bytes up to the end of the header say.
     #[inline]
     pub(crate) fn head(&self, bytes: &[u8]) -> Head {
-        if let Some(why) = self.sync.refuses(bytes) {
-            return Head::Reject(why);
-        }
+        self.head_by(bytes, |header| self.known(header))
+    }
+
+    /// The same, with what a right header says: any function of the header, in the proof.
+    #[inline]
+    pub(crate) fn head_by(
+        &self,
+        bytes: &[u8],
+        known: impl FnOnce(&[u8]) -> Result<Known, DiscardReason>,
+    ) -> Head {
         let header = self.header();
         if header > self.longest {
-            return Head::Reject(DiscardReason::Header);
+            return Head::Reject(DiscardReason::NoSync);
+        }
+        if let Some(why) = self.sync.refuses(bytes) {
+            return Head::Reject(why);
         }
         let Some(head) = bytes.get(..header) else {
             // A wrong sync byte is seen as soon as it is there.
@@ -81,12 +91,12 @@ impl Layout<'_> {
                 header
             });
         };
-        self.known(head).map_or_else(Head::Reject, Head::Known)
+        known(head).map_or_else(Head::Reject, Head::Known)
     }
 
     /// Bytes that must be there before the length is known: one at least.
     #[inline]
-    fn header(&self) -> usize {
+    pub(crate) fn header(&self) -> usize {
         let mut header = self.sync.length.max(1);
         if let Length::Field(field) = &self.length {
             header = header.max(field.number.end());
@@ -100,8 +110,9 @@ impl Layout<'_> {
         header
     }
 
+    /// What a header says, if it is one.
     #[inline]
-    fn known(&self, head: &[u8]) -> Result<Known, DiscardReason> {
+    pub(crate) fn known(&self, head: &[u8]) -> Result<Known, DiscardReason> {
         let in_head = |at: &i16| usize::try_from(*at).is_ok_and(|at| at < head.len());
         let mut fixed = self.fixed.iter();
         if !fixed.all(|bits| !in_head(&bits.at) || bits.are_right(head)) {
@@ -159,19 +170,17 @@ impl Layout<'_> {
     /// What the bytes are whose header is known.
     #[inline]
     pub(crate) fn body(&self, known: &Known, bytes: &[u8], seen: usize) -> Verdict {
-        self.body_by(known, bytes, seen, |checksum, frame, extra| {
-            checksum.is_right(frame, extra)
-        })
+        self.body_by(known, bytes, seen, |frame| self.mismatch(known, frame))
     }
 
-    /// The same, with what says whether a checksum is right: any function of the frame, in the proof.
+    /// The same, with what is wrong with a frame: any function of the frame, in the proof.
     #[inline]
     pub(crate) fn body_by(
         &self,
         known: &Known,
         bytes: &[u8],
         seen: usize,
-        is_right: impl FnOnce(&Checksum, &[u8], Option<u8>) -> bool,
+        mismatch: impl FnOnce(&[u8]) -> Option<DiscardReason>,
     ) -> Verdict {
         let length = match known.length {
             Some(length) => length,
@@ -183,23 +192,24 @@ impl Layout<'_> {
         let Some(frame) = bytes.get(..length) else {
             return Verdict::Incomplete { at_least: length };
         };
-        let frame = frame
-            .len()
-            .checked_sub(known.appended)
-            .and_then(|end| frame.get(..end));
-        let Some(frame) = frame else {
-            return Verdict::Reject(DiscardReason::Header);
-        };
+        match mismatch(frame) {
+            Some(why) => Verdict::Reject(why),
+            None => Verdict::Frame(length),
+        }
+    }
+
+    /// What is wrong with a frame that is there in full, its appendix included.
+    #[inline]
+    fn mismatch(&self, known: &Known, frame: &[u8]) -> Option<DiscardReason> {
+        let end = frame.len().saturating_sub(known.appended);
+        let frame = frame.get(..end).unwrap_or_default();
         let mut fixed = self.fixed.iter();
         if !self.terminator.ends(frame) || !fixed.all(|bits| bits.are_right(frame)) {
-            return Verdict::Reject(DiscardReason::Terminator);
+            return Some(DiscardReason::Terminator);
         }
-        match &self.checksum {
-            Some(checksum) if !is_right(checksum, frame, known.extra) => {
-                Verdict::Reject(DiscardReason::Check)
-            }
-            _ => Verdict::Frame(length),
-        }
+        let is_wrong = |checksum: &Checksum| !checksum.is_right(frame, known.extra);
+        let is_wrong = self.checksum.as_ref().is_some_and(is_wrong);
+        is_wrong.then_some(DiscardReason::Check)
     }
 
     /// Where the first terminator ends; of the first `seen` bytes that were incomplete there was none.

@@ -65,10 +65,18 @@ impl<const P: usize, const F: usize, const M: usize> Parts<P, F, M> {
     }
 }
 
+/// Up to two sequences of so many bytes.
+pub(super) fn any_patterns_of<const LENGTH: usize>(bytes: &[[u8; LENGTH]; 2]) -> Patterns<'_> {
+    Patterns {
+        bytes: bytes[..any_up_to(2)].as_flattened(),
+        length: LENGTH,
+    }
+}
+
 fn any_patterns(bytes: &[u8]) -> Patterns<'_> {
     Patterns {
         bytes: &bytes[..any_up_to(bytes.len())],
-        length: kani::any(),
+        length: any_up_to(bytes.len() + 1),
     }
 }
 

@@ -2,12 +2,13 @@
 
 use core::cell::Cell;
 
+use framelock::any_format::any_mismatch;
 use framelock::{DiscardReason, Format, Verdict};
 
-use super::any_layout::Parts;
+use super::any_layout::{Parts, any_patterns_of};
 use crate::AnyOf;
-use crate::judge::Head;
-use crate::layout::{Checksum, Layout};
+use crate::judge::{Head, Known};
+use crate::layout::{Layout, Length};
 
 /// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
 fn assert_lawful(early: Verdict, late: Verdict, some: usize, more: usize, longest: usize) {
@@ -39,48 +40,92 @@ fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     (some, kani::any_where(|&more| some <= more && more <= most))
 }
 
-/// With the checksum of any frame right or wrong.
-struct Checked<'a> {
+/// A layout whose headers say anything, and whose frames are right or wrong in any way.
+struct Told<'a> {
     layout: Layout<'a>,
-    is_right: bool,
+    header: Result<Known, DiscardReason>,
+    mismatch: Option<DiscardReason>,
     /// Bytes in the frame that was asked about.
     asked: Cell<Option<usize>>,
 }
 
-impl Checked<'_> {
+impl Told<'_> {
     fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        match self.layout.head(bytes) {
+        let head = self.layout.head_by(bytes, |header| {
+            assert!(core::ptr::eq(
+                header,
+                &raw const bytes[..self.layout.header()]
+            ));
+            self.header
+        });
+        match head {
             Head::Reject(why) => Verdict::Reject(why),
             Head::Incomplete(at_least) => Verdict::Incomplete { at_least },
-            Head::Known(known) => self.layout.body_by(&known, bytes, seen, |_, frame, _| {
+            Head::Known(known) => self.layout.body_by(&known, bytes, seen, |frame| {
                 // It is asked about the same frame each time.
-                let length = *self.asked.get().get_or_insert(frame.len());
+                let length = self.asked.get().unwrap_or(frame.len());
                 assert!(core::ptr::eq(frame, &raw const bytes[..length]));
                 self.asked.set(Some(length));
-                self.is_right
+                self.mismatch
             }),
         }
     }
 }
 
-fn a_layout_keeps_the_laws<const MOST: usize, const P: usize, const F: usize, const M: usize>() {
+/// Whether a header may say so: it does, by [`what_a_header_says`].
+fn is_possible(layout: &Layout, header: Result<Known, DiscardReason>) -> bool {
+    match header {
+        Ok(known) => match known.length {
+            Some(length) => layout.header() <= length && length <= layout.longest,
+            None => layout.length == Length::Delimiter,
+        },
+        Err(why) => why != DiscardReason::NoSync,
+    }
+}
+
+#[kani::proof]
+#[kani::unwind(9)]
+fn what_a_header_says() {
+    let bytes: [u8; 8] = kani::any();
+    let parts = Parts::<0, 2, 2>::any();
+    let layout = parts.layout(None);
+    let count = layout.header();
+    kani::assume(count <= 8 && count <= layout.longest);
+    let header = layout.known(&bytes[..count]);
+    assert!(is_possible(&layout, header));
+    kani::cover!(header.is_ok_and(|known| known.appended > 0 && known.length.is_some()));
+    kani::cover!(header.is_ok_and(|known| known.extra.is_some()));
+}
+
+fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     let bytes: [u8; MOST] = kani::any();
-    let parts = Parts::<P, F, M>::any();
-    let checksum = kani::any::<bool>().then(|| Checksum::at_the_end(1));
-    let layout = Checked {
-        layout: parts.layout(checksum),
-        is_right: kani::any(),
+    let has_a_length = layout.length != Length::Delimiter;
+    let header = if kani::any() {
+        Ok(Known {
+            length: has_a_length.then(kani::any),
+            appended: kani::any(),
+            extra: None,
+        })
+    } else {
+        Err(any_mismatch())
+    };
+    let layout = Told {
+        layout,
+        header,
+        mismatch: kani::any::<bool>().then(any_mismatch),
         asked: Cell::new(None),
     };
     let longest = layout.layout.longest;
-    kani::assume(longest >= 1);
+    kani::assume(longest >= 1 && is_possible(&layout.layout, header));
+    kani::assume(layout.mismatch != Some(DiscardReason::NoSync));
     let (some, more) = any_some_and_more(MOST, longest);
     let early = layout.judge_on(&bytes[..some], 0);
     let late = layout.judge_on(&bytes[..more], 0);
     assert_lawful(early, late, some, more, longest);
-    // Law 4, and no byte that starts nothing is taken for one that does.
+    // Law 4, and no byte is taken for a start that is none, if there are frames at all.
     let no_sync = late == Verdict::Reject(DiscardReason::NoSync);
-    assert!(layout.layout.starts(bytes[0]) != no_sync);
+    let has_frames = layout.layout.header() <= longest;
+    assert!(layout.layout.starts(bytes[0]) == !no_sync || no_sync && !has_frames);
     // Law 5.
     if matches!(early, Verdict::Incomplete { .. }) {
         let seen = kani::any_where(|&seen| seen <= some);
@@ -88,20 +133,80 @@ fn a_layout_keeps_the_laws<const MOST: usize, const P: usize, const F: usize, co
     }
 }
 
+/// With up to two syncs of `SYNC` bytes.
+fn a_layout_with_lengths<const SYNC: usize>() {
+    let parts = Parts::<0, 0, 0>::any();
+    let syncs = kani::any();
+    let layout = parts.layout(None);
+    kani::assume(layout.length != Length::Delimiter);
+    keeps_the_laws::<6>(Layout {
+        sync: any_patterns_of::<SYNC>(&syncs),
+        ..layout
+    });
+}
+
 #[kani::proof]
-#[kani::unwind(9)]
-fn a_layout() {
-    a_layout_keeps_the_laws::<7, 4, 2, 2>();
+#[kani::unwind(7)]
+fn lengths_behind_one_byte() {
+    a_layout_with_lengths::<1>();
+}
+
+#[kani::proof]
+#[kani::unwind(7)]
+fn lengths_behind_three_bytes() {
+    a_layout_with_lengths::<3>();
+}
+
+/// With up to two syncs of `SYNC` bytes, and up to two delimiters of `END`.
+fn a_layout_with_delimiters<const SYNC: usize, const END: usize>() {
+    let parts = Parts::<0, 0, 0>::any();
+    let (syncs, ends) = (kani::any(), kani::any());
+    keeps_the_laws::<4>(Layout {
+        length: Length::Delimiter,
+        sync: any_patterns_of::<SYNC>(&syncs),
+        terminator: any_patterns_of::<END>(&ends),
+        ..parts.layout(None)
+    });
+}
+
+#[kani::proof]
+#[kani::unwind(5)]
+fn delimiters_of_one_byte() {
+    a_layout_with_delimiters::<1, 1>();
+}
+
+#[kani::proof]
+#[kani::unwind(5)]
+fn delimiters_of_two_bytes() {
+    a_layout_with_delimiters::<1, 2>();
+}
+
+#[kani::proof]
+#[kani::unwind(5)]
+fn delimiters_without_a_sync() {
+    a_layout_with_delimiters::<0, 2>();
 }
 
 /// Whichever layout a frame is of, by its bytes alone it is told to be of that.
 #[kani::proof]
-#[kani::unwind(7)]
+#[kani::unwind(6)]
 fn any_of_two() {
-    const MOST: usize = 4;
+    const MOST: usize = 3;
     let bytes: [u8; MOST] = kani::any();
-    let parts = [Parts::<2, 1, 1>::any(), Parts::any()];
-    let layouts = [parts[0].layout(None), parts[1].layout(None)];
+    let parts = [Parts::<0, 0, 0>::any(), Parts::any()];
+    let (syncs, ends): ([_; 2], [_; 2]) = (kani::any(), kani::any());
+    let layouts = [0, 1].map(|place: usize| Layout {
+        sync: any_patterns_of::<1>(&syncs[place]),
+        terminator: any_patterns_of::<1>(&ends[place]),
+        length: if kani::any() {
+            Length::Fixed
+        } else {
+            Length::Delimiter
+        },
+        messages: None,
+        appendix: None,
+        ..parts[place].layout(None)
+    });
     let both = AnyOf(&layouts);
     let longest = both.longest();
     assert!(longest == layouts[0].longest.max(layouts[1].longest));
@@ -110,8 +215,7 @@ fn any_of_two() {
     let early = both.judge(&bytes[..some]);
     let late = both.judge(&bytes[..more]);
     assert_lawful(early, late, some, more, longest);
-    let no_sync = late == Verdict::Reject(DiscardReason::NoSync);
-    assert!(both.starts(bytes[0]) != no_sync);
+    assert!(both.starts(bytes[0]) || late == Verdict::Reject(DiscardReason::NoSync));
     if matches!(early, Verdict::Incomplete { .. }) {
         assert!(both.judge_on(&bytes[..more], some) == late);
     }

@@ -41,6 +41,7 @@
 #define llvm_fshr(bits, a, b, by) \
   ((by) % bits == 0 ? (b) : (a) << bits - (by) % bits | (b) >> (by) % bits)
 #define llvm_bswap(bits, a) __builtin_bswap##bits(a)
+#define llvm_bitreverse(bits, a) __builtin_bitreverse##bits(a)
 
 /* For how many k from 0 to bits - 1 something holds. */
 #define count8(bits, holds, a, k) \
