@@ -19,6 +19,7 @@
 use core::cell::Cell;
 use core::fmt::Debug;
 
+use crate::noise::run_without_start;
 use crate::parser::parser_by_own_functions;
 use crate::{DiscardReason, Format, Found, Parser, Verdict};
 
@@ -74,15 +75,9 @@ mod verification;
 /// ```
 /// A buffer that does not hold the longest frame does not compile:
 /// ```compile_fail,E0080
-/// # use framelock::{BufferedReceiver, Format, DiscardReason, Verdict};
-/// # struct Long;
-/// # impl Format for Long {
-/// const LONGEST: usize = 64;
-/// #     type Message<'a> = ();
-/// #     fn judge(&self, _: &[u8]) -> Verdict { Verdict::Reject(DiscardReason::NoSync) }
-/// #     fn decode(&self, _: &[u8]) {}
-/// # }
-/// const _: BufferedReceiver<Long, 63> = BufferedReceiver::new(Long);
+/// # use framelock::BufferedReceiver;
+/// # use framelock_formats::Ubx;
+/// const _: BufferedReceiver<Ubx<64>, 63> = BufferedReceiver::new(Ubx);
 /// ```
 pub type BufferedReceiver<F, const N: usize> = BufferedIn<F, [u8; N]>;
 
@@ -202,13 +197,12 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
         while self.pending() > 0 {
             // With as much of the slice as the longest frame may have, the first byte is decided.
             let missing = self.format.longest().saturating_sub(self.pending());
-            let Some((now, later)) = rest.split_at_checked(missing) else {
-                self.store(rest);
-                while self.decide_first(&mut found) {}
-                return;
-            };
+            let (now, later) = rest.split_at_checked(missing).unwrap_or((rest, &[]));
             self.store(now);
             while self.decide_first(&mut found) {}
+            if now.len() < missing {
+                return;
+            }
             rest = self.give_back(bytes, later);
         }
         while !rest.is_empty() {
@@ -241,22 +235,18 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
         bytes: &'b [u8],
         found: &mut impl FnMut(Found<F::Message<'_>>),
     ) -> Option<&'b [u8]> {
-        let run = run_without_start(&self.format, bytes);
+        let run = run_without_start(bytes, |byte| self.format.starts(byte));
         if run > 0 {
-            found(Found::Discarded {
-                count: run,
-                why: DiscardReason::NoSync,
-            });
+            let (count, why) = (run, DiscardReason::NoSync);
+            found(Found::Discarded { count, why });
             return bytes.get(run..);
         }
         let judged = bytes.get(..self.format.longest()).unwrap_or(bytes);
         match judge(&self.format, judged, 0) {
             Verdict::Frame(length) => {
                 let (frame, behind) = bytes.split_at_checked(length)?;
-                found(Found::Frame {
-                    length,
-                    message: self.format.decode(frame),
-                });
+                let message = self.format.decode(frame);
+                found(Found::Frame { length, message });
                 Some(behind)
             }
             Verdict::Reject(why) => {
@@ -285,10 +275,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     /// With bytes pending, and none to follow: decides about the first.
     fn end_first(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) {
         if !self.decide_first(found) && self.pending() > 0 {
-            found(Found::Discarded {
-                count: 1,
-                why: DiscardReason::LineEvent,
-            });
+            let (count, why) = (1, DiscardReason::LineEvent);
+            found(Found::Discarded { count, why });
             self.from = self.from.wrapping_add(1);
             // What was known was known of the byte that is gone.
             self.ask_at = 0;
@@ -339,8 +327,13 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
 
     #[inline]
     fn discard_what_starts_nothing(&mut self, discarded: &mut impl FnMut(usize, DiscardReason)) {
-        let pending = self.buffer.as_ref().get(self.from..self.to).unwrap_or_default();
-        let run = short_run_without_start(&self.format, pending);
+        let pending = self
+            .buffer
+            .as_ref()
+            .get(self.from..self.to)
+            .unwrap_or_default();
+        let starts_none = |byte: &&u8| !self.format.starts(**byte);
+        let run = pending.iter().take_while(starts_none).count();
         if run > 0 {
             discarded(run, DiscardReason::NoSync);
             self.from = self.from.wrapping_add(run);
@@ -351,7 +344,11 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     /// Asks the format about the pending bytes, once.
     #[inline]
     fn decide(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Decision {
-        let pending = self.buffer.as_ref().get(self.from..self.to).unwrap_or_default();
+        let pending = self
+            .buffer
+            .as_ref()
+            .get(self.from..self.to)
+            .unwrap_or_default();
         if pending.is_empty() {
             self.reset();
             return Decision::Waiting;
@@ -450,27 +447,4 @@ fn judge<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
         }
         verdict => verdict,
     }
-}
-
-/// How many bytes, from the first on, start no frame: for slices, fast through noise.
-#[inline]
-fn run_without_start<F: Format>(format: &F, bytes: &[u8]) -> usize {
-    const AT_ONCE: usize = 32;
-    // The usual case, a frame behind a frame, costs one byte.
-    if bytes.first().is_some_and(|&byte| format.starts(byte)) {
-        return 0;
-    }
-    let any_starts = |any, &byte: &u8| any | format.starts(byte);
-    let starts_none = |block: &&[u8]| !block.iter().fold(false, any_starts);
-    let blocks = bytes.chunks_exact(AT_ONCE).take_while(starts_none);
-    let run = blocks.count().wrapping_mul(AT_ONCE);
-    let rest = bytes.get(run..).unwrap_or_default();
-    run.wrapping_add(short_run_without_start(format, rest))
-}
-
-/// The same byte by byte: less code, for what is pending.
-#[inline]
-fn short_run_without_start<F: Format>(format: &F, bytes: &[u8]) -> usize {
-    let start = bytes.iter().position(|&byte| format.starts(byte));
-    start.unwrap_or(bytes.len())
 }

@@ -1,27 +1,8 @@
-//! The lecture's machine, literally, **which can go deaf for ever**: seven states, one step per byte. A
-//! frame that goes wrong is thrown away whole.
+//! The lecture's machine, literally: what the lecture teaches and what much firmware in the field does. Seven states,
+//! one step per byte: it waits for 'A', for 'B', for four bytes that may have any value, and for CR, and then commits
+//! the demands, all at once. A frame that goes wrong is thrown away whole: another byte in the place of 'A', 'B' or CR
+//! leads back to the start, also if it is an 'A'.
 //!
-//! ```text
-//!        other          other (also 'A')
-//!        ┌──┐     ┌──────────────────────────┐
-//!        │  ▼     ▼                          │
-//!        │ ┌───────┐  'A'  ┌───────┐         │
-//!  ────► └─┤   A   ├──────►│   B   ├─────────┘
-//!          └───────┘       └───┬───┘
-//!              ▲               │ 'B'
-//!              │               ▼
-//!              │           ┌───────┐ any ┌───────┐ any ┌───────┐ any ┌───────┐
-//!              │           │   1   ├────►│   2   ├────►│   3   ├────►│   4   │
-//!              │           │  skip │     │ pitch │     │ roll  │     │  yaw  │
-//!              │           └───────┘     └───────┘     └───────┘     └───┬───┘
-//!              │                                                         │ any
-//!              │  CR: all three demands are committed at once             ▼
-//!              │  other: nothing is implemented                      ┌───────┐
-//!              └─────────────────────────────────────────────────────┤  CR   │
-//!                                                                    └───────┘
-//! ```
-//!
-//! It is here because it is what the lecture teaches and what much firmware in the field does.
 //! **It can go deaf for ever**: after one lost byte, a stream that repeats a payload holding the
 //! bytes `AB` may keep it out of step without end. [`Receiver`](crate::Receiver) does not.
 
@@ -91,18 +72,7 @@ impl core::fmt::Display for State {
 }
 
 /// The lecture's machine. Four bytes; every value of the type is a state that some stream reaches.
-///
-/// # Examples
-/// The lecture's first example:
-/// ```
-/// use framelock::can_go_deaf::Lecture;
-/// use framelock::motion::Setpoint;
-/// let mut machine = Lecture::new();
-/// for byte in [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A] {
-///     assert_eq!(machine.push(byte), None);
-/// }
-/// assert_eq!(machine.push(0x0D), Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
-/// ```
+/// [`Receiver`](crate::Receiver) has an example of both on the same bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -119,14 +89,9 @@ impl Lecture {
     /// The machine at reset: state A, temporary setpoints zero.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            state: State::SyncA,
-            temp: Setpoint {
-                pitch: 0,
-                roll: 0,
-                yaw: 0,
-            },
-        }
+        let (state, [pitch, roll, yaw]) = (State::SyncA, [0; 3]);
+        let temp = Setpoint { pitch, roll, yaw };
+        Self { state, temp }
     }
 
     /// One step of the lecture's state table, row by row.

@@ -12,7 +12,7 @@ use crate::window::Word;
 /// A throttle of 16 bits, big endian, between FE and LF. This is all that a new format takes; the receiver,
 /// its slice path, the accounting and the theorems about every format come with it.
 /// ```
-/// use framelock::{Encode, FixedFormat, Receiver, Shape};
+/// use framelock::{FixedFormat, Receiver, Shape};
 ///
 /// struct Throttle;
 ///
@@ -23,42 +23,26 @@ use crate::window::Word;
 ///     fn decode([_, high, low, _]: [u8; 4]) -> u16 { u16::from_be_bytes([high, low]) }
 /// }
 ///
-/// impl Encode for Throttle {
-///     fn encode(throttle: u16) -> [u8; 4] {
-///         let [high, low] = throttle.to_be_bytes();
-///         [0xFE, high, low, b'\n']
-///     }
-/// }
-///
 /// // So that `cargo check` finds mistakes in a format: what could go wrong does not compile.
 /// const _: Receiver<Throttle> = Receiver::new();
 ///
 /// let mut receiver = Receiver::<Throttle>::new();
-/// let received = Throttle::encode(40_000).map(|byte| receiver.push(byte));
+/// let received = [0xFE, 0x9C, 0x40, b'\n'].map(|byte| receiver.push(byte));
 /// assert_eq!(received, [None, None, None, Some(40_000)]);
 /// ```
 ///
 /// # What does not compile
 /// A shape of another length than the frame:
 /// ```compile_fail,E0308
-/// # use framelock::{FixedFormat, Shape};
-/// # struct Short;
-/// # impl FixedFormat for Short {
-/// type Frame = [u8; 8];
+/// # use framelock::Shape;
 /// const SHAPE: Shape<[u8; 8]> = Shape::new([Some(b'A'), Some(b'B'), None, Some(b'\r')]);
-/// # type Message = [u8; 8];
-/// # fn decode(frame: [u8; 8]) -> [u8; 8] { frame }
-/// # }
 /// ```
 /// A frame longer than 16 bytes:
 /// ```compile_fail,E0277
-/// # use framelock::{FixedFormat, Shape};
-/// # struct Long;
-/// # impl FixedFormat for Long {
+/// # trait Format { type Frame: framelock::Frame; }
+/// # enum Long {}
+/// # impl Format for Long {
 /// type Frame = [u8; 25];
-/// # const SHAPE: Shape<[u8; 25]> = Shape::new([Some(b'A'); 25]);
-/// # type Message = [u8; 25];
-/// # fn decode(frame: [u8; 25]) -> [u8; 25] { frame }
 /// # }
 /// ```
 /// A format that every window of the stream would be a frame of:
@@ -149,7 +133,6 @@ pub struct Shape<F> {
     mask: u128,
     /// How many fixed bytes the frame begins with: its sync.
     sync: usize,
-    start: Option<u8>,
     frame: PhantomData<F>,
 }
 
@@ -161,14 +144,10 @@ impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
             pattern: 0,
             mask: 0,
             sync: 0,
-            start: None,
             frame: PhantomData,
         };
         let mut rest = places.as_slice();
         let mut in_sync = true;
-        if let [start, ..] = rest {
-            shape.start = *start;
-        }
         while let [place, behind @ ..] = rest {
             let (byte, fixed) = match *place {
                 Some(byte) => (byte, u8::MAX),
@@ -237,26 +216,5 @@ impl<F: Frame> Shape<F> {
         let differs = (word ^ self.pattern) & self.mask;
         let behind = F::LENGTH.wrapping_sub(1);
         (differs != 0).then(|| behind.wrapping_sub(differs.ilog2() as usize / 8))
-    }
-
-    /// How many bytes at the head of `bytes` cannot be the first of a frame, counted in whole words; `word` is
-    /// the first. Where that may hold a frame's first byte: 1, the byte that is known to begin none.
-    #[inline]
-    pub(crate) fn run_without_start(&self, word: F::Word, bytes: &[u8]) -> usize {
-        let may_start = |word: F::Word| {
-            self.start
-                .is_none_or(|start| (word ^ F::Word::filled_with(start)).has_zero_byte())
-        };
-        if may_start(word) {
-            return 1;
-        }
-        let mut run = F::Word::BYTES;
-        while let Some(word) = bytes.get(run..).and_then(F::Word::load) {
-            if may_start(word) {
-                break;
-            }
-            run = run.wrapping_add(F::Word::BYTES);
-        }
-        run
     }
 }

@@ -46,7 +46,7 @@ pub enum Verdict {
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, Verdict};
 ///
-/// /// `$`, then printable characters, then a line feed; 82 bytes at most.
+/// /// `$`, then text, then a line feed; 82 bytes at most.
 /// struct Line;
 ///
 /// impl Format for Line {
@@ -54,21 +54,18 @@ pub enum Verdict {
 ///     type Message<'a> = &'a [u8];
 ///
 ///     fn judge(&self, bytes: &[u8]) -> Verdict {
-///         self.judge_on(bytes, 1)
+///         self.judge_on(bytes, 0)
 ///     }
 ///
 ///     fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
 ///         if bytes[0] != b'$' {
 ///             return Verdict::Reject(DiscardReason::NoSync);
 ///         }
-///         for (place, byte) in bytes.iter().enumerate().skip(seen.max(1)) {
-///             match byte {
-///                 b'\n' => return Verdict::Frame(place + 1),
-///                 b' '..=b'~' if place + 1 < Self::LONGEST => {}
-///                 _ => return Verdict::Reject(DiscardReason::Terminator),
-///             }
+///         match bytes.iter().skip(seen).position(|&byte| byte == b'\n') {
+///             Some(place) => Verdict::Frame(seen + place + 1),
+///             None if bytes.len() < Self::LONGEST => Verdict::Incomplete { at_least: bytes.len() + 1 },
+///             None => Verdict::Reject(DiscardReason::Terminator),
 ///         }
-///         Verdict::Incomplete { at_least: bytes.len() + 1 }
 ///     }
 ///
 ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {

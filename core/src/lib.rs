@@ -1,19 +1,20 @@
 //! A serial-frame receiver for microcontrollers: `no_std`, no panics, no allocation, never deaf.
 //!
-//! A motion-simulator PC sends seven bytes a frame, `'A' 'B' reserved pitch roll yaw CR`. Push
-//! the bytes in as they come; the setpoint comes out in the step that takes the CR, and at no
-//! other time:
+//! A motion-simulator PC sends seven bytes a frame, `'A' 'B' reserved pitch roll yaw CR`. Push the bytes in as they
+//! come, from the receive interrupt for example; the setpoint comes out in the step that takes the CR, and at no other
+//! time. [`motion::Failsafe`] takes it further.
 //!
 //! ```
-//! use framelock::Receiver;
 //! use framelock::motion::{Bin, Setpoint};
-//!
-//! let mut receiver = Receiver::<Bin>::new();
-//! let mut current = None;
+//! use framelock::{Line, LineEvent, Receiver};
+//! # enum Uart { Byte(u8), FramingError }
+//! let (mut line, mut current) = (Line::new(Receiver::<Bin>::new()), None);
+//! let mut on_interrupt = |uart| match uart {
+//!     Uart::Byte(byte) => current = line.push(byte).or(current),
+//!     Uart::FramingError => line.line_event(LineEvent::Framing, |_| ()),
+//! };
 //! for byte in [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D] {
-//!     if let Some(setpoint) = receiver.push(byte) {
-//!         current = Some(setpoint);
-//!     }
+//!     on_interrupt(Uart::Byte(byte));
 //! }
 //! assert_eq!(current, Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
 //! ```
@@ -30,23 +31,6 @@
 //! | [`can_go_deaf`] | the lecture's machine, literally: seven states | 4 |
 //!
 //! All three machines have the same functions, those of the trait [`Parser`].
-//!
-//! In an interrupt handler, with the line's events; [`motion::Failsafe`] takes the setpoints further:
-//!
-//! ```
-//! use framelock::motion::{Bin, Setpoint};
-//! use framelock::{Line, LineEvent, Receiver};
-//!
-//! # enum Uart { Byte(u8), FramingError }
-//! # fn uart() -> Uart { Uart::Byte(0) }
-//! # fn actuate(_: Setpoint) {}
-//! let mut line = Line::new(Receiver::<Bin>::new());
-//! // For each interrupt:
-//! match uart() {
-//!     Uart::Byte(byte) => line.push(byte).into_iter().for_each(actuate),
-//!     Uart::FramingError => line.line_event(LineEvent::Framing, |_| ()),
-//! }
-//! ```
 //!
 //! # The rule
 //!
@@ -96,6 +80,7 @@ mod fixed_format;
 mod format;
 mod line;
 pub mod motion;
+mod noise;
 mod parser;
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]
 mod reader;

@@ -155,7 +155,6 @@ impl fmt::Display for DiscardReason {
 /// [`Parser`] by the functions of the same names that the type has of its own.
 macro_rules! parser_by_own_functions {
     ($message:ty) => {
-        #[inline]
         fn push_with(
             &mut self,
             byte: u8,
@@ -164,27 +163,22 @@ macro_rules! parser_by_own_functions {
             self.push_with(byte, discarded)
         }
 
-        #[inline]
         fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<$message>)) {
             self.feed(bytes, found);
         }
 
-        #[inline]
         fn line_event(&mut self, found: impl FnMut(Found<$message>)) {
             self.line_event(found);
         }
 
-        #[inline]
         fn pending(&self) -> usize {
             self.pending()
         }
 
-        #[inline]
         fn reset(&mut self) {
             self.reset();
         }
 
-        #[inline]
         fn push(&mut self, byte: u8) -> Option<$message> {
             self.push(byte)
         }

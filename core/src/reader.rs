@@ -103,12 +103,11 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
 
 #[cfg(feature = "embedded-io-async-v0.7")]
 impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
-    /// Waits until a message is complete, and gives what `on` makes of it: as the blocking `read` does. `None` at
-    /// the end of the source. May be cancelled wherever the source's own `read` may.
+    /// Waits until a message is complete, and gives what `on` makes of it, as the blocking `read` does. May be
+    /// cancelled wherever the source's own `read` may.
     ///
     /// # Errors
-    /// The source's own. Nothing is lost; call again to go on. If the error stands for a line
-    /// event, report it to [`line_mut`](Self::line_mut) first.
+    /// The source's own, as of the blocking `read`.
     pub async fn read_async<T>(
         &mut self,
         mut on: impl FnMut(P::Message<'_>) -> T,

@@ -1,28 +1,4 @@
 //! The receiver: any format of fixed length, never deaf.
-//!
-//! It differs from the lecture's table in two rows: nothing that may be the start of a frame is
-//! thrown away.
-//!
-//! ```text
-//!         other     'A' again: this may be the start
-//!         ┌──┐        ┌──┐
-//!         │  ▼        │  ▼
-//!         │ ┌───┐ 'A' ┌───┐ 'B' ┌───┐ any ┌───┐ any ┌───┐ any ┌───┐ any ┌────┐
-//!  ─────► └─┤ A ├────►│ B ├────►│ 1 ├────►│ 2 ├────►│ 3 ├────►│ 4 ├────►│ CR │
-//!           └───┘     └─┬─┘     └───┘     └───┘     └───┘     └───┘     └─┬──┘
-//!             ▲   other │         ▲         ▲         ▲         ▲         │
-//!             ├─────────┘         │         │         │         │         │ other
-//!             │                   └─────────┴─────────┴─────────┴─────────┤
-//!             │        the leftmost "AB", or else a final 'A' (to B),     │
-//!             │        in the five bytes behind the failed one's "AB"     │
-//!             │                                                           │
-//!             └───────────────────────────────────────────────────────────┘
-//!               CR: the setpoint is committed; or none of the five can begin a frame
-//! ```
-//!
-//! [`pending`](Receiver::pending) says in which of these states it is: 0 is A, 6 is CR. The code
-//! does not walk this diagram. It compares a shift register of the last bytes with the frame's
-//! fixed bytes, which is simpler and does the same: see `window.rs`.
 
 use core::marker::PhantomData;
 

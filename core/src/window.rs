@@ -24,6 +24,7 @@
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};
 
+use crate::noise::blocks_without_start;
 use crate::{DiscardReason, Found, Frame, Shape};
 
 #[cfg(test)]
@@ -60,9 +61,6 @@ pub trait Word:
     /// The word whose highest byte is the first of `bytes`; `None` if there are too few.
     fn load(bytes: &[u8]) -> Option<Self>;
 
-    /// The same byte in every place.
-    fn filled_with(byte: u8) -> Self;
-
     /// 1s in the lowest `count` bytes, fewer than the word has.
     fn lowest_bytes(count: usize) -> Self;
 
@@ -74,9 +72,6 @@ pub trait Word:
 
     /// Bytes that are 0 above the highest that is not.
     fn leading_zero_bytes(self) -> usize;
-
-    /// Whether any byte is 0.
-    fn has_zero_byte(self) -> bool;
 }
 
 macro_rules! word {
@@ -98,11 +93,6 @@ macro_rules! word {
             }
 
             #[inline]
-            fn filled_with(byte: u8) -> Self {
-                Self::from_ne_bytes([byte; Self::BYTES])
-            }
-
-            #[inline]
             fn lowest_bytes(count: usize) -> Self {
                 const ALL_BUT_HIGHEST: $word = <$word>::MAX >> u8::BITS;
                 ALL_BUT_HIGHEST.down((Self::BYTES - 1).wrapping_sub(count))
@@ -121,14 +111,6 @@ macro_rules! word {
             #[inline]
             fn leading_zero_bytes(self) -> usize {
                 (self.leading_zeros() / u8::BITS) as usize
-            }
-
-            #[inline]
-            fn has_zero_byte(self) -> bool {
-                const LOWEST_BITS: $word = <$word>::MAX / 0xFF;
-                // Taking 1 from a byte borrows from its highest bit if the byte is 0. What a borrow
-                // does to the bytes above does not matter: one 0 is enough.
-                self.wrapping_sub(LOWEST_BITS) & !self & (LOWEST_BITS << 7) != 0
             }
         }
     };
@@ -276,18 +258,20 @@ impl<F: Frame> Window<F> {
         *self = Self::EMPTY;
         while let Some(word) = bytes.get(at..).and_then(F::Word::load) {
             let message = word.down(F::Word::BYTES.wrapping_sub(F::LENGTH));
-            let why = shape.mismatch(message, F::LENGTH);
-            let one = if why.is_none() && check(message) {
-                let length = F::LENGTH;
-                Found::Frame { length, message }
-            } else {
-                let rest = bytes.get(at..).unwrap_or_default();
-                let count = shape.run_without_start(word, rest);
-                let why = why.unwrap_or(DiscardReason::Check);
-                Found::Discarded { count, why }
-            };
-            at = at.wrapping_add(one.bytes());
-            found(one);
+            let length = F::LENGTH;
+            if shape.agrees(message, length) && check(message) {
+                at = at.wrapping_add(length);
+                found(Found::Frame { length, message });
+                continue;
+            }
+            let why = shape
+                .mismatch(message, length)
+                .unwrap_or(DiscardReason::Check);
+            let rest = bytes.get(at..).unwrap_or_default();
+            // Not asked whether this one does: that cannot be foreseen, and costs more than a block.
+            let count = blocks_without_start(rest, |byte| shape.agrees(byte.into(), 1)).max(1);
+            at = at.wrapping_add(count);
+            found(Found::Discarded { count, why });
         }
         // Too few bytes are left to compare them as a whole.
         for &byte in bytes.get(at..).unwrap_or_default() {

@@ -20,7 +20,8 @@
 //!   reference finds there, for by law 2 more bytes do not change it. Else both wait.
 //! * `discard_what_starts_nothing` drops places that start nothing, and by law 4 so does the reference.
 //! * `store` adds the next places, also where what is pending moves to the front.
-//! * `take`, with nothing pending, does one of these in the slice, or stores the whole slice.
+//! * `take`, with nothing pending, does one of these in the slice, or stores the whole slice. Runs longer than its
+//!   slices here are in `noise::verification`.
 //! * `give_back` leaves nothing pending, and a slice that begins where the pending bytes did.
 //!
 //! `feed` is a loop of them. It ends where the format has said `Incomplete` of what is pending, or would:
@@ -32,8 +33,8 @@
 //! byte, or ends the loop.
 //!
 //! **13c: `push`** asks the format at most once. Its events are the reference's next ones; without any, none
-//! is due ([`pushes`]). What it leaves, `feed` of an empty slice or a line event decides, since their
-//! loops go on from any state that fits.
+//! is due ([`pushes`]). What it leaves, `poll`, `feed` of an empty slice or a line event decides,
+//! since their loops go on from any state that fits ([`reference`] runs the loop of `poll`).
 //!
 //! **13d: never deaf.** Each frame that the stream holds is committed, unless a committed frame that begins
 //! before it shares bytes with it. This is shown of the reference ([`reference`]): it passes no place

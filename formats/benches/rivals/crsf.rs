@@ -51,7 +51,6 @@ fn inside(frame: &[u8]) -> Vec<u8> {
     frame[2..frame.len() - 1].to_vec()
 }
 
-
 /// `crsf`. Its raw packets are not checked yet, so each is decoded; kinds of packets that it does not know
 /// count as found. A packet of channels or link statistics that is too short for them, which passes its check
 /// at times behind a lost byte, makes it panic: those are kept from it.

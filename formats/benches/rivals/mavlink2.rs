@@ -39,7 +39,15 @@ pub(crate) const LONGEST: (u8, u8, u8) = (131, 223, 255);
 pub(crate) const DIALECT: &[Message] = &{
     let [a, b, c, d, e, f, g, h] = MESSAGES;
     [
-        known(a), known(b), known(c), known(d), known(e), known(f), known(g), known(LONGEST), known(h),
+        known(a),
+        known(b),
+        known(c),
+        known(d),
+        known(e),
+        known(f),
+        known(g),
+        known(LONGEST),
+        known(h),
     ]
 };
 

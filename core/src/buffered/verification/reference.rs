@@ -87,25 +87,29 @@ fn no_frame_is_passed_over_of_4() {
     no_frame_is_passed_over::<4, 5>();
 }
 
+const LONGEST: usize = 4;
+
+/// 0 may begin the longest frame, and never does; 1 is a frame; anything else is none.
+struct FalseBeginning;
+
+impl Format for FalseBeginning {
+    const LONGEST: usize = LONGEST;
+    type Message<'a> = ();
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        match bytes[0] {
+            0 if bytes.len() < LONGEST => Verdict::Incomplete { at_least: LONGEST },
+            1 => Verdict::Frame(1),
+            _ => Verdict::Reject(DiscardReason::Check),
+        }
+    }
+    fn decode(&self, _: &[u8]) {}
+}
+
 /// 13e is sharp: behind a false beginning a frame of one byte is committed `LONGEST - 2` bytes behind its
 /// last by `feed`, and one later by `push`.
 #[kani::proof]
 #[kani::unwind(8)]
 fn latest_delivery() {
-    const LONGEST: usize = 4;
-    struct FalseBeginning;
-    impl Format for FalseBeginning {
-        const LONGEST: usize = LONGEST;
-        type Message<'a> = ();
-        fn judge(&self, bytes: &[u8]) -> Verdict {
-            match bytes[0] {
-                0 if bytes.len() < LONGEST => Verdict::Incomplete { at_least: LONGEST },
-                1 => Verdict::Frame(1),
-                _ => Verdict::Reject(DiscardReason::Check),
-            }
-        }
-        fn decode(&self, _: &[u8]) {}
-    }
     let mut fed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
     let mut pushed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
     let mut place = 0;
@@ -120,4 +124,30 @@ fn latest_delivery() {
         place += 1;
     }
     kani::cover!(fed.pending() == 0, "all is decided");
+}
+
+/// 13c: behind a false beginning `poll` goes on, past bytes that it discards, to the next frame or to what must
+/// wait.
+#[kani::proof]
+#[kani::unwind(8)]
+fn poll_goes_on() {
+    let mut receiver = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
+    let behind: [u8; LONGEST - 1] = kani::any();
+    assert!(receiver.push(0).is_none());
+    let (mut place, mut expected) = (0, behind.len());
+    while place < behind.len() {
+        // The last of them shows that nothing begins with the 0, which is all that `push` asks.
+        assert!(receiver.push(behind[place]).is_none());
+        if expected == behind.len() && behind[place] < 2 {
+            expected = place;
+        }
+        place += 1;
+    }
+    let mut discarded = 0;
+    let found = receiver.poll_with(|count, _| discarded += count).is_some();
+    assert!(discarded == expected);
+    assert!(found == (expected < behind.len() && behind[expected] == 1));
+    assert!(receiver.pending() == behind.len() - expected - usize::from(found));
+    kani::cover!(found && expected == 2, "a frame behind two bytes");
+    kani::cover!(!found && receiver.pending() == 1, "another false beginning");
 }

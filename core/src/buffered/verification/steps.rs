@@ -2,8 +2,8 @@
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::any_up_to;
-use crate::buffered::{Decision, run_without_start};
-use crate::{DiscardReason, Format, Found, Verdict};
+use crate::buffered::Decision;
+use crate::{DiscardReason, Found, Verdict};
 
 /// `decide`: the first pending place's frame, or its drop and the reason; or it waits for a number of
 /// bytes that have not come.
@@ -167,31 +167,3 @@ fn slice_begins_where_the_pending_did<const L: usize, const N: usize>() {
     kani::cover!(to - from > taken, "nothing");
 }
 for_longest!(give_back, slice_begins_where_the_pending_did);
-
-/// `run_without_start`, which looks at 32 bytes at once: up to the first byte that starts a frame. Shorter
-/// runs are in `starts` and `take`.
-#[kani::proof]
-#[kani::unwind(36)]
-fn runs_end_at_a_start() {
-    /// Which bytes start a frame is all that matters of them.
-    struct Odd;
-    impl Format for Odd {
-        const LONGEST: usize = 1;
-        type Message<'a> = ();
-        fn judge(&self, _: &[u8]) -> Verdict {
-            Verdict::Frame(1)
-        }
-        fn starts(&self, byte: u8) -> bool {
-            byte % 2 == 1
-        }
-        fn decode(&self, _: &[u8]) {}
-    }
-    let bytes: [u8; 34] = kani::any();
-    let run = run_without_start(&Odd, &bytes);
-    assert!(run <= bytes.len());
-    let place = any_up_to(bytes.len() - 1);
-    assert!(place >= run || bytes[place] % 2 == 0);
-    assert!(run == bytes.len() || bytes[run] % 2 == 1);
-    kani::cover!(run == 33, "a block and a byte");
-    kani::cover!(run == 0, "none");
-}

@@ -1,0 +1,37 @@
+//! Theorems 6 and 13a: what is passed over together starts nothing.
+
+use super::{BLOCK, blocks_without_start, run_without_start};
+
+/// Which bytes start a frame is all that matters of them.
+fn is_odd(byte: u8) -> bool {
+    byte % 2 == 1
+}
+
+fn any_place(before: usize) -> usize {
+    usize::from(kani::any_where(|&place: &u8| usize::from(place) < before))
+}
+
+#[kani::proof]
+#[kani::unwind(36)]
+fn blocks_have_no_start() {
+    let bytes: [u8; 2 * BLOCK + 1] = kani::any();
+    let run = blocks_without_start(&bytes, is_odd);
+    let place = any_place(bytes.len());
+    assert!(run <= bytes.len());
+    assert!(place >= run || !is_odd(bytes[place]));
+    kani::cover!(run == 2 * BLOCK, "two blocks");
+    kani::cover!(run == 0, "none");
+}
+
+#[kani::proof]
+#[kani::unwind(20)]
+fn runs_end_at_a_start() {
+    let bytes: [u8; BLOCK + 2] = kani::any();
+    let run = run_without_start(&bytes, is_odd);
+    let place = any_place(bytes.len());
+    assert!(run <= bytes.len());
+    assert!(place >= run || !is_odd(bytes[place]));
+    assert!(run == bytes.len() || is_odd(bytes[run]));
+    kani::cover!(run == BLOCK + 1, "a block and a byte");
+    kani::cover!(run == 0, "none");
+}
