@@ -54,7 +54,11 @@ impl Format for AnyOf<'_> {
         let mut furthest = DiscardReason::NoSync;
         for layout in self.0 {
             // The first bytes were incomplete by this layout only if none before it begins like it.
-            let seen = if furthest == DiscardReason::NoSync { seen } else { 0 };
+            let seen = if furthest == DiscardReason::NoSync {
+                seen
+            } else {
+                0
+            };
             match layout.head(bytes) {
                 Head::Known(known) => return layout.body(&known, bytes, seen),
                 Head::Incomplete(at_least) => return Verdict::Incomplete { at_least },
