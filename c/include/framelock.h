@@ -114,7 +114,7 @@ typedef struct framelock_number {
 // What tells a frame's length; a number says that it has `(number & mask) * factor + plus` bytes, without what
 // is appended.
 typedef struct framelock_length {
-  // One of the constants above.
+  // One of the constants below.
   framelock_length_kind kind;
   // The number.
   struct framelock_number number;
