@@ -18,10 +18,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// What one of the library's own layouts is.
+typedef struct framelock_shipped_layout framelock_shipped_layout;
+
 // A receiver of BIN frames: 'A' 'B' reserved pitch roll yaw CR.
 typedef struct framelock_receiver {
   uint64_t aligned;
-  size_t opaque[18];
+  size_t opaque[20];
 } framelock_receiver;
 
 // One demand for each actuator, each 0 to 255 over the actuator's full travel.
@@ -49,9 +52,15 @@ typedef struct framelock_counters {
   size_t frame_bytes;
   // Bytes discarded because no frame begins with them.
   size_t discarded_no_sync;
-  // Bytes discarded because an 'A' was not followed by a 'B'.
+  // Bytes discarded because a later byte of the sync was wrong.
   size_t discarded_broken_sync;
-  // Bytes discarded because there was no CR where it was due.
+  // Bytes discarded because fixed bits of the header were wrong, or its length was too short.
+  size_t discarded_header;
+  // Bytes discarded because the header told a length above that of the longest frame.
+  size_t discarded_too_long;
+  // Bytes discarded because the header told a message that there is not.
+  size_t discarded_unknown_message;
+  // Bytes discarded because there was no terminator where it was due.
   size_t discarded_terminator;
   // Bytes discarded because the checksum was wrong.
   size_t discarded_check;
@@ -76,8 +85,171 @@ typedef struct framelock_counters {
 // A receiver of BIN-CRC8 frames: 'A' 'B' reserved pitch roll yaw crc CR.
 typedef struct framelock_crc8_receiver {
   uint64_t aligned;
-  size_t opaque[18];
+  size_t opaque[20];
 } framelock_crc8_receiver;
+
+// What a frame begins or ends with: some bytes, or one of several sequences of the same length.
+typedef struct framelock_patterns {
+  // All sequences, one behind the other.
+  const uint8_t *bytes;
+  // Bytes in each.
+  size_t length;
+  // How many sequences there are.
+  size_t count;
+} framelock_patterns;
+
+// What tells a frame's length.
+typedef uint8_t framelock_length_kind;
+
+// A number without sign in the header.
+typedef struct framelock_number {
+  // The place of its first byte, counted from the front.
+  size_t at;
+  // How many bytes it has, 1 to 4.
+  uint8_t bytes;
+  // Whether the highest comes first.
+  bool big_endian;
+} framelock_number;
+
+// What tells a frame's length; a number says that it has `(number & mask) * factor + plus` bytes, without what
+// is appended.
+typedef struct framelock_length {
+  // One of the constants below.
+  framelock_length_kind kind;
+  // The number.
+  struct framelock_number number;
+  // Which of its bits count. 0: all.
+  uint32_t mask;
+  // Bytes for each one of it. 0: one.
+  uint32_t factor;
+  // What is to be added: the bytes that it does not count, or less than nothing.
+  int32_t plus;
+} framelock_length;
+
+// Bits of one byte that are the same in each frame.
+typedef struct framelock_fixed_bits {
+  // The byte's place.
+  int16_t at;
+  // Which of its bits.
+  uint8_t mask;
+  // What they are.
+  uint8_t value;
+} framelock_fixed_bits;
+
+// A message.
+typedef struct framelock_message {
+  // Its number.
+  uint32_t number;
+  // The most that the length field says, without what its mask leaves out.
+  uint16_t most;
+  // A byte that the checksum covers at the end, though it is not sent: MAVLink's `CRC_EXTRA`.
+  uint8_t extra;
+} framelock_message;
+
+// The messages of a protocol, by a number in the header.
+typedef struct framelock_messages {
+  // The number.
+  struct framelock_number number;
+  // What there is, by rising numbers: what is out of order may not be found.
+  const struct framelock_message *known;
+  // How many there are at `known`. 0: frames of any message.
+  size_t count;
+  // Whether the checksum covers each message's `extra`.
+  bool has_extra;
+} framelock_messages;
+
+// How a checksum is computed.
+typedef uint8_t framelock_algorithm;
+
+// How a checksum is written.
+typedef uint8_t framelock_written;
+
+// A CRC of 8 to 32 bits by its parameters, as <https://reveng.sourceforge.io/crc-catalogue> has them.
+typedef struct framelock_crc {
+  // `width`.
+  uint8_t width;
+  // `refin`.
+  bool reflected_in;
+  // `refout`.
+  bool reflected_out;
+  // `poly`.
+  uint32_t polynomial;
+  // `init`.
+  uint32_t initial;
+  // `xorout`.
+  uint32_t xor_out;
+} framelock_crc;
+
+// A checksum in a frame.
+typedef struct framelock_checksum {
+  // How it is computed.
+  framelock_algorithm algorithm;
+  // How it is written.
+  framelock_written written;
+  // How many bytes of it are kept, 1 to 4: the lowest.
+  uint8_t bytes;
+  // Where they are.
+  int16_t at;
+  // The first byte that it covers.
+  int16_t from;
+  // The last.
+  int16_t to;
+  // The parameters of a CRC.
+  struct framelock_crc crc;
+} framelock_checksum;
+
+// Bytes behind some frames, which neither the length nor the checksum counts: MAVLink's signature.
+typedef struct framelock_appendix {
+  // The place of the byte, counted from the front, that says whether they are there.
+  size_t at;
+  // They are if any of these bits is set.
+  uint8_t mask;
+  // How many.
+  size_t bytes;
+} framelock_appendix;
+
+// What a frame looks like. What you leave out is 0, and means that there is none.
+//
+// A place in a frame is a number: 0 is the first byte, 1 the second; -1 is the last, -2 the one before it.
+typedef struct framelock_layout {
+  // What a frame begins with.
+  struct framelock_patterns sync;
+  // What tells how long a frame is.
+  struct framelock_length length;
+  // Bytes in the shortest frame.
+  size_t shortest;
+  // Bytes in the longest frame. It bounds memory, and how late a frame may come behind a false beginning.
+  size_t longest;
+  // Bits that are the same in each frame, besides sync and terminator.
+  const struct framelock_fixed_bits *fixed;
+  // How many there are at `fixed`.
+  size_t fixed_count;
+  // Which messages there are, if a frame of another is none.
+  struct framelock_messages messages;
+  // The checksum.
+  struct framelock_checksum checksum;
+  // What a frame ends with.
+  struct framelock_patterns terminator;
+  // What is behind some frames.
+  struct framelock_appendix appendix;
+  // NULL in yours. In the library's own layouts the rest of them: there, `longest` alone is yours to change.
+  const struct framelock_shipped_layout *shipped;
+} framelock_layout;
+
+// A receiver of frames of any layouts.
+typedef struct framelock_layout_receiver {
+  size_t opaque[26];
+} framelock_layout_receiver;
+
+// A frame that was received. Its bytes are there until the next call with that receiver.
+typedef struct framelock_frame {
+  // All of it, from the sync to the end.
+  const uint8_t *bytes;
+  // How many bytes.
+  size_t length;
+  // Which of the receiver's layouts it has: the first is 0.
+  size_t layout;
+} framelock_frame;
 
 // A failsafe: what is between the setpoints and the actuators.
 typedef struct framelock_failsafe {
@@ -114,6 +286,45 @@ typedef uint8_t framelock_phase;
 // No byte for longer than the sender leaves between the bytes of a frame.
 #define FRAMELOCK_IDLE_LINE 4
 
+// Each frame has `longest` bytes.
+#define FRAMELOCK_FIXED_LENGTH 0
+
+// A number in the header.
+#define FRAMELOCK_LENGTH_FIELD 1
+
+// The first terminator behind the sync is the end.
+#define FRAMELOCK_DELIMITER 2
+
+// There is no checksum.
+#define FRAMELOCK_NO_CHECKSUM 0
+
+// A cyclic redundancy check.
+#define FRAMELOCK_CRC 1
+
+// The bytes added up.
+#define FRAMELOCK_SUM 2
+
+// All bits of the sum inverted: 0xFFFF - sum, in two bytes.
+#define FRAMELOCK_INVERTED_SUM 3
+
+// What makes the sum zero.
+#define FRAMELOCK_NEGATED_SUM 4
+
+// The exclusive or of the bytes.
+#define FRAMELOCK_XOR 5
+
+// Two sums of 8 bits: the second adds up what the first has been. The first is the low byte.
+#define FRAMELOCK_FLETCHER 6
+
+// As a number, the lowest byte first.
+#define FRAMELOCK_LITTLE_ENDIAN 0
+
+// As a number, the highest byte first.
+#define FRAMELOCK_BIG_ENDIAN 1
+
+// As two hexadecimal digits for each byte, the highest first; read in capitals or not.
+#define FRAMELOCK_HEX 2
+
 // Nothing: it is not initialised, and there is no output.
 #define FRAMELOCK_NO_OUTPUT 0
 
@@ -135,6 +346,45 @@ typedef uint8_t framelock_phase;
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
+
+// BIN: 'A' 'B' reserved pitch roll yaw CR.
+extern const struct framelock_layout framelock_bin_layout;
+
+// BIN-CRC8: 'A' 'B' reserved pitch roll yaw crc CR.
+extern const struct framelock_layout framelock_bin_crc8_layout;
+
+// Six axes of 16 bits, in either byte order.
+extern const struct framelock_layout framelock_six_axes_layout;
+
+// Futaba's SBUS.
+extern const struct framelock_layout framelock_sbus_layout;
+
+// FlySky's iBUS, the frames for servos.
+extern const struct framelock_layout framelock_ibus_layout;
+
+// CRSF, of TBS and ExpressLRS.
+extern const struct framelock_layout framelock_crsf_layout;
+
+// u-blox's UBX. `longest` is the protocol's, 65543: make it what the messages need that you switch on.
+extern const struct framelock_layout framelock_ubx_layout;
+
+// NMEA 0183.
+extern const struct framelock_layout framelock_nmea_layout;
+
+// RTCM 3.
+extern const struct framelock_layout framelock_rtcm_layout;
+
+// MAVLink 1, with the messages of the dialect `common`.
+extern const struct framelock_layout framelock_mavlink1_common_layout;
+
+// MAVLink 1, with the messages of the dialects `common` and `ardupilotmega`.
+extern const struct framelock_layout framelock_mavlink1_ardupilotmega_layout;
+
+// MAVLink 2, with the messages of the dialect `common`.
+extern const struct framelock_layout framelock_mavlink2_common_layout;
+
+// MAVLink 2, with the messages of the dialects `common` and `ardupilotmega`.
+extern const struct framelock_layout framelock_mavlink2_ardupilotmega_layout;
 
 // Begins to receive. All counters are 0.
 void framelock_receiver_init(struct framelock_receiver *receiver);
@@ -169,6 +419,54 @@ void framelock_crc8_receiver_line_event(struct framelock_crc8_receiver *receiver
 // As `framelock_receiver_counters`.
 bool framelock_crc8_receiver_counters(const struct framelock_crc8_receiver *receiver,
                                       struct framelock_counters *counters);
+
+// Makes `length` bytes a frame: writes sync, length, fixed bits, terminator and checksum, and leaves the rest as
+// it is. Of several syncs or terminators it writes the first, unless one is there. Set the bits that announce an
+// appendix before, and put it behind the frame.
+//
+// Returns whether it is a frame then: not if no frame has so many bytes, there is no such message, a terminator
+// stands where none may, or the layout has something wrong.
+bool framelock_seal(const struct framelock_layout *layout,
+                    uint8_t *frame,
+                    size_t length);
+
+// Begins to receive frames of `count` layouts; the first that has a frame's header says the rest. All counters
+// are 0. Layouts, all that they point to, and the buffer must stay for as long as the receiver is used, layouts
+// unchanged and the buffer untouched.
+//
+// The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has
+// a pointer or a constant that cannot be, it returns false, and the receiver is not initialised.
+bool framelock_layout_receiver_init(struct framelock_layout_receiver *receiver,
+                                    const struct framelock_layout *layouts,
+                                    size_t count,
+                                    uint8_t *buffer,
+                                    size_t size);
+
+// Takes the next byte. If that leads to a frame, says which and returns true. If not, leaves `frame` as it is and
+// returns false.
+//
+// Behind a false beginning each call catches up by one: if no byte follows soon, call
+// `framelock_layout_receiver_poll` until it returns false.
+bool framelock_layout_receiver_push(struct framelock_layout_receiver *receiver,
+                                    uint8_t byte,
+                                    struct framelock_frame *frame);
+
+// Goes on with what `framelock_layout_receiver_push` has left, up to the next frame; returns as it does.
+bool framelock_layout_receiver_poll(struct framelock_layout_receiver *receiver,
+                                    struct framelock_frame *frame);
+
+// Calls `found`, unless it is NULL, with each frame that lies whole in what is pending; drops the rest, so that no
+// frame has bytes from before the event, and counts it. Do not push a byte that is known to be bad: report the
+// event in its place. `found` must not call functions with this receiver.
+void framelock_layout_receiver_line_event(struct framelock_layout_receiver *receiver,
+                                          framelock_line_event event,
+                                          void (*found)(void *context,
+                                                        const struct framelock_frame *frame),
+                                          void *context);
+
+// Writes the counters and returns true; or false if there are none.
+bool framelock_layout_receiver_counters(const struct framelock_layout_receiver *receiver,
+                                        struct framelock_counters *counters);
 
 // Begins parked, at the time `now`. If the parameters break one of their rules it returns false, and the
 // failsafe is not initialised.

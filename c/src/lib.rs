@@ -4,6 +4,10 @@
 //! code. What C must keep to stands at the head of the header, which is in `cbindgen.toml`.
 #![cfg_attr(target_os = "none", no_std)]
 #![allow(non_camel_case_types, reason = "the names are for C")]
+#![allow(
+    clippy::doc_markdown,
+    reason = "protocols are written as their makers do"
+)]
 
 use framelock::motion::Setpoint;
 
@@ -11,6 +15,12 @@ mod memory;
 
 // In the order in which the header has them.
 pub mod receiver;
+
+pub mod layout;
+
+pub mod layout_receiver;
+
+pub mod shipped_layouts;
 
 pub mod failsafe;
 

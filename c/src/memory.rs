@@ -1,7 +1,9 @@
-//! Values of Rust in the memory of C.
+//! Values of Rust in the memory of C, and values of C.
 
-use core::mem::MaybeUninit;
-use core::ptr;
+use core::mem::{self, MaybeUninit};
+use core::{ptr, slice};
+
+use crate::layout::framelock_layout;
 
 /// What is in such a memory. All zeros, as static variables of C begin, is `Nothing`: with this `repr` the
 /// discriminant comes first.
@@ -14,13 +16,14 @@ pub(crate) enum Content<T> {
 
 /// A struct of the header, whose size C knows, for a value that only Rust knows.
 pub(crate) trait Memory: Sized {
-    type Value: Copy;
+    type Value;
 
     /// So that a struct of the wrong size does not compile.
     const FITS: () = assert!(
         size_of::<Content<Self::Value>>() <= size_of::<Self>()
-            && align_of::<Content<Self::Value>>() <= align_of::<Self>(),
-        "the struct has too few bytes for its value, or is not aligned as it must be"
+            && align_of::<Content<Self::Value>>() <= align_of::<Self>()
+            && !mem::needs_drop::<Self::Value>(),
+        "the struct has too few bytes for its value, or is not aligned as it must be; or C would have to drop it"
     );
 
     fn value(&self) -> Option<&Self::Value> {
@@ -45,7 +48,33 @@ pub(crate) trait Memory: Sized {
 
     fn write(memory: &mut MaybeUninit<Self>, content: Content<Self::Value>) {
         const { Self::FITS };
-        // SAFETY: it has room here, and is aligned: FITS. What was here is `Copy`: it need not be dropped.
+        // SAFETY: it has room here, and is aligned: FITS. What was here need not be dropped: FITS.
         unsafe { memory.as_mut_ptr().cast::<Content<_>>().write(content) }
     }
+}
+
+impl framelock_layout {
+    /// As C has it that writes nothing down.
+    // SAFETY: it has integers, bools, pointers, and a reference that may be none: zeros are each of them.
+    pub(crate) const NONE: Self = unsafe { MaybeUninit::zeroed().assume_init() };
+}
+
+// SAFETY: its pointers are to constants, or to what the header tells C to leave alone while it is in use.
+unsafe impl Sync for framelock_layout {}
+
+/// So many values of C's, one behind the other; nothing if they are at NULL.
+pub(crate) fn values<T>(first: *const T, count: usize) -> Option<&'static [T]> {
+    match count {
+        0 => Some(&[]),
+        // SAFETY: the header asks for so many values there, and that they stay as they are while a receiver
+        // uses them. `T` is what the header has there: integers, bools of C and pointers.
+        _ => (!first.is_null()).then(|| unsafe { slice::from_raw_parts(first, count) }),
+    }
+}
+
+/// So many bytes of C's, to write to; nothing if they are at NULL.
+pub(crate) fn bytes(first: *mut u8, count: usize) -> Option<&'static mut [u8]> {
+    // SAFETY: the header asks for so many bytes there, and that nobody else touches them while this function
+    // runs, or a receiver uses them.
+    (!first.is_null()).then(|| unsafe { slice::from_raw_parts_mut(first, count) })
 }

@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{Counters, FixedFormat, Line, LineEvent, Receiver};
+use framelock::{Counters, FixedFormat, Found, Line, LineEvent, Parser, Receiver};
 
 use crate::framelock_setpoint;
 use crate::memory::{Content, Memory};
@@ -12,7 +12,7 @@ use crate::memory::{Content, Memory};
 #[repr(C)]
 pub struct framelock_receiver {
     aligned: MaybeUninit<u64>,
-    opaque: [MaybeUninit<usize>; 18],
+    opaque: [MaybeUninit<usize>; 20],
 }
 
 impl Memory for framelock_receiver {
@@ -23,7 +23,7 @@ impl Memory for framelock_receiver {
 #[repr(C)]
 pub struct framelock_crc8_receiver {
     aligned: MaybeUninit<u64>,
-    opaque: [MaybeUninit<usize>; 18],
+    opaque: [MaybeUninit<usize>; 20],
 }
 
 impl Memory for framelock_crc8_receiver {
@@ -43,9 +43,15 @@ pub struct framelock_counters {
     pub frame_bytes: usize,
     /// Bytes discarded because no frame begins with them.
     pub discarded_no_sync: usize,
-    /// Bytes discarded because an 'A' was not followed by a 'B'.
+    /// Bytes discarded because a later byte of the sync was wrong.
     pub discarded_broken_sync: usize,
-    /// Bytes discarded because there was no CR where it was due.
+    /// Bytes discarded because fixed bits of the header were wrong, or its length was too short.
+    pub discarded_header: usize,
+    /// Bytes discarded because the header told a length above that of the longest frame.
+    pub discarded_too_long: usize,
+    /// Bytes discarded because the header told a message that there is not.
+    pub discarded_unknown_message: usize,
+    /// Bytes discarded because there was no terminator where it was due.
     pub discarded_terminator: usize,
     /// Bytes discarded because the checksum was wrong.
     pub discarded_check: usize,
@@ -78,6 +84,9 @@ impl framelock_counters {
             frame_bytes: counters.frame_bytes,
             discarded_no_sync: discarded.no_sync,
             discarded_broken_sync: discarded.broken_sync,
+            discarded_header: discarded.header,
+            discarded_too_long: discarded.too_long,
+            discarded_unknown_message: discarded.unknown_message,
             discarded_terminator: discarded.terminator,
             discarded_check: discarded.check,
             discarded_line_event: discarded.line_event,
@@ -129,7 +138,7 @@ pub extern "C" fn framelock_receiver_line_event(
     receiver: Option<&mut framelock_receiver>,
     event: framelock_line_event,
 ) {
-    line_event(receiver, event);
+    line_event(receiver, event, |_| ());
 }
 
 /// Writes the counters and returns true; or false if there are none.
@@ -165,7 +174,7 @@ pub extern "C" fn framelock_crc8_receiver_line_event(
     receiver: Option<&mut framelock_crc8_receiver>,
     event: framelock_line_event,
 ) {
-    line_event(receiver, event);
+    line_event(receiver, event, |_| ());
 }
 
 /// As `framelock_receiver_counters`.
@@ -177,29 +186,22 @@ pub extern "C" fn framelock_crc8_receiver_counters(
     count(receiver, counters)
 }
 
-// All of the above, for either format.
+// All of the above, for any receiver.
 
-fn init<M, F>(receiver: Option<&mut MaybeUninit<M>>)
-where
-    M: Memory<Value = Line<Receiver<F>>>,
-    F: FixedFormat,
-{
+fn init<F: FixedFormat>(
+    receiver: Option<&mut MaybeUninit<impl Memory<Value = Line<Receiver<F>>>>>,
+) {
     if let Some(receiver) = receiver {
-        let line = Line::new(Receiver::new());
-        M::write(receiver, Content::Something(line));
+        Memory::write(receiver, Content::Something(Line::new(Receiver::new())));
     }
 }
 
-fn push<M, F>(
-    receiver: Option<&mut M>,
+fn push<F: FixedFormat<Message = Setpoint>>(
+    receiver: Option<&mut impl Memory<Value = Line<Receiver<F>>>>,
     byte: u8,
     setpoint: Option<&mut MaybeUninit<framelock_setpoint>>,
-) -> bool
-where
-    M: Memory<Value = Line<Receiver<F>>>,
-    F: FixedFormat<Message = Setpoint>,
-{
-    let line = receiver.and_then(M::value_mut);
+) -> bool {
+    let line = receiver.and_then(Memory::value_mut);
     let Some(found) = line.and_then(|line| line.push(byte)) else {
         return false;
     };
@@ -209,11 +211,12 @@ where
     true
 }
 
-fn line_event<M, F>(receiver: Option<&mut M>, event: framelock_line_event)
-where
-    M: Memory<Value = Line<Receiver<F>>>,
-    F: FixedFormat,
-{
+/// Gives what lies whole in what was pending to `found`.
+pub(crate) fn line_event<P: Parser>(
+    receiver: Option<&mut impl Memory<Value = Line<P>>>,
+    event: framelock_line_event,
+    found: impl FnMut(Found<P::Message<'_>>),
+) {
     let event = match event {
         FRAMELOCK_FRAMING_ERROR => LineEvent::Framing,
         FRAMELOCK_PARITY_ERROR => LineEvent::Parity,
@@ -222,17 +225,16 @@ where
         FRAMELOCK_IDLE_LINE => LineEvent::Idle,
         _ => return,
     };
-    if let Some(line) = receiver.and_then(M::value_mut) {
-        line.line_event(event, |_| ());
+    if let Some(line) = receiver.and_then(Memory::value_mut) {
+        line.line_event(event, found);
     }
 }
 
-fn count<M, F>(receiver: Option<&M>, counters: Option<&mut MaybeUninit<framelock_counters>>) -> bool
-where
-    M: Memory<Value = Line<Receiver<F>>>,
-    F: FixedFormat,
-{
-    let (Some(line), Some(counters)) = (receiver.and_then(M::value), counters) else {
+pub(crate) fn count<P: Parser>(
+    receiver: Option<&impl Memory<Value = Line<P>>>,
+    counters: Option<&mut MaybeUninit<framelock_counters>>,
+) -> bool {
+    let (Some(line), Some(counters)) = (receiver.and_then(Memory::value), counters) else {
         return false;
     };
     counters.write(framelock_counters::new(line.counters(), line.pending()));

@@ -18,6 +18,21 @@ pub(crate) const CPP: [&str; 4] = ["c++", "-std=c++17", "-xc++", "-Wconversion"]
 pub(crate) fn run(compiler: &[&str], sources: &[&Path], input: &[u8]) -> String {
     let folder = TempDir::new().unwrap();
     let program = folder.path().join("program");
+    let links = ["-lpthread", "-ldl", "-lm"];
+    let install = "on Debian: apt-get install g++; on macOS: xcode-select --install";
+    compile(compiler, sources, library(), &links, &program, install);
+    succeeds(&mut Command::new(program), input, "")
+}
+
+/// Compiles the sources with a library as one program, without a warning. `install` says how one gets the compiler.
+pub(crate) fn compile(
+    compiler: &[&str],
+    sources: &[&Path],
+    library: &Path,
+    links: &[&str],
+    program: &Path,
+    install: &str,
+) {
     let (name, options) = compiler.split_first().unwrap();
     let mut compile = Command::new(name);
     compile
@@ -25,16 +40,16 @@ pub(crate) fn run(compiler: &[&str], sources: &[&Path], input: &[u8]) -> String 
         .args(options)
         .arg("-I")
         .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("include"))
+        .arg("-I")
+        .arg(self::program(""))
         .args(sources)
         // It is no source, whatever the language.
         .arg("-xnone")
-        .arg(library())
-        .args(["-lpthread", "-ldl", "-lm"])
+        .arg(library)
+        .args(links)
         .arg("-o")
-        .arg(&program);
-    let install = "on Debian: apt-get install g++; on macOS: xcode-select --install";
+        .arg(program);
     succeeds(&mut compile, &[], install);
-    succeeds(&mut Command::new(program), input, "")
 }
 
 /// Runs a program that must end well, and returns what it writes. `install` says how one gets it.

@@ -7,7 +7,10 @@
 )]
 
 mod compiler;
+mod guide;
 mod header;
+mod layouts;
 mod lecture_in_rust;
 mod pages;
 mod receiving;
+mod steps;

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::compiler::{C, CPP, program, run};
 
-const EVENTS: [LineEvent; 5] = [
+pub(crate) const EVENTS: [LineEvent; 5] = [
     LineEvent::Framing,
     LineEvent::Parity,
     LineEvent::Overrun,

@@ -1,7 +1,7 @@
 //! The stages that check sources, tests and documentation on this machine.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
 use object::Endianness;
@@ -23,7 +23,7 @@ const MICROCONTROLLERS: [&str; 3] = [
 ];
 
 const FORMATS: &str = "framelock-formats";
-const FOR_C: &str = "framelock-c";
+pub(crate) const FOR_C: &str = "framelock-c";
 const HOST: &str = "framelock-host";
 
 /// The sources are formatted by rustfmt.
@@ -111,36 +111,53 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
             .with(&sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
             .run()?;
     }
-    library_for_c(&sh, &compiler, &folder)
+    library_for_c(workspace, &compiler).and_then(|library| cannot_panic(&library))
 }
 
-/// The library for C has no way to panic. Every panic goes through functions of `core::panicking`, which are never
-/// inlined all together. Optimised as a whole, it is one object with all that it uses of Rust's `core`.
-fn library_for_c(sh: &Shell, compiler: &Compiler, folder: &Path) -> Result<()> {
-    let target = firmware::TARGET;
+/// The library for C, built for the firmware's processor.
+pub(crate) fn library_for_c(workspace: &Workspace, compiler: &Compiler) -> Result<PathBuf> {
+    let sh = workspace.shell()?;
+    let (target, folder) = (
+        firmware::TARGET,
+        workspace.target_directory.join("microcontrollers"),
+    );
     let cargo = cmd!(
         sh,
         "cargo build --package {FOR_C} --profile firmware --target {target} --target-dir {folder}"
     );
     compiler
-        .with(sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
+        .with(&sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
         .run()?;
-    let library = fs::read(folder.join(target).join("firmware/libframelock_c.a"))?;
+    Ok(folder.join(target).join("firmware/libframelock_c.a"))
+}
+
+/// The library for C has no way to panic. Every panic goes through functions of `core::panicking`, which are never
+/// inlined all together. Optimised as a whole, it is one object with all that it uses of Rust's `core`.
+fn cannot_panic(library: &Path) -> Result<()> {
+    let library = fs::read(library)?;
     let archive = ArchiveFile::parse(&*library)?;
     let mut names = Vec::new();
     for member in archive.members() {
         let member = member?;
         if member.name().starts_with(b"framelock_c-") {
-            let object = ElfFile32::<Endianness>::parse(member.data(&*library)?)?;
+            // A copy: in an archive it stands at any even place.
+            let object = member.data(&*library)?.to_vec();
+            let object = ElfFile32::<Endianness>::parse(&*object)?;
             for symbol in object.symbols() {
                 names.push(symbol.name()?.to_owned());
             }
         }
     }
-    ensure!(
-        names.iter().any(|name| name == "framelock_receiver_push"),
-        "the library for C has no symbols"
-    );
+    for function in [
+        "framelock_receiver_push",
+        "framelock_layout_receiver_push",
+        "framelock_seal",
+    ] {
+        ensure!(
+            names.iter().any(|name| name == function),
+            "the library for C has no {function}"
+        );
+    }
     names.retain(|name| name.contains("panicking"));
     ensure!(
         names.is_empty(),

@@ -11,6 +11,7 @@ use xshell::{Cmd, Shell, cmd};
 use crate::bare_metal::Compiler;
 use crate::report::{self, Report, TestCount};
 use crate::workspace::Workspace;
+use crate::{checks, debian};
 
 /// The nRF52840's processor: a Cortex-M4F.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
@@ -79,10 +80,23 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
     Ok(())
 }
 
-/// The stage: the release images do what they should, in the emulator.
+/// The stage: the release images do what they should, in the emulator; so do the C programs.
 pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut tests = tests(workspace, &workspace.root)?;
-    report::run_tests(&mut tests, &mut report.tests)
+    report::run_tests(&mut tests, &mut report.tests)?;
+    let sh = &workspace.shell()?;
+    if cmd!(sh, "arm-none-eabi-gcc --version")
+        .quiet()
+        .ignore_stdout()
+        .run()
+        .is_err()
+    {
+        debian::install(sh, &["gcc-arm-none-eabi"]).context("there is no arm-none-eabi-gcc")?;
+    }
+    let library = checks::library_for_c(workspace, &Compiler::of(&[TARGET])?)?;
+    let mut in_c = workspace.cargo();
+    in_c.args(["test", "--package", checks::FOR_C, "--", "--ignored"]);
+    report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)
 }
 
 /// The stage: they do it with many more random streams and mixes of what the chip may do, and under

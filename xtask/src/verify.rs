@@ -47,7 +47,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "firmware", when: Always, run: firmware::every_build,
         checks: "the firmware builds for the nRF52840 without warnings, with each set of features" },
     Stage { name: "emulated", when: Always, run: firmware::in_the_emulator,
-        checks: "the firmware's release images, run in the emulator" },
+        checks: "the firmware's release images and C programs, run in the emulator" },
     Stage { name: "random", when: Nightly, run: firmware::random_streams,
         checks: "the firmware with many more random streams, and under each assumption about the chip" },
     Stage { name: "examples", when: Nightly, run: firmware::examples,

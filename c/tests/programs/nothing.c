@@ -1,4 +1,4 @@
-/* NULL, zeros and parameters that break a rule do what the header says: nothing. */
+/* NULL, zeros, and parameters and layouts that break a rule do what the header says: nothing. */
 #undef NDEBUG
 #include <assert.h>
 
@@ -19,6 +19,100 @@ static bool is_delivered(framelock_receiver *to, framelock_setpoint *setpoint)
     return delivered;
 }
 
+static framelock_layout_receiver layout_receiver;
+static uint8_t buffer[14];
+static size_t at_event;
+static framelock_layout nothing;
+
+static void found(void *context, const framelock_frame *whole)
+{
+    assert(context == &at_event && whole->bytes == &buffer[1] && whole->length == 7 && whole->layout == 1);
+    at_event++;
+}
+
+/* Whether the receiver begins with that layout. */
+static bool begins(const framelock_layout *layout)
+{
+    return framelock_layout_receiver_init(&layout_receiver, layout, 1, buffer, sizeof buffer);
+}
+
+static void layouts(void)
+{
+    framelock_layout layout = framelock_bin_layout, two[2];
+    framelock_frame whole;
+    framelock_counters counters;
+
+    assert(!framelock_layout_receiver_push(&layout_receiver, 'A', &whole));
+    assert(!framelock_layout_receiver_poll(&layout_receiver, &whole));
+    framelock_layout_receiver_line_event(&layout_receiver, FRAMELOCK_BREAK, found, &at_event);
+    assert(!framelock_layout_receiver_counters(&layout_receiver, &counters));
+    assert(!framelock_layout_receiver_push(NULL, 'A', &whole));
+    assert(!framelock_layout_receiver_poll(NULL, &whole));
+    framelock_layout_receiver_line_event(NULL, FRAMELOCK_BREAK, found, &at_event);
+    assert(!framelock_layout_receiver_counters(NULL, &counters));
+
+    assert(begins(&layout));
+    assert(!framelock_layout_receiver_init(NULL, &layout, 1, buffer, sizeof buffer));
+    assert(!begins(NULL));
+    assert(!framelock_layout_receiver_push(&layout_receiver, 'A', &whole));
+    assert(!framelock_layout_receiver_init(&layout_receiver, NULL, 0, buffer, sizeof buffer));
+    assert(!framelock_layout_receiver_init(&layout_receiver, &layout, 1, NULL, sizeof buffer));
+    assert(!framelock_layout_receiver_init(&layout_receiver, &layout, 1, buffer, 6));
+    assert(framelock_layout_receiver_init(&layout_receiver, &layout, 1, buffer, 7));
+    assert(!begins(&nothing));
+
+    /* One's own: what cannot be. */
+    layout = nothing;
+    layout.longest = 7;
+    assert(begins(&layout));
+    layout.sync.length = layout.sync.count = 1;
+    assert(!begins(&layout));
+    layout.sync.length = layout.sync.count = SIZE_MAX;
+    assert(!begins(&layout));
+    layout.sync.count = 0;
+    assert(begins(&layout));
+    layout.length.kind = 3;
+    assert(!begins(&layout));
+    layout.length.kind = 0;
+    layout.checksum.algorithm = 7;
+    assert(!begins(&layout));
+    layout.checksum.algorithm = 1;
+    layout.checksum.written = 3;
+    assert(!begins(&layout));
+    assert(!framelock_seal(&layout, buffer, 7));
+    layout.checksum.algorithm = 0;
+    layout.fixed_count = 1;
+    assert(!begins(&layout));
+    layout.fixed_count = 0;
+    layout.messages.count = 1;
+    assert(!begins(&layout));
+
+    assert(framelock_seal(&framelock_bin_layout, buffer, 7) && buffer[6] == '\r');
+    assert(!framelock_seal(&framelock_bin_layout, buffer, 8));
+    assert(!framelock_seal(NULL, buffer, 7) && !framelock_seal(&framelock_bin_layout, NULL, 7));
+
+    /* A false beginning of one layout, within it a frame of the other: a line event delivers it. */
+    two[0] = nothing;
+    two[0].sync.bytes = (const uint8_t *)"<";
+    two[0].sync.length = two[0].sync.count = 1;
+    two[0].longest = 9;
+    two[0].terminator = two[0].sync;
+    two[1] = framelock_bin_layout;
+    assert(framelock_layout_receiver_init(&layout_receiver, two, 2, buffer, sizeof buffer));
+    assert(!framelock_layout_receiver_push(&layout_receiver, '<', NULL));
+    for (size_t at = 0; at < 7; at++) {
+        assert(!framelock_layout_receiver_push(&layout_receiver, (uint8_t)frame[at], NULL));
+    }
+    assert(!framelock_layout_receiver_poll(&layout_receiver, NULL));
+    framelock_layout_receiver_line_event(&layout_receiver, 200, NULL, NULL);
+    assert(framelock_layout_receiver_counters(&layout_receiver, &counters) && counters.pending == 8);
+    framelock_layout_receiver_line_event(&layout_receiver, FRAMELOCK_IDLE_LINE, found, &at_event);
+    assert(at_event == 1);
+    assert(framelock_layout_receiver_counters(&layout_receiver, &counters) && counters.pending == 0);
+    assert(counters.frames == 1 && counters.discarded_line_event == 1 && counters.idle_lines == 1);
+    assert(!framelock_layout_receiver_counters(&layout_receiver, NULL));
+}
+
 int main(void)
 {
     const framelock_failsafe_parameters good = {1, 1, {7, 8, 9}, {1, 1, 1}};
@@ -26,6 +120,7 @@ int main(void)
     framelock_setpoint setpoint = {4, 5, 6};
     framelock_counters counters;
 
+    layouts();
     framelock_receiver_init(NULL);
     framelock_crc8_receiver_init(NULL);
     assert(!is_delivered(NULL, &setpoint));

@@ -1,0 +1,193 @@
+//! The receiver of frames of any layouts.
+
+use core::ffi::c_void;
+use core::mem::MaybeUninit;
+
+use framelock::{BufferedIn, DiscardReason, Format, Line, Verdict};
+use framelock_formats::{AnyOf, Layout};
+
+use crate::layout::framelock_layout;
+use crate::memory::{Content, Memory, bytes, values};
+use crate::receiver::{count, framelock_counters, framelock_line_event, line_event};
+
+/// A receiver of frames of any layouts.
+#[repr(C)]
+pub struct framelock_layout_receiver {
+    opaque: [MaybeUninit<usize>; 26],
+}
+
+impl Memory for framelock_layout_receiver {
+    type Value = Line<BufferedIn<Layouts, &'static mut [u8]>>;
+}
+
+/// A frame that was received. Its bytes are there until the next call with that receiver.
+#[repr(C)]
+pub struct framelock_frame {
+    /// All of it, from the sync to the end.
+    pub bytes: *const u8,
+    /// How many bytes.
+    pub length: usize,
+    /// Which of the receiver's layouts it has: the first is 0.
+    pub layout: usize,
+}
+
+/// Begins to receive frames of `count` layouts; the first that has a frame's header says the rest. All counters
+/// are 0. Layouts, all that they point to, and the buffer must stay for as long as the receiver is used, layouts
+/// unchanged and the buffer untouched.
+///
+/// The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has
+/// a pointer or a constant that cannot be, it returns false, and the receiver is not initialised.
+#[unsafe(no_mangle)]
+pub extern "C" fn framelock_layout_receiver_init(
+    receiver: Option<&mut MaybeUninit<framelock_layout_receiver>>,
+    layouts: *const framelock_layout,
+    count: usize,
+    buffer: *mut u8,
+    size: usize,
+) -> bool {
+    let Some(receiver) = receiver else {
+        return false;
+    };
+    let layouts = values(layouts, count).map(Layouts);
+    let are_right = |layouts: &Layouts| layouts.0.iter().all(|one| one.ask(&[], |_| ()).is_some());
+    let layouts = layouts.filter(are_right).zip(bytes(buffer, size));
+    let built = layouts.and_then(|(layouts, buffer)| BufferedIn::within(layouts, buffer));
+    let is_built = built.is_some();
+    let content = built.map_or(Content::Nothing, |built| {
+        Content::Something(Line::new(built))
+    });
+    Memory::write(receiver, content);
+    is_built
+}
+
+/// Takes the next byte. If that leads to a frame, says which and returns true. If not, leaves `frame` as it is and
+/// returns false.
+///
+/// Behind a false beginning each call catches up by one: if no byte follows soon, call
+/// `framelock_layout_receiver_poll` until it returns false.
+#[unsafe(no_mangle)]
+pub extern "C" fn framelock_layout_receiver_push(
+    receiver: Option<&mut framelock_layout_receiver>,
+    byte: u8,
+    frame: Option<&mut MaybeUninit<framelock_frame>>,
+) -> bool {
+    let line = receiver.and_then(Memory::value_mut);
+    deliver(line.and_then(|line| line.push(byte)), frame)
+}
+
+/// Goes on with what `framelock_layout_receiver_push` has left, up to the next frame; returns as it does.
+#[unsafe(no_mangle)]
+pub extern "C" fn framelock_layout_receiver_poll(
+    receiver: Option<&mut framelock_layout_receiver>,
+    frame: Option<&mut MaybeUninit<framelock_frame>>,
+) -> bool {
+    let line = receiver.and_then(Memory::value_mut);
+    deliver(line.and_then(Line::poll), frame)
+}
+
+/// Calls `found`, unless it is NULL, with each frame that lies whole in what is pending; drops the rest, so that no
+/// frame has bytes from before the event, and counts it. Do not push a byte that is known to be bad: report the
+/// event in its place. `found` must not call functions with this receiver.
+#[unsafe(no_mangle)]
+pub extern "C" fn framelock_layout_receiver_line_event(
+    receiver: Option<&mut framelock_layout_receiver>,
+    event: framelock_line_event,
+    found: Option<extern "C" fn(context: *mut c_void, frame: &framelock_frame)>,
+    context: *mut c_void,
+) {
+    line_event(receiver, event, |one| {
+        if let (Some(found), Some(frame)) = (found, one.message()) {
+            found(context, &frame);
+        }
+    });
+}
+
+/// Writes the counters and returns true; or false if there are none.
+#[unsafe(no_mangle)]
+pub extern "C" fn framelock_layout_receiver_counters(
+    receiver: Option<&framelock_layout_receiver>,
+    counters: Option<&mut MaybeUninit<framelock_counters>>,
+) -> bool {
+    count(receiver, counters)
+}
+
+fn deliver(
+    found: Option<framelock_frame>,
+    frame: Option<&mut MaybeUninit<framelock_frame>>,
+) -> bool {
+    let is_found = found.is_some();
+    if let (Some(found), Some(frame)) = (found, frame) {
+        frame.write(found);
+    }
+    is_found
+}
+
+/// What [`AnyOf`] is, of layouts that stay as C has them: one at a time is made a [`Layout`] when it is asked, so
+/// there may be any number, and none takes RAM.
+pub(crate) struct Layouts(&'static [framelock_layout]);
+
+impl Format for Layouts {
+    const LONGEST: usize = usize::MAX;
+    type Message<'a> = framelock_frame;
+
+    fn longest(&self) -> usize {
+        let longest = self.0.iter().map(|layout| layout.longest);
+        longest.max().unwrap_or_default()
+    }
+
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        self.judge_on(bytes, 0)
+    }
+
+    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+        let mut furthest = DiscardReason::NoSync;
+        for layout in self.0 {
+            // What is known of the first bytes is known of this layout, if none before it has them.
+            let seen = if furthest == DiscardReason::NoSync {
+                seen
+            } else {
+                0
+            };
+            let verdict = layout.ask(bytes, |layout| match layout.judge_on(bytes, seen) {
+                Verdict::Reject(why) if !has_header(layout, bytes) => Err(why),
+                verdict => Ok(verdict),
+            });
+            match verdict {
+                Some(Ok(verdict)) => return verdict,
+                Some(Err(why)) if how_far(why) > how_far(furthest) => furthest = why,
+                _ => {}
+            }
+        }
+        Verdict::Reject(furthest)
+    }
+
+    fn starts(&self, byte: u8) -> bool {
+        let mut layouts = self.0.iter();
+        layouts.any(|layout| layout.ask(&[], |layout| layout.starts(byte)) == Some(true))
+    }
+
+    fn decode(&self, frame: &[u8]) -> framelock_frame {
+        let is_of = |layout: &framelock_layout| {
+            layout.ask(frame, |layout| has_header(layout, frame)) == Some(true)
+        };
+        framelock_frame {
+            bytes: frame.as_ptr(),
+            length: frame.len(),
+            layout: self.0.iter().position(is_of).unwrap_or_default(),
+        }
+    }
+}
+
+/// Whether the bytes have the layout's whole header. Nothing has that of the first.
+fn has_header(layout: &Layout, bytes: &[u8]) -> bool {
+    AnyOf(&[Layout::NONE, *layout]).decode(bytes).0 == 1
+}
+
+/// How far on in a header it is found.
+const fn how_far(why: DiscardReason) -> u8 {
+    match why {
+        DiscardReason::NoSync => 0,
+        DiscardReason::BrokenSync => 1,
+        _ => 2,
+    }
+}

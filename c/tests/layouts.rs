@@ -1,0 +1,290 @@
+//! A C program receives frames of any layouts as a Rust program does, and makes the same ones.
+
+use std::fmt::Write;
+
+use framelock::{BufferedIn, Line};
+use framelock_formats::layout::{
+    Algorithm, Checksum, Layout, Length, LengthField, Message, Number, Patterns,
+};
+use framelock_formats::{
+    ARDUPILOTMEGA, AnyOf, BIN, BIN_CRC8, COMMON, CRSF, IBUS, NMEA, RTCM, SBUS, SIX_AXES, UBX,
+    mavlink1, mavlink2,
+};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::guide::hex;
+use crate::receiving::EVENTS;
+use crate::steps::Program;
+
+const GNSS: &[Layout] = &[
+    Layout {
+        longest: 100,
+        ..UBX
+    },
+    NMEA,
+    RTCM,
+];
+
+const MESSAGES: &[Message] = &[
+    Message {
+        number: 0,
+        extra: Some(50),
+        most: 9,
+    },
+    Message {
+        number: 30,
+        extra: Some(39),
+        most: 28,
+    },
+    Message {
+        number: 253,
+        extra: Some(83),
+        most: 54,
+    },
+];
+
+/// As in `layouts.c`: what no protocol has.
+const ODD: &[Layout] = &[
+    Layout {
+        sync: Patterns {
+            bytes: b"<1<2",
+            length: 2,
+        },
+        length: Length::Field(LengthField {
+            number: Number::byte(2),
+            mask: 7,
+            factor: 2,
+            plus: 6,
+        }),
+        shortest: 8,
+        longest: 18,
+        checksum: Some(Checksum {
+            at: -3,
+            to: -4,
+            ..Checksum::at_the_end(2)
+        }),
+        terminator: Patterns::one(b">"),
+        ..Layout::NONE
+    },
+    Layout {
+        sync: Patterns::one(b"<<"),
+        longest: 6,
+        checksum: Some(Checksum {
+            algorithm: Algorithm::NegatedSum,
+            from: 2,
+            ..Checksum::at_the_end(1)
+        }),
+        ..Layout::NONE
+    },
+];
+
+/// The lines of `layouts.c`, in its order.
+const LINES: [&[Layout]; 14] = [
+    &[BIN],
+    &[BIN_CRC8],
+    &[SIX_AXES],
+    &[SBUS],
+    &[IBUS],
+    &[CRSF],
+    GNSS,
+    &[mavlink1(COMMON), mavlink2(ARDUPILOTMEGA)],
+    &[SBUS],
+    &[IBUS],
+    &[CRSF],
+    GNSS,
+    &[mavlink1(MESSAGES), mavlink2(MESSAGES)],
+    ODD,
+];
+
+#[test]
+fn c_receives_frames_of_any_layouts_as_rust_does() {
+    let mut happened = [0; 18];
+    let mut delivered = [0; 6];
+    for program in programs(3000) {
+        program.check_here();
+        for line in program.expected.lines() {
+            let numbers = line
+                .split(' ')
+                .map(str::parse)
+                .collect::<Result<Vec<usize>, _>>();
+            if let Ok(counters) = numbers {
+                assert_eq!(counters[0], counters[2..12].iter().sum::<usize>());
+                for (sum, counter) in happened.iter_mut().zip(counters) {
+                    *sum += counter;
+                }
+            }
+        }
+        for (sum, first) in delivered.iter_mut().zip(["b0", "b1", "b2", "p", "e", "s"]) {
+            let lines = program.expected.lines();
+            *sum += lines.filter(|line| line.starts_with(first)).count();
+        }
+    }
+    // What is compared also happens.
+    assert!(
+        happened.iter().all(|&counter| counter > 1000),
+        "{happened:?}"
+    );
+    assert!(delivered.iter().all(|&count| count > 10), "{delivered:?}");
+}
+
+/// For each line the program, with so many frames.
+pub(crate) fn programs(frames: usize) -> impl Iterator<Item = Program> {
+    (0..LINES.len()).map(move |number| {
+        let steps = steps(number, frames);
+        Program {
+            page: None,
+            source: "layouts.c",
+            options: &[],
+            expected: taken(&mut steps.clone()),
+            steps,
+        }
+    })
+}
+
+/// Frames of these layouts, a part of them broken, with line events and polls between: steps as `layouts.c` takes
+/// them.
+fn steps(number: usize, frames: usize) -> Vec<u8> {
+    let random = &mut ChaCha8Rng::seed_from_u64(26);
+    let mut steps = vec![u8::try_from(number).unwrap()];
+    for _ in 0..frames {
+        let which = random.random_range(0..LINES[number].len());
+        let frame = frame(&LINES[number][which], random);
+        if random.random_range(0..10) == 0 {
+            // Most of it is to be written; now and then it has a byte too few or too many.
+            let length = (frame.len() + random.random_range(0..20) / 19).min(255);
+            let mut unsealed = frame.clone();
+            unsealed.resize(length, 0);
+            unsealed[0] = random.random();
+            unsealed[length - 1] ^= random.random_range(0..2);
+            steps.extend([b's', u8::try_from(which).unwrap()]);
+            steps.push(u8::try_from(length).unwrap());
+            steps.extend(unsealed);
+        }
+        for byte in frame {
+            match random.random_range(0..600) {
+                0 => {}
+                1 | 2 => steps.extend([b'b', byte ^ 1 << random.random_range(0..8)]),
+                3 => steps.extend([b'b', byte, b'b', random.random()]),
+                4 => steps.extend([b'e', random.random_range(0..6)]),
+                _ => steps.extend([b'b', byte]),
+            }
+        }
+        match random.random_range(0..20) {
+            0 => steps.push(b'p'),
+            1 => steps.extend([b'e', 4]),
+            2 => steps.push(b'c'),
+            _ => {}
+        }
+    }
+    steps.push(b'c');
+    steps
+}
+
+/// A frame of that layout, of not too many bytes.
+fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Vec<u8> {
+    loop {
+        let length = random.random_range(layout.shortest..=layout.longest.min(90));
+        let is_text = layout.length == Length::Delimiter;
+        // Bytes that look like parts of a frame, or any.
+        let byte = |random: &mut ChaCha8Rng| match random.random_range(0..8) {
+            0 => layout.sync.bytes[random.random_range(0..layout.sync.bytes.len())],
+            _ if is_text => random.random_range(b' '..b'~'),
+            _ => random.random(),
+        };
+        let mut frame: Vec<u8> = (0..length).map(|_| byte(random)).collect();
+        if let Some(messages) = layout.messages {
+            let known = messages.known[random.random_range(0..messages.known.len())];
+            let place = &mut frame[messages.number.at..messages.number.end()];
+            place.copy_from_slice(&known.number.to_le_bytes()[..place.len()]);
+        }
+        if let Some(appendix) = layout.appendix {
+            frame[appendix.at] = random.random_range(0..2);
+            frame.resize(length + usize::from(frame[appendix.at]) * appendix.bytes, 7);
+        }
+        if layout.seal(&mut frame) {
+            return frame;
+        }
+    }
+}
+
+/// What the program should say.
+fn taken(steps: &mut [u8]) -> String {
+    let (number, mut steps) = steps.split_first_mut().unwrap();
+    let layouts = LINES[usize::from(*number)];
+    let receiver = BufferedIn::within(AnyOf(layouts), vec![0; 2100]).unwrap();
+    let mut line = Line::new(receiver);
+    let mut text = String::new();
+    while let [step, rest @ ..] = steps {
+        let used = match step {
+            b'b' => {
+                if let Some(frame) = line.push(rest[0]) {
+                    say_frame(&mut text, 'b', frame);
+                }
+                1
+            }
+            b'p' => {
+                while let Some(frame) = line.poll() {
+                    say_frame(&mut text, 'p', frame);
+                }
+                0
+            }
+            b'e' => {
+                // The last is none: it is ignored.
+                if let Some(&event) = EVENTS.get(usize::from(rest[0])) {
+                    line.line_event(event, |found| {
+                        if let Some(frame) = found.message() {
+                            say_frame(&mut text, 'e', frame);
+                        }
+                    });
+                }
+                1
+            }
+            b'c' => {
+                say_counters(&mut text, &line);
+                0
+            }
+            _ => {
+                let (which, length) = (usize::from(rest[0]), usize::from(rest[1]));
+                let frame = &mut rest[2..][..length];
+                let is_sealed = layouts[which].seal(frame);
+                text.push(if is_sealed { 's' } else { '-' });
+                hex(&mut text, frame);
+                2 + length
+            }
+        };
+        steps = &mut rest[used..];
+    }
+    text
+}
+
+fn say_frame(text: &mut String, when: char, (layout, frame): (usize, &[u8])) {
+    write!(text, "{when}{layout} ").unwrap();
+    hex(text, frame);
+}
+
+fn say_counters(text: &mut String, line: &Line<BufferedIn<AnyOf, Vec<u8>>>) {
+    let counters = line.counters();
+    let (discarded, events) = (counters.discarded, counters.events);
+    let all = [
+        counters.bytes,
+        counters.frames,
+        counters.frame_bytes,
+        discarded.no_sync,
+        discarded.broken_sync,
+        discarded.header,
+        discarded.too_long,
+        discarded.unknown_message,
+        discarded.terminator,
+        discarded.check,
+        discarded.line_event,
+        line.pending(),
+        counters.resynchronisations,
+        events.framing,
+        events.parity,
+        events.overrun,
+        events.line_break,
+        events.idle,
+    ];
+    writeln!(text, "{}", all.map(|it| it.to_string()).join(" ")).unwrap();
+}

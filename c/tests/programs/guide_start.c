@@ -1,0 +1,15 @@
+/* Of a program in docs/c.md, that it starts. */
+#include "steps.h"
+
+bool start(void);
+
+bool take(uint8_t *steps, size_t length)
+{
+    const char *text = "it starts\n";
+    (void)steps;
+    (void)length;
+    while (*text != 0) {
+        say(*text++);
+    }
+    return start();
+}
