@@ -99,12 +99,13 @@ fn an_error_in_a_flood_costs_one_frame() {
     }
 }
 
-/// The frame behind an error loses nothing, however soon it comes.
+/// The frame behind an error loses nothing, however soon it comes, on a core slowed by half.
 #[test]
 fn a_frame_right_behind_an_error_is_taken() {
     for image in ["default", "megabaud"] {
         for idle in 0..60 {
             let mut firmware = Firmware::booted(image);
+            firmware.assume(|all| all.slowness = all.slowness.max(150));
             let mut line = vec![LineSymbol::BadStop(0xFF), LineSymbol::Idle(idle)];
             line.extend(symbols(&frame([1, 2, 3])));
             let end = firmware.board.send_symbols(&line);
@@ -172,6 +173,32 @@ fn a_doubled_endrx_costs_nothing() {
         firmware.send_and_wait(&bytes, 3 * MILLISECOND);
         assert_eq!(firmware.commits(), sent, "{lag} cycles");
         assert_eq!(firmware.counter("bytes") as usize, bytes.len(), "{lag}");
+    }
+}
+
+/// Between any two looks at the registers: the core is away for that long, and the byte behind the error would
+/// make a frame of those in front of it.
+#[test]
+fn an_error_in_the_middle_of_a_round_is_seen() {
+    let mut firmware = booted(false);
+    firmware.send_and_wait(&frame([1, 2, 3])[..6], PAUSE);
+    let before = firmware.board.now();
+    firmware.run_for(2 * MILLISECOND);
+    let mut rounds = firmware.board.trace().activations.iter();
+    let round = rounds.find(|run| run.exception == 16 + 2 && run.at > before);
+    let round = *round.unwrap();
+    for cycle in 0..round.cycles {
+        let mut firmware = booted(false);
+        firmware.send_and_wait(&frame([1, 2, 3])[..6], PAUSE);
+        firmware.board.run_until(round.at - 100).unwrap();
+        firmware.board.hold_off(round.at + cycle, 3 * BYTE);
+        firmware
+            .board
+            .send_symbols(&[LineSymbol::BadStop(0xFF), LineSymbol::Byte(b'\r')]);
+        firmware.run_for(5 * BYTE);
+        assert!(firmware.commits().is_empty(), "in cycle {cycle}");
+        firmware.send_and_wait(&frame([4, 5, 6]), PAUSE);
+        assert_eq!(firmware.commits(), [[4, 5, 6]], "in cycle {cycle}");
     }
 }
 
