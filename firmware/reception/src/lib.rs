@@ -22,7 +22,8 @@
 //!
 //! **Events only wake.** What a round does is decided by what stays until it is taken: the time, ERRORSRC,
 //! ENDRX. The main loop asks for a round at each tick, so any other event that is lost, doubled or late
-//! costs a tick at most. For ENDRX the memory tells: a byte that lies there for a tick was never seen.
+//! costs a tick at most. For ENDRX the memory tells: a byte that lies there for a tick was never seen; one that
+//! comes again is cleared before the next transfer.
 #![no_std]
 #![forbid(unsafe_code)]
 
