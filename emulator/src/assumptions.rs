@@ -33,6 +33,10 @@ pub struct Assumptions {
     pub doubled_ready: u32,
     /// How many ENDRX of a full transfer do not come.
     pub lost_end: u32,
+    /// How many ENDRX of a full transfer come twice.
+    pub doubled_end: u32,
+    /// Cycles until they come again. Not at all if ERRORSRC was written or another transfer opened by then.
+    pub double_lag: u64,
     /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
     /// Bytes in the FIFO: Zephyr's driver reckons with five, the specification does not say.
@@ -60,6 +64,8 @@ impl Default for Assumptions {
             lost_ready: 0,
             doubled_ready: 0,
             lost_end: 0,
+            doubled_end: 0,
+            double_lag: 0,
             start_lag: 0,
             fifo: 6,
             overrun_drops_oldest: false,
@@ -97,6 +103,9 @@ impl Assumptions {
             change("lost_ready", |a| a.lost_ready = 1),
             change("doubled_ready", |a| a.doubled_ready = 1),
             change("lost_end", |a| a.lost_end = 1),
+            change("doubled_end", |a| {
+                (a.doubled_end, a.double_lag) = (u32::MAX, 64);
+            }),
             change("start_lag", |a| a.start_lag = LONGEST_LAG),
             change("fifo", |a| a.fifo = 5),
             change("overrun_drops_oldest", |a| a.overrun_drops_oldest = true),
@@ -132,6 +141,7 @@ impl Assumptions {
         let (lost_ready, doubled_ready, slower) = (few(3), few(3), few(50));
         // One in four loses some: what is sent meanwhile may be lost.
         let lost_end = few(3) / 3 * (1 + few(2));
+        let doubled_end = few(1) * u32::MAX;
         Self {
             dma_lag: up_to(longest_lag),
             ready_lag: up_to(1) * up_to(LATEST_READY),
@@ -141,6 +151,8 @@ impl Assumptions {
             lost_ready,
             doubled_ready,
             lost_end,
+            doubled_end,
+            double_lag: up_to(80),
             start_lag: up_to(LONGEST_LAG),
             fifo: 5 + usize::from(up_to(1) == 1),
             overrun_drops_oldest: up_to(1) == 1,

@@ -300,7 +300,7 @@ impl Board {
             drop(chip);
             return Err(self.refused(refusal, self.pc));
         }
-        let bit = std::mem::take(&mut chip.peripherals.watchdog.bit);
+        let bit = std::mem::take(&mut chip.peripherals.watchdog.own.bit);
         let lines = chip.interrupts();
         self.quiet_until = chip.next();
         drop(chip);

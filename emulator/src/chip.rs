@@ -9,7 +9,7 @@ use crate::gpio::{Pins, Port};
 use crate::memory::Memory;
 use crate::nonvolatile::{FICR, NVMC, Nonvolatile, UICR, UNPROTECTED};
 use crate::peripheral::{Common, Context, Peripheral};
-use crate::peripherals::{BASES, Peripherals, WDT, number};
+use crate::peripherals::Peripherals;
 use crate::ppi::{self, Ppi};
 
 const GPIO: u32 = 0x5000_0000;
@@ -48,8 +48,6 @@ pub(crate) struct Chip {
     pub(crate) now: u64,
     memory: Memory,
     pub(crate) peripherals: Peripherals,
-    /// Their events, shorts and interrupts.
-    common: [Common; 12],
     ppi: Ppi,
     pub(crate) nonvolatile: Nonvolatile,
     ports: [Port; 2],
@@ -58,8 +56,8 @@ pub(crate) struct Chip {
     /// The outputs at the last of them.
     last_pins: Pins,
     /// Events that were raised and whose shorts and channels are still to be followed: the
-    /// peripheral's number, and the event.
-    raised: VecDeque<(usize, u32)>,
+    /// peripheral's base, and the event.
+    raised: VecDeque<(u32, u32)>,
     /// The tasks triggered at this instant, if one that is triggered twice acts once.
     triggered: Option<(u64, Vec<u32>)>,
     /// The first thing that went wrong.
@@ -68,12 +66,10 @@ pub(crate) struct Chip {
 
 impl Chip {
     pub(crate) fn new(memory: Memory, line_pin: u32) -> Self {
-        let peripherals = Peripherals::new(line_pin);
         Self {
             now: 0,
             memory,
-            common: peripherals.all().map(Peripheral::common),
-            peripherals,
+            peripherals: Peripherals::new(line_pin),
             ppi: Ppi::default(),
             nonvolatile: Nonvolatile::default(),
             ports: [Port::new(), Port::new()],
@@ -89,31 +85,24 @@ impl Chip {
     /// survives all of them, RESETREAS all but a brown-out, which looks like power-on. RAM is kept: after a
     /// brown-out it may or may not be.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
-        let new = Peripherals::new(self.peripherals.uarte.line_pin);
+        let new = Peripherals::new(self.peripherals.uarte.own.line_pin);
         let old = std::mem::replace(&mut self.peripherals, new);
         let new = &mut self.peripherals;
-        new.clock.reset_reason = match cause {
-            ResetCause::Pin => old.clock.reset_reason | RESETREAS_PIN,
-            ResetCause::Watchdog => old.clock.reset_reason | RESETREAS_WATCHDOG,
-            ResetCause::Soft => old.clock.reset_reason | RESETREAS_SOFT,
+        new.clock.own.reset_reason = match cause {
+            ResetCause::Pin => old.clock.own.reset_reason | RESETREAS_PIN,
+            ResetCause::Watchdog => old.clock.own.reset_reason | RESETREAS_WATCHDOG,
+            ResetCause::Soft => old.clock.own.reset_reason | RESETREAS_SOFT,
             ResetCause::BrownOut => 0,
         };
         // Outside the chip: the crystal, the line and who sends on it, those who look at the pins.
-        new.clock.crystal_startup = old.clock.crystal_startup;
-        new.uarte.line = old.uarte.line;
-        new.uarte.assumptions = old.uarte.assumptions;
-        new.transmitter.wired_pin = old.transmitter.wired_pin;
-        new.pwm.periods = old.pwm.periods;
-        new.pwm.start_cuts_period = old.pwm.start_cuts_period;
-        let keeps_watchdog = cause == ResetCause::Soft;
-        if keeps_watchdog {
+        new.clock.own.crystal_startup = old.clock.own.crystal_startup;
+        new.uarte.own.line = old.uarte.own.line;
+        new.uarte.own.assumptions = old.uarte.own.assumptions;
+        new.transmitter.own.wired_pin = old.transmitter.own.wired_pin;
+        new.pwm.own.periods = old.pwm.own.periods;
+        new.pwm.own.start_cuts_period = old.pwm.own.start_cuts_period;
+        if cause == ResetCause::Soft {
             new.watchdog = old.watchdog;
-        }
-        let new = new.all().map(Peripheral::common);
-        for ((base, common), new) in BASES.iter().zip(&mut self.common).zip(new) {
-            if *base != WDT || !keeps_watchdog {
-                *common = new;
-            }
         }
         self.nonvolatile.reset();
         self.ppi = Ppi::default();
@@ -123,8 +112,8 @@ impl Chip {
 
     /// Assumes that from now on.
     pub(crate) fn assume(&mut self, assumptions: Assumptions) {
-        self.peripherals.uarte.assumptions = assumptions;
-        self.peripherals.pwm.start_cuts_period = assumptions.start_cuts_period;
+        self.peripherals.uarte.own.assumptions = assumptions;
+        self.peripherals.pwm.own.start_cuts_period = assumptions.start_cuts_period;
         self.triggered = assumptions.twice_is_once.then(|| (self.now, Vec::new()));
     }
 
@@ -152,10 +141,10 @@ impl Chip {
     }
 
     fn note_pins(&mut self) {
-        let line_pin = self.peripherals.uarte.line_pin;
+        let line_pin = self.peripherals.uarte.own.line_pin;
         let port = self.ports.get((line_pin / 32) as usize);
         let high = port.is_some_and(|port| port.pulls_up(line_pin % 32));
-        self.peripherals.uarte.line.float(self.now, high);
+        self.peripherals.uarte.own.line.float(self.now, high);
         let pins = self.pins();
         if std::mem::replace(&mut self.last_pins, pins) != pins {
             self.pin_changes.push((self.now, pins));
@@ -181,16 +170,14 @@ impl Chip {
     }
 
     /// What lies there, for messages.
-    fn name(&self, address: u32) -> &'static str {
+    fn name(&mut self, address: u32) -> &'static str {
         match address & !0xFFF {
             ppi::BASE => "PPI",
             GPIO => "GPIO",
             FICR => "FICR",
             UICR => "UICR",
             NVMC => "NVMC",
-            base => number(base)
-                .and_then(|n| self.common.get(n))
-                .map_or("peripheral", |common| common.name),
+            base => (self.peripherals.at(base)).map_or("peripheral", |unit| unit.common.name),
         }
     }
 
@@ -198,24 +185,19 @@ impl Chip {
     /// none, or if it refuses.
     fn act(
         &mut self,
-        n: usize,
+        base: u32,
         act: impl FnOnce(&mut dyn Peripheral, &mut Context) -> Option<()>,
     ) -> Option<()> {
         let mut context = Context::new(self.now, &self.memory);
-        let done = act(self.peripherals.get_mut(n)?, &mut context);
-        let Context {
-            raised,
-            low,
-            refusal,
-            ..
-        } = context;
-        self.refusal = self.refusal.take().or(refusal);
-        for (at, cycles) in low {
-            self.peripherals.uarte.line.invert(at, cycles);
+        let unit = self.peripherals.at(base)?;
+        let done = act(&mut unit.own, &mut context);
+        for event in context.raised {
+            unit.common.raise(event);
+            self.raised.push_back((base, event));
         }
-        for event in raised {
-            self.common.get_mut(n)?.raise(event);
-            self.raised.push_back((n, event));
+        self.refusal = self.refusal.take().or(context.refusal);
+        for (at, cycles) in context.low {
+            self.peripherals.uarte.own.line.invert(at, cycles);
         }
         done
     }
@@ -231,19 +213,21 @@ impl Chip {
             ppi::BASE => self.ppi.read(offset),
             GPIO => self.read_port(offset),
             FICR | UICR | NVMC => self.nonvolatile.read(base, offset),
-            _ if Common::owns(offset) => self.common.get(number(base)?)?.read(offset),
             _ => {
-                let all = self.peripherals.all();
-                all.get(number(base)?)?.read(offset, self.now)
+                let unit = self.peripherals.at(base)?;
+                if Common::owns(offset) {
+                    return unit.common.read(offset);
+                }
+                unit.own.read(offset, self.now)
             }
         }
     }
 
     fn read_port(&mut self, offset: u32) -> Option<u32> {
         let (n, offset) = port(offset);
-        let pin = self.peripherals.uarte.line_pin;
+        let pin = self.peripherals.uarte.own.line_pin;
         let outside = if pin / 32 == n {
-            let high = self.peripherals.uarte.line.level_at(self.now);
+            let high = self.peripherals.uarte.own.line.level_at(self.now);
             (1 << (pin % 32), u32::from(high) << (pin % 32))
         } else {
             (0, 0)
@@ -282,11 +266,10 @@ impl Chip {
     }
 
     fn write_register(&mut self, base: u32, offset: u32, value: u32) -> Option<()> {
-        let n = number(base)?;
         if Common::owns(offset) {
-            return self.common.get_mut(n)?.write(offset, value);
+            return self.peripherals.at(base)?.common.write(offset, value);
         }
-        let done = self.act(n, |peripheral, context| {
+        let done = self.act(base, |peripheral, context| {
             peripheral.write(offset, value, context)
         });
         self.follow();
@@ -295,7 +278,7 @@ impl Chip {
 
     /// Whether the debug port is open on a chip of build code F or later.
     pub(crate) fn debug_port_is_open(&self) -> bool {
-        self.nonvolatile.protection == UNPROTECTED && self.peripherals.clock.opens_debug_port()
+        self.nonvolatile.protection == UNPROTECTED && self.peripherals.clock.own.opens_debug_port()
     }
 
     /// Triggers a task.
@@ -304,8 +287,7 @@ impl Chip {
         let done = if base == ppi::BASE {
             self.ppi.task(offset)
         } else {
-            number(base)
-                .and_then(|n| self.act(n, |peripheral, context| peripheral.task(offset, context)))
+            self.act(base, |peripheral, context| peripheral.task(offset, context))
         };
         // If it has been refused already, that says more.
         self.check(done, Access::Task, address);
@@ -314,17 +296,14 @@ impl Chip {
     /// Lets the events that were raised do what they do, and the events that follow from these.
     fn follow(&mut self) {
         let mut seen = 0;
-        while let Some((n, event)) = self.raised.pop_front() {
+        while let Some((base, event)) = self.raised.pop_front() {
             seen += 1;
             if seen > MOST_EVENTS {
                 self.raised.clear();
                 return self.refuse(Refusal::Loop(MOST_EVENTS));
             }
-            let (Some(base), Some(common)) = (BASES.get(n), self.common.get(n)) else {
-                continue;
-            };
-            let all = self.peripherals.all();
-            let shorted = all.get(n).map(|own| own.shorted(event, common.shorts));
+            let unit = self.peripherals.at(base);
+            let shorted = unit.map(|unit| unit.own.shorted(event, unit.common.shorts));
             let shorted = shorted.into_iter().flatten().flatten();
             let shorted = shorted.map(|task| base + task);
             let tasks: Vec<u32> = shorted.chain(self.ppi.tasks(base + event)).collect();
@@ -337,23 +316,23 @@ impl Chip {
     }
 
     /// The earliest instant at which a peripheral does something by itself, and which one.
-    fn due(&self) -> Option<(u64, usize)> {
-        let all = self.peripherals.all().into_iter().zip(0..);
-        all.filter_map(|(peripheral, n)| Some((peripheral.next()?, n)))
+    fn due(&mut self) -> Option<(u64, u32)> {
+        let all = self.peripherals.all().into_iter();
+        all.filter_map(|unit| Some((unit.own.next()?, unit.base)))
             .min_by_key(|(at, _)| *at)
     }
 
     /// When something happens next without the core.
-    pub(crate) fn next(&self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.due().map_or(u64::MAX, |(at, _)| at)
     }
 
     /// Lets everything happen that is due up to and including that instant.
     pub(crate) fn advance(&mut self, to: u64) {
-        while let Some((at, n)) = self.due().filter(|(at, _)| *at <= to) {
+        while let Some((at, base)) = self.due().filter(|(at, _)| *at <= to) {
             // What noise made happen in the past happens now.
             self.now = self.now.max(at);
-            self.act(n, |peripheral, context| {
+            self.act(base, |peripheral, context| {
                 peripheral.advance(context);
                 Some(())
             });
@@ -367,11 +346,11 @@ impl Chip {
 
     /// A bit for each interrupt line that is up: number n of the vector table, which is bits 12 to
     /// 17 of the peripheral's address.
-    pub(crate) fn interrupts(&self) -> u64 {
-        let lines = BASES.iter().zip(&self.common);
-        lines
-            .filter(|(_, common)| common.interrupts())
-            .fold(0, |lines, (base, _)| lines | 1 << (base >> 12 & 0x3F))
+    pub(crate) fn interrupts(&mut self) -> u64 {
+        let units = self.peripherals.all().into_iter();
+        units
+            .filter(|unit| unit.common.interrupts())
+            .fold(0, |lines, unit| lines | 1 << (unit.base >> 12 & 0x3F))
     }
 }
 

@@ -66,6 +66,8 @@ pub(crate) struct Uarte {
     stops_at: Option<u64>,
     /// When the RXSTARTED that is still to come does.
     started_at: Option<u64>,
+    /// When ENDRX comes again.
+    again_at: Option<u64>,
     error_source: u32,
     settings: Settings,
 }
@@ -82,6 +84,7 @@ impl Uarte {
             ready_at: None,
             stops_at: None,
             started_at: None,
+            again_at: None,
             error_source: 0,
             // No flow control, one stop bit.
             settings: Settings::new(CONFIG_PARITY, RXD),
@@ -110,6 +113,7 @@ impl Uarte {
             done: 0,
         });
         self.stops_at = None;
+        self.again_at = None;
         let connected = self.settings.pins.last() == Some(&self.line_pin);
         if !self.receiver.runs() && connected {
             self.line.forget_before(context.now);
@@ -239,6 +243,8 @@ impl Uarte {
             let full = transfer.done == transfer.size;
             if !(full && lost(&mut self.assumptions.lost_end)) {
                 context.raise(ENDRX);
+                let comes_again = full && lost(&mut self.assumptions.doubled_end);
+                self.again_at = comes_again.then_some(context.now + self.assumptions.double_lag);
             }
         }
     }
@@ -263,6 +269,7 @@ impl Uarte {
         self.ready_at = None;
         self.stops_at = None;
         self.started_at = None;
+        self.again_at = None;
     }
 }
 
@@ -293,6 +300,7 @@ impl Peripheral for Uarte {
         if offset == ERRORSRC {
             // "A '1' clears."
             self.error_source &= !value;
+            self.again_at = None;
             return Some(());
         }
         self.settings.write(offset, value)?;
@@ -335,14 +343,18 @@ impl Peripheral for Uarte {
             .and(self.fifo.front())
             .map(|(ready, _)| *ready);
         let heard = self.receiver.next(&self.line);
-        let due = [byte, self.ready_at, self.started_at, heard, self.stops_at];
-        due.into_iter().flatten().min()
+        let starts = [self.started_at, self.again_at, self.stops_at];
+        let due = [byte, self.ready_at, heard].into_iter().chain(starts);
+        due.flatten().min()
     }
 
     fn advance(&mut self, context: &mut Context) {
         let now = context.now;
         if self.started_at.is_some_and(|at| at <= now) {
             return self.overdue_started(context);
+        }
+        if self.again_at.take_if(|at| *at <= now).is_some() {
+            return context.raise(ENDRX);
         }
         if self.stops_at.is_some_and(|at| at <= now) {
             return self.stopped(context);

@@ -1,10 +1,27 @@
 //! The time, in microseconds, and the tick that wakes the main loop: TIMER0.
 
+use nrf52840_hal::pac::timer0::RegisterBlock;
 use nrf52840_hal::pac::{TIMER0, interrupt};
 
 use crate::wake;
 
-/// The time now, in microseconds, which wraps after 71 minutes.
+/// Lets a timer count microseconds, from 0.
+pub(crate) fn count_microseconds(timer: &RegisterBlock) {
+    timer.mode.write(|w| w.mode().timer());
+    timer.bitmode.write(|w| w.bitmode()._32bit());
+    // SAFETY: 16 MHz / 2^4 = 1 MHz; the register takes 0 to 9.
+    timer.prescaler.write(|w| unsafe { w.prescaler().bits(4) });
+    timer.tasks_clear.write(|w| w.tasks_clear().set_bit());
+    timer.tasks_start.write(|w| w.tasks_start().set_bit());
+}
+
+/// The count now, which wraps after 71 minutes. It comes by way of CC\[0\].
+pub(crate) fn microseconds(timer: &RegisterBlock) -> u32 {
+    timer.tasks_capture[0].write(|w| w.tasks_capture().set_bit());
+    timer.cc[0].read().bits()
+}
+
+/// The time.
 pub(crate) struct Clock {
     timer: TIMER0,
 }
@@ -12,20 +29,14 @@ pub(crate) struct Clock {
 impl Clock {
     /// Starts at 0.
     pub(crate) fn start(timer: TIMER0) -> Self {
-        timer.mode.write(|w| w.mode().timer());
-        timer.bitmode.write(|w| w.bitmode()._32bit());
-        // SAFETY: 16 MHz / 2^4 = 1 MHz; the register takes 0 to 9.
-        timer.prescaler.write(|w| unsafe { w.prescaler().bits(4) });
+        count_microseconds(&timer);
         timer.intenset.write(|w| w.compare1().set());
-        timer.tasks_clear.write(|w| w.tasks_clear().set_bit());
-        timer.tasks_start.write(|w| w.tasks_start().set_bit());
         Self { timer }
     }
 
     /// The time now.
     pub(crate) fn now(&self) -> u32 {
-        self.timer.tasks_capture[0].write(|w| w.tasks_capture().set_bit());
-        self.timer.cc[0].read().bits()
+        microseconds(&self.timer)
     }
 
     /// Wakes the main loop at that time, or now if it is over.

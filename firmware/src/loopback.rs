@@ -3,10 +3,12 @@
 use core::sync::atomic::{AtomicU8, Ordering, compiler_fence};
 
 use cortex_m::peripheral::DWT;
-use nrf52840_hal::gpio::{Input, Output, Pin, PullUp, PushPull};
+use nrf52840_hal::gpio::{Output, Pin, PushPull};
 use nrf52840_hal::pac::uarte0::RegisterBlock;
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 use nrf52840_hal::pac::{UARTE0, UARTE1};
+
+use crate::settings::InputPin;
 
 /// A byte at 1 Mbaud, in cycles.
 pub(crate) const BYTE: u32 = 640;
@@ -80,7 +82,7 @@ static BYTE_IN_MEMORY: AtomicU8 = AtomicU8::new(0);
 pub(crate) struct Receiver<'a>(&'a RegisterBlock);
 
 impl<'a> Receiver<'a> {
-    pub(crate) fn new(uarte: &'a UARTE0, pin: &Pin<Input<PullUp>>) -> Self {
+    pub(crate) fn new(uarte: &'a UARTE0, pin: &InputPin) -> Self {
         uarte.baudrate.write(|w| w.baudrate().baud1m());
         // SAFETY: the value is a pin's own; one byte, in RAM for ever, that may change at any time.
         unsafe {

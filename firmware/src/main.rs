@@ -24,6 +24,7 @@ mod watchdog;
 
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
+use embedded_hal::digital::InputPin as _;
 use framelock::motion::{Failsafe, Phase};
 use nrf52840_hal::clocks::Clocks;
 use nrf52840_hal::gpio::{p0, p1};
@@ -63,7 +64,7 @@ fn main() -> ! {
     let reset_cause = watchdog::reset_cause(&chip.POWER);
     telemetry::booted(reset_cause);
 
-    let pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
+    let mut pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     let clock = Clock::start(chip.TIMER0);
     let output = last_output::before_reset().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
@@ -73,11 +74,12 @@ fn main() -> ! {
     };
     let mut servos = Servos::start(chip.PWM0, pins.servos, WIDTHS, (now, output));
     let mut leds = Leds::new(pins.leds);
-    receive::start(chip.UARTE0, chip.TIMER2, pins.receive, LINE);
+    receive::start(chip.UARTE0, chip.TIMER2, &pins.receive, LINE);
     unmask_interrupts(&mut core.NVIC);
 
     let mut seen = Published::now();
     let mut lock = Lock::default();
+    let mut line_break = LineBreak::default();
     let mut logged_at = now;
     // Once a tick. A setpoint waits for it: the pulses that it changes are handed over less often.
     loop {
@@ -91,10 +93,11 @@ fn main() -> ! {
         let output = failsafe.poll(now);
         servos.show(now, output.axes.into());
         last_output::keep(output.axes.into());
-        let rounds = receive::tick();
+        let receives = receive::tick();
+        line_break.update(pins.receive.is_low() == Ok(true));
         lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
         leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
-        watchdog.feed(rounds, now);
+        watchdog.feed(receives, now);
         if now.wrapping_sub(logged_at) >= LOG_EVERY {
             logged_at = now;
             telemetry::log();
@@ -123,6 +126,26 @@ impl Lock {
         if held != self.held {
             self.held = held;
             telemetry::lock(held);
+        }
+    }
+}
+
+/// How long breaks last: the ticks at which the line is low, since a break was reported and before a byte came.
+#[derive(Default)]
+struct LineBreak {
+    lasts: bool,
+    breaks: u32,
+    bytes: u32,
+}
+
+impl LineBreak {
+    fn update(&mut self, is_low: bool) {
+        let (breaks, bytes) = (COUNTERS.line_break.get(), COUNTERS.bytes.get());
+        let goes_on = self.lasts && bytes == self.bytes;
+        self.lasts = is_low && (goes_on || breaks != self.breaks);
+        (self.breaks, self.bytes) = (breaks, bytes);
+        if self.lasts {
+            COUNTERS.break_ticks.count();
         }
     }
 }

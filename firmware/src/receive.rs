@@ -4,27 +4,23 @@
 //! it, the handlers, and the way to the receiver.
 
 use core::cell::RefCell;
-use core::sync::atomic::{AtomicU8, Ordering, compiler_fence};
+use core::sync::atomic::AtomicU8;
 
 use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::NVIC;
-use embedded_hal::digital::InputPin as _;
 use framelock::{Counters, LineEvent};
 use framelock_reception::{NO_BYTE, Registers};
-use nrf52840_hal::gpio::{Input, Pin, PullUp};
 use nrf52840_hal::pac::{Interrupt, TIMER2, UARTE0, interrupt};
 
-use crate::setpoint;
-use crate::settings::{GAP_AFTER, NONE_WAITS_AFTER, Parser, baud_register};
+use crate::settings::{GAP_AFTER, InputPin, NONE_WAITS_AFTER, Parser, baud_register};
 use crate::telemetry::COUNTERS;
+use crate::{clock, setpoint};
 
 /// Where EasyDMA puts each byte.
 static BYTE: AtomicU8 = AtomicU8::new(NO_BYTE);
 
-/// TIMER2's registers: the two times, in microseconds since a transfer was opened, and the time now.
-const NONE_WAITS: usize = 0;
-const GAP: usize = 1;
-const NOW: usize = 2;
+/// Where TIMER2 has the time in which a byte that waits is stored, since a transfer was opened.
+const NONE_WAITS: usize = 1;
 
 /// The receiver and all that it owns. Its two handlers have one priority, so neither interrupts the
 /// other; the main loop looks with interrupts off. The cell checks both, at no risk and little cost.
@@ -43,64 +39,43 @@ type Receiver = (Reception, Hardware);
 struct Hardware {
     uarte: UARTE0,
     timer: TIMER2,
-    pin: Pin<Input<PullUp>>,
     line: &'static mut Line,
-    sequence: u8,
 }
 
 /// Begins to receive. Bytes come from here on, and to the handlers once they are unmasked.
-pub(crate) fn start(
-    uarte: UARTE0,
-    timer: TIMER2,
-    pin: Pin<Input<PullUp>>,
-    line: &'static mut Line,
-) {
-    timer.bitmode.write(|w| w.bitmode()._32bit());
-    // SAFETY: 16 MHz / 2^4: a count is a microsecond. Any value is a time.
-    unsafe {
-        timer.prescaler.write(|w| w.prescaler().bits(4));
-        timer.cc[NONE_WAITS].write(|w| w.bits(NONE_WAITS_AFTER));
-        timer.cc[GAP].write(|w| w.bits(GAP_AFTER));
-    }
-    timer.intenset.write(|w| w.compare1().set());
-    timer.tasks_start.write(|w| w.tasks_start().set_bit());
+pub(crate) fn start(uarte: UARTE0, timer: TIMER2, pin: &InputPin, line: &'static mut Line) {
+    clock::count_microseconds(&timer);
+    // SAFETY: any value is a time.
+    timer.cc[NONE_WAITS].write(|w| unsafe { w.bits(NONE_WAITS_AFTER) });
 
     let rate = baud_register();
     uarte.baudrate.write(|w| w.baudrate().variant(rate));
-    // SAFETY: the receiver keeps the pin. The transfer is of one byte, in RAM for ever, which may change
-    // at any time: an atomic.
+    // SAFETY: an input is only read. The transfer is of one byte, in RAM for ever, which may change at any
+    // time: an atomic.
     unsafe {
         uarte.psel.rxd.write(|w| w.bits(pin.psel_bits()));
         uarte.rxd.ptr.write(|w| w.bits(BYTE.as_ptr() as u32));
         uarte.rxd.maxcnt.write(|w| w.bits(1));
     }
-    uarte.intenset.write(|w| w.endrx().set());
     uarte.enable.write(|w| w.enable().enabled());
-    let mut hardware = Hardware {
-        uarte,
-        timer,
-        pin,
-        line,
-        sequence: 0,
-    };
-    let mut reception = Reception::default();
-    reception.begin(&mut hardware);
+    let mut hardware = Hardware { uarte, timer, line };
+    let receiver = (Reception::begin(&mut hardware), hardware);
     free(|token| {
-        if let Ok(mut receiver) = RECEIVER.borrow(token).try_borrow_mut() {
-            *receiver = Some((reception, hardware));
+        if let Ok(mut cell) = RECEIVER.borrow(token).try_borrow_mut() {
+            *cell = Some(receiver);
         }
     });
 }
 
-/// Once a tick: asks for a round, and writes down the counters for those who look. Returns how often the
-/// handler has run, if the reception works.
-pub(crate) fn tick() -> Option<u32> {
+/// Once a tick: writes down the counters for those who look, and asks for a round. Returns whether the
+/// reception works.
+pub(crate) fn tick() -> bool {
+    let works = with_receiver(|(reception, hardware)| {
+        COUNTERS.show(hardware.line, reception.skipped, reception.restarts);
+        reception.tick(hardware)
+    });
     NVIC::pend(Interrupt::UARTE0_UART0);
-    with_receiver(|(reception, hardware)| {
-        let works = reception.tick(hardware);
-        COUNTERS.show(hardware.line, reception.counts());
-        works.then_some(reception.counts().rounds)
-    })?
+    works == Some(true)
 }
 
 #[interrupt]
@@ -108,13 +83,11 @@ fn UARTE0_UART0() {
     with_receiver(|(reception, hardware)| reception.service(hardware));
 }
 
-/// A time is over: the other handler looks.
+/// The time is over: the other handler looks.
 #[interrupt]
 fn TIMER2() {
-    // SAFETY: writing 0 to an event only withdraws its interrupt request, and nothing is decided by these.
-    let timer = unsafe { &*TIMER2::ptr() };
-    timer.events_compare[NONE_WAITS].reset();
-    timer.events_compare[GAP].reset();
+    // SAFETY: writing 0 to an event only withdraws its interrupt request, and nothing is decided by it.
+    unsafe { (*TIMER2::ptr()).events_compare[NONE_WAITS].reset() };
     NVIC::pend(Interrupt::UARTE0_UART0);
 }
 
@@ -134,8 +107,7 @@ fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
 
 impl Registers for Hardware {
     fn open_for(&mut self) -> u32 {
-        self.timer.tasks_capture[NOW].write(|w| w.tasks_capture().set_bit());
-        self.timer.cc[NOW].read().bits()
+        clock::microseconds(&self.timer)
     }
 
     fn restart_timer(&mut self) {
@@ -150,10 +122,6 @@ impl Registers for Hardware {
         ended
     }
 
-    fn has_failed(&mut self) -> bool {
-        self.uarte.errorsrc.read().bits() != 0
-    }
-
     fn take_causes(&mut self) -> u32 {
         self.uarte.events_error.reset();
         let causes = self.uarte.errorsrc.read().bits();
@@ -163,55 +131,39 @@ impl Registers for Hardware {
     }
 
     fn byte(&mut self) -> u8 {
-        // It may have changed since it was read before; and it is read before the next transfer is opened.
-        compiler_fence(Ordering::SeqCst);
-        let byte = BYTE.load(Ordering::Relaxed);
-        compiler_fence(Ordering::SeqCst);
-        byte
+        // SAFETY: a byte that is there for ever. Volatile, so that it is read in order with the registers.
+        unsafe { BYTE.as_ptr().read_volatile() }
     }
 
     fn start(&mut self) {
-        BYTE.store(NO_BYTE, Ordering::Relaxed);
-        compiler_fence(Ordering::SeqCst);
-        self.uarte
-            .tasks_startrx
-            .write(|w| w.tasks_startrx().set_bit());
+        // SAFETY: as above; no transfer is open that could write it too.
+        unsafe { BYTE.as_ptr().write_volatile(NO_BYTE) };
+        self.uarte.events_endrx.reset();
+        let start = &self.uarte.tasks_startrx;
+        start.write(|w| w.tasks_startrx().set_bit());
         self.restart_timer();
     }
 
     fn start_anew(&mut self) {
         self.uarte.enable.write(|w| w.enable().disabled());
         self.uarte.enable.write(|w| w.enable().enabled());
-        self.uarte.events_endrx.reset();
         self.start();
     }
 
-    fn listen_to_errors(&mut self, listen: bool) {
-        if listen {
-            self.uarte.intenset.write(|w| w.error().set());
-        } else {
-            self.uarte.intenclr.write(|w| w.error().clear());
-        }
-    }
-
-    fn listen_to_timer(&mut self, listen: bool) {
+    fn listen(&mut self, to_errors: bool, to_none_waits: bool) {
+        let events = &self.uarte.inten;
+        events.write(|w| w.endrx().set_bit().error().bit(to_errors));
         // That of a time before.
         self.timer.events_compare[NONE_WAITS].reset();
-        if listen {
-            self.timer.intenset.write(|w| w.compare0().set());
-        } else {
-            self.timer.intenclr.write(|w| w.compare0().clear());
+        self.timer.intenclr.write(|w| w.compare1().clear());
+        if to_none_waits {
+            self.timer.intenset.write(|w| w.compare1().set());
         }
-    }
-
-    fn is_low(&mut self) -> bool {
-        self.pin.is_low() == Ok(true)
     }
 
     fn push(&mut self, byte: u8) {
         if let Some(setpoint) = self.line.push(byte) {
-            self.sequence = self.sequence.wrapping_add(1);
-            setpoint::publish(self.sequence, setpoint);
+            setpoint::publish(setpoint);
         }
     }
 

@@ -7,6 +7,7 @@
 #![allow(dead_code, reason = "shared modules have parts for the firmware only")]
 #![allow(clippy::cast_possible_truncation, reason = "words have 32 bits here")]
 
+mod clock;
 mod debug_port;
 mod loopback;
 mod panic;
@@ -101,7 +102,7 @@ fn main() -> ! {
         // From here on the firmware's reception.
         chip.UARTE0.enable.reset();
         chip.UARTE0.events_endrx.reset();
-        receive::start(chip.UARTE0, chip.TIMER2, pin, LINE);
+        receive::start(chip.UARTE0, chip.TIMER2, &pin, LINE);
         for interrupt in [Interrupt::UARTE0_UART0, Interrupt::TIMER2] {
             // SAFETY: no critical section relies on it, and all that the handlers need is set up.
             unsafe { NVIC::unmask(interrupt) };

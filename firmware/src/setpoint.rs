@@ -31,8 +31,9 @@ impl Published {
     }
 }
 
-/// Makes it the current one.
-pub(crate) fn publish(sequence: u8, Setpoint { pitch, roll, yaw }: Setpoint) {
-    let setpoint = u32::from_le_bytes([pitch, roll, yaw, 0]);
-    SETPOINT.store(setpoint | u32::from(sequence) << 24, Ordering::Relaxed);
+/// Makes it the current one, with the next sequence number.
+pub(crate) fn publish(Setpoint { pitch, roll, yaw }: Setpoint) {
+    let [_, _, _, sequence] = SETPOINT.load(Ordering::Relaxed).to_le_bytes();
+    let word = u32::from_le_bytes([pitch, roll, yaw, sequence.wrapping_add(1)]);
+    SETPOINT.store(word, Ordering::Relaxed);
 }

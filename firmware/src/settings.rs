@@ -59,10 +59,13 @@ pub(crate) const KEEP_DEBUGGABLE: bool = !cfg!(feature = "leave-debug-port");
 /// The reset button's pin, P0.18: the number is written to UICR as it is.
 pub(crate) const RESET_PIN: u32 = 18;
 
+/// Pulled up: nothing connected reads as a quiet line.
+pub(crate) type InputPin = Pin<Input<PullUp>>;
+
 /// The pins in use. Each can be given away only once.
 pub(crate) struct Pins {
-    /// Serial data in, pulled up: nothing connected reads as a quiet line.
-    pub(crate) receive: Pin<Input<PullUp>>,
+    /// Serial data in.
+    pub(crate) receive: InputPin,
     /// Where the kit's probe has RTS. It leaves flow control off if this is high before the first byte.
     _flow_control: p0::P0_05<Input<PullUp>>,
     /// Pulses for pitch, roll, yaw.

@@ -4,7 +4,6 @@ use core::panic::Location;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use framelock::Counters;
-use framelock_reception::Counts;
 
 use crate::receive::Line;
 
@@ -64,7 +63,7 @@ impl Count {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// One more. Interrupts must be off.
+    /// One more. Nothing else may count it meanwhile.
     pub(crate) fn count(&self) {
         self.0.store(self.get().wrapping_add(1), Ordering::Relaxed);
     }
@@ -76,7 +75,7 @@ impl Count {
 }
 
 impl Shown {
-    pub(crate) fn show(&self, line: &Line, reception: Counts) {
+    pub(crate) fn show(&self, line: &Line, skipped: u32, restarts: u32) {
         let counters = line.counters();
         let Counters {
             discarded, events, ..
@@ -95,9 +94,8 @@ impl Shown {
         self.line_break.set(events.line_break);
         self.idle.set(events.idle);
         self.pending.set(line.pending());
-        self.skipped.set(reception.skipped as usize);
-        self.restarts.set(reception.restarts as usize);
-        self.break_ticks.set(reception.break_ticks as usize);
+        self.skipped.set(skipped as usize);
+        self.restarts.set(restarts as usize);
     }
 
     /// All line errors, modulo 2^32. A gap is none.

@@ -5,10 +5,10 @@ use nrf52840_hal::wdt::{self, WatchdogHandle, count::One, handles::Hdl0};
 
 use crate::settings::WATCHDOG;
 
-/// Fed by the main loop only, while both times advance: the receiver's and the failsafe's.
+/// Fed by the main loop only, while the receiver works and the failsafe's time advances.
 pub(crate) struct Watchdog {
     handle: WatchdogHandle<Hdl0>,
-    fed_at: (u32, u32),
+    fed_at: u32,
 }
 
 impl Watchdog {
@@ -26,22 +26,13 @@ impl Watchdog {
             })
             .or_else(wdt::Watchdog::try_recover::<One>);
         let (handle,) = parts.ok()?.handles;
-        Some(Self {
-            handle,
-            fed_at: (0, 0),
-        })
+        Some(Self { handle, fed_at: 0 })
     }
 
-    /// Feeds it four times in its time, if since it was fed last the receiver has been through its handler,
-    /// takes what comes, and the failsafe's clock has moved.
-    pub(crate) fn feed(&mut self, receiver: Option<u32>, failsafe: u32) {
-        let (last_receiver, last_failsafe) = self.fed_at;
-        let due = failsafe.wrapping_sub(last_failsafe) >= WATCHDOG * 1_000 / 4;
-        if let Some(receiver) = receiver
-            && due
-            && receiver != last_receiver
-        {
-            self.fed_at = (receiver, failsafe);
+    /// Feeds it four times in its time, if the receiver works, and the failsafe's clock has moved.
+    pub(crate) fn feed(&mut self, receiver_works: bool, now: u32) {
+        if receiver_works && now.wrapping_sub(self.fed_at) >= WATCHDOG * 1_000 / 4 {
+            self.fed_at = now;
             self.handle.pet();
         }
     }

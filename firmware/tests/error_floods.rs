@@ -2,29 +2,30 @@
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND};
 
-use crate::firmware::{Firmware, RESTART, frame};
+use crate::firmware::{Firmware, RATES, RESTART, frame};
 use crate::outputs::{pulse, pulses};
 
-/// A second of them, on a core that is half as fast as the model: no reset, the failsafe advances in
-/// time, and a fifth of the processor is left. Then frames are taken again.
+/// A second of them at each rate that is offered, on a core that is half as fast as the model: no reset, the
+/// failsafe advances in time, and a fifth of the processor is left. Then frames are taken again.
 #[test]
 fn a_second_of_errors_starves_nobody() {
-    for (image, baud) in [("megabaud", 1_000_000), ("default", 115_200)] {
+    for rate in RATES {
         for (symbol, bits) in [
             (LineSymbol::BadStop(0x55), 11),
             (LineSymbol::Break(10), 11),
             (LineSymbol::Break(12), 13),
         ] {
-            let what = format!("{symbol:?}, {image}");
-            let mut firmware = Firmware::booted(image);
-            firmware.assume(|all| all.slowness = all.slowness.max(200));
+            let (baud, _) = rate;
+            let what = format!("{symbol:?}, {baud} baud");
+            let mut firmware = Firmware::booted_at(rate, 200);
             // Outputs approach the demand within half a second.
             for _ in 0..60 {
                 firmware.send_and_wait(&frame([255; 3]), 10 * MILLISECOND);
             }
             let began = firmware.board.now();
             let handled = handlers(&mut firmware);
-            let end = firmware.board.send_symbols(&vec![symbol; baud / bits]);
+            let symbols = vec![symbol; usize::try_from(baud / bits).unwrap()];
+            let end = firmware.board.send_symbols(&symbols);
             // The failsafe holds for half a second; from then on to park takes as long.
             firmware.board.run_until(began + 450 * MILLISECOND).unwrap();
             assert_eq!(pitch(&mut firmware), pulse(255), "{what}");

@@ -10,13 +10,12 @@ use object::{Object, ObjectSection};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::firmware::{Firmware, frame, image, image_file, setpoints};
+use crate::firmware::{Firmware, RATES, frame, image, image_file, setpoints};
 use crate::image::{MOST_FLASH, Sizes};
 
 /// Exception numbers of the two handlers that receive: 16 and the interrupt's.
 const UARTE0: u16 = 16 + 2;
 const TIMER2: u16 = 16 + 10;
-const UARTE0_BASE: u32 = 0x4000_2000;
 
 /// A run of a handler takes at most so many cycles, whatever comes.
 const MOST_CYCLES: u64 = 800;
@@ -163,19 +162,6 @@ fn receptions(firmware: &mut Firmware) -> Vec<Activation> {
         .collect()
 }
 
-/// The rates that are offered, and BAUDRATE for them.
-const RATES: [(u64, u32); 9] = [
-    (9_600, 0x0027_5000),
-    (19_200, 0x004E_A000),
-    (38_400, 0x009D_0000),
-    (57_600, 0x00EB_0000),
-    (115_200, 0x01D6_0000),
-    (230_400, 0x03B0_0000),
-    (460_800, 0x0740_0000),
-    (921_600, 0x0F00_0000),
-    (1_000_000, 0x1000_0000),
-];
-
 /// What a stream costs.
 struct Cost {
     /// Of the handlers.
@@ -185,20 +171,6 @@ struct Cost {
     share: u64,
     commits: usize,
     overruns: u32,
-}
-
-/// Booted, and then set to that rate, as if it had been built for it.
-fn booted_at((baud, register): (u64, u32), slowness: u32) -> Firmware {
-    let mut firmware = Firmware::booted("default");
-    firmware.assume(|all| all.slowness = slowness);
-    for (offset, value) in [(0x500, 0), (0x524, register), (0x500, 8), (0x000, 1)] {
-        firmware
-            .board
-            .set_register(UARTE0_BASE + offset, value)
-            .unwrap();
-    }
-    firmware.board.line(|line| line.set_millibaud(baud * 1_000));
-    firmware
 }
 
 fn cost(firmware: &mut Firmware, symbols: &[LineSymbol]) -> Cost {
@@ -287,7 +259,7 @@ fn hold_off(rate: (u64, u32)) -> u64 {
     let byte = 640_000_000 / rate.0;
     let is_lossless = |length: u64| {
         (0..8).all(|phase| {
-            let mut firmware = booted_at(rate, 100);
+            let mut firmware = Firmware::booted_at(rate, 100);
             firmware.assume(|all| all.fifo = 5);
             let from = firmware.board.now() + 16 * byte + phase * byte / 8;
             firmware.board.hold_off(from, length);
@@ -310,9 +282,9 @@ fn hold_off(rate: (u64, u32)) -> u64 {
 fn rates(figures: &mut Figures) {
     for rate in RATES {
         let [clean, noise] = [clean(100), noise(700)].map(|stream| {
-            let slow = cost(&mut booted_at(rate, 150), &stream);
+            let slow = cost(&mut Firmware::booted_at(rate, 150), &stream);
             assert_eq!(slow.overruns, 0, "{} baud is not to be offered", rate.0);
-            cost(&mut booted_at(rate, 100), &stream).share
+            cost(&mut Firmware::booted_at(rate, 100), &stream).share
         });
         let name = format!("offered, {} baud", rate.0);
         figures.add(&format!("{name}: processor, clean, per mille"), clean, None);

@@ -31,6 +31,19 @@ pub(crate) const UICR: [(u32, u32); 3] =
 /// With 1 in it, UICR can be written.
 pub(crate) const NVMC_CONFIG: u32 = 0x4001_E504;
 
+/// The rates that are offered, and BAUDRATE for them.
+pub(crate) const RATES: [(u64, u32); 9] = [
+    (9_600, 0x0027_5000),
+    (19_200, 0x004E_A000),
+    (38_400, 0x009D_0000),
+    (57_600, 0x00EB_0000),
+    (115_200, 0x01D6_0000),
+    (230_400, 0x03B0_0000),
+    (460_800, 0x0740_0000),
+    (921_600, 0x0F00_0000),
+    (1_000_000, 0x1000_0000),
+];
+
 /// A board that runs an image, and what is watched on it.
 pub(crate) struct Firmware {
     /// The board.
@@ -111,6 +124,21 @@ impl Firmware {
     pub(crate) fn booted(image: &str) -> Self {
         let mut firmware = Self::at_power_on(image);
         firmware.run_for(3 * MILLISECOND);
+        firmware
+    }
+
+    /// Booted, and then set to that rate, on a core that is that slow. The time in which a byte that waits is
+    /// stored stays the image's: less than at that rate.
+    pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
+        let is_slow = baud <= 115_200;
+        let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });
+        firmware.assume(|all| all.slowness = all.slowness.max(slowness));
+        // UARTE0: off, BAUDRATE, on, STARTRX.
+        for (offset, value) in [(0x500, 0), (0x524, register), (0x500, 8), (0, 1)] {
+            let uarte = 0x4000_2000;
+            firmware.board.set_register(uarte + offset, value).unwrap();
+        }
+        firmware.board.line(|line| line.set_millibaud(baud * 1_000));
         firmware
     }
 

@@ -65,8 +65,8 @@ impl LengthField {
     fn write(&self, frame: &mut [u8]) {
         let counted = i64::try_from(frame.len()).unwrap_or(i64::MAX);
         let counted = counted.wrapping_sub(self.plus.into());
-        let number = counted.checked_div(self.factor.into()).unwrap_or_default();
-        let number = u32::try_from(number).unwrap_or_default();
+        let counted = u32::try_from(counted).unwrap_or_default();
+        let number = counted.checked_div(self.factor).unwrap_or_default();
         let others = self.number.read(frame) & !self.mask;
         let bytes = (number & self.mask | others).to_le_bytes();
         let lowest_first = bytes.iter().take(self.number.bytes);

@@ -15,7 +15,7 @@ impl Board {
     /// Changes the line or its sender: baud rate, parity, noise.
     pub fn line<T>(&mut self, change: impl FnOnce(&mut Line) -> T) -> T {
         self.shared.touched.store(true, Relaxed);
-        change(&mut self.shared.chip().peripherals.uarte.line)
+        change(&mut self.shared.chip().peripherals.uarte.own.line)
     }
 
     /// Sends bytes, back to back behind what is being sent already. Returns when the last stop bit
@@ -44,18 +44,18 @@ impl Board {
 
     /// Wires the line to another pin than P0.08: 32 * port + pin.
     pub fn wire_line_to(&mut self, pin: u32) {
-        self.shared.chip().peripherals.uarte.line_pin = pin;
+        self.shared.chip().peripherals.uarte.own.line_pin = pin;
     }
 
     /// Wires that pin to the line as well: what UARTE1 sends there is heard by UARTE0. It is a wire
     /// instead of the sender, which should be silent.
     pub fn wire_loopback(&mut self, pin: u32) {
-        self.shared.chip().peripherals.transmitter.wired_pin = Some(pin);
+        self.shared.chip().peripherals.transmitter.own.wired_pin = Some(pin);
     }
 
     /// Breaks the crystal: it does not start from now on.
     pub fn break_crystal(&mut self) {
-        self.shared.chip().peripherals.clock.crystal_startup = None;
+        self.shared.chip().peripherals.clock.own.crystal_startup = None;
     }
 
     /// Takes the core away from the firmware at that instant, for that many cycles, as if a handler of

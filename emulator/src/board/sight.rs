@@ -108,7 +108,7 @@ impl Board {
         let mut chip = self.shared.chip();
         self.trace
             .pwm_periods
-            .append(&mut chip.peripherals.pwm.periods);
+            .append(&mut chip.peripherals.pwm.own.periods);
         self.trace.pin_changes.append(&mut chip.pin_changes);
         drop(chip);
         &mut self.trace

@@ -196,19 +196,20 @@ fn any_of_two() {
     let bytes: [u8; MOST] = kani::any();
     let (syncs, end): ([u8; 3], [u8; 1]) = (kani::any(), kani::any());
     let longest = || any_up_to(4);
+    let new = |sync, length, terminator| Layout {
+        sync: Patterns::one(sync),
+        length,
+        shortest: 0,
+        longest: longest(),
+        fixed: &[],
+        messages: None,
+        checksum: None,
+        terminator: Patterns::one(terminator),
+        appendix: None,
+    };
     let layouts = [
-        Layout {
-            sync: Patterns::one(&syncs[..2]),
-            longest: longest(),
-            ..Layout::NONE
-        },
-        Layout {
-            sync: Patterns::one(&syncs[2..]),
-            length: Length::Delimiter,
-            longest: longest(),
-            terminator: Patterns::one(&end),
-            ..Layout::NONE
-        },
+        new(&syncs[..2], Length::Fixed, &end[..0]),
+        new(&syncs[2..], Length::Delimiter, &end),
     ];
     let both = AnyOf(&layouts);
     let longest = both.longest();

@@ -36,9 +36,11 @@ pub(super) struct Chip {
     pub(super) error: bool,
     /// Of the timer: 0, `NONE_WAITS`, `GAP`.
     pub(super) time: u8,
-    /// Whether an ENDRX may be late or lost; whether it does anything between two accesses.
+    /// Whether an ENDRX may be late or lost; whether it does anything between two accesses; whether ENDRX has
+    /// come again though the next transfer is open.
     pub(super) may_owe: bool,
     pub(super) moves: bool,
+    pub(super) ghost: bool,
     /// Of what was handed on: the number that would follow, and whether an event was reported since.
     pub(super) expected: u8,
     pub(super) reported: bool,
@@ -67,10 +69,14 @@ impl Chip {
             self.receives();
             self.time_passes();
         }
-        // It was late.
-        if self.owes_end && self.memory.is_some_and(|byte| !byte.is_hidden) && kani::any() {
-            self.owes_end = false;
-            self.ended = true;
+        if self.owes_end {
+            // It may be late.
+            let is_late = self.memory.is_some_and(|byte| !byte.is_hidden) && kani::any();
+            self.owes_end = !is_late;
+            self.ended = is_late;
+        } else if !self.open {
+            // It may come again.
+            self.ended |= kani::any::<bool>();
         }
     }
 
@@ -78,10 +84,7 @@ impl Chip {
     fn time_passes(&mut self) {
         let waits = self.open && (self.old > 0 || self.new > 0);
         if !waits {
-            let time: u8 = kani::any();
-            if time > self.time && time < 3 {
-                self.time = time;
-            }
+            self.time = kani::any_where(|time| *time >= self.time && *time < 3);
         }
     }
 
@@ -111,15 +114,12 @@ impl Chip {
         }
         let is_sound = self.old == 0;
         let number = if is_sound {
-            self.first_new()
-        } else {
-            kani::any_where(|number| *number < self.next)
-        };
-        if is_sound {
             self.new -= 1;
+            self.first_new() - 1
         } else {
             self.old -= 1;
-        }
+            kani::any_where(|number| *number < self.next)
+        };
         self.memory = Some(Byte {
             number,
             is_sound,
@@ -139,11 +139,9 @@ impl Chip {
     }
 
     fn opens(&mut self) {
-        assert!(!self.open, "a transfer is open already");
-        assert!(
-            !self.ended && !self.owes_end,
-            "the last transfer's ENDRX is still to come"
-        );
+        assert!(!self.open || self.ghost, "a transfer is open already");
+        assert!(!self.owes_end, "the last transfer's ENDRX is to come");
+        self.ended = false;
         self.memory = None;
         self.open = true;
         self.time = 0;
@@ -164,11 +162,6 @@ impl Registers for Chip {
     fn ended(&mut self) -> bool {
         self.access();
         core::mem::take(&mut self.ended)
-    }
-
-    fn has_failed(&mut self) -> bool {
-        self.access();
-        self.failed
     }
 
     fn take_causes(&mut self) -> u32 {
@@ -207,40 +200,32 @@ impl Registers for Chip {
         // What was in it is lost, and so is what comes until it is on again.
         self.next += 1;
         self.open = false;
-        self.ended = false;
         self.owes_end = false;
         self.opens();
     }
 
-    fn listen_to_errors(&mut self, listen: bool) {
-        self.wakes_by_error = listen;
-    }
-
-    fn listen_to_timer(&mut self, listen: bool) {
-        self.wakes_by_timer = listen;
-    }
-
-    fn is_low(&mut self) -> bool {
-        kani::any()
+    fn listen(&mut self, to_errors: bool, to_none_waits: bool) {
+        self.wakes_by_error = to_errors;
+        self.wakes_by_timer = to_none_waits;
     }
 
     fn push(&mut self, _: u8) {
-        let byte = self.looked_at.take();
-        assert!(byte.is_some(), "S1: once");
-        if let Some(Byte {
-            number, is_sound, ..
-        }) = byte
-        {
-            assert!(is_sound, "S1: not spoilt, and S2: not from before an error");
-            assert!(number >= self.expected, "S1: in order");
-            assert!(
-                number == self.expected || self.reported,
-                "S2: none is missing"
-            );
-            self.expected = number + 1;
-        }
-        self.reported = false;
         self.pushed += 1;
+        let Some(byte) = self.looked_at.take() else {
+            assert!(core::mem::take(&mut self.ghost), "S1: once");
+            return;
+        };
+        assert!(
+            byte.is_sound,
+            "S1: not spoilt, S2: not from before an error"
+        );
+        assert!(byte.number >= self.expected, "S1: in order");
+        assert!(
+            byte.number == self.expected || self.reported,
+            "S2: none is missing"
+        );
+        self.expected = byte.number + 1;
+        self.reported = false;
     }
 
     fn report(&mut self, event: LineEvent) {

@@ -2,7 +2,7 @@
 
 use super::Reception;
 use super::chip::{Byte, Chip, FIFO};
-use crate::{ERRORS_A_TICK, SinceByte};
+use crate::ERRORS_A_TICK;
 
 /// Numbers on the line begin below this: they do not wrap within a round.
 const NUMBERS: u8 = 30;
@@ -23,6 +23,7 @@ impl Chip {
             time: kani::any(),
             may_owe: true,
             moves: false,
+            ghost: false,
             expected: kani::any(),
             reported: kani::any(),
             looked_at: None,
@@ -90,14 +91,13 @@ impl Chip {
 
 /// Any state of the reception.
 pub(super) fn any_reception() -> Reception {
-    let mut reception = Reception::default();
-    reception.draining = kani::any();
-    reception.since_byte = SinceByte {
-        gap: kani::any(),
-        in_break: kani::any(),
+    Reception {
+        draining: kani::any(),
+        in_gap: kani::any(),
+        served: kani::any(),
+        errors: kani::any_where(|errors| *errors < ERRORS_A_TICK + 1),
         signs: kani::any(),
-    };
-    reception.errors = kani::any_where(|errors| *errors < ERRORS_A_TICK + 1);
-    reception.counts.skipped = kani::any();
-    reception
+        skipped: kani::any(),
+        restarts: 0,
+    }
 }
