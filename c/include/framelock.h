@@ -3,8 +3,12 @@
 // Memory: each struct is yours, usually a static variable. Nothing is allocated. A receiver or failsafe does
 // nothing until it is initialised; before that it must be all zeros, as static variables are.
 //
-// Pointers are valid or NULL. With NULL nothing happens, and the answer is false or FRAMELOCK_NO_OUTPUT.
-// Only where a setpoint would be written, NULL means: do not write it.
+// Pointers are valid or NULL. Where a count goes with one, so many values are there. With NULL nothing happens, and
+// the answer is false or FRAMELOCK_NO_OUTPUT. Only where a setpoint or a frame would be written, NULL means: do not
+// write it.
+//
+// Layouts, all that they point to, and buffers must stay for as long as a receiver uses them: layouts unchanged,
+// buffers untouched.
 //
 // Interrupts: two functions must not work on the same receiver or failsafe at once. Call them from one
 // interrupt, or mask that interrupt while the main loop calls them.
@@ -431,8 +435,7 @@ bool framelock_seal(const struct framelock_layout *layout,
                     size_t length);
 
 // Begins to receive frames of `count` layouts; the first that has a frame's header says the rest. All counters
-// are 0. Layouts, all that they point to, and the buffer must stay for as long as the receiver is used, layouts
-// unchanged and the buffer untouched.
+// are 0.
 //
 // The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has
 // a pointer or a constant that cannot be, it returns false, and the receiver is not initialised.

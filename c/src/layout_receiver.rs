@@ -32,8 +32,7 @@ pub struct framelock_frame {
 }
 
 /// Begins to receive frames of `count` layouts; the first that has a frame's header says the rest. All counters
-/// are 0. Layouts, all that they point to, and the buffer must stay for as long as the receiver is used, layouts
-/// unchanged and the buffer untouched.
+/// are 0.
 ///
 /// The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has
 /// a pointer or a constant that cannot be, it returns false, and the receiver is not initialised.

@@ -215,8 +215,8 @@ fn received(format: Any, steps: &[u8], say: impl Fn(&[u8]) -> Option<Vec<u8>>) -
 }
 
 pub(crate) fn hex(text: &mut String, bytes: &[u8]) {
-    bytes
-        .iter()
-        .for_each(|byte| write!(text, "{byte:02X}").unwrap());
+    for byte in bytes {
+        write!(text, "{byte:02X}").unwrap();
+    }
     text.push('\n');
 }

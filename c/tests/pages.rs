@@ -90,7 +90,7 @@ fn the_page_about_c_links() {
     let makefile = format!("{makefile}\nfirmware: firmware.o {objects}\n");
     fs::write(file("firmware.c"), blocks(IN_C, "c")[0]).unwrap();
     fs::write(file("Makefile"), makefile).unwrap();
-    for part in parts.map(|part| format!("{part}.c")).iter() {
+    for part in &parts.map(|part| format!("{part}.c")) {
         fs::copy(program(part), file(part)).unwrap();
     }
     fs::copy(program("steps.h"), file("steps.h")).unwrap();

@@ -8,7 +8,7 @@ use object::Endianness;
 use object::read::archive::ArchiveFile;
 use object::read::elf::ElfFile32;
 use object::{Object as _, ObjectSymbol as _};
-use xshell::{Shell, cmd};
+use xshell::cmd;
 
 use crate::bare_metal::Compiler;
 use crate::report::{Report, run_tests};
