@@ -19,8 +19,8 @@ proptest! {
 
     #[test]
     fn every_format(steps in prop::collection::vec(step(), 0..12)) {
-        use Protocol::{Crsf, Ibus, Mavlink2, Sbus, SixAxes, Ubx};
-        for protocol in [Sbus, Ibus, Crsf, Ubx, Mavlink2, SixAxes] {
+        use Protocol::{Crsf, Ibus, Mavlink1, Mavlink2, Nmea, Rtcm, Sbus, SixAxes, Ubx};
+        for protocol in [Sbus, Ibus, Crsf, Ubx, Mavlink1, Mavlink2, Nmea, Rtcm, SixAxes] {
             formats(&FormatLine { protocol, steps: steps.clone() });
         }
     }

@@ -6,8 +6,11 @@
 )]
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{Format, Found, LineEvent, Receiver, Verdict};
-use framelock_formats::{Crsf, Ibus, Mavlink2, Mavlink2Entry, Sbus, SixAxes, Ubx};
+use framelock::{FixedFormat, Format, Found, LineEvent, Receiver, Verdict};
+use framelock_formats::layout::Message;
+use framelock_formats::{
+    Crsf, Ibus, Mavlink1, Mavlink2, Nmea, Rtcm, SIX_AXES, Sbus, SixAxes, Ubx, judged_by,
+};
 use framelock_proofs::reference::framed;
 
 use crate::framing::{Frames, as_the_reference};
@@ -31,7 +34,10 @@ pub enum Protocol {
     Ibus,
     Crsf,
     Ubx,
+    Mavlink1,
     Mavlink2,
+    Nmea,
+    Rtcm,
     SixAxes,
 }
 
@@ -57,13 +63,16 @@ pub struct Fault {
 
 impl<'a> Arbitrary<'a> for FormatLine {
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
-        let protocol = match u8::arbitrary(u)? % 6 {
+        let protocol = match u8::arbitrary(u)? % 9 {
             0 => Protocol::Sbus,
             1 => Protocol::Ibus,
             2 => Protocol::Crsf,
             3 => Protocol::Ubx,
             4 => Protocol::Mavlink2,
-            _ => Protocol::SixAxes,
+            5 => Protocol::SixAxes,
+            6 => Protocol::Mavlink1,
+            7 => Protocol::Nmea,
+            _ => Protocol::Rtcm,
         };
         Ok(Self {
             protocol,
@@ -104,11 +113,14 @@ pub fn formats(line: &FormatLine) {
     match line.protocol {
         Protocol::Sbus => check::<_, 25>(Sbus, Protocol::Sbus, steps),
         Protocol::Ibus => check::<_, 32>(Ibus, Protocol::Ibus, steps),
-        Protocol::Crsf => check::<_, 64>(Crsf::accepting([0xC8, 0xEE]), Protocol::Crsf, steps),
+        Protocol::Crsf => check::<_, 64>(Crsf, Protocol::Crsf, steps),
         Protocol::Ubx => check::<_, 100>(Ubx::<64>, Protocol::Ubx, steps),
-        Protocol::Mavlink2 => check::<_, 280>(Mavlink2(dialect), Protocol::Mavlink2, steps),
+        Protocol::Mavlink1 => check::<_, 263>(Mavlink1(DIALECT), Protocol::Mavlink1, steps),
+        Protocol::Mavlink2 => check::<_, 280>(Mavlink2(DIALECT), Protocol::Mavlink2, steps),
+        Protocol::Nmea => check::<_, 128>(Nmea, Protocol::Nmea, steps),
+        Protocol::Rtcm => check::<_, 1029>(Rtcm, Protocol::Rtcm, steps),
         Protocol::SixAxes => {
-            check::<_, 16>(SixAxes, Protocol::SixAxes, steps);
+            check::<_, 16>(SixAxesByLayout, Protocol::SixAxes, steps);
             six_axes_by_the_small_receiver(steps);
         }
     }
@@ -145,10 +157,10 @@ fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = V
 fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     for bytes in stretches(steps, Protocol::SixAxes) {
         let mut expected = Vec::new();
-        framed(&SixAxes, &bytes, true, |found| {
+        framed(&SixAxesByLayout, &bytes, true, |found| {
             if let Found::Frame { length, message } = found {
                 let end = message + length;
-                expected.push((end - 1, Format::decode(&SixAxes, &bytes[message..end])));
+                expected.push((end - 1, SixAxesByLayout.decode(&bytes[message..end])));
             }
         });
         let mut found = Vec::new();
@@ -158,6 +170,19 @@ fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
             found.extend(one.message().map(|axes| (end - 1, axes)));
         });
         assert_eq!(found, expected, "{bytes:02X?}");
+    }
+}
+
+/// The same frames for a receiver of any layout.
+#[derive(Clone, Copy)]
+struct SixAxesByLayout;
+
+impl Format for SixAxesByLayout {
+    judged_by!(SIX_AXES);
+    type Message<'a> = [u16; 6];
+
+    fn decode(&self, frame: &[u8]) -> [u16; 6] {
+        <SixAxes as FixedFormat>::decode(frame.try_into().expect("a frame has 16 bytes"))
     }
 }
 
@@ -176,17 +201,27 @@ fn begins_where_the_protocol_says(format: &impl Format, protocol: Protocol, byte
     }
 }
 
-fn dialect(id: u32) -> Option<Mavlink2Entry> {
-    let (crc_extra, longest) = definition(id)?;
-    Some(Mavlink2Entry { crc_extra, longest })
+/// HEARTBEAT, ATTITUDE, and two with the longest payload.
+const DIALECT: &[Message] = &[
+    message(0, 50, 9),
+    message(0x03, 7, 255),
+    message(30, 39, 28),
+    message(0x01_02_03, 7, 255),
+];
+
+const fn message(number: u32, extra: u8, most: u16) -> Message {
+    Message {
+        number,
+        extra: Some(extra),
+        most,
+    }
 }
 
-/// HEARTBEAT, ATTITUDE, and one with the longest payload.
 fn definition(id: u32) -> Option<(u8, u8)> {
     match id {
         0 => Some((50, 9)),
         30 => Some((39, 28)),
-        0x01_02_03 => Some((7, 255)),
+        0x03 | 0x01_02_03 => Some((7, 255)),
         _ => None,
     }
 }
@@ -226,14 +261,20 @@ impl Protocol {
             Self::Ubx => usize::from(*bytes.get(4)?) + 256 * usize::from(*bytes.get(5)?) + 8,
             Self::Mavlink2 if *bytes.get(2)? == 1 => usize::from(second) + 25,
             Self::Mavlink2 => usize::from(second) + 12,
+            Self::Mavlink1 => usize::from(second) + 8,
+            Self::Nmea => bytes.windows(2).skip(1).position(|two| two == b"\r\n")? + 3,
+            Self::Rtcm => usize::from(second) * 256 + usize::from(*bytes.get(2)?) + 6,
             Self::SixAxes => 16,
         };
         let frame = bytes.get(..length)?;
         let is_one = match self {
-            Self::Sbus => first == 0x0F && frame[23] < 16 && frame[24] == 0,
+            Self::Sbus => {
+                let is_sbus2 = frame[24] & 0x0F == 4 && frame[24] < 0x40;
+                first == 0x0F && frame[23] < 16 && (frame[24] == 0 || is_sbus2)
+            }
             Self::Ibus => [first, second] == [0x20, 0x40] && frame[30..] == Self::sum(&frame[..30]),
             Self::Crsf => {
-                [0xC8, 0xEE].contains(&first)
+                [0xC8, 0x00, 0xEA, 0xEC, 0xEE].contains(&first)
                     && (4..=64).contains(&length)
                     && Self::crc8(&frame[2..length - 1]) == frame[length - 1]
             }
@@ -252,6 +293,30 @@ impl Protocol {
                         Self::crc16(&[&frame[1..end], &[extra]].concat()) == frame[end..end + 2]
                     })
             }
+            Self::Mavlink1 => {
+                let end = usize::from(second) + 6;
+                let known = definition(frame[5].into()).filter(|&(_, longest)| second <= longest);
+                first == 0xFE
+                    && known.is_some_and(|(extra, _)| {
+                        Self::crc16(&[&frame[1..end], &[extra]].concat()) == frame[end..]
+                    })
+            }
+            Self::Nmea => {
+                let digits = |end: usize| std::str::from_utf8(&frame[end - 2..end]).ok();
+                b"$!".contains(&first)
+                    && (7..=128).contains(&length)
+                    && frame[length - 5] == b'*'
+                    && frame[length - 4..length - 2]
+                        .iter()
+                        .all(u8::is_ascii_hexdigit)
+                    && digits(length - 2).and_then(|it| u8::from_str_radix(it, 16).ok())
+                        == Some(Self::xor(&frame[1..length - 5]))
+            }
+            Self::Rtcm => {
+                first == 0xD3
+                    && length <= 1029
+                    && Self::crc24(&frame[..length - 3]) == frame[length - 3..]
+            }
             Self::SixAxes => [first, second] == [0xFF; 2] && frame[14..] == [0x0A, 0x0D],
         };
         is_one.then_some(length)
@@ -266,7 +331,7 @@ impl Protocol {
         };
         let at_most = |length: usize| &bytes[..bytes.len().min(length)];
         match self {
-            Self::Sbus => [&[0x0F], &filled(22)[..], &[bytes.len() as u8 & 15, 0]].concat(),
+            Self::Sbus => [&[0x0F], &filled(22)[..], &[bytes.len() as u8 & 15, 0x14]].concat(),
             Self::Ibus => {
                 let checked = [&[0x20, 0x40], &filled(28)[..]].concat();
                 [&checked[..], &Self::sum(&checked)].concat()
@@ -291,6 +356,22 @@ impl Protocol {
                 let signature = if is_signed { &signature[..] } else { &[] };
                 [&[0xFD], &checked[..], &crc, signature].concat()
             }
+            Self::Mavlink1 => {
+                let payload = at_most(255);
+                let checked = [&[payload.len() as u8, 9, 1, 1, 3], payload].concat();
+                let crc = Self::crc16(&[&checked[..], &[7]].concat());
+                [&[0xFE], &checked[..], &crc].concat()
+            }
+            Self::Nmea => {
+                let text: Vec<u8> = at_most(100).iter().map(|byte| b' ' + byte % 95).collect();
+                let check = format!("*{:02X}\r\n", Self::xor(&text));
+                [b"$", &text[..], check.as_bytes()].concat()
+            }
+            Self::Rtcm => {
+                let payload = at_most(255);
+                let checked = [&[0xD3, 0, payload.len() as u8], payload].concat();
+                [&checked[..], &Self::crc24(&checked)].concat()
+            }
             Self::SixAxes => [&[0xFF, 0xFF], &filled(12)[..], &[0x0A, 0x0D]].concat(),
         }
     }
@@ -313,6 +394,28 @@ impl Protocol {
             }
         }
         register
+    }
+
+    fn xor(bytes: &[u8]) -> u8 {
+        bytes.iter().fold(0, |xor, byte| xor ^ byte)
+    }
+
+    fn crc24(bytes: &[u8]) -> [u8; 3] {
+        let mut register = 0_u32;
+        for &byte in bytes {
+            register ^= u32::from(byte) << 16;
+            for _ in 0..8 {
+                register <<= 1;
+                if register >> 24 == 1 {
+                    register ^= 0x0186_4CFB;
+                }
+            }
+        }
+        [
+            (register >> 16) as u8,
+            (register >> 8) as u8,
+            register as u8,
+        ]
     }
 
     fn fletcher(bytes: &[u8]) -> [u8; 2] {
