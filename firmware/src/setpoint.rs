@@ -32,7 +32,8 @@ impl Published {
 }
 
 /// Makes it the current one.
-pub(crate) fn publish(sequence: u8, Setpoint { pitch, roll, yaw }: Setpoint) {
-    let setpoint = u32::from_le_bytes([pitch, roll, yaw, 0]);
-    SETPOINT.store(setpoint | u32::from(sequence) << 24, Ordering::Relaxed);
+pub(crate) fn publish(Setpoint { pitch, roll, yaw }: Setpoint) {
+    let [.., sequence] = Published::now().0.to_le_bytes();
+    let setpoint = u32::from_le_bytes([pitch, roll, yaw, sequence.wrapping_add(1)]);
+    SETPOINT.store(setpoint, Ordering::Relaxed);
 }
