@@ -105,6 +105,16 @@ fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
     })
 }
 
+/// One step of the receiver; a frame's setpoint is published in it. It is a function of its own, so that it
+/// can be proved in the image that is flashed: `proofs/machine-code`.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn receiver_step(line: &mut Line, byte: u8) {
+    if let Some(setpoint) = line.push(byte) {
+        setpoint::publish(setpoint);
+    }
+}
+
 impl Registers for Hardware {
     fn open_for(&mut self) -> u32 {
         clock::microseconds(&self.timer)
@@ -162,9 +172,7 @@ impl Registers for Hardware {
     }
 
     fn push(&mut self, byte: u8) {
-        if let Some(setpoint) = self.line.push(byte) {
-            setpoint::publish(setpoint);
-        }
+        receiver_step(self.line, byte);
     }
 
     fn report(&mut self, event: LineEvent) {

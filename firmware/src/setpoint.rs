@@ -33,7 +33,7 @@ impl Published {
 
 /// Makes it the current one, with the next sequence number.
 pub(crate) fn publish(Setpoint { pitch, roll, yaw }: Setpoint) {
-    let [_, _, _, sequence] = SETPOINT.load(Ordering::Relaxed).to_le_bytes();
-    let word = u32::from_le_bytes([pitch, roll, yaw, sequence.wrapping_add(1)]);
-    SETPOINT.store(word, Ordering::Relaxed);
+    let [.., sequence] = Published::now().0.to_le_bytes();
+    let setpoint = u32::from_le_bytes([pitch, roll, yaw, sequence.wrapping_add(1)]);
+    SETPOINT.store(setpoint, Ordering::Relaxed);
 }

@@ -12,6 +12,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::firmware::{Firmware, RATES, frame, image, image_file, setpoints};
 use crate::image::{MOST_FLASH, Sizes};
+use crate::stack::stack;
 
 /// Exception numbers of the two handlers that receive: 16 and the interrupt's.
 const UARTE0: u16 = 16 + 2;
@@ -91,6 +92,9 @@ fn sizes(figures: &mut Figures) {
         figures.add(&format!("image {image}: text"), sizes.text, None);
         figures.add(&format!("image {image}: data"), sizes.data, None);
         figures.add(&format!("image {image}: bss"), sizes.bss, None);
+        let (takes, has) = stack(image);
+        let name = format!("image {image}: stack, everything nested");
+        figures.add(&name, takes.into(), Some(has.into()));
     }
 }
 

@@ -16,3 +16,4 @@ mod outputs;
 mod random;
 mod receiving;
 mod self_test;
+mod stack;

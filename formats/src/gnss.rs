@@ -13,7 +13,7 @@ use crate::{AnyOf, NMEA, Nmea, RTCM, Rtcm, RtcmMessage, UBX, Ubx, UbxMessage};
 /// use framelock_formats::{Gnss, GnssMessage};
 /// let mut receiver = BufferedReceiver::<_, 2200>::new(Gnss::<1100>);
 /// let mut texts = 0;
-/// for byte in *b"$GPTXT,01,01,02,ok*08\r\n" {
+/// for byte in *b"$GPTXT,01,01,02,ok*49\r\n" {
 ///     if let Some(GnssMessage::Nmea(_)) = receiver.push(byte) {
 ///         texts += 1;
 ///     }

@@ -41,7 +41,7 @@ pub const NMEA: Layout<'static> = Layout {
 /// use framelock_formats::Nmea;
 /// let mut receiver = BufferedReceiver::<_, 256>::new(Nmea);
 /// let mut received = Vec::new();
-/// for byte in *b"noise $GPTXT,01,01,02,ok*08\r\n" {
+/// for byte in *b"noise $GPTXT,01,01,02,ok*49\r\n" {
 ///     if let Some(sentence) = receiver.push(byte) {
 ///         received.extend(sentence.split(|&byte| byte == b',').map(<[u8]>::to_vec));
 ///     }

@@ -9,6 +9,7 @@ use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
 use crate::firmware::test_passes;
+use crate::machine_code;
 use crate::prove::{Engine, Prover};
 use crate::report::Report;
 use crate::workspace::Workspace;
@@ -90,7 +91,11 @@ impl Bug {
             .into_iter()
             .chain(&self.harnesses)
             .chain(&self.test);
-        names.is_empty() || says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
+        if names.is_empty() {
+            // Those have a stage of their own.
+            return self.test.as_deref() != Some(machine_code::NAME);
+        }
+        says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
     }
 }
 
@@ -104,7 +109,7 @@ pub(crate) fn bugs(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Result<()> {
+pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Result<()> {
     let root = &workspace.root;
     let mut prover = Prover::new(workspace, engine)?;
     prover.packages.push(CHECKED);
@@ -139,8 +144,13 @@ fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Resul
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);
         let survived = match &bug.test {
-            Some(test) if test_passes(workspace, &copy, test)? => vec![test.clone()],
-            Some(_) => Vec::new(),
+            Some(test) => {
+                let passes = match test.as_str() {
+                    machine_code::NAME => machine_code::is_proved(workspace, &copy)?,
+                    test => test_passes(workspace, &copy, test)?,
+                };
+                Vec::from_iter(passes.then(|| test.clone()))
+            }
             None => judged(&prover, &bug.harnesses, false)?,
         };
         missed.extend(

@@ -10,6 +10,7 @@ mod emulate;
 mod firmware;
 mod fuzz;
 mod kani;
+mod machine_code;
 mod mutants;
 mod prove;
 mod report;

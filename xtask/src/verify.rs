@@ -8,7 +8,7 @@ use clap::builder::PossibleValuesParser;
 
 use crate::report::{Report, TestCount};
 use crate::workspace::Workspace;
-use crate::{browser, bugs, checks, firmware, fuzz, mutants, prove};
+use crate::{browser, bugs, checks, firmware, fuzz, machine_code, mutants, prove};
 
 /// One check. To add one: write its function, and give it a line in [`STAGES`].
 struct Stage {
@@ -58,6 +58,8 @@ const STAGES: &[Stage] = &[
         checks: "the offline prover finds what must fail, and leaves nothing running" },
     Stage { name: "bugs", when: Nightly, run: bugs::stage,
         checks: "every harness and rule of the firmware is broken by a seeded bug" },
+    Stage { name: machine_code::NAME, when: Nightly, run: machine_code::stage,
+        checks: "the receiver's step, proved in the machine code of the images; seeded bugs in it are noticed" },
     Stage { name: "fuzz", when: Nightly, run: fuzz::stage,
         checks: "every fuzz target, for a minute" },
     Stage { name: "systems", when: Nightly, run: checks::systems,

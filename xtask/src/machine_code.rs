@@ -1,0 +1,65 @@
+//! The stage that proves the receiver's step in the machine code of the images: `proofs/machine-code`.
+
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Result, ensure};
+use xshell::cmd;
+
+use crate::bare_metal::Compiler;
+use crate::report::{Report, TestCount, run_tests};
+use crate::workspace::Workspace;
+use crate::{bugs, debian, firmware};
+
+/// The stage, the folder, and what a seeded bug names in place of a test.
+pub(crate) const NAME: &str = "machine-code";
+
+/// The images that are flashed, and the seeded bugs.
+pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let images = ["default", "megabaud", "discard", "small"];
+    let mut prover = prover(workspace, &workspace.root, &images)?;
+    run_tests(&mut prover, &mut report.tests)?;
+    bugs::run(workspace, None, &[NAME.to_owned()])
+}
+
+/// Whether it is proved of the sources at `root`. If they gave the same images as without the bug, it would
+/// be, as it was just before.
+pub(crate) fn is_proved(workspace: &Workspace, root: &Path) -> Result<bool> {
+    let mut count = TestCount::default();
+    let mut prover = prover(workspace, root, &["default", "discard"])?;
+    let outcome = run_tests(&mut prover, &mut count);
+    ensure!(outcome.is_ok() || count.failed > 0, "no theorem was tried");
+    Ok(outcome.is_ok())
+}
+
+/// The prover in an environment of its own, and the images, which are built now.
+fn prover(workspace: &Workspace, root: &Path, images: &[&str]) -> Result<Command> {
+    let sh = workspace.shell()?;
+    let folder = workspace.root.join("proofs").join(NAME);
+    let requirements = folder.join("requirements.txt");
+    let environment = workspace.target_directory.join(NAME);
+    let (python, installed) = (
+        environment.join("bin/python"),
+        environment.join("installed"),
+    );
+    if sh.read_file(&installed).ok() != Some(sh.read_file(&requirements)?) {
+        if cmd!(sh, "python3 -c 'import ensurepip'").run().is_err() {
+            debian::install(&sh, &["python3-venv"])?;
+        }
+        cmd!(sh, "python3 -m venv --clear {environment}").run()?;
+        cmd!(
+            sh,
+            "{python} -m pip install --quiet --requirement {requirements}"
+        )
+        .run()?;
+        sh.copy_file(&requirements, &installed)?;
+    }
+    let compiler = Compiler::of(&[firmware::TARGET])?;
+    let mut prover = Command::new(python);
+    prover.arg("-B").arg(folder.join("prove.py"));
+    let builds = firmware::BUILDS.iter();
+    for build in builds.filter(|(name, ..)| images.contains(name)) {
+        prover.arg(firmware::build_image(workspace, root, &compiler, build)?);
+    }
+    Ok(prover)
+}
