@@ -39,7 +39,7 @@ impl AnyLine {
         match kind {
             FrameKind::Bin => Self::Bin(Line::default()),
             FrameKind::BinCrc8 => Self::BinCrc8(Line::default()),
-            FrameKind::Crsf => Self::Crsf(Line::new(BufferedReceiver::new(Crsf::default()))),
+            FrameKind::Crsf => Self::Crsf(Line::new(BufferedReceiver::new(Crsf))),
         }
     }
 

@@ -1,0 +1,162 @@
+//! Values as people and programs read them.
+
+use std::fmt;
+
+use serde_json::Value as Json;
+
+use crate::{hex, text};
+
+/// A value of a field.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Value<'a> {
+    /// A number without sign.
+    Unsigned(u64),
+    /// A number with a sign.
+    Signed(i64),
+    /// A number with a point.
+    Float(f32),
+    /// A number and how many of its digits are behind the point.
+    Decimal(i64, u32),
+    /// Bytes, shown in hex.
+    Bytes(&'a [u8]),
+    /// Text.
+    Text(&'a [u8]),
+}
+
+impl Value<'_> {
+    /// Appends it as text: what a terminal would act on is escaped.
+    #[inline]
+    pub fn append_to(&self, row: &mut Vec<u8>) {
+        match self {
+            Self::Unsigned(number) => row.extend(itoa::Buffer::new().format(*number).as_bytes()),
+            Self::Signed(number) => row.extend(itoa::Buffer::new().format(*number).as_bytes()),
+            other => other.append_rarer(row),
+        }
+    }
+
+    #[inline(never)]
+    fn append_rarer(&self, row: &mut Vec<u8>) {
+        match self {
+            // As short as it can be: as 64 bits 0.1 has seventeen digits. JSON has no other numbers.
+            Self::Float(number) if number.is_finite() => {
+                row.extend(format!("{number:?}").as_bytes())
+            }
+            Self::Float(_) => row.extend(b"null"),
+            Self::Decimal(number, decimals) => row.extend(decimal(*number, *decimals).as_bytes()),
+            Self::Bytes(bytes) => hex::append_glued(bytes, row),
+            Self::Text(bytes) => text::escape(bytes, row),
+            Self::Unsigned(_) | Self::Signed(_) => {}
+        }
+    }
+
+    /// Appends it as JSON.
+    #[inline]
+    pub fn append_json_to(&self, row: &mut Vec<u8>) {
+        if !self.is_text() {
+            return self.append_to(row);
+        }
+        row.push(b'"');
+        let from = row.len();
+        self.append_to(row);
+        // What is escaped already has no control characters left.
+        if let Some(text) = row.get(from..)
+            && text.iter().any(|byte| matches!(byte, b'"' | b'\\'))
+        {
+            let text = row.split_off(from);
+            for byte in text {
+                if matches!(byte, b'"' | b'\\') {
+                    row.push(b'\\');
+                }
+                row.push(byte);
+            }
+        }
+        row.push(b'"');
+    }
+
+    /// Whether it is bytes or text.
+    #[must_use]
+    pub fn is_text(&self) -> bool {
+        matches!(self, Self::Bytes(_) | Self::Text(_))
+    }
+}
+
+impl fmt::Display for Value<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = Vec::new();
+        self.append_to(&mut text);
+        f.pad(&String::from_utf8_lossy(&text))
+    }
+}
+
+/// A decimal fraction that numbers are multiplied by, to be shown exactly.
+#[derive(Clone, Debug)]
+pub struct Scale {
+    /// What it is, times as many powers of ten as there are decimals.
+    pub factor: i64,
+    /// Digits behind the point.
+    pub decimals: u32,
+}
+
+impl TryFrom<f64> for Scale {
+    type Error = &'static str;
+
+    fn try_from(scale: f64) -> Result<Self, Self::Error> {
+        // The shortest that means it, without an exponent.
+        let text = scale.to_string();
+        let (whole, fraction) = text.split_once('.').unwrap_or((&text, ""));
+        let factor = format!("{whole}{fraction}").parse::<i64>();
+        let factor = factor
+            .ok()
+            .filter(|factor| (1..=1_000_000_000).contains(&factor.abs()));
+        let decimals = u32::try_from(fraction.len())
+            .ok()
+            .filter(|decimals| *decimals <= 18);
+        match (factor, decimals) {
+            (Some(factor), Some(decimals)) => Ok(Self { factor, decimals }),
+            _ => Err("a scale is a number other than 0, of up to nine digits"),
+        }
+    }
+}
+
+impl Scale {
+    /// A number that is shown; those that are scaled have 32 bits at most.
+    pub(crate) fn of(&self, number: &Value) -> Value<'static> {
+        let number = match *number {
+            Value::Unsigned(number) => number.cast_signed(),
+            Value::Signed(number) => number,
+            _ => 0,
+        };
+        Value::Decimal(number.saturating_mul(self.factor), self.decimals)
+    }
+
+    /// The same as text.
+    pub(crate) fn text(&self, number: i128) -> String {
+        let number = i64::try_from(number).unwrap_or(i64::MAX);
+        decimal(number.saturating_mul(self.factor), self.decimals)
+    }
+
+    /// The number nearest to what is shown as this.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_precision_loss,
+        reason = "the cast saturates"
+    )]
+    pub(crate) fn number(&self, shown: &Json) -> Option<i128> {
+        let scale = self.factor as f64 / 10_f64.powi(self.decimals.cast_signed());
+        Some((shown.as_f64()? / scale).round() as i128)
+    }
+}
+
+fn decimal(number: i64, decimals: u32) -> String {
+    let (sign, digits) = (if number < 0 { "-" } else { "" }, number.unsigned_abs());
+    let unit = 10_u64.pow(decimals);
+    match decimals {
+        0 => format!("{sign}{digits}"),
+        _ => format!(
+            "{sign}{}.{:0width$}",
+            digits / unit,
+            digits % unit,
+            width = decimals as usize
+        ),
+    }
+}
