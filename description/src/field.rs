@@ -32,6 +32,15 @@ pub struct Field {
     pub margin: usize,
     /// Whether it is behind the frame: all that is appended.
     pub is_appended: bool,
+    /// What is asked for each frame again, once all else is known.
+    pub(crate) known: Known,
+}
+
+/// How many bytes a field has, none if it takes what is left; and how many values.
+#[derive(Clone, Copy, Default, Debug)]
+pub(crate) struct Known {
+    length: Option<usize>,
+    values: usize,
 }
 
 /// What a field is.
@@ -121,9 +130,10 @@ impl Number {
     #[inline]
     fn bits(self, bytes: &[u8]) -> u64 {
         let add = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
-        match self.order {
-            ByteOrder::Big => bytes.iter().fold(0, add),
-            ByteOrder::Little => bytes.iter().rev().fold(0, add),
+        match (self.order, bytes) {
+            (_, [byte]) => u64::from(*byte),
+            (ByteOrder::Big, bytes) => bytes.iter().fold(0, add),
+            (ByteOrder::Little, bytes) => bytes.iter().rev().fold(0, add),
         }
     }
 
@@ -187,15 +197,26 @@ impl Field {
         }
     }
 
+    /// What is known of it, now that nothing changes any more.
+    pub(crate) fn learn(&mut self) {
+        (self.known.length, self.known.values) = (self.length(), self.values());
+    }
+
     /// Its bytes; none if the frame is too short to have it.
     #[inline]
     pub(crate) fn bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
         let end = frame.len().checked_sub(self.margin)?;
         let bytes = frame.get(index(self.at, frame.len())?..end)?;
-        match self.length() {
+        match self.known.length {
             Some(length) => bytes.get(..length),
             None => Some(bytes),
         }
+    }
+
+    /// Its values, of its bytes.
+    #[inline]
+    pub(crate) fn read<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
+        (0..self.known.values).map(|number| self.value(bytes, number))
     }
 
     /// One of its values, of its bytes.
@@ -224,14 +245,14 @@ impl Field {
     /// What bits mean.
     #[inline]
     fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
-        let (width, bits) = match self.mask {
-            Some(mask) => (width(mask), (bits & mask) >> mask.trailing_zeros()),
-            None => (self.width(), bits),
+        let bits = match self.mask {
+            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
+            None => bits,
         };
         let value = match class {
             Class::Unsigned => Value::Unsigned(bits),
             Class::Signed => {
-                let unused = 64 - width;
+                let unused = 64 - self.mask.map_or(self.width(), width);
                 Value::Signed((bits << unused).cast_signed() >> unused)
             }
             #[expect(clippy::cast_possible_truncation, reason = "it has four bytes")]

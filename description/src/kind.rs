@@ -6,7 +6,7 @@ use framelock_formats::layout::{Checksum, FixedBits, Layout, Length, Message, Me
 use toml::Spanned;
 
 use crate::checksum::{bytes_of, tabled};
-use crate::field::{Class, Field, Type, index};
+use crate::field::{Class, Field, Known, Type, index};
 use crate::value::Value;
 use crate::written::{
     Alternatives, ChecksumEntry, FieldEntry, Problem, Values, Written, missing, sorted, wrong,
@@ -37,10 +37,13 @@ impl Kind {
     /// A frame without what is appended to it, and that.
     #[inline]
     fn parts<'a>(&self, frame: &'a [u8]) -> (&'a [u8], &'a [u8]) {
-        let appended = self.layout.appendix.map_or(0, |it| match frame.get(it.at) {
-            Some(byte) if byte & it.mask != 0 => it.bytes,
+        let Some(appendix) = &self.layout.appendix else {
+            return (frame, &[]);
+        };
+        let appended = match frame.get(appendix.at) {
+            Some(byte) if byte & appendix.mask != 0 => appendix.bytes,
             _ => 0,
-        });
+        };
         frame
             .split_at_checked(frame.len().saturating_sub(appended))
             .unwrap_or_default()
@@ -80,7 +83,7 @@ impl<'f> Content<'f> {
     /// The value, or each of an array.
     #[inline]
     pub fn values(self) -> impl Iterator<Item = Value<'f>> {
-        (0..self.field.values()).map(move |number| self.field.value(self.bytes, number))
+        self.field.read(self.bytes)
     }
 }
 
@@ -152,6 +155,7 @@ pub(crate) fn kind(name: &str, written: &Written) -> Result<Kind, Problem> {
         Length::Fixed => terminator.length,
         _ => trailer,
     };
+    fields.iter_mut().for_each(Field::learn);
     let (shortest, longest) = bounds(written, &length, least.max(header + end))?;
     let mut kind = Kind {
         name: name.to_owned(),
@@ -487,6 +491,7 @@ fn appended(entry: &crate::written::AppendixEntry, bytes: usize) -> Result<Field
         constant: None,
         margin: 0,
         is_appended: true,
+        known: Known::default(),
     })
 }
 
@@ -550,6 +555,7 @@ fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
         constant: None,
         margin: 0,
         is_appended: false,
+        known: Known::default(),
     };
     if let Some(value) = &entry.value
         && let Values::One(number) = *value.get_ref()

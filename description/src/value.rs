@@ -28,8 +28,7 @@ impl Value<'_> {
     #[inline]
     pub fn append_to(&self, row: &mut Vec<u8>) {
         match self {
-            Self::Unsigned(number) => row.extend(itoa::Buffer::new().format(*number).as_bytes()),
-            Self::Signed(number) => row.extend(itoa::Buffer::new().format(*number).as_bytes()),
+            Self::Unsigned(number) => append_digits(*number, row),
             other => other.append_rarer(row),
         }
     }
@@ -45,7 +44,13 @@ impl Value<'_> {
             Self::Decimal(number, decimals) => row.extend(decimal(*number, *decimals).as_bytes()),
             Self::Bytes(bytes) => hex::append_glued(bytes, row),
             Self::Text(bytes) => text::escape(bytes, row),
-            Self::Unsigned(_) | Self::Signed(_) => {}
+            Self::Signed(number) => {
+                if *number < 0 {
+                    row.push(b'-');
+                }
+                append_digits(number.unsigned_abs(), row);
+            }
+            Self::Unsigned(_) => {}
         }
     }
 
@@ -78,6 +83,35 @@ impl Value<'_> {
     pub fn is_text(&self) -> bool {
         matches!(self, Self::Bytes(_) | Self::Text(_))
     }
+}
+
+/// Appends the digits of a number, three at a time: most numbers of a frame have no more.
+#[inline]
+fn append_digits(number: u64, row: &mut Vec<u8>) {
+    if number >= 1000 {
+        append_digits_of_more(number / 1000, row);
+        return row.extend_from_slice(&three_digits(number % 1000));
+    }
+    let [hundreds, tens, ones] = three_digits(number);
+    if number >= 100 {
+        row.extend_from_slice(&[hundreds, tens, ones]);
+    } else if number >= 10 {
+        row.extend_from_slice(&[tens, ones]);
+    } else {
+        row.push(ones);
+    }
+}
+
+#[inline(never)]
+fn append_digits_of_more(number: u64, row: &mut Vec<u8>) {
+    append_digits(number, row);
+}
+
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "it is below 1000")]
+fn three_digits(number: u64) -> [u8; 3] {
+    let number = number as u32;
+    [number / 100, number / 10 % 10, number % 10].map(|digit| b'0' + digit as u8)
 }
 
 impl fmt::Display for Value<'_> {

@@ -170,8 +170,9 @@ impl Frame {
             if is_array {
                 row.push(b'[');
             }
-            for (number, value) in content.values().enumerate() {
-                if number > 0 {
+            let from = row.len();
+            for value in content.values() {
+                if row.len() > from {
                     row.push(b',');
                 }
                 value.append_json_to(row);
