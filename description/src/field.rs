@@ -36,11 +36,13 @@ pub struct Field {
     pub(crate) known: Known,
 }
 
-/// How many bytes a field has, none if it takes what is left; and how many values.
-#[derive(Clone, Copy, Default, Debug)]
+/// Where a field is that has a length and is counted from the front, and the shortest frame that has it; how many
+/// values it has; and whether it is a number as it stands there.
+#[derive(Clone, Default, Debug)]
 pub(crate) struct Known {
-    length: Option<usize>,
+    place: Option<(Range<usize>, usize)>,
     values: usize,
+    is_plain: bool,
 }
 
 /// What a field is.
@@ -130,10 +132,9 @@ impl Number {
     #[inline]
     fn bits(self, bytes: &[u8]) -> u64 {
         let add = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
-        match (self.order, bytes) {
-            (_, [byte]) => u64::from(*byte),
-            (ByteOrder::Big, bytes) => bytes.iter().fold(0, add),
-            (ByteOrder::Little, bytes) => bytes.iter().rev().fold(0, add),
+        match self.order {
+            ByteOrder::Big => bytes.iter().fold(0, add),
+            ByteOrder::Little => bytes.iter().rev().fold(0, add),
         }
     }
 
@@ -199,15 +200,33 @@ impl Field {
 
     /// What is known of it, now that nothing changes any more.
     pub(crate) fn learn(&mut self) {
-        (self.known.length, self.known.values) = (self.length(), self.values());
+        let from = usize::try_from(self.at).ok();
+        let to = from.and_then(|from| Some(from + self.length()?));
+        self.known = Known {
+            place: from.zip(to).map(|(from, to)| (from..to, to + self.margin)),
+            values: self.values(),
+            is_plain: self.mask.is_none()
+                && self.scale.is_none()
+                && matches!(self.kind, Type::Number(number) if number.class == Class::Unsigned),
+        };
     }
 
     /// Its bytes; none if the frame is too short to have it.
     #[inline]
     pub(crate) fn bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
+        match &self.known.place {
+            Some((place, shortest)) if *shortest <= frame.len() => frame.get(place.clone()),
+            Some(_) => None,
+            None => self.other_bytes(frame),
+        }
+    }
+
+    /// The same of what is counted from the end or takes what is left.
+    #[inline(never)]
+    fn other_bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
         let end = frame.len().checked_sub(self.margin)?;
         let bytes = frame.get(index(self.at, frame.len())?..end)?;
-        match self.known.length {
+        match self.length() {
             Some(length) => bytes.get(..length),
             None => Some(bytes),
         }
@@ -222,6 +241,14 @@ impl Field {
     /// One of its values, of its bytes.
     #[inline]
     pub(crate) fn value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
+        if let ([byte], true) = (bytes, self.known.is_plain) {
+            return Value::Unsigned((*byte).into());
+        }
+        self.any_value(bytes, number)
+    }
+
+    #[inline(never)]
+    fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
         match self.kind {
             Type::Number(kind) => {
                 let from = number * kind.bytes;
@@ -243,7 +270,6 @@ impl Field {
     }
 
     /// What bits mean.
-    #[inline]
     fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
         let bits = match self.mask {
             Some(mask) => (bits & mask) >> mask.trailing_zeros(),

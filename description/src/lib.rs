@@ -34,11 +34,14 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod build;
 mod checksum;
 mod encode;
+mod entry;
 mod field;
 pub mod hex;
 mod kind;
+mod places;
 mod shipped;
 pub mod text;
 mod value;
@@ -51,9 +54,10 @@ use std::path::Path;
 use framelock::Format as _;
 use framelock_formats::{AnyOf, Layout};
 
+pub use build::LONGEST;
 pub use encode::quote;
 pub use field::{Class, Field, Number, Type};
-pub use kind::{Content, Kind, LONGEST};
+pub use kind::{Content, Kind};
 pub use shipped::{SHIPPED, shipped};
 pub use value::{Scale, Value};
 
@@ -172,7 +176,7 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
         if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
             return wrong(name, "a kind has no kinds");
         }
-        kinds.push(kind::kind(name.get_ref(), &whole.clone().within(written))?);
+        kinds.push(build::kind(name.get_ref(), &whole.clone().within(written))?);
     }
     if let Some(name) = &written.name {
         return wrong(name, "a name is for one of several kinds");
@@ -186,7 +190,7 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
         );
     }
     if kinds.is_empty() {
-        kinds.push(kind::kind(name, written)?);
+        kinds.push(build::kind(name, written)?);
     }
     if kinds.len() > MOST_KINDS {
         return missing(&format!(

@@ -57,19 +57,26 @@ impl Value<'_> {
     /// Appends it as JSON.
     #[inline]
     pub fn append_json_to(&self, row: &mut Vec<u8>) {
-        if !self.is_text() {
-            return self.append_to(row);
+        if self.is_text() {
+            self.append_json_text(row);
+        } else {
+            self.append_to(row);
         }
+    }
+
+    #[inline(never)]
+    fn append_json_text(&self, row: &mut Vec<u8>) {
         row.push(b'"');
         let from = row.len();
         self.append_to(row);
         // What is escaped already has no control characters left.
-        if let Some(text) = row.get(from..)
-            && text.iter().any(|byte| matches!(byte, b'"' | b'\\'))
+        let is_special = |byte: &u8| matches!(byte, b'"' | b'\\');
+        if row
+            .get(from..)
+            .is_some_and(|text| text.iter().any(is_special))
         {
-            let text = row.split_off(from);
-            for byte in text {
-                if matches!(byte, b'"' | b'\\') {
+            for byte in row.split_off(from) {
+                if is_special(&byte) {
                     row.push(b'\\');
                 }
                 row.push(byte);
@@ -79,39 +86,56 @@ impl Value<'_> {
     }
 
     /// Whether it is bytes or text.
+    #[inline]
     #[must_use]
     pub fn is_text(&self) -> bool {
         matches!(self, Self::Bytes(_) | Self::Text(_))
     }
 }
 
-/// Appends the digits of a number, three at a time: most numbers of a frame have no more.
+/// The digits of each number below 1000 without zeros in front, what is behind them, and how many they are.
+static DIGITS: [[u8; 4]; 1000] = {
+    let mut table = [[0; 4]; 1000];
+    let (mut rest, mut number): (&mut [_], u16) = (&mut table, 0);
+    while let Some((entry, behind)) = rest.split_first_mut() {
+        let [hundreds, tens, ones] = three_digits(number);
+        *entry = match number {
+            0..10 => [ones, 0, 0, 1],
+            10..100 => [tens, ones, 0, 2],
+            _ => [hundreds, tens, ones, 3],
+        };
+        number += 1;
+        rest = behind;
+    }
+    table
+};
+
+#[expect(clippy::cast_possible_truncation, reason = "a digit is below 10")]
+const fn three_digits(number: u16) -> [u8; 3] {
+    let [hundreds, tens, ones] = [number / 100 % 10, number / 10 % 10, number % 10];
+    [b'0' + hundreds as u8, b'0' + tens as u8, b'0' + ones as u8]
+}
+
+/// Appends the digits of a number: most of a frame's have three at most.
 #[inline]
 fn append_digits(number: u64, row: &mut Vec<u8>) {
-    if number >= 1000 {
-        append_digits_of_more(number / 1000, row);
-        return row.extend_from_slice(&three_digits(number % 1000));
-    }
-    let [hundreds, tens, ones] = three_digits(number);
-    if number >= 100 {
-        row.extend_from_slice(&[hundreds, tens, ones]);
-    } else if number >= 10 {
-        row.extend_from_slice(&[tens, ones]);
-    } else {
-        row.push(ones);
-    }
+    let short = usize::try_from(number)
+        .ok()
+        .and_then(|number| DIGITS.get(number));
+    let Some([digits @ .., count]) = short else {
+        return append_more_digits(number, row);
+    };
+    // Always three, and what is too many is cut off.
+    let from = row.len();
+    row.extend_from_slice(digits);
+    row.truncate(from + usize::from(*count));
 }
 
 #[inline(never)]
-fn append_digits_of_more(number: u64, row: &mut Vec<u8>) {
-    append_digits(number, row);
-}
-
-#[inline]
-#[expect(clippy::cast_possible_truncation, reason = "it is below 1000")]
-fn three_digits(number: u64) -> [u8; 3] {
-    let number = number as u32;
-    [number / 100, number / 10 % 10, number % 10].map(|digit| b'0' + digit as u8)
+fn append_more_digits(number: u64, row: &mut Vec<u8>) {
+    append_digits(number / 1000, row);
+    let [low, high, ..] = (number % 1000).to_le_bytes();
+    row.extend_from_slice(&three_digits(u16::from_le_bytes([low, high])));
 }
 
 impl fmt::Display for Value<'_> {

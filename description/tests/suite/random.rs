@@ -70,10 +70,9 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
             }
             (name, true) => {
                 let field = kind.fields.iter().find(|field| field.name == name);
-                // More bytes than MAVLink's shortest messages have would be none.
-                let count = field
-                    .and_then(|field| field.count)
-                    .unwrap_or(random.random_range(1..4));
+                // MAVLink's shortest messages have few bytes; some frames must be longer.
+                let rest = *[1, 2, 3, 21].choose(random).unwrap();
+                let count = field.and_then(|field| field.count).unwrap_or(rest);
                 let bytes: Vec<u8> = (0..count).map(|_| random.random::<u8>()).collect();
                 let mut text = hex::glued(&bytes);
                 if field.is_some_and(|field| field.kind == Type::Text) {
@@ -208,12 +207,13 @@ fn description(random: &mut ChaCha8Rng) -> String {
     if !sync.is_empty() {
         writeln!(text, "sync = {sync}").unwrap();
     }
-    let mut at = 2;
+    let (mut at, mut end_length) = (2, 0);
     let length = one_of(&["fixed", "terminator", "field", "field"]);
     match &*length {
         "fixed" => writeln!(text, "length = {}", one_of(&["5", "9", "17", "24", "300"])).unwrap(),
         "terminator" => {
             let end = one_of(&["'0D 0A'", "'0A'", "'04 | 1A'"]);
+            end_length = if end.contains("0D") { 2 } else { 1 };
             writeln!(text, "terminator = {end}\nlongest = 60").unwrap();
             at = sync.matches(|c: char| c.is_ascii_hexdigit()).count() / 2;
         }
@@ -235,28 +235,37 @@ fn description(random: &mut ChaCha8Rng) -> String {
             at += if kind == "'u8'" { 1 } else { 3 };
         }
     }
-    let checksum = one_of(&[
-        "",
-        "name = 'xor', type = 'u8', at = -1",
-        "name = 'xor', type = 'hex8', at = -2",
-        "name = 'sum', type = 'u16le', at = -2",
-        "name = 'fletcher-8', type = 'u16le', at = -2",
-        "name = 'CRC-16', type = 'u16be', at = -2",
-        "name = 'CRC-24/BLE', type = 'u24le', at = -3",
-        "name = 'CRC-15', type = 'hex16', at = -4",
-        "width = 8, polynomial = 0x4D, type = 'u8', at = -1",
-        "width = 32, polynomial = 0x04C11DB7, initial = 0xFFFFFFFF, reflected = true, xor = 0xFFFFFFFF, type = 'u32le', \
-         at = -4",
-    ]);
-    if !checksum.is_empty() {
-        let checksum = match &*length {
-            "terminator" => checksum.replace("at = -", "at = -1"),
-            _ => checksum,
-        };
+    if length != "fixed" {
+        writeln!(text, "{}", one_of(&["", "shortest = 24"])).unwrap();
+    }
+    let (name, kind, bytes) = *[
+        ("name = 'xor'", "u8", 1),
+        ("name = 'xor'", "hex8", 2),
+        ("name = 'sum'", "u16le", 2),
+        ("name = 'fletcher-8'", "u16le", 2),
+        ("name = 'CRC-16'", "u16be", 2),
+        ("name = 'CRC-24/BLE'", "u24le", 3),
+        ("name = 'CRC-15'", "hex16", 4),
+        ("width = 8, polynomial = 0x4D", "u8", 1),
+        (
+            "width = 32, polynomial = 0x04C11DB7, initial = 1, reflected = true, xor = 0xFF",
+            "u32le",
+            4,
+        ),
+    ]
+    .choose(random)
+    .unwrap();
+    if length != "terminator" || random.random() {
+        let place = bytes
+            + if length == "terminator" {
+                end_length
+            } else {
+                0
+            };
+        let from = [0, 0, 1, 3].choose(random).unwrap();
         writeln!(
             text,
-            "checksum = {{ {checksum}, from = {} }}",
-            one_of(&["0", "1", "3"])
+            "checksum = {{ {name}, type = '{kind}', at = -{place}, from = {from} }}"
         )
         .unwrap();
     }
@@ -292,14 +301,14 @@ fn description(random: &mut ChaCha8Rng) -> String {
 #[test]
 fn described_frames_come_out_and_their_values_make_them_again() {
     let (mut right, mut without_sync, mut in_all) = (0, 0, 0);
-    for seed in 0..1000 {
+    for seed in 0..1200 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let text = description(&mut random);
         let Ok(description) = Description::parse("any.toml", &text) else {
             continue;
         };
         right += 1;
-        let frames = (0..6).map(|_| agrees_with_the_reference(&description, &text, &mut random));
+        let frames = (0..3).map(|_| agrees_with_the_reference(&description, &text, &mut random));
         let frames: usize = frames.sum();
         assert!(frames > 0, "{seed}: {text}");
         in_all += frames;
@@ -311,7 +320,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
         }
     }
     assert!(
-        right > 300 && without_sync > 10 && in_all > 10_000,
+        right > 200 && without_sync > 8 && in_all > 5_000,
         "{right} {without_sync} {in_all}"
     );
 }

@@ -88,11 +88,13 @@ impl Frame {
     /// The kind of a frame, and how it is written.
     #[inline]
     fn kind(&self, frame: &[u8]) -> Option<(&framelock_description::Kind, &Kind)> {
-        let kind = match &*self.written {
-            [_] => 0,
-            _ => self.description.number(frame),
-        };
-        Some((self.description.kinds.get(kind)?, self.written.get(kind)?))
+        match (&*self.description.kinds, &*self.written) {
+            ([kind], [written]) => Some((kind, written)),
+            (kinds, written) => {
+                let number = self.description.number(frame);
+                Some((kinds.get(number)?, written.get(number)?))
+            }
+        }
     }
 
     /// Appends a frame as comma-separated values.
@@ -121,6 +123,11 @@ impl Frame {
                         continue;
                     };
                     match kind.content(field, frame) {
+                        Some(content) if !field.is_array() => {
+                            row.push(b',');
+                            append_cell(row, &content.value());
+                            continue;
+                        }
                         Some(content) => {
                             for value in content.values() {
                                 row.push(b',');
@@ -139,13 +146,14 @@ impl Frame {
 
     /// Appends a frame as a JSON object.
     pub(crate) fn append_json(&self, row: &mut Vec<u8>, place: &Place, frame: &[u8]) {
-        row.push(b'{');
-        if let Some(time) = place.time {
-            row.extend(b"\"time\":");
-            append_time(row, time, 0);
-            row.push(b',');
+        match place.time {
+            Some(time) => {
+                row.extend(b"{\"time\":");
+                append_time(row, time, 0);
+                row.extend(b",\"offset\":");
+            }
+            None => row.extend(b"{\"offset\":"),
         }
-        row.extend(b"\"offset\":");
         append_number(row, place.offset);
         if !self.has_setpoints() {
             row.extend(b",\"length\":");
@@ -166,20 +174,18 @@ impl Frame {
                 continue;
             };
             row.extend(key);
-            let is_array = field.is_array();
-            if is_array {
-                row.push(b'[');
+            if !field.is_array() {
+                content.value().append_json_to(row);
+                continue;
             }
-            let from = row.len();
-            for value in content.values() {
-                if row.len() > from {
+            row.push(b'[');
+            for (number, value) in content.values().enumerate() {
+                if number > 0 {
                     row.push(b',');
                 }
                 value.append_json_to(row);
             }
-            if is_array {
-                row.push(b']');
-            }
+            row.push(b']');
         }
         row.push(b'}');
     }
@@ -284,13 +290,21 @@ fn append_aligned(row: &mut Vec<u8>, width: usize, append: impl FnOnce(&mut Vec<
 /// In quotation marks if that is needed.
 #[inline]
 fn append_cell(row: &mut Vec<u8>, value: &Value) {
+    if value.is_text() {
+        append_text_cell(row, value);
+    } else {
+        value.append_to(row);
+    }
+}
+
+#[inline(never)]
+fn append_text_cell(row: &mut Vec<u8>, value: &Value) {
     let from = row.len();
     value.append_to(row);
     let is_special = |byte: &u8| matches!(byte, b',' | b'"');
-    if value.is_text()
-        && row
-            .get(from..)
-            .is_some_and(|text| text.iter().any(is_special))
+    if row
+        .get(from..)
+        .is_some_and(|text| text.iter().any(is_special))
     {
         let text = row.split_off(from);
         row.push(b'"');
