@@ -76,14 +76,13 @@ impl Kind {
             }
             written.push((field, wanted));
         }
-        let length = match self.layout.length {
-            Length::Fixed => self.layout.longest,
-            _ => {
-                // Nobody says what is in between, unless a field takes all that is left.
-                let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
-                let least = if takes_rest { 0 } else { self.layout.shortest };
-                self.whole(least.max(front + self.trailer))
-            }
+        let length = if self.layout.length == Length::Fixed {
+            self.layout.longest
+        } else {
+            // Nobody says what is in between, unless a field takes all that is left.
+            let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
+            let least = if takes_rest { 0 } else { self.layout.shortest };
+            self.whole(least.max(front + self.trailer))
         };
         let mut frame = vec![0; length];
         // Of several the first, unless a field says which.

@@ -257,11 +257,11 @@ impl Field {
             }
             Type::Bits { first, width } => {
                 let first = first + number * width;
-                let bit = |bits: u64, place: usize| {
-                    let byte = bytes.get(place / 8).copied().unwrap_or_default();
-                    bits << 1 | u64::from(byte >> (place % 8) & 1)
-                };
-                let bits = (first..first + width).rev().fold(0, bit);
+                let bytes = bytes.get(first / 8..(first + width).div_ceil(8));
+                let bytes = bytes.unwrap_or_default().iter().rev();
+                let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
+                #[expect(clippy::cast_possible_truncation, reason = "a field has up to 64 bits")]
+                let bits = (all >> (first % 8)) as u64 & ones(width);
                 self.of_bits(Class::Unsigned, bits)
             }
             Type::Bytes => Value::Bytes(bytes),

@@ -38,7 +38,7 @@ impl Value<'_> {
         match self {
             // As short as it can be: as 64 bits 0.1 has seventeen digits. JSON has no other numbers.
             Self::Float(number) if number.is_finite() => {
-                row.extend(format!("{number:?}").as_bytes())
+                row.extend(format!("{number:?}").as_bytes());
             }
             Self::Float(_) => row.extend(b"null"),
             Self::Decimal(number, decimals) => row.extend(decimal(*number, *decimals).as_bytes()),

@@ -60,8 +60,8 @@ impl Written {
             self.longest = self.longest.or_else(|| whole.longest.clone());
         }
         if !has_length {
-            self.length = whole.length.clone();
-            self.length_field = whole.length_field.clone();
+            self.length.clone_from(&whole.length);
+            self.length_field.clone_from(&whole.length_field);
         }
         self.sync = self.sync.or_else(|| whole.sync.clone());
         self.terminator = self.terminator.or_else(|| whole.terminator.clone());

@@ -294,7 +294,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         // It ends with the process.
         thread::spawn(move || {
             loop {
-                match { lock(&decoder).idle() } {
+                let waiting = lock(&decoder).idle();
+                match waiting {
                     Ok(time) => thread::sleep(time),
                     Err(error) => std::process::exit(exit_code(Err(error)).into()),
                 }

@@ -159,7 +159,7 @@ fn agrees_with_the_reference(
     let stream = noisy(&frames, random);
     let mut expected = Events::new();
     framed(&description.format(), &stream, true, |event| {
-        expected.push(event)
+        expected.push(event);
     });
     let expected = one_by_one(&expected);
     for most in [1, 20, stream.len().max(1)] {

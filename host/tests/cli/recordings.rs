@@ -162,7 +162,7 @@ fn variants_of_radio_receivers_are_received() {
         columns("upper")
     );
     let frame = written(&["encode", "--frame=ibus"], row);
-    assert_eq!(frame[6..8], (1500_u16 | 14 << 12).to_le_bytes());
+    assert_eq!(frame[6..8], (1500_u16 + 0xE000).to_le_bytes());
     let row = shown(&["decode", "--frame=ibus", "--format=csv"], &frame);
     assert!(
         row.ends_with(&format!("\n31,32,{channels},{upper}\n")),
