@@ -15,8 +15,8 @@ use crate::written::{
 /// Bytes in the longest frame that may be described: what a length of 16 bits can tell, and 256 more.
 pub const LONGEST: usize = 0x1_00FF;
 
-/// The kind that is written.
-pub(crate) fn kind(name: &str, written: &Written) -> Result<Kind, Problem> {
+/// The kind that is written. Among several the header must tell which it is.
+pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Result<Kind, Problem> {
     let none = Alternatives::default();
     let sync = written.sync.as_ref().unwrap_or(&none);
     let terminator = written.terminator.as_ref().map_or(&none, Spanned::get_ref);
@@ -109,10 +109,11 @@ pub(crate) fn kind(name: &str, written: &Written) -> Result<Kind, Problem> {
         check_places(written, &kind, length, alone)?;
     }
     let checksum = written.checksum.as_ref().map(checksum).transpose()?;
+    let fixed = fixed_bits(&kind.fields);
     kind.layout = Layout {
         sync: leaked(sync),
-        fixed: fixed_bits(&kind.fields).leak(),
-        messages,
+        messages: messages.or_else(|| telling(&fixed, kind.header).filter(|_| is_one_of_many)),
+        fixed: fixed.leak(),
         checksum: checksum.map(|checksum| Checksum {
             algorithm: tabled(checksum.algorithm),
             ..checksum
@@ -269,6 +270,17 @@ pub(crate) fn checksum(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'stati
         from: check.from,
         to: check.to.unwrap_or(check.at.saturating_sub(1)),
     })
+}
+
+/// The last byte behind the header that has fixed bits, as the number of a message: so it is looked at before another
+/// kind is ruled out.
+fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
+    let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
+    let FixedBits { at, mask, value } = *fixed.iter().filter(behind).max_by_key(|bits| bits.at)?;
+    let bytes = (0..=u8::MAX).filter(|byte| byte & mask == value);
+    let known = sorted(bytes.map(|byte| (byte.into(), None, u16::MAX))).ok()?;
+    let number = framelock_formats::layout::Number::byte(usize::try_from(at).ok()?);
+    Some(Messages { number, known })
 }
 
 /// The bits of all that is always the same.

@@ -176,7 +176,11 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
         if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
             return wrong(name, "a kind has no kinds");
         }
-        kinds.push(build::kind(name.get_ref(), &whole.clone().within(written))?);
+        kinds.push(build::kind(
+            name.get_ref(),
+            &whole.clone().within(written),
+            true,
+        )?);
     }
     if let Some(name) = &written.name {
         return wrong(name, "a name is for one of several kinds");
@@ -190,7 +194,7 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
         );
     }
     if kinds.is_empty() {
-        kinds.push(build::kind(name, written)?);
+        kinds.push(build::kind(name, written, false)?);
     }
     if kinds.len() > MOST_KINDS {
         return missing(&format!(

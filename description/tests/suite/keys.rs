@@ -189,6 +189,35 @@ fn a_description_may_have_several_kinds() {
     }
 }
 
+/// Frames of the same length, which a byte or some bits behind the length tell apart.
+#[test]
+fn kinds_are_told_apart_by_what_is_always_the_same_in_each() {
+    for rest in [
+        "type = 'u8', value",
+        "type = 'u16be', mask = 0x0FF0, value",
+        "bits = 3, bit = 2, value",
+    ] {
+        for length in [
+            "length = 9",
+            "length_field = { at = 1, type = 'u8' }\nlongest = 20\nshortest = 8",
+        ] {
+            let kinds = (1..=3).map(|number| {
+                format!("[[kinds]]\nname = 'k{number}'\nfields = [{{ name = 'which', at = 3, {rest} = {number} }}]\n")
+            });
+            let kinds = kinds.collect::<Vec<_>>().concat();
+            let text = format!(
+                "sync = '24'\n{length}\nchecksum = {{ name = 'sum', type = 'u8', at = -1 }}\n{kinds}"
+            );
+            let description = Description::parse("my.toml", &text).unwrap();
+            for name in ["k1", "k2", "k3"] {
+                let frame = description.encode(&[Some(name.into())]);
+                let frame = frame.unwrap_or_else(|why| panic!("{text}: {name}: {why}"));
+                assert_eq!(description.kind(&frame).unwrap().name, name);
+            }
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_written_is_told() {
     for (text, values, told) in [
