@@ -76,6 +76,9 @@ impl Format for AnyOf<'_> {
 
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> (usize, &'a [u8]) {
+        if let [_] = self.0 {
+            return (0, frame);
+        }
         // More bytes may have come before an earlier one rejected it, so that one may be incomplete here.
         let is_known = |layout: &Layout| matches!(layout.head(frame), Head::Known(_));
         let kind = self.0.iter().position(is_known);

@@ -15,10 +15,13 @@ pub const BIN_CRC8: Layout<'static> = Layout {
     longest: 8,
     checksum: Some(Checksum {
         algorithm: Algorithm::Crc(Crc {
-            polynomial: 0x07,
+            polynomial: 0x2F,
+            initial: 0xFF,
+            xor_out: 0xFF,
             ..Crc::ZERO
         }),
         at: -2,
+        from: 2,
         to: -3,
         ..Checksum::at_the_end(1)
     }),

@@ -1,9 +1,12 @@
 //! Frames from a stream: a file, standard input or a serial port.
 
-use std::io::{self, BufWriter, Write};
+mod refused;
+
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use clap::ValueEnum;
@@ -16,8 +19,10 @@ use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
 use crate::interrupt;
 use crate::line::AnyLine;
 use crate::names::PolicyName;
+use crate::numbers::whole;
 use crate::output::{Output, exit_code, note};
 use crate::serial::PortOptions;
+use refused::Refused;
 
 /// Frames from a stream: a file, standard input or a serial port.
 #[derive(clap::Args)]
@@ -54,6 +59,10 @@ pub(crate) struct Arguments {
     /// When the port is gone wait for it, and go on when it is back
     #[arg(long)]
     reconnect: bool,
+    /// After a pause of this length drop the frame under way, and write what lies whole behind its beginning;
+    /// not done unless given, since USB adapters deliver in batches
+    #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
+    idle_gap: Option<u64>,
 }
 
 /// How frames are written.
@@ -70,21 +79,15 @@ enum OutputFormat {
 }
 
 impl OutputFormat {
-    /// Writes a frame.
-    fn write(
-        self,
-        output: &mut impl Write,
-        place: &Place,
-        frame: &Frame,
-        bytes: &[u8],
-    ) -> io::Result<()> {
+    /// Appends a frame to the rows.
+    fn append(self, rows: &mut Vec<u8>, place: &Place, frame: &Frame, bytes: &[u8]) {
         match self {
-            Self::Jsonl => frame.write_json(output, place, bytes)?,
-            Self::Csv => return frame.write_csv(output, place, bytes),
-            Self::Text => frame.write_columns(output, place, bytes)?,
-            Self::None => return Ok(()),
+            Self::Jsonl => frame.append_json(rows, place, bytes),
+            Self::Csv => return frame.append_csv(rows, place, bytes),
+            Self::Text => frame.append_columns(rows, place, bytes),
+            Self::None => return,
         }
-        writeln!(output)
+        rows.push(b'\n');
     }
 }
 
@@ -104,16 +107,29 @@ struct Summary {
     resynchronisations: usize,
 }
 
+/// What a decoder takes: bytes, or that none will come for what is pending.
+#[derive(Clone, Copy)]
+enum Step<'b> {
+    Bytes(&'b [u8]),
+    Silence,
+}
+
 /// Receives frames and writes them.
 struct Decoder<W> {
     line: AnyLine,
     frame: Frame,
     format: OutputFormat,
     output: W,
+    /// What is not written yet.
+    rows: Vec<u8>,
     /// How many bytes have become a frame, or were discarded.
     settled: usize,
+    refused: Refused,
     start: Instant,
     timestamps: Option<Timestamps>,
+    idle_gap: Option<Duration>,
+    /// When bytes came last, if no pause was reported since.
+    heard: Option<Instant>,
     /// Where the summary goes, until it is there.
     summary: Option<Output>,
 }
@@ -125,48 +141,93 @@ impl<W: Write> Decoder<W> {
             frame: frame.clone(),
             format,
             output,
+            rows: Vec::new(),
             settled: 0,
+            refused: Refused::default(),
             start: Instant::now(),
             timestamps: None,
+            idle_gap: None,
+            heard: None,
             summary: None,
         })
     }
 
-    fn take(&mut self, arrival: &Arrival) -> Result<()> {
+    fn arrive(&mut self, arrival: &Arrival) -> Result<()> {
+        self.idle()?;
+        match arrival {
+            Arrival::Bytes(bytes) => {
+                self.heard = self.idle_gap.map(|_| Instant::now());
+                self.take(Step::Bytes(bytes))?;
+                self.refused.hint(&self.frame, self.settled, false);
+            }
+            Arrival::Gone(error) => {
+                note(&format!("{}: {error}; waiting for it", time_of_day()));
+                self.take(Step::Silence)?;
+            }
+            Arrival::Back(_) => note(&format!("{}: the port is back", time_of_day())),
+        }
+        Ok(())
+    }
+
+    /// Reports a pause if it is one by now; gives how long it is until it may be one.
+    fn idle(&mut self) -> Result<Duration> {
+        let gap = self.idle_gap.unwrap_or(Duration::MAX);
+        match self.heard.map(|heard| gap.saturating_sub(heard.elapsed())) {
+            Some(Duration::ZERO) => {
+                self.heard = None;
+                self.take(Step::Silence)?;
+                Ok(gap)
+            }
+            Some(left) => Ok(left),
+            None => Ok(gap),
+        }
+    }
+
+    /// Receives, and writes the frames that there are.
+    fn take(&mut self, step: Step) -> Result<()> {
         let Self {
+            line,
             frame,
             format,
             output,
+            rows,
             settled,
+            refused,
             ..
         } = self;
         let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());
         let settle = |found: Found<&[u8]>| {
             *settled += found.bytes();
+            let bytes = match found {
+                Found::Frame { message, .. } => message,
+                Found::Discarded { count, why } => return refused.discarded(count, why),
+            };
+            refused.frame();
             let offset = *settled - 1;
-            if let (Ok(()), Some(bytes)) = (&outcome, found.message()) {
-                outcome = format.write(output, &Place { offset, time }, frame, bytes);
+            format.append(rows, &Place { offset, time }, frame, bytes);
+            if rows.len() >= CHUNK_LENGTH && outcome.is_ok() {
+                outcome = output.write_all(rows);
+                rows.clear();
             }
         };
-        match arrival {
-            Arrival::Bytes(bytes) => self.line.feed(bytes, settle),
-            Arrival::Gone(error) => {
-                note(&format!("{}: {error}; waiting for it", time_of_day()));
-                self.line.line_event(LineEvent::Idle, settle);
+        match step {
+            // Nobody asks where they are, nor why one is refused: these have no header.
+            Step::Bytes(bytes) if *format == OutputFormat::None && frame.has_setpoints() => {
+                line.feed(bytes, |_| ());
             }
-            Arrival::Back(_) => note(&format!("{}: the port is back", time_of_day())),
+            Step::Bytes(bytes) => line.feed(bytes, settle),
+            Step::Silence => line.line_event(LineEvent::Idle, settle),
         }
         outcome?;
+        output.write_all(rows)?;
+        rows.clear();
         Ok(output.flush()?)
     }
 
     fn summary(&self) -> Summary {
         let counters = self.line.counters();
-        let length = self
-            .frame
-            .has_setpoints()
-            .then(|| self.frame.described.longest());
+        let length = self.frame.has_setpoints().then(|| self.frame.longest());
         Summary {
             bytes: counters.bytes,
             frame_length: length,
@@ -195,9 +256,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         return Ok(Output::standard()?.write_all(arguments.frame.text.as_bytes())?);
     }
     let input = Input::open(&arguments.source, &arguments.port)?;
-    if arguments.timestamps.is_some() && input.is_file() {
+    let of_time = [
+        ("--timestamps", arguments.timestamps.is_some()),
+        ("--idle-gap", arguments.idle_gap.is_some()),
+    ];
+    if let Some((option, _)) = of_time
+        .iter()
+        .find(|(_, is_given)| *is_given && input.is_file())
+    {
         bail!(
-            "--timestamps: {} is a file, which does not say when its bytes came: name a serial \
+            "{option}: {} is a file, which does not say when its bytes came: name a serial \
              port, or pipe a stream in as it comes",
             input.name
         );
@@ -209,9 +277,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         input.show_progress();
     }
     let progress = input.progress.clone();
-    let output = BufWriter::with_capacity(CHUNK_LENGTH, output);
     let mut decoder = Decoder::new(&arguments.frame, arguments.policy, arguments.format, output)?;
     decoder.timestamps = arguments.timestamps;
+    decoder.idle_gap = arguments.idle_gap.map(Duration::from_millis);
     decoder.summary = arguments.summary()?;
     let decoder = Arc::new(Mutex::new(decoder));
     if arguments.summary.is_some() {
@@ -220,6 +288,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             progress.finish_and_clear();
             std::process::exit(exit_code(lock(&decoder).summarise()).into());
         })?;
+    }
+    if arguments.idle_gap.is_some() {
+        let decoder = Arc::clone(&decoder);
+        // It ends with the process.
+        thread::spawn(move || {
+            loop {
+                let waiting = lock(&decoder).idle();
+                match waiting {
+                    Ok(time) => thread::sleep(time),
+                    Err(error) => std::process::exit(exit_code(Err(error)).into()),
+                }
+            }
+        });
     }
     decode(&decoder, input)?;
     lock(&decoder).summarise()
@@ -237,21 +318,35 @@ impl Arguments {
     }
 }
 
-/// Decodes `input` to its end: writes each frame no later than the next byte is waited for.
+/// Decodes `input` to its end: writes each frame no later than the next byte is waited for. At the end nothing more
+/// will come for what is pending.
 fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
     {
         let Decoder {
             format,
             output,
             frame,
+            rows,
             timestamps,
             ..
         } = &mut *lock(decoder);
         if *format == OutputFormat::Csv {
-            frame.write_csv_header(output, timestamps.is_some())?;
+            frame.append_csv_header(rows, timestamps.is_some());
+            output.write_all(rows)?;
+            rows.clear();
         }
     }
-    for_each_arrival(input, |arrival| lock(decoder).take(&arrival))
+    for_each_arrival(input, |arrival| lock(decoder).arrive(&arrival))?;
+    let mut decoder = lock(decoder);
+    decoder.take(Step::Silence)?;
+    let Decoder {
+        refused,
+        frame,
+        settled,
+        ..
+    } = &mut *decoder;
+    refused.hint(frame, *settled, true);
+    Ok(())
 }
 
 /// What is in there is whole, even after a panic.
@@ -260,120 +355,4 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(
-        clippy::unwrap_used,
-        clippy::indexing_slicing,
-        reason = "a panic fails the test"
-    )]
-
-    use std::io::Read;
-
-    use framelock::motion::Setpoint;
-    use framelock_proofs::reference::{self, Policy};
-    use rand::{Rng, SeedableRng, seq::IndexedRandom};
-    use rand_chacha::ChaCha8Rng;
-
-    use super::*;
-    use crate::line::Watched;
-
-    /// Gives a few bytes at a time, and fails in passing in between.
-    struct Dribble<'a>(&'a [u8], ChaCha8Rng);
-
-    impl Read for Dribble<'_> {
-        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-            if self.1.random_ratio(1, 4) {
-                return Err(io::ErrorKind::Interrupted.into());
-            }
-            let count = self.1.random_range(1..=9).min(buffer.len());
-            self.0.read(&mut buffer[..count])
-        }
-    }
-
-    /// Noise that is full of beginnings of frames, some frames, and an end anywhere.
-    fn noise(frame: &Frame, random: &mut ChaCha8Rng) -> Vec<u8> {
-        let mut stream = Vec::new();
-        for _ in 0..random.random_range(0..60) {
-            if random.random_ratio(1, 3) {
-                let bytes: [u8; 3] = std::array::from_fn(|_| *b"AB\r?".choose(random).unwrap());
-                stream.extend(frame.encode_setpoint(Setpoint::from(bytes)));
-            } else {
-                stream.push(*b"AB\r?".choose(random).unwrap());
-            }
-        }
-        stream.truncate(random.random_range(0..=stream.len()));
-        stream
-    }
-
-    /// Against the reference: every row, every byte that is discarded, and where all have gone.
-    fn agrees<F: reference::Format>(name: &str, policy: PolicyName, reference: Policy) {
-        let frame = &Frame::named(name).unwrap();
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        let mut frames_in_all = 0;
-        for _ in 0..2_000 {
-            let stream = noise(frame, &mut random);
-            let mut undecided = stream.iter().copied();
-            let mut rows = b"offset,pitch,roll,yaw\n".to_vec();
-            let (mut setpoints, mut discarded, mut settled) = (vec![], vec![], 0);
-            let pending = reference::whole_buffer::<F>(&stream, reference, |found| {
-                settled += found.bytes();
-                let bytes = undecided.by_ref().take(found.bytes());
-                let Some(setpoint) = found.message() else {
-                    return discarded.extend(bytes);
-                };
-                let ([pitch, roll, yaw], index) = (setpoint, settled - 1);
-                writeln!(rows, "{index},{pitch},{roll},{yaw}").unwrap();
-                setpoints.push(Setpoint::from(setpoint));
-                bytes.for_each(drop);
-            });
-            frames_in_all += setpoints.len();
-
-            let mut output = Vec::new();
-            let decoder = Decoder::new(frame, policy, OutputFormat::Csv, &mut output).unwrap();
-            let decoder = Mutex::new(decoder);
-            let input = Input::new("", Dribble(&stream, random.clone()));
-            decode(&decoder, input).unwrap();
-            let summary = lock(&decoder).summary();
-            let expected = Summary {
-                bytes: stream.len(),
-                frame_length: Some(F::LENGTH),
-                frames: setpoints.len(),
-                discarded: discarded.len(),
-                pending,
-                ..summary
-            };
-            assert_eq!(summary, expected, "{stream:?}");
-            assert_eq!(summary.discarded_by.total(), summary.discarded);
-            assert_eq!(output, rows, "{stream:?}");
-
-            // Byte by byte, with counters that are set to zero somewhere.
-            let mut watched = Watched::new(AnyLine::new(frame, policy).unwrap());
-            let reset_at = random.random_range(0..60);
-            let (mut seen, mut gone, mut counted) = (vec![], vec![], 0);
-            for (place, &byte) in stream.iter().enumerate() {
-                if place == reset_at {
-                    watched.reset_counters();
-                    counted = watched.pending().len();
-                }
-                for piece in watched.push(byte) {
-                    match piece.discarded {
-                        None => seen.extend(frame.setpoint(&piece.bytes)),
-                        Some(_) => gone.extend(piece.bytes),
-                    }
-                }
-                counted += 1;
-            }
-            assert_eq!((seen, gone), (setpoints, discarded), "{stream:?}");
-            assert_eq!(watched.pending(), &stream[stream.len() - pending..]);
-            assert_eq!(watched.counters().bytes, counted);
-        }
-        assert!(frames_in_all > 2_000, "{frames_in_all}");
-    }
-
-    #[test]
-    fn every_machine_agrees_with_the_reference() {
-        agrees::<reference::Bin>("bin", PolicyName::Rescan, Policy::Rescan);
-        agrees::<reference::Bin>("bin", PolicyName::Discard, Policy::Discard);
-        agrees::<reference::BinCrc8>("bin-crc8", PolicyName::Rescan, Policy::Rescan);
-    }
-}
+mod tests;

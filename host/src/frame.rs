@@ -1,20 +1,16 @@
-//! Frames by the names that the command line gives them: built in, or described in a file.
+//! Frames by the names that the command line gives them: shipped, or described in a file.
 
-mod checksum;
-mod described;
-mod description;
-mod field;
 mod written;
 
 use std::fmt;
 use std::path::Path;
 
 use clap::ValueEnum;
-use framelock::Encode;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{Encode, Format as _};
+use framelock_description::{Description, SHIPPED, read, shipped};
 use framelock_simulation::FrameFormat;
 
-pub(crate) use described::{Column, Described, LONGEST, quote};
 pub(crate) use written::Place;
 
 /// What a receiver of BIN waits for at each place of a frame, by the lecture's names.
@@ -23,48 +19,40 @@ pub(crate) const LECTURE_STATES: [&str; 7] = ["A", "B", "1", "2", "3", "4", "CR"
 /// The same of BIN-CRC8.
 const CRC8_STATES: [&str; 8] = ["A", "B", "1", "2", "3", "4", "crc", "CR"];
 
-/// The descriptions that are built in, by name.
-macro_rules! built_in {
-    ($($name:literal)*) => {
-        &[$(($name, include_str!(concat!("../frames/", $name, ".toml")))),*]
-    };
-}
-
-const BUILT_IN: &[(&str, &str)] =
-    built_in!("bin" "bin-crc8" "sbus" "ibus" "crsf" "ubx" "mavlink2" "six-axes");
-
 /// A frame format.
 #[derive(Clone)]
 pub(crate) struct Frame {
     pub(crate) name: String,
     /// If its frames bring setpoints: then the small receiver takes them.
     pub(crate) setpoints: Option<FrameFormat>,
-    pub(crate) described: Described,
-    /// The names of a frame's values.
-    pub(crate) columns: Vec<Column>,
-    /// The description.
+    pub(crate) description: Description,
+    /// The description's text.
     pub(crate) text: String,
+    /// How each kind of frames is written.
+    written: Vec<written::Kind>,
 }
 
 impl Frame {
     /// The format of that name, or that the file of that name describes.
     pub(crate) fn named(name: &str) -> Result<Self, String> {
-        let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
-        let text = match built_in {
-            Some((_, text)) => (*text).to_owned(),
+        let text = match shipped(name) {
+            Some(text) => text.to_owned(),
             None if !Path::new(name).exists() => return Err(no_such_frame()),
-            None => std::fs::read_to_string(name).map_err(|error| {
-                format!("cannot read {name}: {error}; a description is a TOML file")
-            })?,
+            None => read(Path::new(name))?,
         };
-        let described = description::parse(name, &text)?;
+        let description = Description::parse(name, &text)?;
         Ok(Self {
             name: name.to_owned(),
             setpoints: FrameFormat::from_str(name, false).ok(),
-            columns: described.columns(),
-            described,
+            written: written::kinds(&description),
+            description,
             text,
         })
+    }
+
+    /// Bytes in the longest of its frames.
+    pub(crate) fn longest(&self) -> usize {
+        self.description.format().longest()
     }
 
     /// Whether its frames bring pitch, roll and yaw, for which there is a failsafe, and motions.
@@ -101,7 +89,7 @@ impl Frame {
 }
 
 fn no_such_frame() -> String {
-    let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+    let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
     format!(
         "there is neither such a frame nor such a file: the frames are {}; a file describes another, \
          see docs/own-frame.md",
@@ -114,6 +102,3 @@ impl fmt::Display for Frame {
         f.write_str(&self.name)
     }
 }
-
-#[cfg(test)]
-mod tests;

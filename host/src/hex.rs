@@ -1,45 +1,9 @@
-//! Bytes as people write them in hex.
+//! Bytes that come as text in hex, the way loggers print them.
 
 use std::collections::VecDeque;
-use std::ffi::OsStr;
 use std::io::{self, BufRead, ErrorKind, Read};
 
-/// The bytes of words in hex, separated by arguments, blanks, commas, semicolons or colons; each
-/// with or without `0x`.
-///
-/// # Errors
-/// Which word is not bytes in hex, and why.
-pub(crate) fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let mut number = 0;
-    for argument in arguments {
-        // What is not Unicode is not hex either: it comes out as U+FFFD.
-        let argument = argument.as_ref().to_string_lossy();
-        let words = argument.split(|c: char| c.is_whitespace() || ",;:".contains(c));
-        for word in words.filter(|word| !word.is_empty()) {
-            number += 1;
-            append(&mut bytes, word).map_err(|why| format!("word {number}, '{word}', {why}"))?;
-        }
-    }
-    Ok(bytes)
-}
-
-fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
-    let digits = word.strip_prefix("0x").or(word.strip_prefix("0X"));
-    let mut values = Vec::new();
-    for digit in digits.unwrap_or(word).chars() {
-        let value = digit.to_digit(16).map(u32::to_le_bytes);
-        let [value, ..] = value.ok_or_else(|| format!("has '{digit}', which is no hex digit"))?;
-        values.push(value);
-    }
-    let (pairs, odd) = values.as_chunks::<2>();
-    // "0x" alone has no digits, which make no byte either.
-    if pairs.is_empty() || !odd.is_empty() {
-        return Err("is not a whole number of bytes: two digits make a byte".into());
-    }
-    bytes.extend(pairs.iter().map(|[high, low]| high << 4 | low));
-    Ok(())
-}
+use framelock_description::hex::parse;
 
 /// The bytes that a text says, a line at a time.
 pub(crate) struct Reader<R> {
@@ -80,35 +44,9 @@ impl<R: BufRead> Read for Reader<R> {
     }
 }
 
-/// Bytes as digits without anything between them.
-pub(crate) fn glued(bytes: &[u8]) -> String {
-    let digits = bytes.iter().map(|byte| format!("{byte:02X}"));
-    digits.collect::<Vec<_>>().concat()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn parsed(words: &[&str]) -> Result<Vec<u8>, String> {
-        parse(words)
-    }
-
-    #[test]
-    fn hex_comes_in_many_spellings() {
-        for spelling in [
-            &["41", "42", "00", "7F", "C8", "4A", "0D"][..],
-            &["4142007FC84A0D"],
-            &["41 42 00 7f c8 4a 0d"],
-            &["0x41,", "0x42,", "0x00,", "0x7F,", "0xC8,", "0x4A,", "0x0D"],
-            &["41:42:00:7F:C8:4A:0D"],
-            &["0X4142", "007FC8", "4a0D"],
-        ] {
-            let bytes = vec![0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
-            assert_eq!(parsed(spelling), Ok(bytes), "{spelling:?}");
-        }
-        assert_eq!(parsed(&[""]), Ok(vec![]));
-    }
 
     #[test]
     fn a_text_is_read_line_by_line() {
@@ -119,23 +57,5 @@ mod tests {
         assert_eq!(bytes, [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D]);
         let told = "line 5: word 1, '4Z', has 'Z', which is no hex digit; wanted are bytes such as";
         assert!(error.is_err_and(|error| error.starts_with(told)));
-    }
-
-    #[test]
-    fn what_is_not_hex_is_named() {
-        let whole = "is not a whole number of bytes: two digits make a byte";
-        for (spelling, why) in [
-            (["41", "4G"], "word 2, '4G', has 'G', which is no hex digit"),
-            (
-                ["41 42", "xy"],
-                "word 3, 'xy', has 'x', which is no hex digit",
-            ),
-            (["41", "4é"], "word 2, '4é', has 'é', which is no hex digit"),
-            (["41", "-"], "word 2, '-', has '-', which is no hex digit"),
-            (["41", "4"], &format!("word 2, '4', {whole}")),
-            (["", "0x"], &format!("word 1, '0x', {whole}")),
-        ] {
-            assert_eq!(parsed(&spelling), Err(why.into()));
-        }
     }
 }

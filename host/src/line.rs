@@ -4,11 +4,12 @@ use anyhow::{Result, bail};
 use framelock::can_go_deaf::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{
-    BufferedReceiver, Counters, DiscardReason, Encode, Found, Line, LineEvent, Receiver,
+    BufferedIn, Counters, DiscardReason, Encode, Format as _, Found, Line, LineEvent, Receiver,
 };
+use framelock_formats::AnyOf;
 use framelock_simulation::FrameFormat;
 
-use crate::frame::{Described, Frame, LONGEST};
+use crate::frame::Frame;
 use crate::names::PolicyName;
 
 /// A line with any of the machines at its end.
@@ -17,7 +18,7 @@ pub(crate) enum AnyLine {
     Bin(Line<Receiver<Bin>>),
     BinCrc8(Line<Receiver<BinCrc8>>),
     Lecture(Line<Lecture>),
-    Buffered(Box<Line<BufferedReceiver<Described, { 2 * LONGEST }>>>),
+    Buffered(Line<BufferedIn<AnyOf<'static>, Vec<u8>>>),
 }
 
 macro_rules! for_any {
@@ -38,8 +39,11 @@ impl AnyLine {
             (PolicyName::Rescan, Some(FrameFormat::Bin)) => Self::Bin(Line::default()),
             (PolicyName::Rescan, Some(FrameFormat::BinCrc8)) => Self::BinCrc8(Line::default()),
             (PolicyName::Rescan, None) => {
-                let receiver = BufferedReceiver::new(frame.described.clone());
-                Self::Buffered(Box::new(Line::new(receiver)))
+                let format = frame.description.format();
+                match BufferedIn::within(format, vec![0; 2 * format.longest()]) {
+                    Some(receiver) => Self::Buffered(Line::new(receiver)),
+                    None => bail!("--frame {frame}: its frames have no bytes"),
+                }
             }
             (PolicyName::Discard, Some(FrameFormat::Bin)) => Self::Lecture(Line::default()),
             (PolicyName::Discard, _) => bail!(
@@ -56,7 +60,7 @@ impl AnyLine {
             Self::Bin(line) => line.feed(bytes, encoded(Bin::encode, found)),
             Self::BinCrc8(line) => line.feed(bytes, encoded(BinCrc8::encode, found)),
             Self::Lecture(line) => line.feed(bytes, encoded(Bin::encode, found)),
-            Self::Buffered(line) => line.feed(bytes, found),
+            Self::Buffered(line) => line.feed(bytes, frame_alone(found)),
         }
     }
 
@@ -66,7 +70,7 @@ impl AnyLine {
             Self::Bin(line) => line.line_event(event, encoded(Bin::encode, found)),
             Self::BinCrc8(line) => line.line_event(event, encoded(BinCrc8::encode, found)),
             Self::Lecture(line) => line.line_event(event, encoded(Bin::encode, found)),
-            Self::Buffered(line) => line.line_event(event, found),
+            Self::Buffered(line) => line.line_event(event, frame_alone(found)),
         }
     }
 
@@ -77,6 +81,11 @@ impl AnyLine {
     pub(crate) fn pending(&self) -> usize {
         for_any!(self, line => line.pending())
     }
+}
+
+/// Gives `found` each frame without its kind.
+fn frame_alone(mut found: impl FnMut(Found<&[u8]>)) -> impl FnMut(Found<(usize, &[u8])>) {
+    move |one| found(one.map(|(_, frame)| frame))
 }
 
 /// Gives `found` each setpoint as the frame that means it.

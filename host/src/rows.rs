@@ -8,9 +8,10 @@ use std::time::Duration;
 
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
+use framelock_description::{Column, quote};
 use serde_json::Value;
 
-use crate::frame::{Column, Frame, quote};
+use crate::frame::Frame;
 use crate::input::Input;
 
 /// How rows are written.
@@ -69,7 +70,7 @@ pub(crate) fn rows<'a>(
         InputFormat::Jsonl => true,
     };
     let mut input = io::Cursor::new(beginning).chain(input);
-    let columns = frame.columns.as_slice();
+    let columns = frame.description.columns.as_slice();
     let lines: Box<dyn Iterator<Item = io::Result<Line<'a>>> + 'a> = if !is_json {
         let delimiter = separated::delimiter(&first);
         Box::new(separated::lines(input, columns, delimiter, reads_times))
@@ -86,7 +87,7 @@ pub(crate) fn rows<'a>(
         let row = fields.and_then(|fields| {
             let time = fields.time.as_ref().filter(|_| reads_times);
             let time = time.map(seconds).transpose()?;
-            let frame = frame.described.encode(&fields.values)?;
+            let frame = frame.description.encode(&fields.values)?;
             check_order(before.as_ref(), time)?;
             Ok(Row { time, frame })
         });

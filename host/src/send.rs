@@ -167,11 +167,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let parking = arguments.parking()?;
     let profile = arguments.profile()?;
     if arguments.is_port() {
-        // Whatever the times of a profile are, it parks at the rate.
-        let rate = arguments.rate().0.get().into();
-        let setpoint = arguments.frame.described.longest();
-        let longest = profile.as_ref().map_or(setpoint, Profile::longest);
-        check_rate(rate, longest, 0, arguments.port.usual_baud(), 1.0)?;
+        arguments.check_line(profile.as_ref())?;
     }
     let (source, datagrams) = arguments.source(profile)?;
     let is_stopped = Arc::new(AtomicBool::new(false));
@@ -252,6 +248,21 @@ impl Arguments {
         self.line.as_os_str() != "-"
     }
 
+    /// That the line carries what is sent.
+    fn check_line(&self, profile: Option<&Profile>) -> Result<()> {
+        let (rate, baud) = (self.rate(), self.port.usual_baud());
+        let is_held = profile.is_some_and(Profile::has_times) && self.rate.is_some();
+        if self.frame.has_setpoints() || is_held {
+            // Whatever the times of a profile are, it parks at the rate.
+            let longest = profile.map_or(self.frame.longest(), Profile::longest);
+            check_rate(rate.0.get().into(), longest, 0, baud, 1.0)?;
+        }
+        match profile.filter(|_| !is_held) {
+            Some(profile) => profile.check_line_carries(rate, |bytes| time_on_line(bytes, baud)),
+            None => Ok(()),
+        }
+    }
+
     /// The profile, if there is one.
     fn profile(&self) -> Result<Option<Profile>> {
         let path = self.profile.as_ref();
@@ -280,10 +291,6 @@ impl Arguments {
         if let Some(profile) = profile {
             if !profile.has_times() || self.rate.is_some() {
                 return Ok((profile.held(rate), None));
-            }
-            if self.is_port() {
-                profile
-                    .check_line_carries(time_on_line(profile.longest(), self.port.usual_baud()))?;
             }
             return Ok((profile.in_turn(rate), None));
         }

@@ -9,10 +9,10 @@ use std::io::{self, BufRead, BufReader, BufWriter, Cursor, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::{Error, Result, anyhow, bail};
+use framelock_description::hex;
 use framelock_simulation::FrameFormat;
 
 use crate::frame::Frame;
-use crate::hex;
 use crate::input::{Input, Spelling};
 use crate::names::PolicyName;
 use crate::output::{Output, note};

@@ -1,10 +1,11 @@
 //! Each format keeps the laws of [`Format`], tried on its shortest and longest frames with anything behind
 //! them, each byte changed to every other.
 
-use framelock::Format;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{Encode as _, Format};
 use framelock_formats::{
-    Crsf, CrsfMessage, Ibus, Mavlink2, MavlinkMessage, Sbus, SbusMessage, Ubx, UbxMessage,
-    check_laws,
+    BIN, BIN_CRC8, Crsf, CrsfMessage, Ibus, Mavlink2, MavlinkMessage, Sbus, SbusMessage, Ubx,
+    UbxMessage, check_laws,
 };
 
 use crate::{DIALECT, frame};
@@ -95,4 +96,23 @@ pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
     signed.extend(crc.to_le_bytes());
     signed.extend([7, 1, 2, 3, 4, 5, 6, 0xA, 0xB, 0xC, 0xD, 0xE, 0xF]);
     signed
+}
+
+/// What a layout says of a frame is what the small receiver's format says.
+#[test]
+fn bin_and_bin_crc8() {
+    for seed in 0..=u8::MAX {
+        let setpoint = Setpoint {
+            pitch: seed,
+            roll: seed.wrapping_mul(3),
+            yaw: !seed,
+        };
+        let (mut bin, mut bin_crc8) = (Bin::encode(setpoint), BinCrc8::encode(setpoint));
+        let (sent, sent_crc8) = (bin, bin_crc8);
+        // All that is not a setpoint is written anew.
+        (bin[0], bin[1], bin[6]) = (0, 0, 0);
+        (bin_crc8[0], bin_crc8[1], bin_crc8[6], bin_crc8[7]) = (0, 0, 0, 0);
+        assert!(BIN.seal(&mut bin) && BIN_CRC8.seal(&mut bin_crc8));
+        assert_eq!((bin, bin_crc8), (sent, sent_crc8));
+    }
 }

@@ -1,14 +1,12 @@
-//! Frames as people and programs read them: JSON, comma-separated values, columns of text.
+//! Frames as people and programs read them: JSON, comma-separated values, columns of text. Each is appended to a
+//! row, digit by digit.
 
-use std::io::{self, Write};
+use std::io::Write as _;
 use std::time::Duration;
 
-use csv::{IntoInnerError, WriterBuilder};
+use framelock_description::{Description, KIND, Value};
 
 use super::Frame;
-
-/// Room for most rows of comma-separated values; longer ones are written in pieces.
-const ROW_LENGTH: usize = 256;
 
 /// Where in a stream a frame's last byte is, and when it came, if that is to be written.
 #[derive(Clone, Copy)]
@@ -17,102 +15,305 @@ pub(crate) struct Place {
     pub(crate) time: Option<Duration>,
 }
 
+/// How a kind of frames is written.
+#[derive(Clone)]
+pub(super) struct Kind {
+    /// The fields that frames differ in, each by its number, with what is in front of its value in JSON.
+    fields: Vec<(usize, Vec<u8>)>,
+    /// What the columns hold: the value of a field, or each of an array; or so many empty ones.
+    cells: Vec<Cell>,
+}
+
+#[derive(Clone, Copy)]
+enum Cell {
+    Field(usize),
+    Empty(usize),
+}
+
+/// How the kinds of a description are written.
+pub(super) fn kinds(description: &Description) -> Vec<Kind> {
+    let kinds = description.kinds.iter().map(|kind| {
+        let fields = kind.fields.iter().enumerate();
+        let shown = fields.filter(|(_, field)| field.constant.is_none());
+        let keys =
+            shown.map(|(number, field)| (number, format!(",\"{}\":", field.name).into_bytes()));
+        let mut cells = Vec::new();
+        let mut columns = description
+            .columns
+            .iter()
+            .skip(usize::from(description.has_kinds()));
+        while let Some(column) = columns.next() {
+            let name = column.array.as_ref().unwrap_or(&column.name);
+            let is_it = |field: &framelock_description::Field| {
+                field.name == *name && field.constant.is_none()
+            };
+            let of_array = |other: &&framelock_description::Column| {
+                other.array.is_some() && other.array == column.array
+            };
+            let count = 1 + columns.clone().take_while(of_array).count();
+            columns.by_ref().take(count - 1).for_each(drop);
+            cells.push(
+                kind.fields
+                    .iter()
+                    .position(is_it)
+                    .map_or(Cell::Empty(count), Cell::Field),
+            );
+        }
+        Kind {
+            fields: keys.collect(),
+            cells,
+        }
+    });
+    kinds.collect()
+}
+
 impl Frame {
-    /// The header of comma-separated values.
-    pub(crate) fn write_csv_header(
-        &self,
-        output: &mut impl Write,
-        has_time: bool,
-    ) -> io::Result<()> {
-        write!(output, "{}offset", if has_time { "time," } else { "" })?;
+    /// Appends the header of comma-separated values.
+    pub(crate) fn append_csv_header(&self, row: &mut Vec<u8>, has_time: bool) {
+        row.extend(if has_time {
+            &b"time,offset"[..]
+        } else {
+            b"offset"
+        });
         if !self.has_setpoints() {
-            write!(output, ",length")?;
+            row.extend(b",length");
         }
-        for column in &self.columns {
-            write!(output, ",{}", column.name)?;
+        for column in &self.description.columns {
+            row.push(b',');
+            row.extend(column.name.as_bytes());
         }
-        writeln!(output)
+        row.push(b'\n');
     }
 
-    /// The length of a frame, to be written where frames differ in it.
-    fn length(&self, frame: &[u8]) -> Option<usize> {
-        (!self.has_setpoints()).then_some(frame.len())
-    }
-
-    /// Writes a frame as comma-separated values.
-    pub(crate) fn write_csv(
-        &self,
-        output: &mut impl Write,
-        place: &Place,
-        frame: &[u8],
-    ) -> io::Result<()> {
-        let mut row = WriterBuilder::new()
-            .buffer_capacity(ROW_LENGTH)
-            .from_writer(Vec::new());
-        if let Some(time) = place.time {
-            row.write_field(format!("{:.6}", time.as_secs_f64()))?;
-        }
-        row.write_field(place.offset.to_string())?;
-        if let Some(length) = self.length(frame) {
-            row.write_field(length.to_string())?;
-        }
-        for field in self.described.values(frame) {
-            let mut texts = field.texts();
-            for _ in 0..field.count {
-                row.write_field(&*texts.next().unwrap_or_default())?;
+    /// The kind of a frame, and how it is written.
+    #[inline]
+    fn kind(&self, frame: &[u8]) -> Option<(&framelock_description::Kind, &Kind)> {
+        match (&*self.description.kinds, &*self.written) {
+            ([kind], [written]) => Some((kind, written)),
+            (kinds, written) => {
+                let number = self.description.number(frame);
+                Some((kinds.get(number)?, written.get(number)?))
             }
         }
-        row.write_record(None::<&[u8]>)?;
-        let row = row.into_inner().map_err(IntoInnerError::into_error)?;
-        output.write_all(&row)
     }
 
-    /// Writes a frame as a JSON object.
-    pub(crate) fn write_json(
-        &self,
-        output: &mut impl Write,
-        place: &Place,
-        frame: &[u8],
-    ) -> io::Result<()> {
-        write!(output, "{{")?;
+    /// Appends a frame as comma-separated values.
+    pub(crate) fn append_csv(&self, row: &mut Vec<u8>, place: &Place, frame: &[u8]) {
         if let Some(time) = place.time {
-            write!(output, "\"time\":{:.6},", time.as_secs_f64())?;
+            append_time(row, time, 0);
+            row.push(b',');
         }
-        write!(output, "\"offset\":{}", place.offset)?;
-        if let Some(length) = self.length(frame) {
-            write!(output, ",\"length\":{length}")?;
+        append_number(row, place.offset);
+        if !self.has_setpoints() {
+            row.push(b',');
+            append_number(row, frame.len());
         }
-        for field in self.described.values(frame) {
-            if let Some(value) = &field.value {
-                write!(output, ",\"{}\":{value}", field.name)?;
+        let Some((kind, written)) = self.kind(frame) else {
+            return;
+        };
+        if self.description.has_kinds() {
+            row.push(b',');
+            append_cell(row, &Value::Text(kind.name.as_bytes()));
+        }
+        for cell in &written.cells {
+            let empty = match *cell {
+                Cell::Empty(count) => count,
+                Cell::Field(number) => {
+                    let Some(field) = kind.fields.get(number) else {
+                        continue;
+                    };
+                    match kind.content(field, frame) {
+                        Some(content) if !field.is_array() => {
+                            row.push(b',');
+                            append_cell(row, &content.value());
+                            continue;
+                        }
+                        Some(content) => {
+                            for value in content.values() {
+                                row.push(b',');
+                                append_cell(row, &value);
+                            }
+                            continue;
+                        }
+                        None => field.values(),
+                    }
+                }
+            };
+            row.extend(std::iter::repeat_n(b',', empty));
+        }
+        row.push(b'\n');
+    }
+
+    /// Appends a frame as a JSON object.
+    pub(crate) fn append_json(&self, row: &mut Vec<u8>, place: &Place, frame: &[u8]) {
+        match place.time {
+            Some(time) => {
+                row.extend(b"{\"time\":");
+                append_time(row, time, 0);
+                row.extend(b",\"offset\":");
             }
+            None => row.extend(b"{\"offset\":"),
         }
-        write!(output, "}}")
+        append_number(row, place.offset);
+        if !self.has_setpoints() {
+            row.extend(b",\"length\":");
+            append_number(row, frame.len());
+        }
+        let Some((kind, written)) = self.kind(frame) else {
+            return;
+        };
+        if self.description.has_kinds() {
+            row.extend(b",\"kind\":");
+            Value::Text(kind.name.as_bytes()).append_json_to(row);
+        }
+        for (number, key) in &written.fields {
+            let Some(field) = kind.fields.get(*number) else {
+                continue;
+            };
+            let Some(content) = kind.content(field, frame) else {
+                continue;
+            };
+            row.extend(key);
+            if !field.is_array() {
+                content.value().append_json_to(row);
+                continue;
+            }
+            row.push(b'[');
+            for (number, value) in content.values().enumerate() {
+                if number > 0 {
+                    row.push(b',');
+                }
+                value.append_json_to(row);
+            }
+            row.push(b']');
+        }
+        row.push(b'}');
     }
 
-    /// Writes a frame as columns for people to read.
-    pub(crate) fn write_columns(
-        &self,
-        output: &mut impl Write,
-        place: &Place,
-        frame: &[u8],
-    ) -> io::Result<()> {
+    /// Appends a frame as columns for people to read.
+    pub(crate) fn append_columns(&self, row: &mut Vec<u8>, place: &Place, frame: &[u8]) {
         if let Some(time) = place.time {
-            write!(output, "{:>13.6} s  ", time.as_secs_f64())?;
+            append_time(row, time, 13);
+            row.extend(b" s  ");
         }
-        write!(output, "byte {:>10}", place.offset)?;
-        self.write_text(output, frame)
+        row.extend(b"byte ");
+        append_aligned(row, 10, |row| append_number(row, place.offset));
+        self.append_text(row, frame);
     }
 
-    /// Writes a frame's length and its fields, in columns if they are small.
-    pub(crate) fn write_text(&self, output: &mut impl Write, frame: &[u8]) -> io::Result<()> {
-        if let Some(length) = self.length(frame) {
-            write!(output, "   length {length:>3}")?;
+    /// Appends a frame's length and its fields, in columns if they are small.
+    pub(crate) fn append_text(&self, row: &mut Vec<u8>, frame: &[u8]) {
+        if !self.has_setpoints() {
+            row.extend(b"   length ");
+            append_aligned(row, 3, |row| append_number(row, frame.len()));
         }
-        let fields = self.described.values(frame);
-        for field in fields.filter(|field| field.value.is_some()) {
-            write!(output, "   {field}")?;
+        let Some((kind, written)) = self.kind(frame) else {
+            return;
+        };
+        if self.description.has_kinds() {
+            row.extend(b"   kind ");
+            row.extend(kind.name.as_bytes());
         }
-        Ok(())
+        for (number, _) in &written.fields {
+            let Some(field) = kind.fields.get(*number) else {
+                continue;
+            };
+            let Some(content) = kind.content(field, frame) else {
+                continue;
+            };
+            row.extend(b"   ");
+            append_field(row, field, content);
+        }
+    }
+
+    /// A frame's fields, a line for each.
+    pub(crate) fn lines(&self, frame: &[u8]) -> Vec<String> {
+        let Some(kind) = self
+            .kind(frame)
+            .map(|(kind, _)| kind)
+            .filter(|_| !frame.is_empty())
+        else {
+            return Vec::new();
+        };
+        let name = self
+            .description
+            .has_kinds()
+            .then(|| format!("{KIND} {}", kind.name));
+        let fields = kind.shown(frame).map(|(field, content)| {
+            let mut line = Vec::new();
+            append_field(&mut line, field, content);
+            String::from_utf8_lossy(&line).into_owned()
+        });
+        name.into_iter().chain(fields).collect()
+    }
+}
+
+/// The name, the values, numbers as wide as those of one byte, so that they stand in columns; and the unit.
+fn append_field(
+    row: &mut Vec<u8>,
+    field: &framelock_description::Field,
+    content: framelock_description::Content,
+) {
+    row.extend(field.name.as_bytes());
+    for value in content.values() {
+        row.push(b' ');
+        append_aligned(row, 3, |row| value.append_to(row));
+    }
+    if let Some(unit) = &field.unit {
+        row.push(b' ');
+        row.extend(unit.as_bytes());
+    }
+}
+
+fn append_number(row: &mut Vec<u8>, number: usize) {
+    Value::Unsigned(number as u64).append_to(row);
+}
+
+fn append_time(row: &mut Vec<u8>, time: Duration, width: usize) {
+    // To memory nothing is written in vain.
+    let _ = write!(row, "{:>width$.6}", time.as_secs_f64());
+}
+
+/// At the right of a column.
+fn append_aligned(row: &mut Vec<u8>, width: usize, append: impl FnOnce(&mut Vec<u8>)) {
+    let from = row.len();
+    append(row);
+    let missing = (from + width).saturating_sub(row.len());
+    if missing > 0 {
+        row.extend(std::iter::repeat_n(b' ', missing));
+        if let Some(cell) = row.get_mut(from..) {
+            cell.rotate_right(missing);
+        }
+    }
+}
+
+/// In quotation marks if that is needed.
+#[inline]
+fn append_cell(row: &mut Vec<u8>, value: &Value) {
+    if value.is_text() {
+        append_text_cell(row, value);
+    } else {
+        value.append_to(row);
+    }
+}
+
+#[inline(never)]
+fn append_text_cell(row: &mut Vec<u8>, value: &Value) {
+    let from = row.len();
+    value.append_to(row);
+    let is_special = |byte: &u8| matches!(byte, b',' | b'"');
+    if row
+        .get(from..)
+        .is_some_and(|text| text.iter().any(is_special))
+    {
+        let text = row.split_off(from);
+        row.push(b'"');
+        for byte in text {
+            if byte == b'"' {
+                row.push(b'"');
+            }
+            row.push(byte);
+        }
+        row.push(b'"');
     }
 }

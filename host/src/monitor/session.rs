@@ -34,7 +34,9 @@ impl Recording {
         let mut file = BufWriter::new(File::create_new(&path)?);
         let has_frames = path.extension().is_some_and(|extension| extension == "csv");
         if has_frames {
-            frame.write_csv_header(&mut file, true)?;
+            let mut header = Vec::new();
+            frame.append_csv_header(&mut header, true);
+            file.write_all(&header)?;
         }
         Ok(Self {
             path,
@@ -130,8 +132,7 @@ impl Session {
         let Watch { frame, arrived, .. } = &mut self.watch;
         let wants_rows = self.recording.as_ref().is_some_and(|it| it.has_frames);
         for (place, bytes) in arrived.drain(..).filter(|_| wants_rows) {
-            // To memory nothing is written in vain.
-            let _ = frame.write_csv(&mut rows, &place, &bytes);
+            frame.append_csv(&mut rows, &place, &bytes);
         }
         self.record(|recording| recording.write(if wants_rows { &rows } else { bytes }));
     }

@@ -144,13 +144,11 @@ fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
 /// The last frame's fields, and how many bytes are pending.
 fn fields(watch: &Watch) -> Vec<Line<'static>> {
     let last = watch.last.as_deref().unwrap_or_default();
-    let values = watch.frame.described.values(last);
-    let fields = values.filter(|field| field.value.is_some());
     let mut lines = vec![
         format!("length {}", last.len()).into(),
         format!("pending {}", watch.line.pending().len()).into(),
     ];
-    lines.extend(fields.map(|field| Line::from(field.to_string())));
+    lines.extend(watch.frame.lines(last).into_iter().map(Line::from));
     lines
 }
 
@@ -200,7 +198,10 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
         },
     ];
     if !session.shown().frame.has_setpoints() {
-        lines.insert(3, format!("  header {}", discarded.header).into());
+        let (header, long) = (discarded.header, discarded.too_long);
+        let unknown = discarded.unknown_message;
+        let line = format!("  header {header}  too long {long}  unknown {unknown}");
+        lines.insert(3, line.into());
     }
     lines
 }

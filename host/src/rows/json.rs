@@ -3,11 +3,11 @@
 use std::fmt;
 use std::io::{self, BufRead};
 
+use framelock_description::Column;
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
 use super::{Fields, Line, fill};
-use crate::frame::Column;
 
 /// Of a text with an object in each line.
 pub(super) fn lines<'a>(

@@ -3,10 +3,10 @@
 use std::io::{self, Read};
 
 use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
+use framelock_description::Column;
 use serde_json::Value;
 
 use super::{Fields, Line, fill};
-use crate::frame::Column;
 
 /// What separates values: what the first line has most of, of commas, semicolons and tabs.
 pub(super) fn delimiter(first: &[u8]) -> u8 {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// Lateness up to this is made up for, by frames that follow sooner. Beyond it the process or the
 /// line was held up, and motion must not be run through in a rush: everything moves back.
-const MOST_MADE_UP: Duration = Duration::from_millis(250);
+pub(super) const MOST_MADE_UP: Duration = Duration::from_millis(250);
 
 /// Frames in a second.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

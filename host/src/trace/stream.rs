@@ -3,10 +3,10 @@
 use std::io::Write;
 
 use anyhow::Result;
+use framelock_description::hex;
 
 use super::table::{Format, character};
 use crate::frame::{Frame, Place};
-use crate::hex;
 use crate::input::{Input, for_each_arrival};
 use crate::line::{AnyLine, Piece, Watched};
 use crate::names::PolicyName;
@@ -20,7 +20,7 @@ pub(super) fn print(
     out: &mut impl Write,
 ) -> Result<()> {
     let mut line = Watched::new(AnyLine::new(frame, policy)?);
-    let (mut offset, mut settled) = (0, 0);
+    let (mut offset, mut settled, mut row) = (0, 0, Vec::new());
     if format == Format::Text {
         writeln!(out, "offset  byte    pending  what happened")?;
         out.flush()?;
@@ -47,7 +47,9 @@ pub(super) fn print(
                     match discarded {
                         None => {
                             let (offset, time) = (settled - 1, None);
-                            frame.write_json(out, &Place { offset, time }, bytes)?;
+                            row.clear();
+                            frame.append_json(&mut row, &Place { offset, time }, bytes);
+                            out.write_all(&row)?;
                         }
                         Some(why) => write!(
                             out,
@@ -62,7 +64,9 @@ pub(super) fn print(
                 match discarded {
                     None => {
                         write!(out, "  frame from offset {from}:")?;
-                        frame.write_text(out, bytes)?;
+                        row.clear();
+                        frame.append_text(&mut row, bytes);
+                        out.write_all(&row)?;
                     }
                     Some(why) => write!(out, "  discarded {hex} from offset {from}: {why}")?,
                 }

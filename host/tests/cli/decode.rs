@@ -17,7 +17,7 @@ fn what_is_received_is_written_in_every_format() {
     let text = "byte          6   pitch 127   roll 200   yaw  74\n";
     let summary = "{\"bytes\":12,\"frame_length\":7,\"frames\":1,\"discarded\":5,\"pending\":0,\
                    \"discarded_by\":{\"no_sync\":4,\"broken_sync\":0,\"header\":0,\
-                   \"check\":0,\"terminator\":1,\"line_event\":0},\"resynchronisations\":1}\n";
+                   \"too_long\":0,\"unknown_message\":0,\"check\":0,\"terminator\":1,\"line_event\":0},\"resynchronisations\":1}\n";
     for (arguments, stream, expected) in [
         (&[][..], &CLEAN[..], clean),
         (&["--policy=discard"], &CLEAN, clean),

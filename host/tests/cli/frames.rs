@@ -15,24 +15,24 @@ fn bytes(hex: &str) -> Vec<u8> {
 }
 
 /// Frames that others have made or published, and what decode says of them.
-const RECORDINGS: [(&str, &str, &str); 7] = [
+const RECORDINGS: [(&str, &str, &str); 12] = [
     // Packed by sbus-rs 0.1.3: 172, 992, 1811, then 1000, 1100, ... 2200; failsafe and channel 17.
     (
         "sbus",
         "0F AC 00 DF C4 D1 C7 44 58 52 14 AF DC 05 32 A9 11 CE 76 E8 FF 1F 00 09 00",
-        r#"{"offset":24,"length":25,"channel":[172,992,1811,1000,1100,1200,1300,1400,1500,1600,1700,1800,1900,2000,2047,0],"channel17":1,"channel18":0,"frame_lost":0,"failsafe":1}"#,
+        r#"{"offset":24,"length":25,"channel":[172,992,1811,1000,1100,1200,1300,1400,1500,1600,1700,1800,1900,2000,2047,0],"channel17":1,"channel18":0,"frame_lost":0,"failsafe":1,"end":0}"#,
     ),
     // As published in many places for an FS-iA6B.
     (
         "ibus",
         "20 40 DB 05 DC 05 54 05 DC 05 E8 03 D0 07 D2 05 E8 03 DC 05 DC 05 DC 05 DC 05 DC 05 DC 05 DA F3",
-        r#"{"offset":31,"length":32,"channel":[1499,1500,1364,1500,1000,2000,1490,1000,1500,1500,1500,1500,1500,1500]}"#,
+        r#"{"offset":31,"length":32,"channel":[1499,1500,1364,1500,1000,2000,1490,1000,1500,1500,1500,1500,1500,1500],"upper":[0,0,0,0,0,0,0,0,0,0,0,0,0,0]}"#,
     ),
     // Link statistics, made by crsf 2.0.1.
     (
         "crsf",
         "C8 0C 14 10 13 63 97 01 02 03 08 58 94 FC",
-        r#"{"offset":13,"length":14,"type":20,"payload":"10136397010203085894"}"#,
+        r#"{"offset":13,"length":14,"address":200,"type":20,"payload":"10136397010203085894"}"#,
     ),
     // ACK-ACK of CFG-MSG, from u-blox's own examples.
     (
@@ -50,6 +50,37 @@ const RECORDINGS: [(&str, &str, &str); 7] = [
         "mavlink2",
         "FD 10 00 00 07 01 01 1E 00 00 E8 03 00 00 00 00 00 3F 00 00 80 BE 00 00 80 3F DA D5",
         r#"{"offset":27,"length":28,"compatible_flags":0,"sequence":7,"system":1,"component":1,"message":30,"payload":"E80300000000003F000080BE0000803F"}"#,
+    ),
+    // Channels, from Betaflight's tests: the address is that of all devices.
+    (
+        "crsf",
+        "00 18 16 BD 08 9F F4 AE F7 BD EF 7D EF FB AD FD 45 2B 5A 01 00 00 00 00 00 6C",
+        r#"{"offset":25,"length":26,"address":0,"type":22,"payload":"BD089FF4AEF7BDEF7DEFFBADFD452B5A010000000000"}"#,
+    ),
+    // The same HEARTBEAT as MAVLink 1, among MAVLink 2.
+    (
+        "mavlink",
+        "FE 09 00 01 01 00 00 00 01 00 02 03 51 04 03 C2 5C",
+        r#"{"offset":16,"length":17,"kind":"mavlink1","sequence":0,"system":1,"component":1,"message":0,"payload":"000001000203510403"}"#,
+    ),
+    // Message 1005, the example of the standard.
+    (
+        "rtcm",
+        "D3 00 13 3E D7 D3 02 02 98 0E DE EF 34 B4 BD 62 AC 09 41 98 6F 33 36 0B 98",
+        r#"{"offset":24,"length":25,"payload":"3ED7D30202980EDEEF34B4BD62AC0941986F33"}"#,
+    ),
+    // From u-blox's protocol description; an ACK behind it is UBX.
+    (
+        "gnss",
+        "24 47 50 47 47 41 2C 30 39 32 37 32 35 2E 30 30 2C 34 37 31 37 2E 31 31 33 39 39 2C 4E 2C 30 30 38 33 33 \
+         2E 39 31 35 39 30 2C 45 2C 31 2C 30 38 2C 31 2E 30 31 2C 34 39 39 2E 36 2C 4D 2C 34 38 2E 30 2C 4D 2C 2C \
+         2A 35 42 0D 0A",
+        r#"{"offset":74,"length":75,"kind":"nmea","start":"$","sentence":"GPGGA,092725.00,4717.11399,N,00833.91590,E,1,08,1.01,499.6,M,48.0,M,,"}"#,
+    ),
+    (
+        "gnss",
+        "B5 62 05 01 02 00 06 01 0F 38",
+        r#"{"offset":9,"length":10,"kind":"ubx","class":5,"id":1,"payload":"0601"}"#,
     ),
     (
         "six-axes",
@@ -95,8 +126,8 @@ fn the_summary_says_where_every_byte_has_gone() {
     );
     assert_eq!(
         summary,
-        "{\"bytes\":23,\"frames\":1,\"frame_bytes\":14,\"discarded\":8,\"pending\":1,\"discarded_by\":\
-         {\"no_sync\":6,\"broken_sync\":0,\"header\":1,\"check\":1,\"terminator\":0,\"line_event\":0},\
+        "{\"bytes\":23,\"frames\":1,\"frame_bytes\":14,\"discarded\":9,\"pending\":0,\"discarded_by\":\
+         {\"no_sync\":5,\"broken_sync\":0,\"header\":1,\"too_long\":1,\"unknown_message\":0,\"check\":1,\"terminator\":0,\"line_event\":1},\
          \"resynchronisations\":1}\n"
     );
 }
@@ -112,14 +143,20 @@ fn what_always_is_the_same_is_checked() {
         ),
         (
             "mavlink2",
-            "FD 00 01 00 00 01 01 00 00 00 00 00".into(),
+            "FD 00 02 00 00 01 01 00 00 00 00 00".into(),
             "header",
         ),
-        // A message that has no extra byte.
         (
             "mavlink2",
             "FD 00 00 00 00 01 01 FF FF FF 00 00".into(),
-            "header",
+            "unknown message",
+        ),
+        ("crsf", "C8 3F".into(), "too long"),
+        // The digits of a checksum are read in capitals or not, and must be right.
+        (
+            "nmea",
+            framelock_description::hex::glued(b"$GPTXT,01,01,02,ok*09\r\n"),
+            "check",
         ),
     ] {
         let rows = shown(&["trace", "--frame", frame, &recording], "");
@@ -246,7 +283,7 @@ fn what_only_setpoints_have_is_told_and_mistakes_in_files_have_a_place() {
     for (arguments, told) in [
         (
             &["decode", "--frame=sbsu"][..],
-            "the frames are bin, bin-crc8, sbus, ibus, crsf, ubx, mavlink2, six-axes",
+            "the frames are bin, bin-crc8, sbus, ibus, crsf, ubx, nmea, rtcm, gnss, mavlink, mavlink1, mavlink2, six-axes",
         ),
         (&["decode", &my], "my.toml:3:1: unknown field `lenght`"),
         (

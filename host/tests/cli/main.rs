@@ -22,6 +22,7 @@ mod own_frame;
 mod process;
 #[cfg(target_os = "linux")]
 mod pseudo_terminal;
+mod recordings;
 #[cfg(target_os = "linux")]
 mod send;
 mod simulate;

@@ -37,41 +37,53 @@ fn the_guides_rust_is_this_tests() {
 
 // From here on it is what the guide shows, with the `use` lines that a reader needs.
 
-use framelock::{BufferedReceiver, Format, Verdict};
-use framelock_formats::{Headed, check_laws};
+use framelock::{BufferedReceiver, Format};
+use framelock_formats::layout::{
+    Algorithm, Checksum, Crc, FixedBits, Layout, Length, LengthField, Patterns,
+};
+use framelock_formats::{check_laws, judged_by};
+
+const MEASUREMENT: Layout = Layout {
+    sync: Patterns::one(&[0xAA, 0x55]),
+    length: Length::Field(LengthField {
+        plus: 5,
+        ..LengthField::byte(2)
+    }),
+    shortest: 11,
+    longest: 21,
+    fixed: &[FixedBits {
+        at: 3,
+        mask: 0xFF,
+        value: 1,
+    }],
+    checksum: Some(Checksum {
+        // CRC-16/MODBUS.
+        algorithm: Algorithm::Crc(Crc {
+            width: 16,
+            polynomial: 0x8005,
+            initial: 0xFFFF,
+            reflected_in: true,
+            reflected_out: true,
+            ..Crc::ZERO
+        }),
+        from: 2,
+        ..Checksum::at_the_end(2)
+    }),
+    ..Layout::NONE
+};
 
 struct Motor;
 
 struct Measurement {
+    /// Hundredths of a degree.
     position: i16,
     current: u16,
     temperature: i8,
 }
 
 impl Format for Motor {
-    const LONGEST: usize = 21;
+    judged_by!(MEASUREMENT);
     type Message<'a> = Measurement;
-
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        let format = Headed {
-            sync: &[0xAA, 0x55],
-            header: 4,
-            longest: Self::LONGEST,
-        };
-        format.judge(
-            bytes,
-            |header| match header {
-                &[_, _, length @ 6..=16, 1] => Some(usize::from(length) + 5),
-                _ => None,
-            },
-            |frame| match frame {
-                [_, _, covered @ .., low, high] => {
-                    crc16_modbus(covered) == u16::from_le_bytes([*low, *high])
-                }
-                _ => false,
-            },
-        )
-    }
 
     fn decode(&self, frame: &[u8]) -> Measurement {
         Measurement {
@@ -82,17 +94,10 @@ impl Format for Motor {
     }
 }
 
-fn crc16_modbus(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0xFFFF, |crc, &byte| {
-        let step = |crc: u16, _| (crc >> 1) ^ (0xA001 * (crc & 1));
-        (0..8).fold(crc ^ u16::from(byte), step)
-    })
-}
-
 #[test]
 fn what_was_captured_is_received() {
     let captured = b"\xAA\x55\x06\x01\xE8\x03\x2C\x01\x15\x1D\x14\xAA";
-    let mut receiver = BufferedReceiver::<_, { 2 * Motor::LONGEST }>::new(Motor);
+    let mut receiver = BufferedReceiver::<_, 42>::new(Motor);
     let mut values = Vec::new();
     for &byte in captured {
         if let Some(message) = receiver.push(byte) {

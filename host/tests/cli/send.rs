@@ -258,18 +258,19 @@ fn a_port_that_comes_back_is_sent_to_again_and_ctrl_c_ends_the_wait() {
 #[test]
 fn what_the_line_cannot_carry_is_not_begun() {
     let (_far_end, _near_end, port) = line();
-    let times = "0,1,1,1\n0.02,1,1,1\n0.021,1,1,1\n";
+    // 7.29 ms each, due a millisecond apart.
+    let times = csv(&[[1; 3]; 60], |row| format!("0.{row:03},"));
     for case in "\
         --motion=step --rate=200 --baud=9600 => 200 frames of 7 bytes in a second need 14000 baud
         --motion=step --rate=200 --baud=9600 => lower --rate to 137 at most
         --motion=step --rate=1500 --frame=bin-crc8 => 1500 frames of 8 bytes in a second need 120000
         --motion=step --rate=120 --baud=9600 --parity=even --stop-bits=2 => lower --rate to 114 at most
-        --profile=- --baud=9600 => setpoints 2 and 3 of the profile are 1 ms apart, and a frame takes 7.29"
+        --profile=- --baud=9600 => row 41 of the profile would be 252 ms late, so long the line takes for those"
         .lines()
     {
         let (arguments, told) = case.split_once(" => ").unwrap();
         let arguments = ["send", &port].into_iter().chain(arguments.split_whitespace());
-        let complaint = complaint(run(&arguments.collect::<Vec<_>>(), times));
+        let complaint = complaint(run(&arguments.collect::<Vec<_>>(), &times));
         assert!(complaint.contains(told), "{case}: {complaint}");
     }
 }

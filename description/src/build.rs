@@ -1,0 +1,307 @@
+//! From what is written to a layout and its fields, with all that contradicts itself.
+
+use framelock_formats::layout::{Checksum, FixedBits, Layout, Length, Message, Messages, Patterns};
+use toml::Spanned;
+
+use crate::checksum::{bytes_of, tabled};
+use crate::entry::{appended, field};
+use crate::field::{Class, Field, Type};
+use crate::kind::Kind;
+use crate::places::check_places;
+use crate::written::{
+    Alternatives, ChecksumEntry, Problem, Values, Written, missing, sorted, wrong,
+};
+
+/// Bytes in the longest frame that may be described: what a length of 16 bits can tell, and 256 more.
+pub const LONGEST: usize = 0x1_00FF;
+
+/// The kind that is written. Among several the header must tell which it is.
+pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Result<Kind, Problem> {
+    let none = Alternatives::default();
+    let sync = written.sync.as_ref().unwrap_or(&none);
+    let terminator = written.terminator.as_ref().map_or(&none, Spanned::get_ref);
+    if sync.length + terminator.length == 0 && written.checksum.is_none() {
+        return missing("nothing tells a frame from noise: give sync, checksum or terminator");
+    }
+    let length = length(written)?;
+    let fields = written.fields.iter().map(field);
+    let mut fields = fields.collect::<Result<Vec<_>, _>>()?;
+    let messages = messages(written)?;
+
+    // What is there before the length is known, what is counted from the end, and both at least.
+    let mut header = sync.length;
+    if !matches!(length, Length::Delimiter) {
+        header = header.max(1);
+    }
+    let mut least = 0;
+    if let Length::Field(field) = &length {
+        header = header.max(field.number.end());
+        least = usize::try_from(field.plus).unwrap_or_default();
+    }
+    if let Some(messages) = &messages {
+        header = header.max(messages.number.end());
+    }
+    let appendix = written
+        .appendix
+        .as_ref()
+        .map(|entry| (entry, entry.get_ref().appendix()));
+    if let Some((entry, appendix)) = &appendix {
+        header = header.max(appendix.at + 1);
+        if !matches!(length, Length::Field(_)) || !(1..=LONGEST).contains(&appendix.bytes) {
+            return wrong(
+                entry,
+                "an appendix has bytes, and its frames have a length_field",
+            );
+        }
+        fields.push(appended(entry.get_ref(), appendix.bytes)?);
+    }
+    let places = fields
+        .iter()
+        .filter(|field| !field.is_appended)
+        .map(|field| field.at);
+    let places = places.chain(written.checksum.as_ref().map(|check| check.get_ref().at));
+    let from_end = places
+        .filter(|at| *at < 0)
+        .map(|at| usize::from(at.unsigned_abs()));
+    let trailer = from_end.fold(terminator.length, usize::max);
+    for (field, entry) in fields.iter_mut().zip(&written.fields) {
+        // What takes the rest of a frame of one length has one length as well.
+        if let (Some(length), None) = (&written.length, field.length()) {
+            let distance = usize::from(field.at.unsigned_abs());
+            field.count = length.get_ref().checked_sub(distance + trailer);
+            if field.count.is_none_or(|left| left == 0) {
+                return wrong(entry, "nothing of the frame is left for this field");
+            }
+        }
+        let is_placed = field.at < 0 || field.constant.is_some();
+        if !is_placed && !matches!(length, Length::Fixed) {
+            field.margin = trailer;
+        }
+    }
+    // In frames of one length what is counted from the end has a place like any other.
+    let end = match length {
+        Length::Fixed => terminator.length,
+        _ => trailer,
+    };
+    fields.iter_mut().for_each(Field::learn);
+    let (shortest, longest) = bounds(written, &length, least.max(header + end))?;
+    let mut kind = Kind {
+        name: name.to_owned(),
+        layout: Layout {
+            length,
+            shortest,
+            longest,
+            appendix: appendix.map(|(_, appendix)| appendix),
+            ..Layout::NONE
+        },
+        fields,
+        header,
+        trailer,
+    };
+    let most = written
+        .length_field
+        .as_ref()
+        .map(|field| field.get_ref().most());
+    let alone = most
+        .and_then(|most| usize::try_from(most).ok())
+        .map_or(longest, |most| longest.min(most));
+    for length in [shortest, alone] {
+        check_places(written, &kind, length, alone)?;
+    }
+    let checksum = written.checksum.as_ref().map(checksum).transpose()?;
+    let fixed = fixed_bits(&kind.fields);
+    kind.layout = Layout {
+        sync: leaked(sync),
+        messages: messages.or_else(|| telling(&fixed, kind.header).filter(|_| is_one_of_many)),
+        fixed: fixed.leak(),
+        checksum: checksum.map(|checksum| Checksum {
+            algorithm: tabled(checksum.algorithm),
+            ..checksum
+        }),
+        terminator: leaked(terminator),
+        ..kind.layout
+    };
+    Ok(kind)
+}
+
+fn leaked(alternatives: &Alternatives) -> Patterns<'static> {
+    Patterns {
+        bytes: alternatives.bytes.clone().leak(),
+        length: alternatives.length,
+    }
+}
+
+fn length(written: &Written) -> Result<Length, Problem> {
+    match (&written.length, &written.length_field, &written.terminator) {
+        (Some(length), Some(_), _) => wrong(
+            length,
+            "length is for frames that all have it, length_field for frames that say theirs: \
+             leave one out",
+        ),
+        (Some(_), None, _) => Ok(Length::Fixed),
+        (None, Some(entry), _) => {
+            let field = entry.get_ref().field();
+            let mask = u32::try_from(entry.get_ref().number_mask()).unwrap_or(u32::MAX);
+            if field.factor == 0 || mask == 0 {
+                return wrong(entry, "with this factor or mask it tells no length");
+            }
+            Ok(Length::Field(field))
+        }
+        (None, None, Some(_)) => Ok(Length::Delimiter),
+        (None, None, None) => {
+            missing("nothing ends a frame: give length, length_field or terminator")
+        }
+    }
+}
+
+/// Bytes in the shortest frame and in the longest; `least` are the parts that each has.
+fn bounds(written: &Written, length: &Length, least: usize) -> Result<(usize, usize), Problem> {
+    let has_bounds = written.shortest.is_some() || written.longest.is_some();
+    let (place, shortest, longest) = match (&written.length, &written.longest) {
+        (Some(place), _) if has_bounds => {
+            return wrong(place, "length says it all: leave shortest and longest out");
+        }
+        (Some(length), _) => (length, *length.get_ref(), *length.get_ref()),
+        (None, Some(longest)) => (
+            longest,
+            written.shortest.unwrap_or(least),
+            *longest.get_ref(),
+        ),
+        (None, None) => {
+            return missing(
+                "give longest, the bytes in the longest frame: as few as there may be, since \
+                 after a false beginning a frame may come as late as that",
+            );
+        }
+    };
+    let mut most = LONGEST as u64;
+    if let (Length::Field(_), Some(field)) = (length, &written.length_field) {
+        let appended = written
+            .appendix
+            .as_ref()
+            .map_or(0, |it| it.get_ref().appendix().bytes);
+        most = most.min(field.get_ref().most().saturating_add(appended as u64));
+    }
+    if least <= shortest && shortest <= longest && longest as u64 <= most {
+        return Ok((shortest, longest));
+    }
+    let what = format!(
+        "frames of {shortest} to {longest} bytes: the parts that each has are {least}, and {most} \
+         is the most that a length field of this type can say, or there is room for"
+    );
+    wrong(place, what)
+}
+
+/// The messages that there are: those that are listed, or the values that a field may have.
+fn messages(written: &Written) -> Result<Option<Messages<'static>>, Problem> {
+    let mut messages = None;
+    if let Some(entry) = &written.messages {
+        let known = entry.get_ref().known();
+        let number = entry.get_ref().number();
+        let known = known.map_err(|why| Problem(entry.span(), why.into()))?;
+        messages = Some(Messages { number, known });
+    }
+    for entry in &written.fields {
+        let entry = entry.get_ref();
+        let Some((place, Values::OneOf(values))) =
+            entry.value.as_ref().map(|it| (it, it.get_ref()))
+        else {
+            continue;
+        };
+        let known = sorted(values.iter().map(|value| (*value, None, u16::MAX)));
+        let known = known.map_err(|why| Problem(place.span(), why.into()))?;
+        match (
+            entry.kind.map(|kind| kind.0),
+            usize::try_from(*entry.at.get_ref()),
+        ) {
+            (Some(Type::Number(number)), Ok(at))
+                if number.class == Class::Unsigned
+                    && number.bytes <= 4
+                    && entry.mask.is_none()
+                    && entry.count.is_none()
+                    && messages.is_none() =>
+            {
+                let layout = framelock_formats::layout::Number {
+                    at,
+                    bytes: number.bytes,
+                    order: number.order,
+                };
+                if known.is_empty()
+                    || known
+                        .iter()
+                        .any(|it: &Message| u64::from(it.number) > number.all())
+                {
+                    return wrong(place, "these values do not fit the field");
+                }
+                messages = Some(Messages {
+                    number: layout,
+                    known,
+                });
+            }
+            _ => {
+                return wrong(
+                    place,
+                    "a list of values is for one number without sign, mask and count, counted from the front, of one \
+                     field, and where there are no messages besides",
+                );
+            }
+        }
+    }
+    Ok(messages)
+}
+
+pub(crate) fn checksum(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, Problem> {
+    let check = entry.get_ref();
+    let algorithm = check
+        .algorithm()
+        .map_err(|why| Problem(entry.span(), why.into()))?;
+    if let Some(wanted) = bytes_of(&algorithm).filter(|&wanted| wanted != check.stored.bytes) {
+        let what = format!(
+            "this checksum has {wanted} bytes, and its type {}",
+            check.stored.bytes
+        );
+        return wrong(entry, what);
+    }
+    Ok(Checksum {
+        algorithm,
+        bytes: check.stored.bytes,
+        written: check.stored.written,
+        at: check.at,
+        from: check.from,
+        to: check.to.unwrap_or(check.at.saturating_sub(1)),
+    })
+}
+
+/// The last byte behind the header that has fixed bits, as the number of a message: so it is looked at before another
+/// kind is ruled out.
+fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
+    let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
+    let FixedBits { at, mask, value } = *fixed.iter().filter(behind).max_by_key(|bits| bits.at)?;
+    let bytes = (0..=u8::MAX).filter(|byte| byte & mask == value);
+    let known = sorted(bytes.map(|byte| (byte.into(), None, u16::MAX))).ok()?;
+    let number = framelock_formats::layout::Number::byte(usize::try_from(at).ok()?);
+    Some(Messages { number, known })
+}
+
+/// The bits of all that is always the same.
+fn fixed_bits(fields: &[Field]) -> Vec<FixedBits> {
+    let mut fixed: Vec<FixedBits> = Vec::new();
+    for field in fields {
+        let Some(constant) = field.constant else {
+            continue;
+        };
+        let mut bytes = std::collections::BTreeMap::<usize, (u8, u8)>::new();
+        field.each_bit(0, |place, _, of_value| {
+            let (mask, value) = bytes.entry(place / 8).or_default();
+            *mask |= 1 << (place % 8);
+            *value |= u8::from(constant >> of_value & 1 == 1) << (place % 8);
+        });
+        for (byte, (mask, value)) in bytes {
+            let at = field
+                .at
+                .saturating_add_unsigned(u16::try_from(byte).unwrap_or(u16::MAX));
+            fixed.push(FixedBits { at, mask, value });
+        }
+    }
+    fixed
+}

@@ -1,0 +1,214 @@
+//! Checksums by name or by their parameters: the catalogue's CRCs, and the sums that people use instead.
+
+use framelock_formats::layout::{Algorithm, Crc, Table};
+use serde::Deserialize;
+
+/// What a checksum is called in a description.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Named(pub(crate) Algorithm<'static>);
+
+const SUMS: &[(&str, Algorithm)] = &[
+    ("sum", Algorithm::Sum),
+    ("inverted-sum", Algorithm::InvertedSum),
+    ("negated-sum", Algorithm::NegatedSum),
+    ("xor", Algorithm::Xor),
+    ("fletcher-8", Algorithm::Fletcher),
+];
+
+/// Entries of the catalogue, by the names that the library gives them.
+macro_rules! catalogue {
+    ($($name:ident)*) => {
+        &[$((stringify!($name), {
+            let crc = crc_catalog::$name;
+            Crc {
+                width: crc.width as u32,
+                polynomial: crc.poly as u32,
+                initial: crc.init as u32,
+                reflected_in: crc.refin,
+                reflected_out: crc.refout,
+                xor_out: crc.xorout as u32,
+                table: Table::None,
+            }
+        })),*]
+    };
+}
+
+/// Those of 8 to 32 bits.
+#[rustfmt::skip]
+#[allow(clippy::unnecessary_cast, reason = "the catalogue has three types of numbers")]
+const CATALOGUE: &[(&str, Crc)] = catalogue!(
+    CRC_8_AUTOSAR CRC_8_BLUETOOTH CRC_8_CDMA2000 CRC_8_DARC CRC_8_DVB_S2 CRC_8_GSM_A CRC_8_GSM_B
+    CRC_8_HITAG CRC_8_I_432_1 CRC_8_I_CODE CRC_8_LTE CRC_8_MAXIM_DOW CRC_8_MIFARE_MAD CRC_8_NRSC_5
+    CRC_8_OPENSAFETY CRC_8_ROHC CRC_8_SAE_J1850 CRC_8_SMBUS CRC_8_TECH_3250 CRC_8_WCDMA
+    CRC_10_ATM CRC_10_CDMA2000 CRC_10_GSM CRC_11_FLEXRAY CRC_11_UMTS CRC_12_CDMA2000 CRC_12_DECT
+    CRC_12_GSM CRC_12_UMTS CRC_13_BBC CRC_14_DARC CRC_14_GSM CRC_15_CAN CRC_15_MPT1327
+    CRC_16_ARC CRC_16_CDMA2000 CRC_16_CMS CRC_16_DDS_110 CRC_16_DECT_R CRC_16_DECT_X CRC_16_DNP
+    CRC_16_EN_13757 CRC_16_GENIBUS CRC_16_GSM CRC_16_IBM_3740 CRC_16_IBM_SDLC
+    CRC_16_ISO_IEC_14443_3_A CRC_16_KERMIT CRC_16_LJ1200 CRC_16_M17 CRC_16_MAXIM_DOW CRC_16_MCRF4XX
+    CRC_16_MODBUS CRC_16_NRSC_5 CRC_16_OPENSAFETY_A CRC_16_OPENSAFETY_B CRC_16_PROFIBUS
+    CRC_16_RIELLO CRC_16_SPI_FUJITSU CRC_16_T10_DIF CRC_16_TELEDISK CRC_16_TMS37157 CRC_16_UMTS
+    CRC_16_USB CRC_16_XMODEM CRC_17_CAN_FD CRC_21_CAN_FD
+    CRC_24_BLE CRC_24_FLEXRAY_A CRC_24_FLEXRAY_B CRC_24_INTERLAKEN CRC_24_LTE_A CRC_24_LTE_B
+    CRC_24_OPENPGP CRC_24_OS_9 CRC_30_CDMA CRC_31_PHILIPS
+    CRC_32_AIXM CRC_32_AUTOSAR CRC_32_BASE91_D CRC_32_BZIP2 CRC_32_CD_ROM_EDC CRC_32_CKSUM
+    CRC_32_ISCSI CRC_32_ISO_HDLC CRC_32_JAMCRC CRC_32_MEF CRC_32_MPEG_2 CRC_32_XFER);
+
+/// The catalogue's other names for them.
+#[rustfmt::skip]
+const ALIASES: &[(&str, &str)] = &[
+    ("CRC-8", "CRC-8/SMBUS"), ("CRC-8/ITU", "CRC-8/I-432-1"), ("CRC-8/MAXIM", "CRC-8/MAXIM-DOW"),
+    ("DOW-CRC", "CRC-8/MAXIM-DOW"), ("CRC-8/AES", "CRC-8/TECH-3250"), ("CRC-8/EBU", "CRC-8/TECH-3250"),
+    ("CRC-10", "CRC-10/ATM"), ("CRC-10/I-610", "CRC-10/ATM"), ("CRC-11", "CRC-11/FLEXRAY"),
+    ("X-CRC-12", "CRC-12/DECT"), ("CRC-12/3GPP", "CRC-12/UMTS"), ("CRC-15", "CRC-15/CAN"),
+    ("CRC-16", "CRC-16/ARC"), ("ARC", "CRC-16/ARC"), ("CRC-16/LHA", "CRC-16/ARC"), ("CRC-IBM", "CRC-16/ARC"),
+    ("R-CRC-16", "CRC-16/DECT-R"), ("X-CRC-16", "CRC-16/DECT-X"), ("CRC-16/DARC", "CRC-16/GENIBUS"),
+    ("CRC-16/EPC", "CRC-16/GENIBUS"), ("CRC-16/EPC-C1G2", "CRC-16/GENIBUS"), ("CRC-16/I-CODE", "CRC-16/GENIBUS"),
+    ("CRC-16/AUTOSAR", "CRC-16/IBM-3740"), ("CRC-16/CCITT-FALSE", "CRC-16/IBM-3740"),
+    ("CRC-16/ISO-HDLC", "CRC-16/IBM-SDLC"), ("CRC-16/ISO-IEC-14443-3-B", "CRC-16/IBM-SDLC"),
+    ("CRC-16/X-25", "CRC-16/IBM-SDLC"), ("CRC-B", "CRC-16/IBM-SDLC"), ("X-25", "CRC-16/IBM-SDLC"),
+    ("CRC-A", "CRC-16/ISO-IEC-14443-3-A"), ("CRC-16/BLUETOOTH", "CRC-16/KERMIT"),
+    ("CRC-16/CCITT", "CRC-16/KERMIT"), ("CRC-16/CCITT-TRUE", "CRC-16/KERMIT"),
+    ("CRC-16/V-41-LSB", "CRC-16/KERMIT"), ("CRC-CCITT", "CRC-16/KERMIT"), ("KERMIT", "CRC-16/KERMIT"),
+    ("CRC-16/MAXIM", "CRC-16/MAXIM-DOW"), ("MODBUS", "CRC-16/MODBUS"),
+    ("CRC-16/IEC-61158-2", "CRC-16/PROFIBUS"), ("CRC-16/AUG-CCITT", "CRC-16/SPI-FUJITSU"),
+    ("CRC-16/BUYPASS", "CRC-16/UMTS"), ("CRC-16/VERIFONE", "CRC-16/UMTS"),
+    ("CRC-16/ACORN", "CRC-16/XMODEM"), ("CRC-16/LTE", "CRC-16/XMODEM"), ("CRC-16/V-41-MSB", "CRC-16/XMODEM"),
+    ("XMODEM", "CRC-16/XMODEM"), ("ZMODEM", "CRC-16/XMODEM"), ("CRC-24", "CRC-24/OPENPGP"),
+    ("CRC-24Q", "CRC-24/LTE-A"), ("CRC-32Q", "CRC-32/AIXM"), ("CRC-32D", "CRC-32/BASE91-D"),
+    ("CRC-32/AAL5", "CRC-32/BZIP2"), ("CRC-32/DECT-B", "CRC-32/BZIP2"), ("B-CRC-32", "CRC-32/BZIP2"),
+    ("CRC-32/POSIX", "CRC-32/CKSUM"), ("CKSUM", "CRC-32/CKSUM"), ("CRC-32/BASE91-C", "CRC-32/ISCSI"),
+    ("CRC-32/CASTAGNOLI", "CRC-32/ISCSI"), ("CRC-32/INTERLAKEN", "CRC-32/ISCSI"), ("CRC-32C", "CRC-32/ISCSI"),
+    ("CRC-32", "CRC-32/ISO-HDLC"), ("CRC-32/ADCCP", "CRC-32/ISO-HDLC"), ("CRC-32/V-42", "CRC-32/ISO-HDLC"),
+    ("CRC-32/XZ", "CRC-32/ISO-HDLC"), ("PKZIP", "CRC-32/ISO-HDLC"), ("JAMCRC", "CRC-32/JAMCRC"),
+    ("XFER", "CRC-32/XFER"),
+];
+
+/// A name in the catalogue's own spelling: `CRC-8/DVB-S2`.
+fn spelled(name: &str) -> String {
+    match *name.splitn(3, '_').collect::<Vec<_>>() {
+        ["CRC", width, rest] => format!("CRC-{width}/{}", rest.replace('_', "-")),
+        _ => name.to_owned(),
+    }
+}
+
+/// A name without what people spell in different ways.
+fn plain(name: &str) -> String {
+    let kept = name.chars().filter(char::is_ascii_alphanumeric);
+    kept.collect::<String>().to_ascii_lowercase()
+}
+
+impl TryFrom<String> for Named {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let alias = ALIASES
+            .iter()
+            .find(|(alias, _)| plain(alias) == plain(&name));
+        let wanted = plain(alias.map_or(&name, |(_, name)| name));
+        if let Some((_, sum)) = SUMS.iter().find(|(sum, _)| plain(sum) == wanted) {
+            return Ok(Self(*sum));
+        }
+        if let Some((_, crc)) = CATALOGUE.iter().find(|(crc, _)| plain(crc) == wanted) {
+            return Ok(Self(Algorithm::Crc(*crc)));
+        }
+        let sums = SUMS.iter().map(|(name, _)| *name);
+        let aliases = ALIASES.iter().map(|(alias, _)| *alias);
+        let mut all: Vec<&str> = sums
+            .chain(CATALOGUE.iter().map(|(name, _)| *name))
+            .chain(aliases)
+            .collect();
+        all.sort_by_cached_key(|name| strsim::damerau_levenshtein(&plain(name), &wanted));
+        let nearest = all.iter().take(4).map(|name| spelled(name));
+        Err(format!(
+            "there is no checksum {name:?}; the nearest names are {}. Besides sum, inverted-sum, \
+             negated-sum, xor and fletcher-8 there are the CRCs of 8 to 32 bits of the catalogue at \
+             https://reveng.sourceforge.io/crc-catalogue; any other by width, polynomial, initial, reflected \
+             and xor",
+            nearest.collect::<Vec<_>>().join(", ")
+        ))
+    }
+}
+
+/// How many bytes a checksum has; sums have as many as are kept of them.
+pub(crate) fn bytes_of(algorithm: &Algorithm) -> Option<usize> {
+    match algorithm {
+        Algorithm::Crc(crc) => usize::try_from(crc.width.div_ceil(8)).ok(),
+        Algorithm::Xor => Some(1),
+        Algorithm::Fletcher => Some(2),
+        Algorithm::Sum | Algorithm::InvertedSum | Algorithm::NegatedSum => None,
+    }
+}
+
+/// The same, by a table that is never given back: 1 KiB.
+pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
+    match algorithm {
+        Algorithm::Crc(crc) => Algorithm::Crc(Crc {
+            table: Table::Words(Box::leak(Box::new(crc.table_of_words()))),
+            ..crc
+        }),
+        sum => sum,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use super::*;
+
+    fn of(name: &str, bytes: &[u8]) -> u32 {
+        let Named(algorithm) = Named::try_from(name.to_owned()).unwrap();
+        let sum = algorithm.of(bytes, None);
+        assert_eq!(tabled(algorithm).of(bytes, None), sum, "{name}");
+        sum
+    }
+
+    #[test]
+    fn every_name_gives_the_catalogues_check_value() {
+        macro_rules! is {
+            ($($name:ident)*) => {
+                $(assert_eq!(
+                    u64::from(of(&spelled(stringify!($name)), b"123456789")),
+                    u64::from(crc_catalog::$name.check),
+                );)*
+            };
+        }
+        is!(CRC_8_AUTOSAR CRC_8_DVB_S2 CRC_8_MAXIM_DOW CRC_10_ATM CRC_11_UMTS CRC_12_UMTS CRC_13_BBC CRC_14_DARC
+            CRC_15_CAN CRC_16_MCRF4XX CRC_16_ISO_IEC_14443_3_A CRC_17_CAN_FD CRC_21_CAN_FD CRC_24_LTE_A CRC_24_BLE
+            CRC_30_CDMA CRC_31_PHILIPS CRC_32_ISO_HDLC CRC_32_XFER);
+        assert_eq!(CATALOGUE.len(), 89);
+        for (name, _) in CATALOGUE {
+            of(&spelled(name), b"");
+        }
+    }
+
+    #[test]
+    fn other_names_for_the_same_are_names_too() {
+        for (alias, name) in ALIASES {
+            assert_eq!(of(alias, b"123456789"), of(name, b"123456789"), "{alias}");
+        }
+        assert_eq!(of("CRC-16/BUYPASS", b"123456789"), 0xFEE8);
+        assert_eq!(of("crc8", b"123456789"), 0xF4);
+        assert_eq!(of("CRC-16", b"123456789"), 0xBB3D);
+    }
+
+    #[test]
+    fn sums_are_what_they_are_called() {
+        let bytes = [0x20, 0x40, 0xFF];
+        assert_eq!(of("sum", &bytes), 0x15F);
+        assert_eq!(of("inverted-sum", &bytes) & 0xFFFF, 0xFFFF - 0x15F);
+        assert_eq!(of("negated-sum", &bytes) & 0xFF, 0xA1);
+        assert_eq!(of("xor", &bytes), 0x9F);
+        // a: 20, 60, 5F; b: 20, 80, DF.
+        assert_eq!(of("fletcher-8", &bytes), 0xDF5F);
+    }
+
+    #[test]
+    fn an_unknown_name_gets_the_nearest() {
+        let told = |name: &str| Named::try_from(name.to_owned()).err().unwrap();
+        assert!(told("CRC-8/DVB-S3").contains("are CRC-8/DVB-S2"));
+        assert!(told("crc16-modbuss").contains("are CRC-16/MODBUS"));
+        assert!(told("fletcher").contains("fletcher-8"));
+    }
+}

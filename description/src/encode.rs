@@ -1,0 +1,237 @@
+//! A frame of values.
+
+use framelock::{DiscardReason, Format as _, Verdict};
+use framelock_formats::layout::Length;
+use serde_json::Value as Json;
+
+use crate::field::{Field, index};
+use crate::kind::Kind;
+use crate::{Description, KIND, text};
+
+/// What a field is to be: the bits of each of its values, or bytes.
+enum Wanted {
+    Bits(Vec<u64>),
+    Bytes(Vec<u8>),
+}
+
+impl Description {
+    /// The frame with these values, in the order of the columns; those of other kinds' columns mean nothing.
+    ///
+    /// # Errors
+    /// Which value is missing, or cannot be.
+    pub fn encode(&self, values: &[Option<Json>]) -> Result<Vec<u8>, String> {
+        let value = |name: &str| {
+            let place = self.columns.iter().position(|column| column.name == name)?;
+            values.get(place)?.as_ref()
+        };
+        let number = match &*self.kinds {
+            [_] => 0,
+            kinds => {
+                let wanted = value(KIND).ok_or("missing field `kind`")?;
+                let is_it = |kind: &Kind| wanted == &*kind.name;
+                kinds.iter().position(is_it).ok_or_else(|| {
+                    let names: Vec<&str> = kinds.iter().map(|kind| &*kind.name).collect();
+                    format!("kind {} is none of {}", quote(wanted), names.join(", "))
+                })?
+            }
+        };
+        let kind = self.kinds.get(number).ok_or("no kinds")?;
+        let frame = kind.encode(|field| {
+            let all = (0..field.values()).map(|number| value(&field.column(number)));
+            all.flatten().collect()
+        })?;
+        // Headers of other kinds are tried before.
+        let format = self.format();
+        if format.judge(&frame) == Verdict::Frame(frame.len()) && format.decode(&frame).0 == number
+        {
+            return Ok(frame);
+        }
+        Err("a frame with these values is taken for one of another kind".into())
+    }
+}
+
+impl Kind {
+    /// The frame with the values that each field is given.
+    fn encode<'v>(&self, given: impl Fn(&Field) -> Vec<&'v Json>) -> Result<Vec<u8>, String> {
+        let (mut written, mut front, mut appended) = (Vec::new(), self.header, Vec::new());
+        for field in &self.fields {
+            let wanted = match field.constant {
+                Some(constant) => Wanted::Bits(vec![constant]),
+                None => match self.wanted(field, &given(field))? {
+                    Some(wanted) => wanted,
+                    None => continue,
+                },
+            };
+            if let (Wanted::Bytes(bytes), true) = (&wanted, field.is_appended) {
+                appended.clone_from(bytes);
+                continue;
+            }
+            if field.at >= 0 {
+                let rest = match &wanted {
+                    Wanted::Bytes(bytes) => bytes.len(),
+                    Wanted::Bits(_) => 0,
+                };
+                let length = field.length().unwrap_or(rest);
+                front = front.max(usize::from(field.at.unsigned_abs()) + length);
+            }
+            written.push((field, wanted));
+        }
+        let length = if self.layout.length == Length::Fixed {
+            self.layout.longest
+        } else {
+            // Nobody says what is in between, unless a field takes all that is left.
+            let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
+            let least = if takes_rest { 0 } else { self.layout.shortest };
+            self.whole(least.max(front + self.trailer))
+        };
+        let mut frame = vec![0; length];
+        // Of several the first, unless a field says which.
+        let end = length.saturating_sub(self.layout.terminator.length);
+        for (at, patterns) in [(0, self.layout.sync), (end, self.layout.terminator)] {
+            for (place, byte) in frame
+                .iter_mut()
+                .skip(at)
+                .zip(patterns.each().next().unwrap_or_default())
+            {
+                *place = *byte;
+            }
+        }
+        if let Some(appendix) = self.layout.appendix.filter(|_| !appended.is_empty())
+            && let Some(byte) = frame.get_mut(appendix.at)
+        {
+            *byte |= appendix.mask & appendix.mask.wrapping_neg();
+        }
+        for (field, wanted) in &written {
+            put(field, wanted, &mut frame);
+        }
+        frame.extend(appended);
+        if self.layout.seal(&mut frame) {
+            return match written
+                .iter()
+                .find(|(field, wanted)| !is_there(field, wanted, &frame, length))
+            {
+                Some((field, _)) => Err(format!(
+                    "{} cannot be that: the description says what stands in its place",
+                    field.name
+                )),
+                None => Ok(frame),
+            };
+        }
+        Err(self.why_not(&frame))
+    }
+
+    /// The bytes of a frame that has at least so many: its length field may count in greater steps.
+    fn whole(&self, length: usize) -> usize {
+        let Length::Field(field) = &self.layout.length else {
+            return length;
+        };
+        let missing = i64::from(field.plus) - i64::try_from(length).unwrap_or_default();
+        let missing = missing.rem_euclid(i64::from(field.factor.max(1)));
+        length + usize::try_from(missing).unwrap_or_default()
+    }
+
+    /// What is given for a field; nothing if it may be missing, and is.
+    fn wanted(&self, field: &Field, given: &[&Json]) -> Result<Option<Wanted>, String> {
+        let is_nothing = |value: &&Json| value.is_null() || *value == "";
+        if self.is_optional(field) && given.iter().all(is_nothing) {
+            return Ok(None);
+        }
+        if given.len() < field.values() {
+            return Err(format!("missing field `{}`", field.name));
+        }
+        let told = |number, value, why| format!("{} {} {why}", field.column(number), quote(value));
+        if let (true, [value, ..]) = (field.is_text(), given) {
+            let bytes = field.to_bytes(value).map_err(|why| told(0, value, why))?;
+            return Ok(Some(Wanted::Bytes(bytes)));
+        }
+        let bits = given.iter().enumerate();
+        let bits = bits
+            .map(|(number, value)| field.to_bits(value).map_err(|why| told(number, value, why)));
+        Ok(Some(Wanted::Bits(bits.collect::<Result<_, _>>()?)))
+    }
+
+    /// Why bytes cannot be made a frame.
+    fn why_not(&self, frame: &[u8]) -> String {
+        let layout = &self.layout;
+        match layout.judge(frame) {
+            Verdict::Reject(DiscardReason::UnknownMessage) => {
+                let what =
+                    "there is no such message: the description has a list of those that there are";
+                let Some(messages) = &layout.messages else {
+                    return what.into();
+                };
+                let at = messages.number.at;
+                let of = self
+                    .fields
+                    .iter()
+                    .find(|field| usize::try_from(field.at) == Ok(at));
+                let of = of.and_then(|field| Some((field, field.bytes(frame)?)));
+                match of {
+                    Some((field, bytes)) => {
+                        format!("{} {}: {what}", field.name, field.value(bytes, 0))
+                    }
+                    None => what.into(),
+                }
+            }
+            _ => format!(
+                "there is no frame of {} bytes with these values: the description has frames of {} \
+                 to {} bytes, and says what they begin with, of which kind they are, and how they end",
+                frame.len(),
+                layout.shortest,
+                layout.longest
+            ),
+        }
+    }
+}
+
+/// Writes what a field is to be into a frame that has room for it.
+fn put(field: &Field, wanted: &Wanted, frame: &mut [u8]) {
+    let from = index(field.at, frame.len()).unwrap_or_default();
+    match wanted {
+        Wanted::Bytes(bytes) => {
+            for (place, byte) in frame.iter_mut().skip(from).zip(bytes) {
+                *place = *byte;
+            }
+        }
+        Wanted::Bits(values) => field.each_bit(0, |place, number, of_value| {
+            let is_set = values
+                .get(number)
+                .is_some_and(|bits| bits >> of_value & 1 == 1);
+            if let Some(byte) = frame.get_mut(from + place / 8) {
+                let bit = 1 << (place % 8);
+                *byte = if is_set { *byte | bit } else { *byte & !bit };
+            }
+        }),
+    }
+}
+
+/// Whether a field is what it was to be, of a frame of that length without its appendix.
+fn is_there(field: &Field, wanted: &Wanted, frame: &[u8], length: usize) -> bool {
+    let from = index(field.at, length).unwrap_or_default();
+    let frame = frame.get(from..length).unwrap_or_default();
+    match wanted {
+        Wanted::Bytes(bytes) => frame.starts_with(bytes),
+        Wanted::Bits(values) => {
+            let mut is_there = true;
+            field.each_bit(0, |place, number, of_value| {
+                let wanted = values
+                    .get(number)
+                    .is_some_and(|bits| bits >> of_value & 1 == 1);
+                let is_set = frame
+                    .get(place / 8)
+                    .is_some_and(|byte| byte >> (place % 8) & 1 == 1);
+                is_there &= wanted == is_set;
+            });
+            is_there
+        }
+    }
+}
+
+/// A value in a message: what was not meant to be a number may be long.
+#[must_use]
+pub fn quote(value: &Json) -> String {
+    match value {
+        Json::String(string) => format!("\"{}\"", text::quoted(string)),
+        value => text::quoted(&value.to_string()),
+    }
+}

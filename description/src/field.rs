@@ -1,0 +1,404 @@
+//! What stands in a frame: places, types, and how values are read from bytes and written to them.
+
+use std::ops::Range;
+
+use framelock_formats::layout::ByteOrder;
+use serde_json::Value as Json;
+
+use crate::value::{Scale, Value};
+use crate::{hex, text};
+
+/// A field of a frame.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// What it is called.
+    pub name: String,
+    /// The place of its first byte: from the front, 0 being the first, or, negative, from the end, -1 being the last.
+    /// What is appended to a frame has places of its own.
+    pub at: i16,
+    /// What it is.
+    pub kind: Type,
+    /// How many values, or for bytes and text how many bytes; none is one value, or all that is left.
+    pub count: Option<usize>,
+    /// Which bits of a number are its value, the lowest being the value's lowest.
+    pub mask: Option<u64>,
+    /// What a number is multiplied by.
+    pub scale: Option<Scale>,
+    /// What it is measured in.
+    pub unit: Option<String>,
+    /// What its bits always are, where the mask has them.
+    pub constant: Option<u64>,
+    /// Counted from the front, it ends before this many bytes at the end.
+    pub margin: usize,
+    /// Whether it is behind the frame: all that is appended.
+    pub is_appended: bool,
+    /// What is asked for each frame again, once all else is known.
+    pub(crate) known: Known,
+}
+
+/// Where a field is that has a length and is counted from the front, and the shortest frame that has it; how many
+/// values it has; and whether it is a number as it stands there.
+#[derive(Clone, Default, Debug)]
+pub(crate) struct Known {
+    place: Option<(Range<usize>, usize)>,
+    values: usize,
+    is_plain: bool,
+}
+
+/// What a field is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Type {
+    /// A number of whole bytes.
+    Number(Number),
+    /// This many bits; the first is this one, counted from the lowest of the first byte.
+    Bits {
+        /// The first.
+        first: usize,
+        /// How many.
+        width: usize,
+    },
+    /// Bytes, shown in hex.
+    Bytes,
+    /// Text.
+    Text,
+}
+
+/// A number of whole bytes, `u16le` for example.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Number {
+    /// What its bits mean.
+    pub class: Class,
+    /// How many bytes it has: 1, 2, 3, 4 or 8.
+    pub bytes: usize,
+    /// Which of them comes first.
+    pub order: ByteOrder,
+}
+
+/// What the bits of a number mean.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Class {
+    /// No sign.
+    Unsigned,
+    /// Two's complement.
+    Signed,
+    /// IEEE 754, of 32 bits.
+    Float,
+}
+
+impl TryFrom<String> for Number {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let (class, bits) = name.split_at_checked(1).unwrap_or_default();
+        let (bytes, order) = match bits {
+            "8" => (1, ByteOrder::Little),
+            "16le" => (2, ByteOrder::Little),
+            "16be" => (2, ByteOrder::Big),
+            "24le" => (3, ByteOrder::Little),
+            "24be" => (3, ByteOrder::Big),
+            "32le" => (4, ByteOrder::Little),
+            "32be" => (4, ByteOrder::Big),
+            "64le" => (8, ByteOrder::Little),
+            "64be" => (8, ByteOrder::Big),
+            _ => (0, ByteOrder::Little),
+        };
+        let class = match (class, bytes) {
+            ("u", 1..) => Class::Unsigned,
+            ("i", 1..) => Class::Signed,
+            ("f", 4) => Class::Float,
+            _ => {
+                return Err(format!(
+                    "there is no type {name:?}: u8, u16le, u24le, u32le and u64le have the lowest \
+                     byte first, u16be and so on the highest; i8, i16le and so on have a sign; f32le, \
+                     f32be; for fields bytes and text; for checksums in digits hex8, hex16, hex24 and hex32"
+                ));
+            }
+        };
+        Ok(Self {
+            class,
+            bytes,
+            order,
+        })
+    }
+}
+
+impl Number {
+    /// All its bits.
+    pub(crate) fn all(self) -> u64 {
+        ones(8 * self.bytes)
+    }
+
+    /// Its bits, from that many bytes.
+    #[inline]
+    fn bits(self, bytes: &[u8]) -> u64 {
+        let add = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
+        match self.order {
+            ByteOrder::Big => bytes.iter().fold(0, add),
+            ByteOrder::Little => bytes.iter().rev().fold(0, add),
+        }
+    }
+
+    /// Where the byte with these of its bits is, of the lowest first.
+    pub(crate) fn place(self, byte: usize) -> usize {
+        match self.order {
+            ByteOrder::Little => byte,
+            ByteOrder::Big => self.bytes - 1 - byte,
+        }
+    }
+}
+
+fn ones(width: usize) -> u64 {
+    u64::MAX >> 64_usize.saturating_sub(width).min(63)
+}
+
+impl Field {
+    /// Whether its values are text, or bytes in hex.
+    #[must_use]
+    pub fn is_text(&self) -> bool {
+        matches!(self.kind, Type::Bytes | Type::Text)
+    }
+
+    /// Whether it has a number of values.
+    #[must_use]
+    pub fn is_array(&self) -> bool {
+        self.count.is_some() && !self.is_text()
+    }
+
+    /// How many values it has.
+    #[must_use]
+    pub fn values(&self) -> usize {
+        self.count.filter(|_| !self.is_text()).unwrap_or(1)
+    }
+
+    /// The name of one of its values in a table, counted from 0.
+    pub(crate) fn column(&self, number: usize) -> String {
+        if self.is_array() {
+            format!("{}{}", self.name, number + 1)
+        } else {
+            self.name.clone()
+        }
+    }
+
+    /// Its bits, counted from the lowest of its first byte; none if it takes what is left.
+    pub(crate) fn bits(&self) -> Option<Range<usize>> {
+        Some(match self.kind {
+            Type::Number(number) => 0..8 * number.bytes * self.values(),
+            Type::Bits { first, width } => first..first + width * self.values(),
+            Type::Bytes | Type::Text => 0..8 * self.count?,
+        })
+    }
+
+    /// How many bytes it takes from its place on; none if it takes what is left.
+    #[must_use]
+    #[inline]
+    pub fn length(&self) -> Option<usize> {
+        match self.kind {
+            Type::Number(number) => Some(number.bytes * self.values()),
+            _ => self.bits().map(|bits| bits.end.div_ceil(8)),
+        }
+    }
+
+    /// What is known of it, now that nothing changes any more.
+    pub(crate) fn learn(&mut self) {
+        let from = usize::try_from(self.at).ok();
+        let to = from.and_then(|from| Some(from + self.length()?));
+        self.known = Known {
+            place: from.zip(to).map(|(from, to)| (from..to, to + self.margin)),
+            values: self.values(),
+            is_plain: self.mask.is_none()
+                && self.scale.is_none()
+                && matches!(self.kind, Type::Number(number) if number.class == Class::Unsigned),
+        };
+    }
+
+    /// Its bytes; none if the frame is too short to have it.
+    #[inline]
+    pub(crate) fn bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
+        match &self.known.place {
+            Some((place, shortest)) if *shortest <= frame.len() => frame.get(place.clone()),
+            Some(_) => None,
+            None => self.other_bytes(frame),
+        }
+    }
+
+    /// The same of what is counted from the end or takes what is left.
+    #[inline(never)]
+    fn other_bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
+        let end = frame.len().checked_sub(self.margin)?;
+        let bytes = frame.get(index(self.at, frame.len())?..end)?;
+        match self.length() {
+            Some(length) => bytes.get(..length),
+            None => Some(bytes),
+        }
+    }
+
+    /// Its values, of its bytes.
+    #[inline]
+    pub(crate) fn read<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
+        (0..self.known.values).map(|number| self.value(bytes, number))
+    }
+
+    /// One of its values, of its bytes.
+    #[inline]
+    pub(crate) fn value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
+        if let ([byte], true) = (bytes, self.known.is_plain) {
+            return Value::Unsigned((*byte).into());
+        }
+        self.any_value(bytes, number)
+    }
+
+    #[inline(never)]
+    fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
+        match self.kind {
+            Type::Number(kind) => {
+                let from = number * kind.bytes;
+                let bytes = bytes.get(from..from + kind.bytes).unwrap_or_default();
+                self.of_bits(kind.class, kind.bits(bytes))
+            }
+            Type::Bits { first, width } => {
+                let first = first + number * width;
+                let bytes = bytes.get(first / 8..(first + width).div_ceil(8));
+                let bytes = bytes.unwrap_or_default().iter().rev();
+                let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
+                #[expect(clippy::cast_possible_truncation, reason = "a field has up to 64 bits")]
+                let bits = (all >> (first % 8)) as u64 & ones(width);
+                self.of_bits(Class::Unsigned, bits)
+            }
+            Type::Bytes => Value::Bytes(bytes),
+            Type::Text => Value::Text(bytes),
+        }
+    }
+
+    /// What bits mean.
+    fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
+        let bits = match self.mask {
+            Some(mask) => (bits & mask) >> mask.trailing_zeros(),
+            None => bits,
+        };
+        let value = match class {
+            Class::Unsigned => Value::Unsigned(bits),
+            Class::Signed => {
+                let unused = 64 - self.mask.map_or(self.width(), width);
+                Value::Signed((bits << unused).cast_signed() >> unused)
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "it has four bytes")]
+            Class::Float => Value::Float(f32::from_bits(bits as u32)),
+        };
+        match &self.scale {
+            Some(scale) => scale.of(&value),
+            None => value,
+        }
+    }
+
+    /// Bits of one of its values, before a mask leaves some out.
+    fn width(&self) -> usize {
+        match self.kind {
+            Type::Number(number) => 8 * number.bytes,
+            Type::Bits { width, .. } => width,
+            Type::Bytes | Type::Text => 0,
+        }
+    }
+
+    /// The bits of a value, in their places, or what it is not.
+    pub(crate) fn to_bits(&self, value: &Json) -> Result<u64, String> {
+        let class = match self.kind {
+            Type::Number(number) => number.class,
+            _ => Class::Unsigned,
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
+        if class == Class::Float {
+            let number = value.as_f64().ok_or("is not a number")?;
+            return Ok((number as f32).to_bits().into());
+        }
+        let all = ones(self.width());
+        let mask = self.mask.unwrap_or(all);
+        let most = ones(width(mask));
+        let (least, most) = match class {
+            Class::Signed => (!i128::from(most >> 1), i128::from(most >> 1)),
+            _ => (0, i128::from(most)),
+        };
+        let number = match &self.scale {
+            Some(scale) => scale.number(value),
+            None => value
+                .as_i64()
+                .map(i128::from)
+                .or(value.as_u64().map(i128::from)),
+        };
+        let is_in = |number: &i128| (least..=most).contains(number);
+        let Some(number) = number.filter(is_in) else {
+            return Err(match &self.scale {
+                Some(scale) => format!(
+                    "is not a number from {} to {}",
+                    scale.text(least),
+                    scale.text(most)
+                ),
+                None => format!("is not a whole number from {least} to {most}"),
+            });
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "its lowest bits are wanted"
+        )]
+        let bits = (number as u64 & ones(width(mask))) << mask.trailing_zeros();
+        if bits & !mask != 0 {
+            return Err(format!("has other bits than the mask {mask:#X}"));
+        }
+        Ok(bits)
+    }
+
+    /// The bytes of text or of bytes in hex, or what it is not.
+    pub(crate) fn to_bytes(&self, value: &Json) -> Result<Vec<u8>, String> {
+        let bytes = match self.kind {
+            Type::Bytes => {
+                let text = value.as_str().ok_or("is not bytes in hex, as text")?;
+                hex::parse(&[text]).map_err(|why| format!("is not bytes in hex: {why}"))?
+            }
+            _ => text::unescaped(value.as_str().ok_or("is not text")?),
+        };
+        match self.count {
+            Some(count) if count != bytes.len() => {
+                Err(format!("has {} bytes, and {count} are wanted", bytes.len()))
+            }
+            _ => Ok(bytes),
+        }
+    }
+
+    /// For each bit of its values that counts: its place, counted from the lowest bit of the field's first byte, the
+    /// number of the value, and which of the value's bits it is. It takes what is left, of so many bytes, if that is so.
+    pub(crate) fn each_bit(&self, left: usize, mut bit: impl FnMut(usize, usize, usize)) {
+        let all = self.bits().unwrap_or(0..8 * left);
+        let width = self.width();
+        for (count, place) in all.enumerate() {
+            let (number, of_value) = match width {
+                0 => (0, count),
+                width => (count / width, count % width),
+            };
+            let place = match self.kind {
+                Type::Number(kind) => {
+                    8 * (number * kind.bytes + kind.place(of_value / 8)) + of_value % 8
+                }
+                _ => place,
+            };
+            if width == 0 || self.mask.is_none_or(|mask| mask >> of_value & 1 == 1) {
+                bit(place, number, of_value);
+            }
+        }
+    }
+}
+
+/// From the lowest bit of a mask to the highest.
+fn width(mask: u64) -> usize {
+    (64 - mask.leading_zeros() - mask.trailing_zeros().min(63)) as usize
+}
+
+/// Where in a frame of that length a place is.
+#[inline]
+pub(crate) fn index(place: i16, length: usize) -> Option<usize> {
+    let distance = usize::from(place.unsigned_abs());
+    if place < 0 {
+        length.checked_sub(distance)
+    } else {
+        Some(distance)
+    }
+}

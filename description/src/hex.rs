@@ -1,0 +1,120 @@
+//! Bytes as people write them in hex.
+
+use std::ffi::OsStr;
+
+use crate::text;
+
+/// The bytes of words in hex, separated by arguments, blanks, commas, semicolons or colons; each
+/// with or without `0x`.
+///
+/// # Errors
+/// Which word is not bytes in hex, and why.
+pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let mut number = 0;
+    for argument in arguments {
+        // What is not Unicode is not hex either: it comes out as U+FFFD.
+        let argument = argument.as_ref().to_string_lossy();
+        let words = argument.split(|c: char| c.is_whitespace() || ",;:".contains(c));
+        for word in words.filter(|word| !word.is_empty()) {
+            number += 1;
+            append(&mut bytes, word)
+                .map_err(|why| format!("word {number}, '{}', {why}", text::quoted(word)))?;
+        }
+    }
+    Ok(bytes)
+}
+
+fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
+    let digits = word.strip_prefix("0x").or(word.strip_prefix("0X"));
+    let mut values = Vec::new();
+    for digit in digits.unwrap_or(word).chars() {
+        let value = digit.to_digit(16).map(u32::to_le_bytes);
+        let [value, ..] = value.ok_or_else(|| {
+            let digit = text::quoted(digit.encode_utf8(&mut [0; 4]));
+            format!("has '{digit}', which is no hex digit")
+        })?;
+        values.push(value);
+    }
+    let (pairs, odd) = values.as_chunks::<2>();
+    // "0x" alone has no digits, which make no byte either.
+    if pairs.is_empty() || !odd.is_empty() {
+        return Err("is not a whole number of bytes: two digits make a byte".into());
+    }
+    bytes.extend(pairs.iter().map(|[high, low]| high << 4 | low));
+    Ok(())
+}
+
+/// Bytes as digits without anything between them.
+#[must_use]
+pub fn glued(bytes: &[u8]) -> String {
+    let mut text = Vec::new();
+    append_glued(bytes, &mut text);
+    String::from_utf8(text).unwrap_or_default()
+}
+
+/// The same, behind a text.
+pub(crate) fn append_glued(bytes: &[u8], text: &mut Vec<u8>) {
+    let digit = |four: u8| {
+        if four < 10 {
+            b'0' + four
+        } else {
+            b'A' - 10 + four
+        }
+    };
+    text.extend(
+        bytes
+            .iter()
+            .flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]),
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(words: &[&str]) -> Result<Vec<u8>, String> {
+        parse(words)
+    }
+
+    #[test]
+    fn hex_comes_in_many_spellings() {
+        let bytes = vec![0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
+        for spelling in [
+            &["41", "42", "00", "7F", "C8", "4A", "0D"][..],
+            &["4142007FC84A0D"],
+            &["41 42 00 7f c8 4a 0d"],
+            &["0x41,", "0x42,", "0x00,", "0x7F,", "0xC8,", "0x4A,", "0x0D"],
+            &["41:42:00:7F:C8:4A:0D"],
+            &["0X4142", "007FC8", "4a0D"],
+        ] {
+            assert_eq!(parsed(spelling), Ok(bytes.clone()), "{spelling:?}");
+        }
+        assert_eq!(parsed(&[""]), Ok(vec![]));
+        assert_eq!(glued(&bytes), "4142007FC84A0D");
+    }
+
+    #[test]
+    fn what_is_not_hex_is_named_and_shown_as_a_terminal_may() {
+        let whole = "is not a whole number of bytes: two digits make a byte";
+        for (spelling, why) in [
+            (["41", "4G"], "word 2, '4G', has 'G', which is no hex digit"),
+            (
+                ["41 42", "xy"],
+                "word 3, 'xy', has 'x', which is no hex digit",
+            ),
+            (["41", "4é"], "word 2, '4é', has 'é', which is no hex digit"),
+            (["41", "-"], "word 2, '-', has '-', which is no hex digit"),
+            (
+                ["41", "\x1B[2J"],
+                "word 2, '\\x1B[2J', has '\\x1B', which is no hex digit",
+            ),
+            (["41", "4"], &format!("word 2, '4', {whole}")),
+            (["", "0x"], &format!("word 1, '0x', {whole}")),
+        ] {
+            assert_eq!(parsed(&spelling), Err(why.into()));
+        }
+        let long = "1".repeat(3_000_001);
+        assert!(parsed(&[&long]).is_err_and(|why| why.len() < 200));
+    }
+}

@@ -1,0 +1,82 @@
+//! A kind of frames, and what its fields are in one.
+
+use framelock_formats::Layout;
+use framelock_formats::layout::Appendix;
+
+use crate::field::Field;
+use crate::value::Value;
+
+/// One kind of frames: what they look like, and what stands in them.
+#[derive(Clone, Debug)]
+pub struct Kind {
+    /// Its name among several.
+    pub name: String,
+    /// What a frame looks like.
+    pub layout: Layout<'static>,
+    /// What stands in it, in the order of the description; those that are always the same too.
+    pub fields: Vec<Field>,
+    /// Bytes that must be there before the length is known.
+    pub(crate) header: usize,
+    /// Bytes at the end that are counted from the end.
+    pub(crate) trailer: usize,
+}
+
+impl Kind {
+    /// What one of its fields is in a frame; nothing if that is too short to have it.
+    #[inline]
+    #[must_use]
+    pub fn content<'f>(&self, field: &'f Field, frame: &'f [u8]) -> Option<Content<'f>> {
+        let part = match self.layout.appendix {
+            None => frame,
+            Some(appendix) => parted(frame, &appendix, field.is_appended),
+        };
+        let bytes = field.bytes(part)?;
+        Some(Content { field, bytes })
+    }
+
+    /// The fields that frames differ in, and what they are in a frame that is long enough to have them.
+    pub fn shown<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
+        let fields = self.fields.iter().filter(|field| field.constant.is_none());
+        fields.filter_map(move |field| Some((field, self.content(field, frame)?)))
+    }
+
+    /// Whether a frame may be too short for a field.
+    pub(crate) fn is_optional(&self, field: &Field) -> bool {
+        let distance = usize::from(field.at.unsigned_abs());
+        let end = distance + field.length().unwrap_or(0);
+        field.is_appended || field.at >= 0 && end + field.margin > self.layout.shortest
+    }
+}
+
+/// What is appended to a frame, or all else of it.
+fn parted<'f>(frame: &'f [u8], appendix: &Appendix, is_appended: bool) -> &'f [u8] {
+    let bytes = match frame.get(appendix.at) {
+        Some(byte) if byte & appendix.mask != 0 => appendix.bytes,
+        _ => 0,
+    };
+    let place = frame.len().saturating_sub(bytes);
+    let (alone, appended) = frame.split_at_checked(place).unwrap_or_default();
+    if is_appended { appended } else { alone }
+}
+
+/// What a field is in a frame.
+#[derive(Clone, Copy)]
+pub struct Content<'f> {
+    field: &'f Field,
+    bytes: &'f [u8],
+}
+
+impl<'f> Content<'f> {
+    /// The value, or the first of an array.
+    #[inline]
+    #[must_use]
+    pub fn value(self) -> Value<'f> {
+        self.field.value(self.bytes, 0)
+    }
+
+    /// The value, or each of an array.
+    #[inline]
+    pub fn values(self) -> impl Iterator<Item = Value<'f>> {
+        self.field.read(self.bytes)
+    }
+}

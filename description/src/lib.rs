@@ -1,0 +1,292 @@
+//! Serial frames described in TOML: from the text to what [`framelock`]'s receivers take, a frame's values, and a frame
+//! of values. For the command line, the page and tests; `docs/own-frame.md` has all that a description may say.
+//!
+//! # Examples
+//! ```
+//! use framelock::{BufferedIn, Format};
+//! use framelock_description::Description;
+//!
+//! let description = Description::parse(
+//!     "motor.toml",
+//!     r#"
+//!         sync = "AA 55"
+//!         length = 6
+//!         checksum = { width = 8, polynomial = 0x4D, type = "u8", at = -1 }
+//!         fields = [
+//!             { name = "angle", at = 2, type = "i16le", scale = 0.1, unit = "deg" },
+//!             { name = "state", at = 4, type = "u8", value = [1, 2] },
+//!         ]
+//!     "#,
+//! )?;
+//! let frame = description.encode(&[Some((-12.5).into()), Some(2.into())])?;
+//! let format = description.format();
+//! let mut receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]).ok_or("it holds a frame")?;
+//! let mut shown = Vec::new();
+//! receiver.feed(&frame, |found| {
+//!     let (kind, frame) = found.message().unwrap_or_default();
+//!     for (field, content) in description.kinds[kind].shown(frame) {
+//!         let value = content.values().next();
+//!         shown.push(format!("{} {}", field.name, value.unwrap()));
+//!     }
+//! });
+//! assert_eq!(shown, ["angle -12.5", "state 2"]);
+//! # Ok::<(), String>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod build;
+mod checksum;
+mod encode;
+mod entry;
+mod field;
+pub mod hex;
+mod kind;
+mod places;
+mod shipped;
+pub mod text;
+mod value;
+mod written;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use framelock::Format as _;
+use framelock_formats::{AnyOf, Layout};
+
+pub use build::LONGEST;
+pub use encode::quote;
+pub use field::{Class, Field, Number, Type};
+pub use kind::{Content, Kind};
+pub use shipped::{SHIPPED, shipped};
+pub use value::{Scale, Value};
+
+use written::{Problem, Written, missing, wrong};
+
+/// Bytes in the longest text that is read as a description.
+const LONGEST_TEXT: usize = 1 << 20;
+
+/// Kinds of frames in a description, and values in a row, at most: more is a mistake.
+const MOST_KINDS: usize = 100;
+const MOST_COLUMNS: usize = 10_000;
+
+/// What a description says.
+///
+/// What its [`format`](Self::format) refers to is never given back: some hundred bytes, and 1 KiB for each CRC.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// The kinds of frames, in the order in which they are tried; one at least.
+    pub kinds: Vec<Kind>,
+    /// The names of a frame's values, those of all kinds. If there are several, the first is which.
+    pub columns: Vec<Column>,
+    layouts: &'static [Layout<'static>],
+}
+
+/// A value's name in a table.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Column {
+    /// Its own name.
+    pub name: String,
+    /// The name of the array that it is of.
+    pub array: Option<String>,
+    /// Bytes in hex, or text: what looks like a number is none.
+    pub is_text: bool,
+}
+
+/// The name of the column that says of which kind a frame is.
+pub const KIND: &str = "kind";
+
+impl Description {
+    /// What a text describes; `name` is what it is called in errors.
+    ///
+    /// # Errors
+    /// What is wrong, with its line and column.
+    pub fn parse(name: &str, text: &str) -> Result<Self, String> {
+        let read = toml::from_str::<Written>(text)
+            .map_err(|error| Problem(error.span().unwrap_or_default(), error.message().to_owned()));
+        read.and_then(|written| described(name, &written))
+            .map_err(|Problem(place, what)| {
+                let before = text.get(..place.start).unwrap_or(text);
+                let line = before.matches('\n').count() + 1;
+                let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+                format!("{name}:{line}:{column}: {what}")
+            })
+    }
+
+    /// For a receiver: its message is which of the kinds a frame is, and the frame.
+    #[must_use]
+    pub fn format(&self) -> AnyOf<'static> {
+        AnyOf(self.layouts)
+    }
+
+    /// Which of the kinds a frame is of.
+    #[must_use]
+    #[inline]
+    pub fn number(&self, frame: &[u8]) -> usize {
+        self.format().decode(frame).0
+    }
+
+    /// The kind of a frame.
+    #[must_use]
+    pub fn kind(&self, frame: &[u8]) -> Option<&Kind> {
+        self.kinds.get(self.number(frame))
+    }
+
+    /// Whether a frame's kind is worth telling.
+    #[must_use]
+    pub fn has_kinds(&self) -> bool {
+        self.kinds.len() > 1
+    }
+}
+
+/// The text of a description in a file.
+///
+/// # Errors
+/// That it cannot be read, is not text, or is far too long to be a description: no more than that is read.
+pub fn read(path: &Path) -> Result<String, String> {
+    let name = path.display();
+    let mut bytes = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes))
+        .map_err(|error| format!("cannot read {name}: {error}; a description is a TOML file"))?;
+    if bytes.len() > LONGEST_TEXT {
+        return Err(format!(
+            "{name} is longer than {LONGEST_TEXT} bytes: a description is a TOML file of some lines"
+        ));
+    }
+    String::from_utf8(bytes)
+        .map_err(|_| format!("{name} is not text: a description is a TOML file"))
+}
+
+fn described(name: &str, written: &Written) -> Result<Description, Problem> {
+    let mut kinds = Vec::new();
+    for name in &written.any_of {
+        let Some(text) = shipped(name.get_ref()) else {
+            return wrong(name, shipped::no_such(name.get_ref()));
+        };
+        let shipped =
+            Description::parse(name.get_ref(), text).map_err(|why| Problem(name.span(), why))?;
+        kinds.extend(shipped.kinds);
+    }
+    for kind in &written.kinds {
+        let whole = kind.get_ref();
+        let Some(name) = &whole.name else {
+            return wrong(kind, "a kind has a name");
+        };
+        if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
+            return wrong(name, "a kind has no kinds");
+        }
+        kinds.push(build::kind(
+            name.get_ref(),
+            &whole.clone().within(written),
+            true,
+        )?);
+    }
+    if let Some(name) = &written.name {
+        return wrong(name, "a name is for one of several kinds");
+    }
+    if let (Some(name), []) = (written.any_of.first(), &*written.kinds)
+        && written.has_more()
+    {
+        return wrong(
+            name,
+            "any_of names whole frames: other keys are for [[kinds]]",
+        );
+    }
+    if kinds.is_empty() {
+        kinds.push(build::kind(name, written, false)?);
+    }
+    if kinds.len() > MOST_KINDS {
+        return missing(&format!(
+            "{} kinds of frames: {MOST_KINDS} are the most",
+            kinds.len()
+        ));
+    }
+    let columns = columns(&kinds).map_err(|what| {
+        let place = written.fields.first().map(toml::Spanned::span);
+        let of_kind = || written.kinds.first().map(toml::Spanned::span);
+        Problem(place.or_else(of_kind).unwrap_or(0..0), what)
+    })?;
+    let layouts = kinds
+        .iter()
+        .map(|kind| kind.layout)
+        .collect::<Vec<_>>()
+        .leak();
+    Ok(Description {
+        kinds,
+        columns,
+        layouts,
+    })
+}
+
+/// The names of all values: an array has a number behind its name. Kinds may share a column.
+fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
+    let mut columns: Vec<Column> = Vec::new();
+    if kinds.len() > 1 {
+        columns.push(Column {
+            name: KIND.to_owned(),
+            array: None,
+            is_text: true,
+        });
+    }
+    let mut names: Vec<&str> = kinds.iter().map(|kind| &*kind.name).collect();
+    names.sort_unstable();
+    if let Some([name, _]) = names
+        .windows(2)
+        .find(|pair| matches!(pair, [a, b] if a == b))
+    {
+        return Err(format!("two kinds are called {name}"));
+    }
+    let all = kinds
+        .iter()
+        .flat_map(|kind| kind.fields.iter())
+        .filter(|field| field.constant.is_none());
+    if all.map(Field::values).sum::<usize>() > MOST_COLUMNS {
+        return Err(format!("a row of more than {MOST_COLUMNS} values"));
+    }
+    let mut place: std::collections::HashMap<String, usize> = columns
+        .iter()
+        .map(|column| (column.name.clone(), 0))
+        .collect();
+    for kind in kinds {
+        let mut own = std::collections::HashSet::new();
+        for field in kind.fields.iter().filter(|field| field.constant.is_none()) {
+            let mut shared = 0;
+            for number in 0..field.values() {
+                let column = Column {
+                    name: field.column(number),
+                    array: field.is_array().then(|| field.name.clone()),
+                    is_text: field.is_text(),
+                };
+                if !own.insert(column.name.clone()) || column.name == KIND && kinds.len() > 1 {
+                    return Err(format!("two values are called {}", column.name));
+                }
+                match place
+                    .get(&column.name)
+                    .and_then(|&place| columns.get(place))
+                {
+                    Some(other) if *other == column => shared += 1,
+                    Some(_) => {
+                        return Err(format!(
+                            "two kinds have different values called {}",
+                            column.name
+                        ));
+                    }
+                    None => {
+                        place.insert(column.name.clone(), columns.len());
+                        columns.push(column);
+                    }
+                }
+            }
+            // Of an array in several kinds all is shared.
+            let is_it = |column: &&Column| column.array.as_deref() == Some(&field.name);
+            if shared > 0 && columns.iter().filter(is_it).count().max(1) != field.values() {
+                return Err(format!(
+                    "two kinds have different values called {}",
+                    field.name
+                ));
+            }
+        }
+    }
+    Ok(columns)
+}

@@ -1,0 +1,438 @@
+//! Descriptions as they are written: what TOML gives, and where in the text a mistake is.
+
+use std::collections::HashSet;
+use std::ops::Range;
+
+use framelock_formats::layout::{self, Algorithm, Appendix, Crc, LengthField, Message};
+use framelock_formats::{ARDUPILOTMEGA, COMMON};
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::checksum::Named;
+use crate::field::{Class, Number, Type};
+use crate::hex;
+use crate::value::Scale;
+
+/// What is wrong, and where in the text.
+pub(crate) struct Problem(pub(crate) Range<usize>, pub(crate) String);
+
+/// That something at a place of the text is wrong.
+pub(crate) fn wrong<T, V>(place: &Spanned<V>, what: impl Into<String>) -> Result<T, Problem> {
+    Err(Problem(place.span(), what.into()))
+}
+
+/// That something is missing.
+pub(crate) fn missing<T>(what: &str) -> Result<T, Problem> {
+    Err(Problem(0..0, what.into()))
+}
+
+/// A description, or one of several kinds of frames in it.
+#[derive(Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Written {
+    /// Of a kind.
+    pub(crate) name: Option<Spanned<String>>,
+    pub(crate) sync: Option<Alternatives>,
+    /// Bytes in every frame.
+    pub(crate) length: Option<Spanned<usize>>,
+    pub(crate) length_field: Option<Spanned<LengthEntry>>,
+    pub(crate) shortest: Option<usize>,
+    pub(crate) longest: Option<Spanned<usize>>,
+    pub(crate) terminator: Option<Spanned<Alternatives>>,
+    pub(crate) checksum: Option<Spanned<ChecksumEntry>>,
+    pub(crate) messages: Option<Spanned<MessagesEntry>>,
+    pub(crate) appendix: Option<Spanned<AppendixEntry>>,
+    #[serde(default)]
+    pub(crate) fields: Vec<Spanned<FieldEntry>>,
+    #[serde(default)]
+    pub(crate) kinds: Vec<Spanned<Written>>,
+    /// Shipped descriptions, by name.
+    #[serde(default)]
+    pub(crate) any_of: Vec<Spanned<String>>,
+}
+
+impl Written {
+    /// A kind with what it does not say itself from the description that it is in; the fields of both.
+    pub(crate) fn within(mut self, whole: &Self) -> Self {
+        let has_length = self.length.is_some() || self.length_field.is_some();
+        if self.length.is_none() {
+            self.shortest = self.shortest.or(whole.shortest);
+            self.longest = self.longest.or_else(|| whole.longest.clone());
+        }
+        if !has_length {
+            self.length.clone_from(&whole.length);
+            self.length_field.clone_from(&whole.length_field);
+        }
+        self.sync = self.sync.or_else(|| whole.sync.clone());
+        self.terminator = self.terminator.or_else(|| whole.terminator.clone());
+        self.checksum = self.checksum.or_else(|| whole.checksum.clone());
+        self.messages = self.messages.or_else(|| whole.messages.clone());
+        self.appendix = self.appendix.or_else(|| whole.appendix.clone());
+        self.fields = [whole.fields.clone(), self.fields].concat();
+        self
+    }
+
+    /// Whether it says anything of frames itself.
+    pub(crate) fn has_more(&self) -> bool {
+        self.sync.is_some()
+            || self.length.is_some()
+            || self.length_field.is_some()
+            || self.terminator.is_some()
+            || self.checksum.is_some()
+            || !self.fields.is_empty()
+    }
+}
+
+/// Bytes in hex, and between alternatives of the same length a bar.
+#[derive(Clone, Default, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Alternatives {
+    /// All of them, one behind the other.
+    pub(crate) bytes: Vec<u8>,
+    /// Bytes in each.
+    pub(crate) length: usize,
+}
+
+impl TryFrom<String> for Alternatives {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let each = text.split('|').map(|text| hex::parse(&[text]));
+        let each = each.collect::<Result<Vec<_>, _>>()?;
+        let lengths: HashSet<usize> = each.iter().map(Vec::len).collect();
+        if lengths.contains(&0) {
+            return Err("no bytes: leave the key out if there are none".into());
+        }
+        match *lengths.into_iter().collect::<Vec<_>>() {
+            [length] => Ok(Self {
+                bytes: each.concat(),
+                length,
+            }),
+            _ => Err("all that a frame may begin or end with must have the same length".into()),
+        }
+    }
+}
+
+impl Alternatives {
+    /// Whether there is only one.
+    pub(crate) fn is_one(&self) -> bool {
+        self.bytes.len() == self.length
+    }
+}
+
+/// A place that is counted from the front.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "i16")]
+pub(crate) struct Front(pub(crate) usize);
+
+impl TryFrom<i16> for Front {
+    type Error = &'static str;
+
+    fn try_from(at: i16) -> Result<Self, Self::Error> {
+        usize::try_from(at).map(Self).map_err(
+            |_| "this is needed before the end is known: count it from the front, 0 or more",
+        )
+    }
+}
+
+/// A number without sign of up to four bytes.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Unsigned(pub(crate) Number);
+
+impl TryFrom<String> for Unsigned {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let number = Number::try_from(name)?;
+        if number.class == Class::Unsigned && number.bytes <= 4 {
+            return Ok(Self(number));
+        }
+        Err("a number without sign of up to four bytes is wanted: u8, u16le, u16be, u24le and so on".into())
+    }
+}
+
+impl Unsigned {
+    /// As the layout has it.
+    pub(crate) fn at(self, at: usize) -> layout::Number {
+        let Number { bytes, order, .. } = self.0;
+        layout::Number { at, bytes, order }
+    }
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LengthEntry {
+    at: Front,
+    #[serde(rename = "type")]
+    number: Unsigned,
+    mask: Option<u32>,
+    factor: Option<u32>,
+    #[serde(default)]
+    plus: i32,
+}
+
+impl LengthEntry {
+    pub(crate) fn field(&self) -> LengthField {
+        LengthField {
+            number: self.number.at(self.at.0),
+            mask: self.mask.unwrap_or(u32::MAX),
+            factor: self.factor.unwrap_or(1),
+            plus: self.plus,
+        }
+    }
+
+    /// The bits of the number that count.
+    pub(crate) fn number_mask(&self) -> u64 {
+        self.number.0.all() & u64::from(self.mask.unwrap_or(u32::MAX))
+    }
+
+    /// Bytes in the longest frame that it can tell.
+    pub(crate) fn most(&self) -> u64 {
+        let factor = self.factor.unwrap_or(1);
+        (self.number_mask() * u64::from(factor)).saturating_add_signed(self.plus.into())
+    }
+}
+
+/// A checksum in a frame.
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ChecksumEntry {
+    name: Option<Named>,
+    width: Option<u32>,
+    polynomial: Option<u32>,
+    initial: Option<u32>,
+    reflected: Option<bool>,
+    xor: Option<u32>,
+    #[serde(rename = "type")]
+    pub(crate) stored: Stored,
+    pub(crate) at: i16,
+    #[serde(default)]
+    pub(crate) from: i16,
+    pub(crate) to: Option<i16>,
+}
+
+impl ChecksumEntry {
+    /// How it is computed, or what contradicts that.
+    pub(crate) fn algorithm(&self) -> Result<Algorithm<'static>, &'static str> {
+        let has_parameters =
+            self.initial.is_some() || self.reflected.is_some() || self.xor.is_some();
+        let (width, polynomial) = match (self.name, self.width, self.polynomial) {
+            (Some(Named(algorithm)), None, None) if !has_parameters => return Ok(algorithm),
+            (None, Some(width @ 8..=32), Some(polynomial)) => (width, polynomial),
+            (None, Some(_), Some(_)) => return Err("a CRC has a width of 8 to 32 bits"),
+            _ => {
+                return Err(
+                    "give a name, or a CRC's width and polynomial; then initial, reflected and xor",
+                );
+            }
+        };
+        let reflected = self.reflected.unwrap_or_default();
+        let crc = Crc {
+            width,
+            polynomial,
+            initial: self.initial.unwrap_or_default(),
+            reflected_in: reflected,
+            reflected_out: reflected,
+            xor_out: self.xor.unwrap_or_default(),
+            ..Crc::ZERO
+        };
+        if u32::MAX >> (32 - width) < crc.polynomial | crc.initial | crc.xor_out {
+            return Err(
+                "polynomial, initial and xor have no more bits than width; the highest power is left out",
+            );
+        }
+        Ok(Algorithm::Crc(crc))
+    }
+}
+
+/// How a checksum is written.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Stored {
+    /// Bytes that are kept of it.
+    pub(crate) bytes: usize,
+    pub(crate) written: layout::Written,
+}
+
+impl TryFrom<String> for Stored {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        if let Some(bytes) = ["hex8", "hex16", "hex24", "hex32"]
+            .iter()
+            .position(|hex| *hex == name)
+        {
+            let (bytes, written) = (bytes + 1, layout::Written::Hex);
+            return Ok(Self { bytes, written });
+        }
+        let Unsigned(number) = name.try_into()?;
+        Ok(Self {
+            bytes: number.bytes,
+            written: match number.order {
+                layout::ByteOrder::Little => layout::Written::Little,
+                layout::ByteOrder::Big => layout::Written::Big,
+            },
+        })
+    }
+}
+
+impl Stored {
+    /// Bytes of the frame that it takes.
+    pub(crate) fn length(self) -> usize {
+        match self.written {
+            layout::Written::Hex => 2 * self.bytes,
+            _ => self.bytes,
+        }
+    }
+}
+
+/// Which messages there are.
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MessagesEntry {
+    at: Front,
+    #[serde(rename = "type")]
+    number: Unsigned,
+    known: Known,
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "known messages are \"common\", \"ardupilotmega\", or rows of one to three numbers: [[number, extra byte, \
+                 longest length field]]"
+)]
+enum Known {
+    Dialect(Dialect),
+    Rows(Vec<Row>),
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Dialect {
+    Common,
+    Ardupilotmega,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged)]
+enum Row {
+    Number([u32; 1]),
+    Extra(u32, u8),
+    Most(u32, u8, u16),
+}
+
+impl MessagesEntry {
+    pub(crate) fn number(&self) -> layout::Number {
+        self.number.at(self.at.0)
+    }
+
+    /// By rising numbers.
+    pub(crate) fn known(&self) -> Result<&'static [Message], &'static str> {
+        match &self.known {
+            Known::Dialect(Dialect::Common) => Ok(COMMON),
+            Known::Dialect(Dialect::Ardupilotmega) => Ok(ARDUPILOTMEGA),
+            Known::Rows(rows) => sorted(rows.iter().map(|row| match *row {
+                Row::Number([number]) => (number, None, u16::MAX),
+                Row::Extra(number, extra) => (number, Some(extra), u16::MAX),
+                Row::Most(number, extra, most) => (number, Some(extra), most),
+            })),
+        }
+    }
+}
+
+/// Messages by rising numbers.
+pub(crate) fn sorted(
+    rows: impl Iterator<Item = (u32, Option<u8>, u16)>,
+) -> Result<&'static [Message], &'static str> {
+    let mut messages: Vec<Message> = rows
+        .map(|(number, extra, most)| Message {
+            number,
+            extra,
+            most,
+        })
+        .collect();
+    messages.sort_by_key(|message| message.number);
+    if messages
+        .windows(2)
+        .any(|pair| matches!(pair, [a, b] if a.number == b.number))
+    {
+        return Err("a number stands there twice");
+    }
+    Ok(messages.leak())
+}
+
+/// What is behind some frames.
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AppendixEntry {
+    /// What it is called.
+    pub(crate) name: Spanned<String>,
+    at: Front,
+    mask: u8,
+    bytes: usize,
+}
+
+impl AppendixEntry {
+    pub(crate) fn appendix(&self) -> Appendix {
+        Appendix {
+            at: self.at.0,
+            mask: self.mask,
+            bytes: self.bytes,
+        }
+    }
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FieldEntry {
+    pub(crate) name: Spanned<String>,
+    pub(crate) at: Spanned<i16>,
+    #[serde(rename = "type")]
+    pub(crate) kind: Option<TypeEntry>,
+    pub(crate) bits: Option<usize>,
+    #[serde(default)]
+    pub(crate) bit: u16,
+    pub(crate) count: Option<usize>,
+    pub(crate) mask: Option<Spanned<u64>>,
+    pub(crate) value: Option<Spanned<Values>>,
+    pub(crate) scale: Option<Spanned<ScaleEntry>>,
+    pub(crate) unit: Option<Spanned<String>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct TypeEntry(pub(crate) Type);
+
+impl TryFrom<String> for TypeEntry {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        Ok(Self(match &*name {
+            "bytes" => Type::Bytes,
+            "text" => Type::Text,
+            _ => Type::Number(name.try_into()?),
+        }))
+    }
+}
+
+/// What a field always is, or one of what.
+#[derive(Clone, Deserialize)]
+#[serde(untagged, expecting = "a value is a whole number, or a list of them")]
+pub(crate) enum Values {
+    One(i64),
+    OneOf(Vec<u32>),
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(try_from = "f64")]
+pub(crate) struct ScaleEntry(pub(crate) Scale);
+
+impl TryFrom<f64> for ScaleEntry {
+    type Error = &'static str;
+
+    fn try_from(scale: f64) -> Result<Self, Self::Error> {
+        scale.try_into().map(Self)
+    }
+}

@@ -1,0 +1,266 @@
+//! What the keys of a description mean, each by a frame.
+
+use framelock_description::{Description, hex};
+use serde_json::{Value as Json, json};
+
+/// Names and values of a frame, as text.
+fn shown(description: &Description, frame: &[u8]) -> String {
+    let kind = description.kind(frame).unwrap();
+    let fields = kind.shown(frame).map(|(field, content)| {
+        let values = content.values().map(|value| value.to_string());
+        let unit = field.unit.as_deref().map(|unit| format!(" {unit}"));
+        let values = values.collect::<Vec<_>>().join(" ");
+        format!("{} {values}{}", field.name, unit.unwrap_or_default())
+    });
+    fields.collect::<Vec<_>>().join(", ")
+}
+
+/// Descriptions, values in the order of the columns, the frame in hex, and what it is shown as.
+#[test]
+fn each_key_means_what_it_is_called() {
+    for (text, values, frame, expected) in [
+        // LD06, a laser scanner, the frame of its manual: a CRC that has no name.
+        (
+            "sync = '54 2C'\nlength = 47\nchecksum = { width = 8, polynomial = 0x4D, type = 'u8', at = -1 }
+             fields = [{ name = 'speed', at = 2, type = 'u16le' },
+             { name = 'start', at = 4, type = 'u16le', scale = 0.01, unit = 'deg' },
+             { name = 'points', at = 6, type = 'bytes', count = 36 },
+             { name = 'end', at = 42, type = 'u16le', scale = 0.01, unit = 'deg' },
+             { name = 'at', at = 44, type = 'u16le', unit = 'ms' }]",
+            json!([2152, 324.27, "E000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5", 334.7, 6714]),
+            "542C6808AB7EE000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5BE823A1A50",
+            "speed 2152, start 324.27 deg, points \
+             E000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5, end 334.70 deg, at 6714 ms",
+        ),
+        // Graupner's SUMD: the length counts words.
+        (
+            "sync = 'A8'\nlength_field = { at = 2, type = 'u8', factor = 2, plus = 5 }\nlongest = 69
+             checksum = { name = 'CRC-16/XMODEM', type = 'u16be', at = -2 }
+             fields = [{ name = 'status', at = 1, type = 'u8' }, { name = 'payload', at = 3, type = 'bytes' }]",
+            json!([1, "2EE02710"]),
+            "A8 01 02 2E E0 27 10 EF E4",
+            "status 1, payload 2EE02710",
+        ),
+        // Only the lower bits count, and nothing is to be added.
+        (
+            "sync = '7E'\nlength_field = { at = 1, type = 'u8', mask = 0x0F }\nlongest = 15\nshortest = 3
+             fields = [{ name = 'flags', at = 1, type = 'u8', mask = 0xF0 }, { name = 'rest', at = 2, type = 'bytes' }]",
+            json!([9, "0102"]),
+            "7E 94 01 02",
+            "flags 9, rest 0102",
+        ),
+        // A sum in digits.
+        (
+            "sync = '3A'\nterminator = '0A'\nlongest = 20\nchecksum = { name = 'sum', type = 'hex8', at = -3, from = 1 }
+             fields = [{ name = 'text', at = 1, type = 'text' }]",
+            json!(["ab\u{1B}"]),
+            "3A 61 62 1B 44 45 0A",
+            "text ab\\x1B",
+        ),
+        // Scales are exact, and whole ones have no point.
+        (
+            "sync = '24'\nlength = 8\nfields = [
+             { name = 'angle', at = 1, type = 'i16be', scale = 0.01, unit = 'deg' },
+             { name = 'height', at = 3, type = 'u16be', scale = 25, unit = 'm' },
+             { name = 'small', at = 5, type = 'u8', scale = 0.00390625 },
+             { name = 'cells', at = 6, bits = 5, count = 2, scale = 0.1, unit = 'V' }]",
+            json!([-179.99, 100, 0.5, 3.1, 0.2]),
+            "24 B9 B1 00 04 80 5F 00",
+            "angle -179.99 deg, height 100 m, small 0.50000000, cells 3.1 0.2 V",
+        ),
+        // Bits of a number, with and without a sign.
+        (
+            "sync = '24'\nlength = 4\nfields = [
+             { name = 'low', at = 1, type = 'i16le', mask = 0x0FFF },
+             { name = 'high', at = 1, type = 'u16le', mask = 0xF000 },
+             { name = 'odd', at = 3, type = 'u8', mask = 0xA0, value = 4 },
+             { name = 'even', at = 3, type = 'u8', mask = 0x03 }]",
+            json!([-2, 5, 3]),
+            "24 FE 5F 83",
+            "low -2, high 5, even 3",
+        ),
+        // One of several ends, and what stands at the beginning of the frame.
+        (
+            "sync = 'C8 | EE'\nterminator = '00 | 04'\nlength = 4\nfields = [
+             { name = 'to', at = 0, type = 'u8' }, { name = 'end', at = -1, type = 'u8' }]",
+            json!([0xEE, 4]),
+            "EE 00 00 04",
+            "to 238, end 4",
+        ),
+        // A line of text is ended by its end alone.
+        (
+            "terminator = '0D 0A'\nlongest = 40\nfields = [{ name = 'line', at = 0, type = 'text' }]",
+            json!(["1.5,2"]),
+            "31 2E 35 2C 32 0D 0A",
+            "line 1.5,2",
+        ),
+        // Messages by number: the checksum covers a byte that is not sent; and something behind the frame.
+        (
+            "sync = 'FD'\nlength_field = { at = 1, type = 'u8', plus = 4 }\nlongest = 20
+             messages = { at = 2, type = 'u8', known = [[7], [9, 1], [8, 2, 3]] }
+             appendix = { name = 'more', at = 1, mask = 0x80, bytes = 2 }
+             checksum = { name = 'sum', type = 'u8', at = -1, from = 2 }
+             fields = [{ name = 'message', at = 2, type = 'u8' }, { name = 'payload', at = 3, type = 'bytes' }]",
+            json!([9, "05", ""]),
+            "FD 01 09 05 0F",
+            "message 9, payload 05",
+        ),
+    ] {
+        let description = Description::parse("my.toml", text).unwrap();
+        let values = values.as_array().unwrap().iter().cloned().map(Some);
+        let encoded = description.encode(&values.collect::<Vec<_>>()).unwrap_or_else(|why| panic!("{text}: {why}"));
+        assert_eq!(hex::glued(&encoded), frame.replace(' ', ""), "{text}");
+        assert_eq!(shown(&description, &encoded), expected, "{text}");
+    }
+}
+
+/// Two kinds of a motor's frames: what they have in common is written once.
+const MOTOR: &str = r#"
+    sync = "AA 55"
+    length_field = { at = 2, type = "u8" }
+    longest = 20
+    checksum = { name = "CRC-16/MODBUS", type = "u16le", at = -2 }
+    fields = [{ name = "number", at = 3, type = "u8" }]
+
+    [[kinds]]
+    name = "measurement"
+    shortest = 11
+    fields = [
+        { name = "which", at = 4, type = "u8", value = 1 },
+        { name = "position", at = 5, type = "i32le" },
+    ]
+
+    [[kinds]]
+    name = "state"
+    shortest = 8
+    fields = [
+        { name = "which", at = 4, type = "u8", value = [2, 3] },
+        { name = "text", at = 5, type = "text" },
+    ]
+"#;
+
+#[test]
+fn a_description_may_have_several_kinds() {
+    let description = Description::parse("motor.toml", MOTOR);
+    // The same name for what is always the same in one kind is no column there.
+    let description = description.unwrap();
+    let columns: Vec<&str> = description
+        .columns
+        .iter()
+        .map(|column| &*column.name)
+        .collect();
+    assert_eq!(columns, ["kind", "number", "position", "which", "text"]);
+    let encode = |values: Json| {
+        let values = values
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|value| Some(value.clone()).filter(|it| !it.is_null()));
+        description.encode(&values.collect::<Vec<_>>())
+    };
+    for (values, told) in [
+        (
+            json!(["measurement", 1, -2, null, null]),
+            "number 1, position -2",
+        ),
+        (
+            json!(["state", 2, null, 3, "on"]),
+            "number 2, which 3, text on",
+        ),
+    ] {
+        let frame = encode(values.clone()).unwrap();
+        assert_eq!(shown(&description, &frame), told);
+        assert_eq!(values[0], *description.kind(&frame).unwrap().name);
+    }
+    for (values, told) in [
+        (
+            json!(["satte", 2, null, 3, "on"]),
+            "kind \"satte\" is none of measurement, state",
+        ),
+        (json!([null, 2, null, 3, "on"]), "missing field `kind`"),
+        (
+            json!(["state", 2, null, 1, "on"]),
+            "which 1: there is no such message",
+        ),
+        (json!(["state", 2, null, 3]), "missing field `text`"),
+        (json!(["measurement", 1]), "missing field `position`"),
+    ] {
+        assert!(encode(values).unwrap_err().starts_with(told), "{told}");
+    }
+}
+
+/// Frames of the same length, which a byte or some bits behind the length tell apart.
+#[test]
+fn kinds_are_told_apart_by_what_is_always_the_same_in_each() {
+    for rest in [
+        "type = 'u8', value",
+        "type = 'u16be', mask = 0x0FF0, value",
+        "bits = 3, bit = 2, value",
+    ] {
+        for length in [
+            "length = 9",
+            "length_field = { at = 1, type = 'u8' }\nlongest = 20\nshortest = 8",
+        ] {
+            let kinds = (1..=3).map(|number| {
+                format!("[[kinds]]\nname = 'k{number}'\nfields = [{{ name = 'which', at = 3, {rest} = {number} }}]\n")
+            });
+            let kinds = kinds.collect::<Vec<_>>().concat();
+            let text = format!(
+                "sync = '24'\n{length}\nchecksum = {{ name = 'sum', type = 'u8', at = -1 }}\n{kinds}"
+            );
+            let description = Description::parse("my.toml", &text).unwrap();
+            for name in ["k1", "k2", "k3"] {
+                let frame = description.encode(&[Some(name.into())]);
+                let frame = frame.unwrap_or_else(|why| panic!("{text}: {name}: {why}"));
+                assert_eq!(description.kind(&frame).unwrap().name, name);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_written_is_told() {
+    for (text, values, told) in [
+        (
+            "sync = '24'\nlength = 3\nfields = [{ name = 'a', at = 1, type = 'i16le', scale = 0.1 }]",
+            json!([5000]),
+            "a 5000 is not a number from -3276.8 to 3276.7",
+        ),
+        (
+            "sync = '24'\nlength = 3\nfields = [{ name = 'a', at = 1, type = 'i16le', mask = 0x0FF0 }]",
+            json!([128]),
+            "a 128 is not a whole number from -128 to 127",
+        ),
+        (
+            "sync = '24'\nlength = 3\nfields = [{ name = 'a', at = 1, type = 'u16le', mask = 0x0FA0 }]",
+            json!([2]),
+            "a 2 has other bits than the mask 0xFA0",
+        ),
+        (
+            "sync = 'C8 | EE'\nlength = 3\nfields = [{ name = 'a', at = 0, type = 'u8' }]",
+            json!([5]),
+            "a cannot be that: the description says what stands in its place",
+        ),
+        (
+            "sync = '24'\nterminator = '0A'\nlongest = 9\nfields = [{ name = 'a', at = 1, type = 'text' }]",
+            json!(["1\\x0A2"]),
+            "there is no frame of 5 bytes with these values",
+        ),
+        (
+            "sync = '24'\nterminator = '0A'\nlongest = 9\nfields = [{ name = 'a', at = 1, type = 'text' }]",
+            json!(["123456789"]),
+            "there is no frame of 11 bytes with these values: the description has frames of 2 to 9 bytes",
+        ),
+    ] {
+        let description = Description::parse("my.toml", text).unwrap();
+        let values: Vec<_> = values
+            .as_array()
+            .unwrap()
+            .iter()
+            .cloned()
+            .map(Some)
+            .collect();
+        let why = description.encode(&values).unwrap_err();
+        assert!(why.starts_with(told), "{why}");
+    }
+}

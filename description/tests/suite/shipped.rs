@@ -1,0 +1,75 @@
+//! The shipped descriptions: they are the crate's own layouts, and a frame's values make the same frame again.
+
+use std::path::Path;
+
+use framelock_description::{Description, SHIPPED};
+use framelock_formats::layout::{Algorithm, Checksum, Crc, Table};
+use framelock_formats::{
+    ARDUPILOTMEGA, BIN, BIN_CRC8, CRSF, IBUS, Layout, NMEA, RTCM, SBUS, SIX_AXES, UBX, mavlink1,
+    mavlink2,
+};
+
+/// A layout without a CRC's table, which says nothing about frames.
+fn plain(layout: Layout<'static>) -> Layout<'static> {
+    let checksum = layout.checksum.map(|checksum| Checksum {
+        algorithm: match checksum.algorithm {
+            Algorithm::Crc(crc) => Algorithm::Crc(Crc {
+                table: Table::None,
+                ..crc
+            }),
+            sum => sum,
+        },
+        ..checksum
+    });
+    Layout { checksum, ..layout }
+}
+
+#[test]
+fn a_frame_is_described_once() {
+    let ubx = Layout {
+        longest: 4096,
+        ..UBX
+    };
+    let (first, second) = (mavlink1(ARDUPILOTMEGA), mavlink2(ARDUPILOTMEGA));
+    for (name, layouts) in [
+        ("bin", &[BIN][..]),
+        ("bin-crc8", &[BIN_CRC8]),
+        ("sbus", &[SBUS]),
+        ("ibus", &[IBUS]),
+        ("crsf", &[CRSF]),
+        ("ubx", &[ubx]),
+        ("nmea", &[NMEA]),
+        ("rtcm", &[RTCM]),
+        ("gnss", &[ubx, NMEA, RTCM]),
+        ("mavlink", &[second, first]),
+        ("mavlink1", &[first]),
+        ("mavlink2", &[second]),
+        ("six-axes", &[SIX_AXES]),
+        ("six-axes-be", &[SIX_AXES]),
+    ] {
+        let (_, text) = SHIPPED
+            .iter()
+            .find(|(shipped, _)| *shipped == name)
+            .unwrap();
+        let described = Description::parse(name, text).unwrap();
+        let described: Vec<_> = described.format().0.iter().copied().map(plain).collect();
+        let expected: Vec<_> = layouts.iter().copied().map(plain).collect();
+        assert_eq!(described, expected, "{name}");
+    }
+}
+
+#[test]
+fn every_file_is_shipped() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("frames");
+    let files = std::fs::read_dir(folder).unwrap();
+    let mut files: Vec<_> = files
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect();
+    let mut names: Vec<_> = SHIPPED
+        .iter()
+        .map(|(name, _)| format!("{name}.toml"))
+        .collect();
+    files.sort();
+    names.sort();
+    assert_eq!(files, names);
+}

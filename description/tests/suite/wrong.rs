@@ -1,0 +1,133 @@
+//! Mistakes in descriptions: each is told with its place, and nothing makes reading one go on for ever.
+
+use std::path::Path;
+
+use framelock_description::{Description, read};
+
+/// Descriptions, in which `\n` is what it is called, and what is wrong with them.
+const WRONG: &str = r#"
+    sync = "2G" => 1:8: word 1, '2G', has 'G', which is no hex digit
+    sync = "" => 1:8: no bytes: leave the key out
+    sync = 5 => 1:8: invalid type: integer `5`, expected a string
+    sync = "C8 | EE 01"\nlength = 4 => 1:8: all that a frame may begin or end with must have the same length
+    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: all that a frame may begin or end with must have
+    length = 4 => 1:1: nothing tells a frame from noise
+    sync = "24" => 1:1: nothing ends a frame
+    sync = "24"\nlenght = 4 => 2:1: unknown field `lenght`
+    sync = "24"\nlength = 4\nlength = 5 => 3:1: duplicate key
+    sync = "24"\nlength = 4\nlongest = 5 => 2:10: length says it all
+    sync = "24"\nlength = 70000 => 2:10: frames of 70000 to 70000 bytes
+    sync = "24 25"\nlength = 2\nterminator = "0A" => 2:10: frames of 2 to 2 bytes: the parts that each has are 3
+    sync = "24"\nlength = 4\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:10: length is for frames that all have it
+    sync = "24"\nlength_field = { at = -1, type = "u8", plus = 2 }\nlongest = 9 => 2:23: this is needed before the end is known
+    sync = "24"\nlength_field = { at = 1, type = "u16", plus = 2 } => 2:33: there is no type "u16": u8, u16le
+    sync = "24"\nlength_field = { at = 1, type = "i8", plus = 2 } => 2:33: a number without sign of up to four bytes
+    sync = "24"\nlength_field = { at = 1, type = "u8", factor = 0 }\nlongest = 9 => 2:16: with this factor or mask it tells no length
+    sync = "24"\nlength_field = { at = 1, type = "u8", mask = 0x100 }\nlongest = 9 => 2:16: with this factor or mask it tells no length
+    sync = "24"\nlength_field = { at = 1, type = "u8", plus = 2 } => 1:1: give longest
+    sync = "24"\nlongest = 300\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: frames of 2 to 300 bytes: the parts that each has are 2, and 257 is the most
+    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", mask = 7, factor = 2, plus = 2 } => 2:11: frames of 2 to 40 bytes: the parts that each has are 2, and 16 is the most
+    sync = "24"\nlongest = 1\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: frames of 2 to 1 bytes
+    sync = "24"\nlength = 4\nchecksum = { name = "CRC-8/DVBS3", type = "u8", at = -1 } => 3:21: there is no checksum "CRC-8/DVBS3"; the nearest names are CRC-8/DVB-S2
+    sync = "24"\nlength = 4\nchecksum = { name = "CRC-16/MODBUS", type = "u8", at = -1 } => 3:12: this checksum has 2 bytes
+    sync = "24"\nlength = 9\nchecksum = { name = "CRC-12/DECT", type = "u8", at = -1 } => 3:12: this checksum has 2 bytes
+    sync = "24"\nlength = 9\nchecksum = { name = "xor", type = "hex16", at = -4 } => 3:12: this checksum has 1 bytes, and its type 2
+    sync = "24"\nlength = 9\nchecksum = { type = "u8", at = -1 } => 3:12: give a name, or a CRC's width and polynomial
+    sync = "24"\nlength = 9\nchecksum = { name = "xor", polynomial = 7, type = "u8", at = -1 } => 3:12: give a name, or
+    sync = "24"\nlength = 9\nchecksum = { width = 40, polynomial = 7, type = "u8", at = -1 } => 3:12: a CRC has a width of 8 to 32
+    sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0x107, type = "u8", at = -1 } => 3:12: polynomial, initial and xor have no more bits
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1, to = -1 } => 3:12: in a frame of 4 bytes the checksum is at 3 and covers 0 to 3
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -2, from = 3 } => 3:12: in a frame of 4 bytes
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = 4 } => 3:12: the checksum is not in a frame of 4 bytes
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "hex8", at = -1 } => 3:12: the checksum is not in a frame of 4 bytes
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1 }\nterminator = "0A" => 3:12: the checksum is in the place of the terminator
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 4, type = "bytes" }] => 3:11: nothing of the frame is left
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 3, type = "u16le" }] => 3:30: a is not in a frame of 4 bytes
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u16le" }, { name = "b", at = 2, type = "u8" }] => 3:70: b is in the place of a
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u16le", mask = 0x0FFF }, { name = "b", at = 2, type = "u8", mask = 0x18 }] => 3:85: b is in the place of a
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, bits = 5 }, { name = "b", at = 1, bit = 4, bits = 2 }] => 3:64: b is in the place of a
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8" }] => 3:11: two values are called a
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", count = 2 }, { name = "a1", at = 3, type = "u8" }] => 3:11: two values are called a1
+    sync = "24"\nlength = 4\nfields = [{ name = "time", at = 1, type = "u8" }] => 3:20: offset, length, time are other columns' names
+    sync = "24"\nlength = 4\nfields = [{ name = "A b", at = 1, type = "u8" }] => 3:20: a name has small letters
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1 }] => 3:11: a field has a type, or else bits
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = 256 }] => 3:54: this value does not fit
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = [1, 256] }] => 3:54: these values do not fit
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = "1" }] => 3:54: a value is a whole number, or a list
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = [1, 1] }] => 3:54: a number stands there twice
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = -2, type = "u8", value = [1, 2] }] => 3:55: a list of values is for one number without sign
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", mask = 0x100 }] => 3:53: a mask is for whole numbers, and has bits that they have
+    sync = "24"\nlength = 8\nfields = [{ name = "a", at = 1, type = "f32le", scale = 0.1 }] => 3:57: a scale is for whole numbers of up to 32 bits
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", scale = 0 }] => 3:54: a scale is a number other than 0
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", unit = "m\u001B" }] => 3:53: a unit is a word
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", units = "m" }] => 3:46: unknown field `units`
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = -1, type = "bytes" }] => 3:30: what takes all that is left is counted from the front
+    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", plus = 2 }\nfields = [{ name = "a", at = 9, type = "u8", value = 1 }] => 4:54: a frame may be too short for this: give shortest
+    sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = { x = 1 } } => 3:43: known messages are "common"
+    sync = "24"\nlength = 9\nappendix = { name = "a", at = 1, mask = 1, bytes = 4 } => 3:12: an appendix has bytes, and its frames have a length_field
+    any_of = ["ubx", "nmae"] => 1:18: there is no frame "nmae", the nearest name is nmea: the frames are bin
+    sync = "24"\nlength = 3\n[[kinds]]\nfields = [] => 3:1: a kind has a name
+    sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\n[[kinds]]\nname = "a" => 3:1: two kinds are called a
+    sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\nfields = [{ name = "x", at = 1, type = "u8" }]\n[[kinds]]\nname = "b"\nfields = [{ name = "x", at = 1, type = "bytes" }] => 3:1: two kinds have different values called x
+    sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\nfields = [{ name = "kind", at = 1, type = "u8" }]\n[[kinds]]\nname = "b" => 3:1: two values are called kind
+    any_of = ["ubx"]\nsync = "24" => 1:11: any_of names whole frames: other keys are for [[kinds]]
+"#;
+
+#[test]
+fn what_is_wrong_with_a_description_is_told_with_its_place() {
+    for case in WRONG.lines().filter(|line| !line.trim().is_empty()) {
+        let (text, told) = case.trim().split_once(" => ").unwrap();
+        let problem = Description::parse("my.toml", &text.replace("\\n", "\n")).err();
+        let problem = problem.unwrap_or_else(|| panic!("nothing is wrong with {text}"));
+        assert!(
+            problem.starts_with(&format!("my.toml:{told}")),
+            "{text}:\n {problem}\n not {told}"
+        );
+    }
+}
+
+#[test]
+fn a_file_without_end_or_of_other_things_is_no_description() {
+    if cfg!(unix) {
+        let told = read(Path::new("/dev/zero")).unwrap_err();
+        assert!(
+            told.contains("/dev/zero is longer than 1048576 bytes"),
+            "{told}"
+        );
+    }
+    let told = read(&std::env::current_exe().unwrap()).unwrap_err();
+    assert!(
+        told.contains("is longer than") || told.contains("is not text"),
+        "{told}"
+    );
+    let told = read(Path::new("nowhere.toml")).unwrap_err();
+    assert!(told.starts_with("cannot read nowhere.toml: "), "{told}");
+}
+
+#[test]
+fn more_than_a_row_can_have_is_refused_before_it_is_made() {
+    let field =
+        |name: usize| format!("{{ name = \"a{name}_\", at = 1, type = \"u8\", count = 60000 }}");
+    let kinds = (0..99).map(|number| {
+        format!(
+            "[[kinds]]\nname = \"k{number}\"\nfields = [{}]\n",
+            field(number)
+        )
+    });
+    let text = format!(
+        "sync = \"24\"\nlength = 60001\n{}",
+        kinds.collect::<Vec<_>>().concat()
+    );
+    let told = Description::parse("my.toml", &text).unwrap_err();
+    assert!(told.contains("a row of more than 10000 values"), "{told}");
+    let kinds = (0..3000).map(|number| format!("[[kinds]]\nname = \"k{number}\"\n"));
+    let text = format!(
+        "sync = \"24\"\nlength = 3\n{}",
+        kinds.collect::<Vec<_>>().concat()
+    );
+    let told = Description::parse("my.toml", &text).unwrap_err();
+    assert!(
+        told.contains("3000 kinds of frames: 100 are the most"),
+        "{told}"
+    );
+}
