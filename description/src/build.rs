@@ -64,26 +64,12 @@ pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Resul
         .filter(|at| *at < 0)
         .map(|at| usize::from(at.unsigned_abs()));
     let trailer = from_end.fold(terminator.length, usize::max);
-    for (field, entry) in fields.iter_mut().zip(&written.fields) {
-        // What takes the rest of a frame of one length has one length as well.
-        if let (Some(length), None) = (&written.length, field.length()) {
-            let distance = usize::from(field.at.unsigned_abs());
-            field.count = length.get_ref().checked_sub(distance + trailer);
-            if field.count.is_none_or(|left| left == 0) {
-                return wrong(entry, "nothing of the frame is left for this field");
-            }
-        }
-        let is_placed = field.at < 0 || field.constant.is_some();
-        if !is_placed && !matches!(length, Length::Fixed) {
-            field.margin = trailer;
-        }
-    }
+    take_what_is_left(&mut fields, written, trailer)?;
     // In frames of one length what is counted from the end has a place like any other.
     let end = match length {
         Length::Fixed => terminator.length,
         _ => trailer,
     };
-    fields.iter_mut().for_each(Field::learn);
     let (shortest, longest) = bounds(written, &length, least.max(header + end))?;
     let mut kind = Kind {
         name: name.to_owned(),
@@ -122,6 +108,30 @@ pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Resul
         ..kind.layout
     };
     Ok(kind)
+}
+
+/// With so many bytes at the end counted from there: what takes all that is left ends in front of them.
+fn take_what_is_left(
+    fields: &mut [Field],
+    written: &Written,
+    trailer: usize,
+) -> Result<(), Problem> {
+    for (field, entry) in fields.iter_mut().zip(&written.fields) {
+        // What takes the rest of a frame of one length has one length as well.
+        if let (Some(length), None) = (&written.length, field.length()) {
+            let distance = usize::from(field.at.unsigned_abs());
+            field.count = length.get_ref().checked_sub(distance + trailer);
+            if field.count.is_none_or(|left| left == 0) {
+                return wrong(entry, "nothing of the frame is left for this field");
+            }
+        }
+        let is_placed = field.at < 0 || field.constant.is_some();
+        if !is_placed && written.length.is_none() {
+            field.margin = trailer;
+        }
+    }
+    fields.iter_mut().for_each(Field::learn);
+    Ok(())
 }
 
 fn leaked(alternatives: &Alternatives) -> Patterns<'static> {

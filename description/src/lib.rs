@@ -159,6 +159,12 @@ pub fn read(path: &Path) -> Result<String, String> {
 }
 
 fn described(name: &str, written: &Written) -> Result<Description, Problem> {
+    let count = written.kinds.len() + written.any_of.len();
+    if count > MOST_KINDS {
+        return missing(&format!(
+            "{count} kinds of frames: {MOST_KINDS} are the most"
+        ));
+    }
     let mut kinds = Vec::new();
     for name in &written.any_of {
         let Some(text) = shipped(name.get_ref()) else {
@@ -170,8 +176,13 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
     }
     for kind in &written.kinds {
         let whole = kind.get_ref();
-        let Some(name) = &whole.name else {
-            return wrong(kind, "a kind has a name");
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+        let Some(name) = whole
+            .name
+            .as_ref()
+            .filter(|name| name.get_ref().chars().all(plain))
+        else {
+            return wrong(kind, "a kind has a name of letters, digits, - and _");
         };
         if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
             return wrong(name, "a kind has no kinds");
@@ -195,12 +206,6 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
     }
     if kinds.is_empty() {
         kinds.push(build::kind(name, written, false)?);
-    }
-    if kinds.len() > MOST_KINDS {
-        return missing(&format!(
-            "{} kinds of frames: {MOST_KINDS} are the most",
-            kinds.len()
-        ));
     }
     let columns = columns(&kinds).map_err(|what| {
         let place = written.fields.first().map(toml::Spanned::span);
@@ -248,6 +253,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
         .iter()
         .map(|column| (column.name.clone(), 0))
         .collect();
+    let different = |name: &str| Err(format!("two kinds have different values called {name}"));
     for kind in kinds {
         let mut own = std::collections::HashSet::new();
         for field in kind.fields.iter().filter(|field| field.constant.is_none()) {
@@ -261,17 +267,10 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
                 if !own.insert(column.name.clone()) || column.name == KIND && kinds.len() > 1 {
                     return Err(format!("two values are called {}", column.name));
                 }
-                match place
-                    .get(&column.name)
-                    .and_then(|&place| columns.get(place))
-                {
+                let known = place.get(&column.name);
+                match known.and_then(|&place| columns.get(place)) {
                     Some(other) if *other == column => shared += 1,
-                    Some(_) => {
-                        return Err(format!(
-                            "two kinds have different values called {}",
-                            column.name
-                        ));
-                    }
+                    Some(_) => return different(&column.name),
                     None => {
                         place.insert(column.name.clone(), columns.len());
                         columns.push(column);
@@ -281,10 +280,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
             // Of an array in several kinds all is shared.
             let is_it = |column: &&Column| column.array.as_deref() == Some(&field.name);
             if shared > 0 && columns.iter().filter(is_it).count().max(1) != field.values() {
-                return Err(format!(
-                    "two kinds have different values called {}",
-                    field.name
-                ));
+                return different(&field.name);
             }
         }
     }

@@ -67,6 +67,7 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 9\nappendix = { name = "a", at = 1, mask = 1, bytes = 4 } => 3:12: an appendix has bytes, and its frames have a length_field
     any_of = ["ubx", "nmae"] => 1:18: there is no frame "nmae", the nearest name is nmea: the frames are bin
     sync = "24"\nlength = 3\n[[kinds]]\nfields = [] => 3:1: a kind has a name
+    sync = "24"\nlength = 3\n[[kinds]]\nname = "a,b" => 3:1: a kind has a name of letters, digits, - and _
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\n[[kinds]]\nname = "a" => 3:1: two kinds are called a
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\nfields = [{ name = "x", at = 1, type = "u8" }]\n[[kinds]]\nname = "b"\nfields = [{ name = "x", at = 1, type = "bytes" }] => 3:1: two kinds have different values called x
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\nfields = [{ name = "kind", at = 1, type = "u8" }]\n[[kinds]]\nname = "b" => 3:1: two values are called kind
