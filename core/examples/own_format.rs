@@ -2,8 +2,8 @@
 //!
 //! `cargo run -p framelock --example own_format`
 
-use framelock::{BufferedReceiver, Encode, FixedFormat, Format, Receiver, Shape, Verdict};
-use framelock_formats::Headed;
+use framelock::{BufferedReceiver, Encode, FixedFormat, Format, Receiver, Shape};
+use framelock_formats::layout::{Checksum, Layout, Length, LengthField, Patterns};
 
 /// `FE`, a 16-bit throttle, `0A`.
 struct Throttle;
@@ -32,24 +32,25 @@ impl Encode for Throttle {
 /// `AA`, how many bytes of text follow, the text, the sum of its bytes.
 struct Text;
 
-fn sum(text: &[u8]) -> u8 {
-    text.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
-}
+const TEXT: Layout = Layout {
+    sync: Patterns::one(&[0xAA]),
+    length: Length::Field(LengthField {
+        plus: 3,
+        ..LengthField::byte(1)
+    }),
+    shortest: 3,
+    longest: 34,
+    checksum: Some(Checksum {
+        from: 2,
+        ..Checksum::at_the_end(1)
+    }),
+    ..Layout::NONE
+};
 
 impl Format for Text {
-    const LONGEST: usize = 34;
+    framelock_formats::judged_by!(TEXT);
     type Message<'a> = &'a [u8];
 
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        const TEXT: Headed = Headed {
-            sync: &[0xAA],
-            header: 2,
-            longest: Text::LONGEST,
-        };
-        let length = |header: &[u8]| Some(usize::from(*header.last()?) + 3);
-        let check = |frame: &[u8]| matches!(frame, [_, _, text @ .., last] if sum(text) == *last);
-        TEXT.judge(bytes, length, check)
-    }
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         frame.get(2..frame.len() - 1).unwrap_or_default()
     }

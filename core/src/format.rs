@@ -22,7 +22,7 @@ pub enum Verdict {
 /// How frames stand in a stream: a format of any length, fixed or varying.
 ///
 /// A format is a value, so it may hold what is known at run time only: an address, a table of
-/// checksums. Most formats have a sync, a length and a check: for these `framelock-formats` has `Headed`.
+/// checksums. Most are a matter of sync, length and check: for these `framelock-formats` has `Layout`, a value.
 ///
 /// # The laws
 ///
@@ -36,7 +36,7 @@ pub enum Verdict {
 ///    [`NoSync`](DiscardReason::NoSync), whatever follows.
 /// 5. [`judge_on`](Self::judge_on) says what `judge` does.
 ///
-/// `Headed` keeps them by construction (theorem 13g). A format of another shape is tried with `check_laws`,
+/// Every `Layout` keeps them (theorem 13g). A format of another shape is tried with `check_laws`,
 /// of the same crate. If a format breaks them, the receiver still neither panics nor hangs nor loses a byte
 /// from its accounts (theorem 13b), but what it commits may then depend on how the stream is cut into slices.
 ///

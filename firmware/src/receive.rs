@@ -125,11 +125,7 @@ impl Registers for Hardware {
     }
 
     fn ended(&mut self) -> bool {
-        let ended = self.uarte.events_endrx.read().bits() != 0;
-        if ended {
-            self.uarte.events_endrx.reset();
-        }
-        ended
+        self.uarte.events_endrx.read().bits() != 0
     }
 
     fn take_causes(&mut self) -> u32 {

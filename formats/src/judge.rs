@@ -306,7 +306,7 @@ impl Appendix {
 
 impl FixedBits {
     #[inline]
-    fn are_right(&self, frame: &[u8]) -> bool {
+    fn are_right(self, frame: &[u8]) -> bool {
         let byte = index(self.at, frame.len()).and_then(|at| frame.get(at));
         byte.is_some_and(|byte| byte & self.mask == self.value & self.mask)
     }

@@ -6,18 +6,22 @@
 //! | iBUS | [`Ibus`] | 32 | 16-bit sum | Betaflight |
 //! | CRSF | [`Crsf`] | 64 | CRC-8 | TBS's specification |
 //! | UBX | [`Ubx`] | chosen by you | 8-bit Fletcher checksum | u-blox's interface descriptions |
-//! | MAVLink 2 | [`Mavlink2`] | 280 | CRC-16, which includes the message's definition | mavlink.io |
+//! | MAVLink 1 | [`Mavlink1`] | 263 | CRC-16, which includes the message's definition | mavlink.io |
+//! | MAVLink 2 | [`Mavlink2`] | 280 | the same | mavlink.io |
+//! | NMEA 0183 | [`Nmea`] | 128 | exclusive or of 8 bits | u-blox's interface descriptions |
+//! | RTCM 3 | [`Rtcm`] | 1029 | CRC-24 | RTKLIB |
+//! | the last two and UBX | [`Gnss`] | chosen by you | as they have it | |
 //! | six axes | [`SixAxes`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
 //! All are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver),
-//! whose documentation says when a frame is delivered and what may be lost. `SixAxes` is a
-//! [`FixedFormat`](framelock::FixedFormat) for the small [`Receiver`](framelock::Receiver) as well: prefer that.
+//! whose documentation says when a frame is delivered and what may be lost. Only `SixAxes` is a
+//! [`FixedFormat`](framelock::FixedFormat), for the small [`Receiver`](framelock::Receiver).
 //!
 //! They frame: they find the bytes of each message, check them, and take apart what all messages have in
 //! common. What the payload of a CRSF, UBX or MAVLink message means is left to you.
 //!
-//! For a format of your own there are [`Headed`], the usual shape, and [`Either`], two formats on one line. The tests
-//! [`check_laws`] and [`check_encoding`] try it.
+//! For a format of your own write down its [`Layout`], and [`judged_by!`] makes it a format. Several on one line are
+//! [`AnyOf`] them. The tests [`check_laws`] and [`check_encoding`] try what is written by hand.
 //!
 //! What a byte costs, in clean streams and in the worst, stands in the repository's `docs/costs.md`, other crates'
 //! figures beside it.
@@ -28,7 +32,7 @@
 //! use framelock::{Line, BufferedReceiver, LineEvent};
 //! use framelock_formats::{Crsf, CrsfMessage};
 //!
-//! let mut line = Line::new(BufferedReceiver::<_, 128>::new(Crsf::default()));
+//! let mut line = Line::new(BufferedReceiver::<_, 128>::new(Crsf));
 //! let mut frame = [0; 64];
 //! let sent = CrsfMessage { address: 0xC8, kind: 0x0B, payload: &[0, 0xEC] };
 //! let length = sent.encode(&mut frame).expect("its payload is short");

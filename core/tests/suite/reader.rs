@@ -5,8 +5,8 @@ use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
 use framelock::motion::{Bin, Setpoint};
-use framelock::{BufferedReceiver, Encode, Format, LineEvent, Reader, Receiver, Verdict};
-use framelock_formats::Headed;
+use framelock::{BufferedReceiver, Encode, Format, LineEvent, Reader, Receiver};
+use framelock_formats::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 
 /// A UART that gives what it is told to, in the pieces it is told to.
 struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
@@ -104,25 +104,28 @@ fn the_smallest_buffer() -> Result<(), Infallible> {
     Ok(())
 }
 
-/// `'#' length payload`; the last byte is no `'#'`.
+/// `'#' length payload`; the last byte is a letter.
 struct Short;
 
-impl Format for Short {
-    const LONGEST: usize = 9;
-    type Message<'a> = &'a [u8];
+const SHORT: Layout = Layout {
+    sync: Patterns::one(b"#"),
+    length: Length::Field(LengthField {
+        plus: 2,
+        ..LengthField::byte(1)
+    }),
+    shortest: 2,
+    longest: 9,
+    fixed: &[FixedBits {
+        at: -1,
+        mask: 0x40,
+        value: 0x40,
+    }],
+    ..Layout::NONE
+};
 
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        let frame = Headed {
-            sync: b"#",
-            header: 2,
-            longest: Self::LONGEST,
-        };
-        frame.judge(
-            bytes,
-            |header| Some(2 + usize::from(header[1])),
-            |frame| !frame.ends_with(b"#"),
-        )
-    }
+impl Format for Short {
+    framelock_formats::judged_by!(SHORT);
+    type Message<'a> = &'a [u8];
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         &frame[2..]

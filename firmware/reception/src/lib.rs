@@ -62,14 +62,13 @@ pub trait Registers {
     fn open_for(&mut self) -> u32;
     /// Sets the timer to 0.
     fn restart_timer(&mut self);
-    /// Whether ENDRX has come; clears it if so.
+    /// Whether ENDRX has come since [`start`](Self::start), which clears it.
     fn ended(&mut self) -> bool;
     /// Clears ERROR, then reads ERRORSRC and clears what was read.
     fn take_causes(&mut self) -> u32;
     /// What memory holds.
     fn byte(&mut self) -> u8;
-    /// Writes [`NO_BYTE`] to memory, clears ENDRX, which may have come twice, opens a transfer (STARTRX), and
-    /// sets the timer to 0.
+    /// Writes [`NO_BYTE`] to memory, clears ENDRX, opens a transfer (STARTRX), and sets the timer to 0.
     fn start(&mut self);
     /// Switches the UARTE off and on, which empties the FIFO, and starts.
     fn start_anew(&mut self);
@@ -81,18 +80,24 @@ pub trait Registers {
     fn report(&mut self, event: LineEvent);
 }
 
+/// Since the last byte came.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct SinceByte {
+    /// The gap was reported.
+    in_gap: bool,
+    /// Signs that an ENDRX was lost.
+    signs: u8,
+}
+
 /// The reception. `NONE_WAITS`: in this time a byte that waits in the FIFO is stored once a transfer is
 /// open. `GAP`: after this time without a byte no frame goes on (L1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
     draining: bool,
-    /// The gap since the last byte was reported.
-    in_gap: bool,
-    /// Since the last tick: whether a round was, and how many line errors.
-    served: bool,
+    since_byte: SinceByte,
+    /// Since the last tick: how many line errors, and whether a round was.
     errors: u8,
-    /// Signs since the last byte that an ENDRX was lost.
-    signs: u8,
+    served: bool,
     /// Bytes that were received and dropped, since they may have come before an error. Counts wrap.
     pub skipped: u32,
     /// How often the UARTE was switched off and on, since an ENDRX was lost.
@@ -121,22 +126,22 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         if ended {
             registers.start();
         }
-        if open_for >= GAP && !self.in_gap {
-            self.in_gap = true;
+        if open_for >= GAP && !self.since_byte.in_gap {
+            self.since_byte.in_gap = true;
             registers.report(LineEvent::Idle);
+        }
+        if ended {
+            self.since_byte = SinceByte::default();
         }
         if causes != 0 {
             self.fail(ended, causes, registers);
-        }
-        if ended {
-            self.in_gap = false;
-            self.signs = 0;
-            if self.draining {
-                self.skipped = self.skipped.wrapping_add(1);
-            } else {
+        } else if !self.draining {
+            if ended {
                 registers.push(byte);
             }
-        } else if self.draining && causes == 0 && open_for >= NONE_WAITS && byte == NO_BYTE {
+        } else if ended {
+            self.skipped = self.skipped.wrapping_add(1);
+        } else if open_for >= NONE_WAITS && byte == NO_BYTE {
             self.draining = false;
             self.listen(registers);
         }
@@ -148,14 +153,14 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         self.errors = 0;
         self.listen(registers);
         if registers.byte() != NO_BYTE {
-            self.signs = self.signs.saturating_add(1);
+            self.since_byte.signs = self.since_byte.signs.saturating_add(1);
             // The first time its ENDRX may be about to come, or to be handled.
-            if self.signs > 1 {
+            if self.since_byte.signs > 1 {
                 registers.report(LineEvent::Overrun);
                 self.drain(true, registers);
             }
         }
-        core::mem::take(&mut self.served) && self.signs < MOST_SIGNS
+        core::mem::take(&mut self.served) && self.since_byte.signs < MOST_SIGNS
     }
 
     /// A line error. The byte that came out with it, if one did, may be from before it.
@@ -165,7 +170,8 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         self.errors = self.errors.saturating_add(1);
         // If the FIFO was full though a transfer was open, it had ended, and ENDRX was lost.
         let lost_end = !ended && causes & OVERRUN != 0;
-        self.signs = self.signs.saturating_add(lost_end.into());
+        self.since_byte.signs = self.since_byte.signs.saturating_add(lost_end.into());
+        self.skipped = self.skipped.wrapping_add(ended.into());
         self.drain(lost_end, registers);
         // Behind it, so that the time is over before the next byte comes.
         for (bit, event) in (0..).zip(EVENTS) {

@@ -27,7 +27,9 @@ fn frame(payload: &mut Payload) -> Vec<u8> {
 
 pub(crate) fn contenders() -> Vec<Entry> {
     vec![
-        Entry::ours::<64, _>("framelock", Ibus, key),
+        Entry::ours::<64, _>("framelock", Ibus, |channels| {
+            Ibus::encode(&channels)[2..30].to_vec()
+        }),
         Entry::rival("parse_rc_ibus", Textbook::default, |packet| {
             key(packet.get_all_channels())
         }),

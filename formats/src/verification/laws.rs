@@ -1,14 +1,13 @@
-//! The laws, for any layout, and for any two on one line.
+//! The laws, for any layout.
 
 use core::cell::Cell;
 
-use framelock::any_format::{any_mismatch, any_up_to};
-use framelock::{DiscardReason, Format, Verdict};
+use framelock::any_format::any_mismatch;
+use framelock::{DiscardReason, Verdict};
 
 use super::any_layout::{Parts, any_patterns_of};
-use crate::AnyOf;
 use crate::judge::{Head, Known};
-use crate::layout::{Layout, Length, Patterns};
+use crate::layout::{Layout, Length};
 
 /// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
 fn assert_lawful(early: Verdict, late: Verdict, some: usize, more: usize, longest: usize) {
@@ -185,48 +184,4 @@ fn delimiters_of_two_bytes() {
 #[kani::unwind(5)]
 fn delimiters_without_a_sync() {
     a_layout_with_delimiters::<0, 2>();
-}
-
-/// Frames of one length behind two bytes, and such as end with a delimiter behind one. Whichever layout a frame is
-/// of, by its bytes alone it is told to be of that. How a header tells a length makes no difference here.
-#[kani::proof]
-#[kani::unwind(5)]
-fn any_of_two() {
-    const MOST: usize = 3;
-    let bytes: [u8; MOST] = kani::any();
-    let (syncs, end): ([u8; 3], [u8; 1]) = (kani::any(), kani::any());
-    let longest = || any_up_to(4);
-    let new = |sync, length, terminator| Layout {
-        sync: Patterns::one(sync),
-        length,
-        shortest: 0,
-        longest: longest(),
-        fixed: &[],
-        messages: None,
-        checksum: None,
-        terminator: Patterns::one(terminator),
-        appendix: None,
-    };
-    let layouts = [
-        new(&syncs[..2], Length::Fixed, &end[..0]),
-        new(&syncs[2..], Length::Delimiter, &end),
-    ];
-    let both = AnyOf(&layouts);
-    let longest = both.longest();
-    assert!(longest == layouts[0].longest.max(layouts[1].longest));
-    kani::assume(longest >= 1);
-    let (some, more) = any_some_and_more(MOST, longest);
-    let early = both.judge(&bytes[..some]);
-    let late = both.judge(&bytes[..more]);
-    assert_lawful(early, late, some, more, longest);
-    assert!(both.starts(bytes[0]) || late == Verdict::Reject(DiscardReason::NoSync));
-    if matches!(early, Verdict::Incomplete { .. }) {
-        assert!(both.judge_on(&bytes[..more], some) == late);
-    }
-    if let Verdict::Frame(length) = late {
-        let (kind, frame) = both.decode(&bytes[..length]);
-        assert!(layouts[kind].judge(frame) == late);
-        kani::cover!(kind == 0);
-        kani::cover!(kind == 1);
-    }
 }

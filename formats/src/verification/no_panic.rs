@@ -2,28 +2,13 @@
 
 use framelock::Format;
 
-use super::any_layout::{Parts, any_checksum};
-use crate::layout::{Algorithm, Checksum, Crc, Message, Table};
+use super::any_layout::any_checksum;
+use crate::layout::{Algorithm, Crc, Message};
 use crate::{Crsf, Ibus, Mavlink1, Mavlink2, Nmea, Rtcm, Sbus, SixAxes, Ubx};
 
 /// Up to `N` bytes.
 fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
     &bytes[..kani::any_where(|&count| count <= N)]
-}
-
-/// Any bytes are written over by any layout, whatever its checksum, and judged by it.
-#[kani::proof]
-#[kani::unwind(5)]
-fn in_sealing() {
-    let mut bytes: [u8; 3] = kani::any();
-    let parts = Parts::<1, 1, 1>::any();
-    let layout = parts.layout(kani::any::<bool>().then(|| Checksum {
-        algorithm: Algorithm::Xor,
-        ..any_checksum()
-    }));
-    let count = kani::any_where(|&count| count <= 3);
-    let is_frame = layout.seal(&mut bytes[..count]);
-    kani::cover!(is_frame && count == 3);
 }
 
 #[kani::proof]
@@ -52,31 +37,6 @@ fn in_a_crc() {
         };
         let _ = mavlink.result(mavlink.update(kani::any(), &kani::any::<[u8; 6]>()));
     }
-}
-
-fn any_table<'a>(bytes: &'a [u8; 256], halves: &'a [u16; 256], words: &'a [u32; 256]) -> Table<'a> {
-    match kani::any::<u8>() {
-        0 => Table::Bytes(bytes),
-        1 => Table::Halves(halves),
-        _ => Table::Words(words),
-    }
-}
-
-#[kani::proof]
-#[kani::unwind(258)]
-fn in_tables_of_a_crc() {
-    let crc = Crc {
-        width: kani::any(),
-        reflected_in: kani::any(),
-        reflected_out: kani::any(),
-        ..Crc::ZERO
-    };
-    let tables = ([0xA5; 256], [0xA55A; 256], [0xA55A_A55A; 256]);
-    let crc = Crc {
-        table: any_table(&tables.0, &tables.1, &tables.2),
-        ..crc
-    };
-    let _ = crc.result(crc.update(crc.start(), &kani::any::<[u8; 2]>()));
 }
 
 /// Bytes that are no frame among them.

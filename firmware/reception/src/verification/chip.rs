@@ -161,7 +161,7 @@ impl Registers for Chip {
 
     fn ended(&mut self) -> bool {
         self.access();
-        core::mem::take(&mut self.ended)
+        self.ended
     }
 
     fn take_causes(&mut self) -> u32 {

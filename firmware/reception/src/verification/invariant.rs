@@ -2,7 +2,7 @@
 
 use super::Reception;
 use super::chip::{Byte, Chip, FIFO};
-use crate::ERRORS_A_TICK;
+use crate::{ERRORS_A_TICK, SinceByte};
 
 /// Numbers on the line begin below this: they do not wrap within a round.
 const NUMBERS: u8 = 30;
@@ -93,10 +93,12 @@ impl Chip {
 pub(super) fn any_reception() -> Reception {
     Reception {
         draining: kani::any(),
-        in_gap: kani::any(),
+        since_byte: SinceByte {
+            in_gap: kani::any(),
+            signs: kani::any(),
+        },
         served: kani::any(),
         errors: kani::any_where(|errors| *errors < ERRORS_A_TICK + 1),
-        signs: kani::any(),
         skipped: kani::any(),
         restarts: 0,
     }

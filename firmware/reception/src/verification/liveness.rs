@@ -29,7 +29,7 @@ fn a_round_takes_what_has_come() {
     assert!(u32::from(chip.pushed) + dropped == u32::from(had_ended));
     assert!(dropped == 0 || chip.reported, "dropped behind a report");
     // ... the gap, and the error; ...
-    assert!(chip.idles == u8::from(time == 2 && !before.in_gap));
+    assert!(chip.idles == u8::from(time == 2 && !before.since_byte.in_gap));
     assert!(!had_failed || chip.reported && reception.draining);
     // ... and an ERROR that says nothing is cleared.
     assert!(!chip.error);
@@ -108,10 +108,10 @@ fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
     let mut reception = any_reception();
     let mut chip = Chip::any(reception.draining);
     kani::assume(chip.owes_end);
-    let (signs, served) = (reception.signs, reception.served);
+    let (signs, served) = (reception.since_byte.signs, reception.served);
     let hidden = chip.memory.is_some_and(|byte| byte.is_hidden);
     let works = reception.tick(&mut chip);
-    let now = reception.signs;
+    let now = reception.since_byte.signs;
     assert!(now == signs.saturating_add(u8::from(!hidden)));
     assert!(works == (served && now < MOST_SIGNS));
     assert!(!reception.tick(&mut chip));
