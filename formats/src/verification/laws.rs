@@ -7,7 +7,7 @@ use framelock::{DiscardReason, Verdict};
 
 use super::any_layout::{Parts, any_patterns_of};
 use crate::judge::{Head, Known};
-use crate::layout::{Layout, Length};
+use crate::layout::{Layout, Length, LengthField, Number, Patterns};
 
 /// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
 fn assert_lawful(early: Verdict, late: Verdict, some: usize, more: usize, longest: usize) {
@@ -132,28 +132,38 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     }
 }
 
-/// With up to two syncs of `SYNC` bytes.
-fn a_layout_with_lengths<const SYNC: usize>() {
-    let parts = Parts::<0, 0, 0>::any();
+/// With up to two syncs of `SYNC` bytes. The header ends where its last number does, whichever it is.
+fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
     let syncs = kani::any();
-    let layout = parts.layout(None);
-    kani::assume(layout.length != Length::Delimiter);
-    keeps_the_laws::<6>(Layout {
+    keeps_the_laws::<MOST>(Layout {
         sync: any_patterns_of::<SYNC>(&syncs),
-        ..layout
+        length: Length::Field(LengthField {
+            number: Number {
+                bytes: kani::any(),
+                ..Number::byte(0)
+            },
+            ..LengthField::byte(0)
+        }),
+        shortest: 0,
+        longest: kani::any(),
+        fixed: &[],
+        messages: None,
+        checksum: None,
+        terminator: Patterns::NONE,
+        appendix: None,
     });
 }
 
 #[kani::proof]
 #[kani::unwind(7)]
 fn lengths_behind_one_byte() {
-    a_layout_with_lengths::<1>();
+    a_layout_with_lengths::<1, 6>();
 }
 
 #[kani::proof]
 #[kani::unwind(7)]
 fn lengths_behind_three_bytes() {
-    a_layout_with_lengths::<3>();
+    a_layout_with_lengths::<3, 6>();
 }
 
 /// With up to two syncs of `SYNC` bytes, and up to two delimiters of `END`.
