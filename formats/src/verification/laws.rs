@@ -124,7 +124,7 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     // Law 4, and no byte is taken for a start that is none, if there are frames at all.
     let no_sync = late == Verdict::Reject(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
-    assert!(layout.layout.starts(bytes[0]) == !no_sync || no_sync && !has_frames);
+    assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
     // Law 5.
     if matches!(early, Verdict::Incomplete { .. }) {
         let seen = kani::any_where(|&seen| seen <= some);
