@@ -20,7 +20,7 @@ fn stream() -> impl Strategy<Value = Vec<u8>> {
 
 /// What a stream comes to: the ends of its frames, how many bytes were discarded for each reason, and
 /// how many are pending.
-type Outcome = (Vec<usize>, [usize; 6], usize);
+type Outcome = (Vec<usize>, [usize; 8], usize);
 
 /// A check that fails here and there.
 fn check(frame: &[u8]) -> bool {
@@ -47,7 +47,7 @@ fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<Discar
 }
 
 fn naive(places: &[Option<u8>], checked: bool, bytes: &[u8]) -> Outcome {
-    let (mut ends, mut discarded, mut start) = (Vec::new(), [0; 6], 0);
+    let (mut ends, mut discarded, mut start) = (Vec::new(), [0; 8], 0);
     while start < bytes.len() {
         let rest = &bytes[start..];
         if let Some(why) = mismatch(places, &rest[..places.len().min(rest.len())], checked) {
@@ -82,7 +82,7 @@ fn pushed<F: Frame>(shape: &Shape<F>, checked: bool, bytes: &[u8]) -> (Vec<usize
 fn fed<F: Frame>(shape: &Shape<F>, checked: bool, slices: &[&[u8]]) -> (Outcome, Window<F>) {
     let stream = slices.concat();
     let mut window = Window::EMPTY;
-    let (mut ends, mut discarded, mut known) = (Vec::new(), [0; 6], 0);
+    let (mut ends, mut discarded, mut known) = (Vec::new(), [0; 8], 0);
     for slice in slices {
         let check = |word| !checked || check(F::from_word(word).as_ref());
         window.feed(shape, slice, check, |found| {

@@ -18,6 +18,10 @@ pub(crate) const PROTOCOL: Protocol = Protocol {
 
 fn frame(payload: &mut Payload) -> Vec<u8> {
     let mut frame = [&[0x20, 0x40][..], &payload.bytes(28)].concat();
+    // The upper bits of the last two numbers belong to no channel.
+    for place in [27, 29] {
+        frame[place] &= 0x0F;
+    }
     let sum = frame
         .iter()
         .fold(0xFFFF_u16, |sum, &byte| sum - u16::from(byte));
