@@ -109,7 +109,7 @@ fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
 /// can be proved in the image that is flashed: `proofs/machine-code`.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn receiver_step(line: &mut Line, byte: u8) {
+extern "Rust" fn receiver_step(line: &mut Line, byte: u8) {
     if let Some(setpoint) = line.push(byte) {
         setpoint::publish(setpoint);
     }
