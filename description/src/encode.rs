@@ -4,9 +4,10 @@ use framelock::{DiscardReason, Format as _, Verdict};
 use framelock_formats::layout::Length;
 use serde_json::Value as Json;
 
-use crate::field::{Field, index};
+use crate::field::Field;
 use crate::kind::Kind;
 use crate::{Description, KIND, text};
+use framelock_formats::layout::index;
 
 /// What a field is to be: the bits of each of its values, or bytes.
 enum Wanted {

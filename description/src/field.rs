@@ -1,5 +1,6 @@
 //! What stands in a frame: places, types, and how values are read from bytes and written to them.
 
+use framelock_formats::layout::index;
 use std::ops::Range;
 
 use framelock_formats::layout::ByteOrder;
@@ -390,15 +391,4 @@ impl Field {
 /// From the lowest bit of a mask to the highest.
 fn width(mask: u64) -> usize {
     (64 - mask.leading_zeros() - mask.trailing_zeros().min(63)) as usize
-}
-
-/// Where in a frame of that length a place is.
-#[inline]
-pub(crate) fn index(place: i16, length: usize) -> Option<usize> {
-    let distance = usize::from(place.unsigned_abs());
-    if place < 0 {
-        length.checked_sub(distance)
-    } else {
-        Some(distance)
-    }
 }

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use crate::build::checksum;
-use crate::field::index;
 use crate::kind::Kind;
 use crate::written::{Problem, Written, wrong};
+use framelock_formats::layout::index;
 
 /// A part of a frame: where in the text it is said, what it is called, its first byte, and which bits from there on.
 struct Part<'a> {

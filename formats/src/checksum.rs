@@ -1,7 +1,6 @@
 //! Checksums: whether a frame's is right, and what it would have to be.
 
-use crate::judge::index;
-use crate::layout::{Algorithm, Checksum, Written};
+use crate::layout::{Algorithm, Checksum, Written, index};
 
 /// As bytes of a frame: four, or twice as many digits.
 type Text = [u8; 8];

@@ -90,20 +90,12 @@ pub const ARDUPILOTMEGA: &[Message] = &messages([
 ]);
 
 const fn messages<const N: usize>(rows: [(u32, u8, u8); N]) -> [Message; N] {
-    let mut messages = [Message {
-        number: 0,
-        extra: None,
-        most: 0,
-    }; N];
+    let mut messages = [Message::with_extra(0, 0, 0); N];
     let (mut places, mut rows): (&mut [_], &[_]) = (&mut messages, &rows);
     while let (Some((place, later)), Some(((number, extra, most), behind))) =
         (places.split_first_mut(), rows.split_first())
     {
-        *place = Message {
-            number: *number,
-            extra: Some(*extra),
-            most: *most as u16,
-        };
+        *place = Message::with_extra(*number, *extra, *most);
         (places, rows) = (later, behind);
     }
     messages

@@ -11,6 +11,7 @@ use framelock::{DiscardReason, Verdict};
 
 use crate::layout::{
     Appendix, ByteOrder, Checksum, FixedBits, Layout, Length, Message, Messages, Number, Patterns,
+    index,
 };
 
 /// What the bytes up to the end of the header say.
@@ -309,16 +310,5 @@ impl FixedBits {
     fn are_right(self, frame: &[u8]) -> bool {
         let byte = index(self.at, frame.len()).and_then(|at| frame.get(at));
         byte.is_some_and(|byte| byte & self.mask == self.value & self.mask)
-    }
-}
-
-/// Where in a frame of that length a place is.
-#[inline]
-pub(crate) fn index(place: i16, length: usize) -> Option<usize> {
-    let distance = usize::from(place.unsigned_abs());
-    if place < 0 {
-        length.checked_sub(distance)
-    } else {
-        Some(distance)
     }
 }

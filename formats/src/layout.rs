@@ -90,6 +90,18 @@ impl Layout<'_> {
     };
 }
 
+/// Where in a frame of that length a place is, counted from the front; nothing if it would be in front of it.
+#[inline]
+#[must_use]
+pub fn index(place: i16, length: usize) -> Option<usize> {
+    let distance = usize::from(place.unsigned_abs());
+    if place < 0 {
+        length.checked_sub(distance)
+    } else {
+        Some(distance)
+    }
+}
+
 /// What a frame begins or ends with: some bytes, or one of several sequences of the same length.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Patterns<'a> {
@@ -224,6 +236,18 @@ pub struct Message {
     pub extra: Option<u8>,
     /// The most that the length field says, without what its mask leaves out.
     pub most: u16,
+}
+
+impl Message {
+    /// One whose checksum covers an extra byte.
+    #[must_use]
+    pub const fn with_extra(number: u32, extra: u8, most: u8) -> Self {
+        Self {
+            number,
+            extra: Some(extra),
+            most: most as u16,
+        }
+    }
 }
 
 /// Bytes behind some frames, which neither the length nor the checksum counts: MAVLink's signature.

@@ -10,11 +10,11 @@
 //! | MAVLink 2 | [`Mavlink2`] | 280 | the same | mavlink.io |
 //! | NMEA 0183 | [`Nmea`] | 128 | exclusive or of 8 bits | u-blox's interface descriptions |
 //! | RTCM 3 | [`Rtcm`] | 1029 | CRC-24 | RTKLIB |
-//! | the last two and UBX | [`Gnss`] | chosen by you | as they have it | |
+//! | UBX, NMEA and RTCM on one line | [`Gnss`] | chosen by you | as they have it | |
 //! | six axes | [`SixAxes`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! All are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver),
-//! whose documentation says when a frame is delivered and what may be lost. Only `SixAxes` is a
+//! All but one are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver),
+//! whose documentation says when a frame is delivered and what may be lost. `SixAxes` is a
 //! [`FixedFormat`](framelock::FixedFormat), for the small [`Receiver`](framelock::Receiver).
 //!
 //! They frame: they find the bytes of each message, check them, and take apart what all messages have in

@@ -2,8 +2,8 @@
 
 use framelock::Verdict;
 
-use crate::judge::{Head, index};
-use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns};
+use crate::judge::Head;
+use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 
 impl Layout<'_> {
     /// Makes bytes a frame: writes what the layout says of each, sync, fixed bits, length, terminator and at

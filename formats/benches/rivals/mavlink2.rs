@@ -52,11 +52,7 @@ pub(crate) const DIALECT: &[Message] = &{
 };
 
 const fn known((number, extra, most): (u8, u8, u8)) -> Message {
-    Message {
-        number: number as u32,
-        extra: Some(extra),
-        most: most as u16,
-    }
+    Message::with_extra(number as u32, extra, most)
 }
 
 /// CRC extra of a message.

@@ -7,19 +7,15 @@ use crate::layout::{
     Messages, Number, Patterns, Table, Written,
 };
 
-/// What a layout borrows: up to `P` bytes of patterns, `F` fixed bits and `M` messages.
-pub(super) struct Parts<const P: usize, const F: usize, const M: usize> {
-    sync: [u8; P],
-    terminator: [u8; P],
+/// What a layout borrows: up to `F` fixed bits and `M` messages.
+pub(super) struct Parts<const F: usize, const M: usize> {
     fixed: [FixedBits; F],
     messages: [Message; M],
 }
 
-impl<const P: usize, const F: usize, const M: usize> Parts<P, F, M> {
+impl<const F: usize, const M: usize> Parts<F, M> {
     pub(super) fn any() -> Self {
         Self {
-            sync: kani::any(),
-            terminator: kani::any(),
             fixed: core::array::from_fn(|_| FixedBits {
                 at: kani::any(),
                 mask: kani::any(),
@@ -33,10 +29,10 @@ impl<const P: usize, const F: usize, const M: usize> Parts<P, F, M> {
         }
     }
 
-    /// Any layout that has these parts, or fewer, and this checksum.
-    pub(super) fn layout<'a>(&'a self, checksum: Option<Checksum<'a>>) -> Layout<'a> {
+    /// Any layout that has these parts, or fewer, without sync, terminator or checksum.
+    pub(super) fn layout(&self) -> Layout<'_> {
         Layout {
-            sync: any_patterns(&self.sync),
+            sync: Patterns::NONE,
             length: match kani::any::<u8>() {
                 0 => Length::Fixed,
                 1 => Length::Delimiter,
@@ -54,8 +50,8 @@ impl<const P: usize, const F: usize, const M: usize> Parts<P, F, M> {
                 number: any_number(),
                 known: &self.messages[..any_up_to(M)],
             }),
-            checksum,
-            terminator: any_patterns(&self.terminator),
+            checksum: None,
+            terminator: Patterns::NONE,
             appendix: kani::any::<bool>().then(|| Appendix {
                 at: kani::any(),
                 mask: kani::any(),
@@ -70,13 +66,6 @@ pub(super) fn any_patterns_of<const LENGTH: usize>(bytes: &[[u8; LENGTH]; 2]) ->
     Patterns {
         bytes: bytes[..any_up_to(2)].as_flattened(),
         length: LENGTH,
-    }
-}
-
-fn any_patterns(bytes: &[u8]) -> Patterns<'_> {
-    Patterns {
-        bytes: &bytes[..any_up_to(bytes.len())],
-        length: any_up_to(bytes.len() + 1),
     }
 }
 

@@ -86,8 +86,8 @@ fn is_possible(layout: &Layout, header: Result<Known, DiscardReason>) -> bool {
 #[kani::unwind(9)]
 fn what_a_header_says() {
     let bytes: [u8; 8] = kani::any();
-    let parts = Parts::<0, 2, 2>::any();
-    let layout = parts.layout(None);
+    let parts = Parts::<2, 2>::any();
+    let layout = parts.layout();
     let count = layout.header();
     kani::assume(count <= 8 && count <= layout.longest);
     let header = layout.known(&bytes[..count]);
@@ -168,13 +168,13 @@ fn lengths_behind_three_bytes() {
 
 /// With up to two syncs of `SYNC` bytes, and up to two delimiters of `END`.
 fn a_layout_with_delimiters<const SYNC: usize, const END: usize>() {
-    let parts = Parts::<0, 0, 0>::any();
+    let parts = Parts::<0, 0>::any();
     let (syncs, ends) = (kani::any(), kani::any());
     keeps_the_laws::<4>(Layout {
         length: Length::Delimiter,
         sync: any_patterns_of::<SYNC>(&syncs),
         terminator: any_patterns_of::<END>(&ends),
-        ..parts.layout(None)
+        ..parts.layout()
     });
 }
 

@@ -23,18 +23,10 @@ fn receive<F: Format, const N: usize>(
 
 /// HEARTBEAT and ATTITUDE of the dialect `common`, and one with the longest payload.
 const DIALECT: &[Message] = &[
-    message(0, 50, 9),
-    message(30, 39, 28),
-    message(0x01_02_03, 7, 255),
+    Message::with_extra(0, 50, 9),
+    Message::with_extra(30, 39, 28),
+    Message::with_extra(0x01_02_03, 7, 255),
 ];
-
-const fn message(number: u32, extra: u8, most: u16) -> Message {
-    Message {
-        number,
-        extra: Some(extra),
-        most,
-    }
-}
 
 /// A frame made by one of the encoders.
 fn frame(encode: impl FnOnce(&mut [u8]) -> Option<usize>) -> Vec<u8> {

@@ -203,19 +203,11 @@ fn begins_where_the_protocol_says(format: &impl Format, protocol: Protocol, byte
 
 /// HEARTBEAT, ATTITUDE, and two with the longest payload.
 const DIALECT: &[Message] = &[
-    message(0, 50, 9),
-    message(0x03, 7, 255),
-    message(30, 39, 28),
-    message(0x01_02_03, 7, 255),
+    Message::with_extra(0, 50, 9),
+    Message::with_extra(0x03, 7, 255),
+    Message::with_extra(30, 39, 28),
+    Message::with_extra(0x01_02_03, 7, 255),
 ];
-
-const fn message(number: u32, extra: u8, most: u16) -> Message {
-    Message {
-        number,
-        extra: Some(extra),
-        most,
-    }
-}
 
 fn definition(id: u32) -> Option<(u8, u8)> {
     match id {

@@ -102,24 +102,16 @@ extern "C" fn end() -> ! {
 /// The `MAVLink` messages that are sent, and the longest of all, `ENCAPSULATED_DATA`: number, CRC extra, most bytes
 /// of payload.
 pub const MESSAGES: &[Message] = &[
-    known(0, 50, 9),
-    known(1, 124, 43),
-    known(24, 24, 52),
-    known(30, 39, 28),
-    known(33, 104, 28),
-    known(65, 118, 42),
-    known(74, 20, 20),
-    known(131, 223, 255),
-    known(253, 83, 54),
+    Message::with_extra(0, 50, 9),
+    Message::with_extra(1, 124, 43),
+    Message::with_extra(24, 24, 52),
+    Message::with_extra(30, 39, 28),
+    Message::with_extra(33, 104, 28),
+    Message::with_extra(65, 118, 42),
+    Message::with_extra(74, 20, 20),
+    Message::with_extra(131, 223, 255),
+    Message::with_extra(253, 83, 54),
 ];
-
-const fn known(number: u32, extra: u8, most: u16) -> Message {
-    Message {
-        number,
-        extra: Some(extra),
-        most,
-    }
-}
 
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
