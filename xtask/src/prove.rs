@@ -199,6 +199,10 @@ impl Prover {
         for name in names {
             command.args(["--harness", name]);
         }
+        // Hosted machines, which set CI, keep what was built, and prove all the same.
+        if env::var_os("CI").is_some() {
+            command.arg("--anew");
+        }
         let output = command.stderr(Stdio::inherit()).output()?;
         serde_json::from_slice(&output.stdout)
             .context("the offline prover gave no answer; see above")

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cbmc_setup::Cbmc;
 use crate::harness::Harness;
+use crate::kept::Kept;
 use crate::llvm::Module;
 use crate::process::status_within;
 use crate::translate::{COVER, END, INPUT, program};
@@ -28,6 +29,8 @@ pub(crate) struct Answer {
     /// Properties that were checked, covers not counted.
     pub(crate) properties: usize,
     pub(crate) covers: usize,
+    /// It was proved before, and has not changed.
+    pub(crate) is_old: bool,
     pub(crate) seconds: f64,
 }
 
@@ -102,12 +105,12 @@ impl Property {
     }
 }
 
-/// Checks a harness. All that comes of it is left in the folder.
+/// Checks a harness, unless its program was proved before. All that comes of it is kept.
 pub(crate) fn check(
     cbmc: &Cbmc,
     module: &Module,
     harness: &Harness,
-    folder: &Path,
+    kept: &Kept,
     limit: Duration,
 ) -> Answer {
     let start = Instant::now();
@@ -118,31 +121,18 @@ pub(crate) fn check(
         inputs: Vec::new(),
         properties: 0,
         covers: harness.covers.len(),
+        is_old: false,
         seconds: 0.0,
     };
     let run = Run {
         cbmc,
         harness,
-        source: &folder.join(format!("{}.c", harness.name.replace("::", "."))),
+        source: &kept.source(harness),
         end: start + limit,
     };
-    match run.all(module) {
-        Ok(Some(properties)) => {
-            answer.properties = properties.iter().filter(|one| !one.is_goal()).count();
-            (answer.verdict, answer.failures) = judge(&properties, harness);
-            let broken = properties.iter().find(|one| !one.is_goal() && one.fails());
-            if let Some(broken) = broken {
-                answer.inputs = run.inputs(&broken.id).unwrap_or_default();
-            }
-        }
-        Ok(None) => answer.failures.push(format!(
-            "no answer within {} s; --timeout gives it longer",
-            limit.as_secs()
-        )),
-        Err(error) => {
-            answer.verdict = Verdict::Error;
-            answer.failures.push(format!("{error:#}"));
-        }
+    if let Err(error) = run.all(module, kept, &mut answer) {
+        answer.verdict = Verdict::Error;
+        answer.failures.push(format!("{error:#}"));
     }
     answer.seconds = start.elapsed().as_secs_f64();
     answer
@@ -203,9 +193,30 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn all(&self, module: &Module) -> Result<Option<Vec<Property>>> {
-        fs::write(self.source, program(module, &self.harness.symbol)?)?;
-        self.properties(&[])
+    fn all(&self, module: &Module, kept: &Kept, answer: &mut Answer) -> Result<()> {
+        let program = program(module, &self.harness.symbol)?;
+        let proof = kept.proof(&program, self.harness);
+        if let Ok(properties) = fs::read_to_string(&proof) {
+            (answer.verdict, answer.properties) = (Verdict::Proved, properties.parse()?);
+            answer.is_old = true;
+            return Ok(());
+        }
+        fs::write(self.source, program)?;
+        let Some(properties) = self.properties(&[])? else {
+            let what = "no answer in time; --timeout gives it longer";
+            answer.failures.push(what.to_owned());
+            return Ok(());
+        };
+        answer.properties = properties.iter().filter(|one| !one.is_goal()).count();
+        (answer.verdict, answer.failures) = judge(&properties, self.harness);
+        let broken = properties.iter().find(|one| !one.is_goal() && one.fails());
+        if let Some(broken) = broken {
+            answer.inputs = self.inputs(&broken.id).unwrap_or_default();
+        }
+        if answer.verdict == Verdict::Proved {
+            fs::write(proof, answer.properties.to_string())?;
+        }
+        Ok(())
     }
 
     /// The values of a counterexample: for each thing that was asked for, its type, its place and

@@ -4,12 +4,14 @@ mod cbmc;
 mod cbmc_setup;
 mod compile;
 mod harness;
+mod kept;
 mod llvm;
 mod process;
 mod translate;
 
 use std::collections::BTreeSet;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
@@ -21,6 +23,7 @@ use serde_json::json;
 use cbmc::{Answer, Verdict};
 use compile::Sources;
 use harness::{Harness, harnesses};
+use kept::Kept;
 
 /// Check the Kani harnesses of the workspace in this folder, with CBMC alone.
 #[derive(Parser)]
@@ -44,6 +47,14 @@ struct Arguments {
     /// How many harnesses are checked at the same time; 0 is as many as there are cores.
     #[arg(long, value_name = "N", default_value_t = 0)]
     jobs: usize,
+
+    /// Prove again what was proved before and has not changed.
+    #[arg(long)]
+    anew: bool,
+
+    /// Start no more harnesses once one has failed.
+    #[arg(long)]
+    fail_fast: bool,
 
     /// How the results are written.
     #[arg(long, default_value = "text")]
@@ -127,18 +138,22 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
     let module = sources.improved()?;
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
-    let folder = sources.target.join("harnesses");
-    std::fs::create_dir_all(&folder)?;
+    let kept = Kept::new(&sources.target, &cbmc, arguments.anew)?;
     let limit = Duration::from_secs(arguments.timeout);
     let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs);
+    let has_failed = AtomicBool::new(false);
     let check = |harness: &Harness| {
-        let answer = cbmc::check(&cbmc, &module, harness, &folder, limit);
+        if arguments.fail_fast && has_failed.load(Ordering::Relaxed) {
+            return None;
+        }
+        let answer = cbmc::check(&cbmc, &module, harness, &kept, limit);
         show(&answer, arguments.format);
-        answer
+        has_failed.fetch_or(answer.verdict != Verdict::Proved, Ordering::Relaxed);
+        Some(answer)
     };
     let answers: Vec<Answer> = pool
         .build()?
-        .install(|| harnesses.par_iter().map(check).collect());
+        .install(|| harnesses.par_iter().filter_map(check).collect());
     let proved = |answer: &&Answer| answer.verdict == Verdict::Proved;
     let count = answers.iter().filter(proved).count();
     if arguments.format == Format::Json {
@@ -159,7 +174,12 @@ fn show(answer: &Answer, format: Format) {
         ..
     } = answer;
     let verdict = format!("{:?}", answer.verdict);
-    eprintln!("{verdict:<8} {harness} ({properties} properties, {covers} covers, {seconds:.1} s)");
+    let when = if answer.is_old {
+        "before".to_owned()
+    } else {
+        format!("{seconds:.1} s")
+    };
+    eprintln!("{verdict:<8} {harness} ({properties} properties, {covers} covers, {when})");
     if format == Format::Text {
         let failures = answer.failures.iter().map(|failure| format!("  {failure}"));
         let inputs = answer.inputs.iter().map(|input| format!("    {input}"));

@@ -109,6 +109,27 @@ fn every_fault_is_found_and_nothing_else() {
 
 #[test]
 #[ignore = "takes CBMC: `cargo xtask verify --all` runs it"]
+fn what_was_proved_is_not_proved_again_and_what_failed_is() {
+    let harnesses = [
+        "--harness",
+        "holds::",
+        "--harness",
+        "fails::false_assertion",
+    ];
+    let anew = answers(&[&harnesses[..], &["--anew"]].concat());
+    let again = answers(&harnesses);
+    assert_eq!(anew.len(), again.len());
+    for (name, answer) in &anew {
+        assert_eq!(answer["is_old"], false, "{name}");
+        assert_eq!(again[name]["is_old"], name.starts_with("holds::"), "{name}");
+        for same in ["verdict", "properties", "covers", "failures"] {
+            assert_eq!(answer[same], again[name][same], "{name}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "takes CBMC: `cargo xtask verify --all` runs it"]
 fn without_an_answer_in_time_nothing_is_left_running() {
     let answers = answers(&["--harness", "takes_too_long", "--timeout", "2"]);
     let answer = &answers["offline::proof_that_takes_too_long"];
