@@ -10,7 +10,8 @@
 //! For every format of one to eight bytes: the engine reports, for each byte, a frame or discarded bytes
 //! such that with what is pending they make up what was pending and the byte (`one_byte` in
 //! `core/src/window/verification.rs`), and [each report is counted](each_report_is_counted), pushed, fed
-//! or told with a line event.
+//! or told with a line event; so is [each line event](each_line_event_is_counted), and
+//! [each loss ends once](each_loss_ends_once).
 //!
 //! For every format of any length: `BufferedReceiver` puts each byte into exactly one event, or it is
 //! pending (theorem 13b), and [its events are counted](pushed_bytes_of_any_length_are_counted).
@@ -18,7 +19,8 @@
 use framelock::can_go_deaf::Lecture;
 use framelock::motion::{Bin, BinCrc8};
 use framelock::{
-    BufferedReceiver, Counters, DiscardReason, Format, Found, Line, Parser, Receiver, Verdict,
+    BufferedReceiver, Counters, DiscardReason, Format, Found, Line, LineEvent, Parser, Receiver,
+    Verdict,
 };
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
@@ -134,11 +136,11 @@ fn receiver_of_bin_crc8_is_emptied_by_events() {
     event_places_what_is_pending(any_receiver::<BinCrc8, 8>());
 }
 
-/// A machine that finds these two in each slice, and at each line event; with a byte what is discarded first,
+/// A machine that finds these in each slice, and at each line event; with a byte what is discarded first,
 /// then the frame.
-struct Reports([Found<()>; 2]);
+struct Reports<const COUNT: usize>([Found<()>; COUNT]);
 
-impl Parser for Reports {
+impl<const COUNT: usize> Parser for Reports<COUNT> {
     type Message<'a> = ();
 
     fn push_with(
@@ -159,8 +161,11 @@ impl Parser for Reports {
     }
 
     fn feed(&mut self, _: &[u8], mut found: impl FnMut(Found<()>)) {
-        found(self.0[0]);
-        found(self.0[1]);
+        let mut next = 0;
+        while next < COUNT {
+            found(self.0[next]);
+            next += 1;
+        }
     }
 
     fn line_event(&mut self, found: impl FnMut(Found<()>)) {
@@ -199,6 +204,7 @@ fn any_found() -> Found<()> {
 fn each_report_is_counted() {
     let reports = [any_found(), any_found()];
     let is_frame = |found| matches!(found, Found::Frame { .. });
+    let [first, second] = reports.map(is_frame);
     let start = kani::any();
     let mut line = any_line(Reports(reports), start);
     let (mut frames, mut bytes) = (0, 0);
@@ -206,7 +212,7 @@ fn each_report_is_counted() {
     match function {
         0 | 1 => {
             // A byte brings one frame at most, and it comes last.
-            kani::assume(!is_frame(reports[0]));
+            kani::assume(!first);
             bytes = usize::from(function == 0);
             let found = if function == 0 {
                 line.push(0)
@@ -226,9 +232,9 @@ fn each_report_is_counted() {
     let counters = line.counters();
     assert!(counters.bytes == start.wrapping_add(bytes));
     assert!(counters.frames == start.wrapping_add(frames));
-    assert!(frames == usize::from(is_frame(reports[0])) + usize::from(is_frame(reports[1])));
-    let is_resynchronised = !is_frame(reports[0]) && is_frame(reports[1]);
-    let resynchronisations = start.wrapping_add(usize::from(is_resynchronised));
+    assert!(frames == usize::from(first) + usize::from(second));
+    let is_loss_ended = !first && second;
+    let resynchronisations = start.wrapping_add(usize::from(is_loss_ended));
     assert!(counters.resynchronisations == resynchronisations);
     // Each for its own reason.
     let discarded_as = |found, reason| match found {
@@ -237,8 +243,8 @@ fn each_report_is_counted() {
         _ => 0,
     };
     let of_reason = |reason| {
-        let [first, second] = reports;
-        start.wrapping_add(discarded_as(first, reason) + discarded_as(second, reason))
+        let [first, second] = reports.map(|found| discarded_as(found, reason));
+        start.wrapping_add(first + second)
     };
     let discarded = &counters.discarded;
     assert!(counters.frame_bytes == of_reason(None));
@@ -252,10 +258,62 @@ fn each_report_is_counted() {
     assert!(discarded.line_event == of_reason(Some(DiscardReason::LineEvent)));
     kani::cover!(frames == 2, "frames");
     kani::cover!(
-        is_resynchronised && function == 0,
+        is_loss_ended && function == 0,
         "a frame after a loss, pushed"
     );
-    kani::cover!(is_resynchronised && function == 2, "with a line event");
+    kani::cover!(is_loss_ended && function == 2, "with a line event");
+}
+
+/// Each for its own kind, and nothing else counts them.
+#[kani::proof]
+#[kani::unwind(9)]
+fn each_line_event_is_counted() {
+    let start = kani::any();
+    let mut counters = Counters::default();
+    counters.events.framing = start;
+    counters.events.parity = start;
+    counters.events.overrun = start;
+    counters.events.line_break = start;
+    counters.events.idle = start;
+    let mut line = Line::resumed(Reports([any_found()]), counters);
+    let event = any_line_event();
+    line.line_event(event, |_| ());
+    line.push(0);
+    line.poll();
+    line.feed(&[0], |_| ());
+    let events = &line.counters().events;
+    let told = |which| start.wrapping_add(usize::from(event == which));
+    assert!(events.framing == told(LineEvent::Framing));
+    assert!(events.parity == told(LineEvent::Parity));
+    assert!(events.overrun == told(LineEvent::Overrun));
+    assert!(events.line_break == told(LineEvent::Break));
+    assert!(events.idle == told(LineEvent::Idle));
+    kani::cover!(event == LineEvent::Break, "a break");
+    kani::cover!(start == usize::MAX, "about to wrap");
+}
+
+/// A loss ends once, with the first frame behind it.
+#[kani::proof]
+#[kani::unwind(9)]
+fn each_loss_ends_once() {
+    let frames: [bool; 4] = kani::any();
+    let reports = frames.map(|is_frame| {
+        let (length, count) = (1, 1);
+        let (message, why) = ((), DiscardReason::NoSync);
+        if is_frame {
+            Found::Frame { length, message }
+        } else {
+            Found::Discarded { count, why }
+        }
+    });
+    let mut line = any_line(Reports(reports), 0);
+    line.feed(&[], |_| ());
+    let [first, second, third, last] = frames;
+    let ended = [!first && second, !second && third, !third && last];
+    let ended = ended.map(usize::from);
+    assert!(line.counters().resynchronisations == ended[0] + ended[1] + ended[2]);
+    kani::cover!(!first && second && third, "two frames behind a loss");
+    kani::cover!(ended[0] == 1 && ended[2] == 1, "two losses");
 }
 
 /// Says anything of two bytes, and of the second alone; of the first alone, that it takes both. With one

@@ -48,8 +48,8 @@
 //! ([`reference`]).
 //!
 //! **13f: a line event** does what the reference does at the end of a stream: it commits the frames that
-//! lie whole in what is pending, and drops the other bytes ([`line_events`] has a round of its loop). Then
-//! nothing is pending, so no later frame has a byte from before it.
+//! lie whole in what is pending, and drops the other bytes ([`line_events`] has a round of its loop,
+//! [`reference`] runs the loop). Then nothing is pending, so no later frame has a byte from before it.
 //!
 //! **13g** is in the crate `framelock-formats`.
 

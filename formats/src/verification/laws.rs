@@ -7,7 +7,7 @@ use framelock::{DiscardReason, Verdict};
 
 use super::any_layout::{Parts, any_patterns_of};
 use crate::judge::{Head, Known};
-use crate::layout::{Layout, Length, LengthField, Number, Patterns};
+use crate::layout::{Layout, Length, LengthField, Messages, Number, Patterns};
 
 /// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
 fn assert_lawful(early: Verdict, late: Verdict, some: usize, more: usize, longest: usize) {
@@ -166,15 +166,26 @@ fn lengths_behind_three_bytes() {
     a_layout_with_lengths::<3, 6>();
 }
 
-/// With up to two syncs of `SYNC` bytes, and up to two delimiters of `END`.
+/// With up to two syncs of `SYNC` bytes, and up to two delimiters of `END`. The header ends where its last number
+/// does, whichever it is.
 fn a_layout_with_delimiters<const SYNC: usize, const END: usize>() {
-    let parts = Parts::<0, 0>::any();
     let (syncs, ends) = (kani::any(), kani::any());
     keeps_the_laws::<4>(Layout {
-        length: Length::Delimiter,
         sync: any_patterns_of::<SYNC>(&syncs),
+        length: Length::Delimiter,
+        shortest: kani::any(),
+        longest: kani::any(),
+        fixed: &[],
+        messages: Some(Messages {
+            number: Number {
+                bytes: kani::any(),
+                ..Number::byte(0)
+            },
+            known: &[],
+        }),
+        checksum: None,
         terminator: any_patterns_of::<END>(&ends),
-        ..parts.layout()
+        appendix: None,
     });
 }
 

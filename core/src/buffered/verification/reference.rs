@@ -151,3 +151,32 @@ fn poll_goes_on() {
     kani::cover!(found && expected == 2, "a frame behind two bytes");
     kani::cover!(!found && receiver.pending() == 1, "another false beginning");
 }
+
+/// 13f: a line event goes through all that is pending, and finds all the frames in it.
+#[kani::proof]
+#[kani::unwind(8)]
+fn line_event_goes_on() {
+    let mut receiver = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
+    let behind: [u8; LONGEST - 2] = kani::any();
+    assert!(receiver.push(0).is_none());
+    assert!(receiver.push(behind[0]).is_none() && receiver.push(behind[1]).is_none());
+    let bytes = [0, behind[0], behind[1]];
+    let (mut place, mut frames) = (0, 0);
+    receiver.line_event(|found| {
+        let is_frame = found.message().is_some();
+        assert!(is_frame == (bytes[place] == 1));
+        assert!(found.bytes() == 1);
+        if let Found::Discarded { why, .. } = found {
+            let waits = bytes[place] == 0;
+            assert!((why == DiscardReason::LineEvent) == waits);
+        }
+        frames += usize::from(is_frame);
+        place += 1;
+    });
+    assert!(place == bytes.len() && receiver.pending() == 0);
+    kani::cover!(frames == 2, "two frames");
+    kani::cover!(
+        frames == 1 && behind[0] == 0,
+        "a frame behind two that were begun"
+    );
+}

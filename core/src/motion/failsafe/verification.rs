@@ -12,6 +12,7 @@
 //!   many units are counted as there is time for, and no tick is lost.
 //! * With that many units an axis moves, no further than its target ([`axis_stops_at_its_target`]).
 //!   For less than two units' time, both together ([`axis_moves_at_its_rate`]).
+//! * `parked_after` is that time, for some rates ([`parked_in_time`]).
 //! * The ticks between two polls are given to the way to the demand until the hold, to the way to
 //!   park from the ramp on, and nowhere between ([`ticks_are_shared_out`]); and to each axis with its
 //!   own rate and target ([`each_axis_has_its_rate`]).
@@ -304,6 +305,39 @@ fn parked_is_parked() {
     assert!(failsafe.poll(kani::any()) == output);
     kani::cover!(rate.get() > 1, "a slow axis");
 }
+
+/// Whatever the demand was and wherever the output is, [`FailsafeParameters::parked_after`] ticks after a frame
+/// every axis is at park; and not one tick earlier, if all were as far from it as they can be.
+fn parks_in_time<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
+    let rates = rates.map(|rate| NonZeroU32::new(rate.into()).unwrap());
+    let mut failsafe = any_failsafe::<D, AXES>(rates);
+    failsafe.silence = 0;
+    let is_farthest: bool = kani::any();
+    if is_farthest {
+        let most = u16::MAX >> (u16::BITS - D::BITS);
+        let farthest = failsafe.parameters.park.map(|park| {
+            let park = in_units(park);
+            let end = if park > most / 2 { 0 } else { most };
+            D::try_from(end).ok().unwrap()
+        });
+        failsafe.demands = farthest;
+        failsafe.axes = farthest.map(Axis::at);
+    }
+    let parked_after = u32::try_from(failsafe.parameters.parked_after());
+    kani::assume(parked_after.is_ok());
+    let at = failsafe.now.wrapping_add(parked_after.unwrap());
+    let mut earlier = failsafe;
+    assert!(failsafe.poll(at).phase == Phase::Parked);
+    let is_parked = earlier.poll(at.wrapping_sub(1)).phase == Phase::Parked;
+    assert!(!is_farthest || !is_parked);
+    kani::cover!(is_farthest, "as late as can be");
+    kani::cover!(is_parked, "earlier");
+}
+for_demands!(
+    parked_in_time,
+    parks_in_time::<u8, 2>([2, 3]),
+    parks_in_time::<u16, 1>([2])
+);
 
 /// Any parameters, state and times. `frame` begins with a `poll`.
 fn nothing_panics<D: Demand + kani::Arbitrary, const AXES: usize>() {
