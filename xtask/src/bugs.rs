@@ -187,6 +187,7 @@ fn judged(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answer::Harness;
 
     /// Whether a harness is called that, with or without modules.
     fn is_called(harness: &str, end: &str) -> bool {
@@ -196,12 +197,18 @@ mod tests {
     /// The harnesses of the theorems, and of the checker.
     fn harnesses(workspace: &Workspace) -> (Vec<String>, Vec<String>) {
         let mut prover = Prover::new(workspace, Some(Engine::Offline)).expect("it is there");
-        let mut list = || {
-            let harnesses = prover.list(&[]).expect("they compile");
-            prover.packages = vec![CHECKED];
-            harnesses.into_iter().map(|harness| harness.name).collect()
-        };
-        (list(), list())
+        let theorems = prover.list(&[]).expect("they compile");
+        prover.packages = vec![CHECKED];
+        let checked = prover.list(&[]).expect("they compile");
+        for Harness {
+            name,
+            ends_with_cover,
+        } in &theorems
+        {
+            assert!(ends_with_cover, "Kani would not see that {name} has an end");
+        }
+        let names = |all: Vec<Harness>| all.into_iter().map(|one| one.name).collect();
+        (names(theorems), names(checked))
     }
 
     #[test]

@@ -1,9 +1,10 @@
-//! The stage that tests the tests: cargo-mutants changes the core one place at a time, as
-//! `.cargo/mutants.toml` says, and some test must fail.
+//! `cargo xtask mutants`: cargo-mutants changes the sources one place at a time; some test, or some harness of a theorem,
+//! must fail.
 
-use std::process::Command;
+use std::process::{Command, ExitCode};
 
 use anyhow::{Result, ensure};
+use clap::ValueEnum;
 use xshell::cmd;
 
 use crate::report::Report;
@@ -11,10 +12,57 @@ use crate::workspace::Workspace;
 
 const CARGO_MUTANTS: &str = "27.1.0";
 
+/// Change the sources one place at a time: some test, or some harness, must notice.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// What must notice.
+    #[arg(long, default_value = "tests")]
+    by: By,
+
+    /// For cargo-mutants, which `cargo mutants --help` explains.
+    #[arg(last = true)]
+    more: Vec<String>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  cargo xtask mutants --by harnesses -- --file core/src/line.rs  one file's, against the theorems
+  cargo xtask mutants --by harnesses -- --shard 0/8              an eighth of them
+  cargo xtask mutants --by harnesses -- --iterate                only those that were not noticed before
+
+What came of it is in target/mutants-by-tests and target/mutants-by-harnesses.";
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum By {
+    /// The core's tests.
+    Tests,
+    /// The theorems' harnesses, by the offline prover: those that the change reaches.
+    Harnesses,
+}
+
+pub(crate) fn mutants(arguments: &Arguments) -> Result<ExitCode> {
+    run(&Workspace::load()?, arguments)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The stage of `verify --all`: all of them, against the tests. Against the harnesses they take most of a day.
 pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
+    let (by, more) = (By::Tests, Vec::new());
+    run(workspace, &Arguments { by, more })
+}
+
+fn run(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> {
     let sh = workspace.shell_with("cargo-mutants", CARGO_MUTANTS)?;
-    let output = &workspace.target_directory;
-    let mutants = cmd!(sh, "cargo mutants --workspace --output {output}");
+    let (config, output) = match by {
+        By::Tests => (".cargo/mutants.toml", "mutants-by-tests"),
+        By::Harnesses => ("proofs/mutants.toml", "mutants-by-harnesses"),
+    };
+    let output = workspace.target_directory.join(output);
+    let mutants = cmd!(
+        sh,
+        "cargo mutants --workspace --config {config} --output {output} {more...}"
+    );
     let status = Command::from(mutants).status()?;
     // 3: some mutant's tests do not come to an end, which is noticed as well.
     ensure!(

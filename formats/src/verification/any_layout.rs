@@ -61,10 +61,10 @@ impl<const F: usize, const M: usize> Parts<F, M> {
     }
 }
 
-/// Up to two sequences of so many bytes.
-pub(super) fn any_patterns_of<const LENGTH: usize>(bytes: &[[u8; LENGTH]; 2]) -> Patterns<'_> {
+/// Two sequences of so many bytes, which may be the same.
+pub(super) fn patterns<const LENGTH: usize>(bytes: &[[u8; LENGTH]; 2]) -> Patterns<'_> {
     Patterns {
-        bytes: bytes[..any_up_to(2)].as_flattened(),
+        bytes: bytes.as_flattened(),
         length: LENGTH,
     }
 }

@@ -5,7 +5,7 @@ use core::cell::Cell;
 use framelock::any_format::any_mismatch;
 use framelock::{DiscardReason, Verdict};
 
-use super::any_layout::{Parts, any_patterns_of};
+use super::any_layout::{Parts, patterns};
 use crate::judge::{Head, Known};
 use crate::layout::{Layout, Length, LengthField, Messages, Number, Patterns};
 
@@ -132,11 +132,11 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     }
 }
 
-/// With up to two syncs of `SYNC` bytes. The header ends where its last number does, whichever it is.
+/// With two syncs of `SYNC` bytes. The header ends where its last number does, whichever it is.
 fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
-    let syncs = kani::any();
+    let syncs = kani::any::<[[u8; SYNC]; 2]>();
     keeps_the_laws::<MOST>(Layout {
-        sync: any_patterns_of::<SYNC>(&syncs),
+        sync: patterns(&syncs),
         length: Length::Field(LengthField {
             number: Number {
                 bytes: kani::any(),
@@ -166,12 +166,12 @@ fn lengths_behind_three_bytes() {
     a_layout_with_lengths::<3, 6>();
 }
 
-/// With up to two syncs of `SYNC` bytes, and up to two delimiters of `END`. The header ends where its last number
+/// With two syncs of `SYNC` bytes, and two delimiters of `END`. The header ends where its last number
 /// does, whichever it is.
 fn a_layout_with_delimiters<const SYNC: usize, const END: usize>() {
-    let (syncs, ends) = (kani::any(), kani::any());
+    let (syncs, ends) = kani::any::<([[u8; SYNC]; 2], [[u8; END]; 2])>();
     keeps_the_laws::<4>(Layout {
-        sync: any_patterns_of::<SYNC>(&syncs),
+        sync: patterns(&syncs),
         length: Length::Delimiter,
         shortest: kani::any(),
         longest: kani::any(),
@@ -184,7 +184,7 @@ fn a_layout_with_delimiters<const SYNC: usize, const END: usize>() {
             known: &[],
         }),
         checksum: None,
-        terminator: any_patterns_of::<END>(&ends),
+        terminator: patterns(&ends),
         appendix: None,
     });
 }

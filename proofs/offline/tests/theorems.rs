@@ -1,0 +1,19 @@
+//! All theorems, as a test: for cargo-mutants, which knows what is noticed by tests.
+
+use std::process::Command;
+
+#[test]
+#[ignore = "takes CBMC, and minutes: `cargo xtask mutants --by harnesses` runs it"]
+fn every_theorem_is_proved() {
+    let packages = [
+        "framelock",
+        "framelock-proofs",
+        "framelock-formats",
+        "framelock-reception",
+    ];
+    let mut prover = Command::new(env!("CARGO_BIN_EXE_framelock-offline-prover"));
+    let packages = packages.iter().flat_map(|package| ["--package", package]);
+    prover.args(packages).args(["--fail-fast", "--timeout=120"]);
+    let status = prover.status().expect("the prover starts");
+    assert!(status.success(), "a harness failed: see above");
+}
