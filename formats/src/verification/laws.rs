@@ -96,8 +96,8 @@ fn what_a_header_says() {
     kani::cover!(header.is_ok_and(|known| known.extra.is_some()));
 }
 
-fn keeps_the_laws<const MOST: usize>(layout: Layout) {
-    let bytes: [u8; MOST] = kani::any();
+/// Any header and any mismatch that there may be.
+fn told(layout: Layout) -> Told {
     let has_a_length = layout.length != Length::Delimiter;
     let header = if kani::any() {
         Ok(Known {
@@ -108,15 +108,22 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     } else {
         Err(any_mismatch())
     };
-    let layout = Told {
+    kani::assume(layout.longest >= 1 && is_possible(&layout, header));
+    let mismatch = kani::any::<bool>().then(any_mismatch);
+    kani::assume(mismatch != Some(DiscardReason::NoSync));
+    Told {
         layout,
         header,
-        mismatch: kani::any::<bool>().then(any_mismatch),
+        mismatch,
         asked: Cell::new(None),
-    };
+    }
+}
+
+/// Laws 1 to 4.
+fn keeps_the_laws<const MOST: usize>(layout: Layout) {
+    let bytes: [u8; MOST] = kani::any();
+    let layout = told(layout);
     let longest = layout.layout.longest;
-    kani::assume(longest >= 1 && is_possible(&layout.layout, header));
-    kani::assume(layout.mismatch != Some(DiscardReason::NoSync));
     let (some, more) = any_some_and_more(MOST, longest);
     let early = layout.judge_on(&bytes[..some], 0);
     let late = layout.judge_on(&bytes[..more], 0);
@@ -125,11 +132,18 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     let no_sync = late == Verdict::Reject(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
-    // Law 5.
-    if matches!(early, Verdict::Incomplete { .. }) {
-        let seen = kani::any_where(|&seen| seen <= some);
-        assert!(layout.judge_on(&bytes[..more], seen) == late);
-    }
+}
+
+/// Law 5. Where a header tells the length, nobody asks what was seen.
+fn what_was_seen_changes_nothing<const MOST: usize>(layout: Layout) {
+    let bytes: [u8; MOST] = kani::any();
+    let layout = told(layout);
+    let (seen, more) = any_some_and_more(MOST, layout.layout.longest);
+    let early = layout.judge_on(&bytes[..seen], 0);
+    kani::assume(matches!(early, Verdict::Incomplete { .. }));
+    let late = layout.judge_on(&bytes[..more], seen);
+    assert!(late == layout.judge_on(&bytes[..more], 0));
+    kani::cover!(late == Verdict::Frame(MOST), "a frame");
 }
 
 /// With two syncs of `SYNC` bytes. The header ends where its last number does, whichever it is.
@@ -166,43 +180,35 @@ fn lengths_behind_three_bytes() {
     a_layout_with_lengths::<3, 6>();
 }
 
-/// With two syncs of `SYNC` bytes, and two delimiters of `END`. The header ends where its last number
-/// does, whichever it is.
-fn a_layout_with_delimiters<const SYNC: usize, const END: usize>() {
-    let (syncs, ends) = kani::any::<([[u8; SYNC]; 2], [[u8; END]; 2])>();
-    keeps_the_laws::<4>(Layout {
-        sync: patterns(&syncs),
-        length: Length::Delimiter,
-        shortest: kani::any(),
-        longest: kani::any(),
-        fixed: &[],
-        messages: Some(Messages {
-            number: Number {
-                bytes: kani::any(),
-                ..Number::byte(0)
-            },
-            known: &[],
-        }),
-        checksum: None,
-        terminator: patterns(&ends),
-        appendix: None,
-    });
+/// Two syncs of `SYNC` bytes, and two delimiters of `END`. The header ends where its last number does, whichever it
+/// is.
+macro_rules! delimiters {
+    ($keeps:ident: $($name:ident $sync:literal $end:literal)*) => {$(
+        #[kani::proof]
+        #[kani::unwind(5)]
+        fn $name() {
+            let (syncs, ends) = kani::any::<([[u8; $sync]; 2], [[u8; $end]; 2])>();
+            $keeps::<4>(Layout {
+                sync: patterns(&syncs),
+                length: Length::Delimiter,
+                shortest: kani::any(),
+                longest: kani::any(),
+                fixed: &[],
+                messages: Some(Messages {
+                    number: Number {
+                        bytes: kani::any(),
+                        ..Number::byte(0)
+                    },
+                    known: &[],
+                }),
+                checksum: None,
+                terminator: patterns(&ends),
+                appendix: None,
+            });
+        }
+    )*};
 }
-
-#[kani::proof]
-#[kani::unwind(5)]
-fn delimiters_of_one_byte() {
-    a_layout_with_delimiters::<1, 1>();
-}
-
-#[kani::proof]
-#[kani::unwind(5)]
-fn delimiters_of_two_bytes() {
-    a_layout_with_delimiters::<1, 2>();
-}
-
-#[kani::proof]
-#[kani::unwind(5)]
-fn delimiters_without_a_sync() {
-    a_layout_with_delimiters::<0, 2>();
-}
+delimiters!(keeps_the_laws:
+    delimiters_of_one_byte 1 1 delimiters_of_two_bytes 1 2 delimiters_without_a_sync 0 2);
+delimiters!(what_was_seen_changes_nothing:
+    seen_without_delimiters_of_one_byte 1 1 seen_without_delimiters_of_two_bytes 1 2);
