@@ -97,7 +97,8 @@ impl Layout<'_> {
 
     /// Bytes that must be there before the length is known: one at least.
     #[inline]
-    pub(crate) fn header(&self) -> usize {
+    #[must_use]
+    pub fn header(&self) -> usize {
         let mut header = self.sync.length.max(1);
         if let Length::Field(field) = &self.length {
             header = header.max(field.number.end());

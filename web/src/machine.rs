@@ -22,11 +22,11 @@ const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
 #[derive(Clone, Default, Serialize)]
 pub(crate) struct Tally {
     /// Arrived whole, and were delivered.
-    delivered: usize,
+    pub(crate) delivered: usize,
     /// Arrived whole, and were not delivered.
     missed: usize,
     /// Were given out, but are none that arrived whole.
-    wrong: usize,
+    pub(crate) wrong: usize,
     /// Missed, and wrong, since the last that was delivered.
     pub(crate) missed_in_row: usize,
     pub(crate) wrong_in_row: usize,
@@ -46,8 +46,10 @@ struct Whole {
 pub(crate) struct Machine {
     pub(crate) line: AnyLine,
     pub(crate) failsafe: Failsafe<u8, 3>,
-    /// The setpoint given out last.
-    pub(crate) setpoint: Option<Setpoint>,
+    /// The frame given out last.
+    pub(crate) frame: Vec<u8>,
+    /// Whether frames bring setpoints.
+    has_setpoints: bool,
     /// The bytes that may yet be part of a frame, and their places on the line.
     pub(crate) pending: VecDeque<(usize, u8)>,
     /// What the last step has decided about bytes, by their places.
@@ -60,9 +62,10 @@ pub(crate) struct Machine {
 impl Machine {
     pub(crate) fn new(line: AnyLine) -> Self {
         Self {
+            has_setpoints: !matches!(line, AnyLine::Described(_)),
             line,
             failsafe: Failsafe::new(FAILSAFE, 0).expect("its times are in order"),
-            setpoint: None,
+            frame: Vec::new(),
             pending: VecDeque::new(),
             fates: Vec::new(),
             tally: Tally::default(),
@@ -91,12 +94,24 @@ impl Machine {
         self.miss();
     }
 
-    fn decided(&mut self, found: Found<Option<Setpoint>>, at: u32) {
+    /// The setpoint given out last.
+    pub(crate) fn setpoint(&self) -> Option<Setpoint> {
+        match self.frame[..] {
+            [_, _, _, pitch, roll, yaw, ..] if self.has_setpoints => {
+                Some(Setpoint { pitch, roll, yaw })
+            }
+            _ => None,
+        }
+    }
+
+    fn decided(&mut self, found: Found<()>, at: u32) {
         let fate = match found {
             Found::Discarded { why, .. } => reason(why),
-            Found::Frame { length, message } => {
-                self.setpoint = message.or(self.setpoint);
-                if let Some(setpoint) = message {
+            Found::Frame { length, .. } => {
+                self.frame.clear();
+                let bytes = self.pending.iter().map(|(_, byte)| *byte);
+                self.frame.extend(bytes.take(length));
+                if let Some(setpoint) = self.setpoint() {
                     self.failsafe.frame(at, setpoint);
                 }
                 self.given_out(length)
@@ -142,10 +157,10 @@ fn reason(why: DiscardReason) -> &'static str {
     match why {
         DiscardReason::NoSync => "no sync",
         DiscardReason::BrokenSync => "broken sync",
-        DiscardReason::Header => "no such header",
+        DiscardReason::Header => "wrong header",
         DiscardReason::TooLong => "too long",
         DiscardReason::UnknownMessage => "unknown message",
-        DiscardReason::Terminator => "no CR",
+        DiscardReason::Terminator => "wrong terminator",
         DiscardReason::Check => "check failed",
         DiscardReason::LineEvent => "idle line",
         _ => "other",
