@@ -297,8 +297,10 @@ impl Messages<'_> {
 }
 
 impl Appendix {
+    /// How many bytes are behind the frame with this header.
     #[inline]
-    pub(crate) fn appended_to(&self, header: &[u8]) -> usize {
+    #[must_use]
+    pub fn appended_to(&self, header: &[u8]) -> usize {
         match header.get(self.at) {
             Some(byte) if byte & self.mask != 0 => self.bytes,
             _ => 0,

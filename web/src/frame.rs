@@ -1,19 +1,15 @@
 //! The frames on the line: what describes them, the receiver of them, and frames to be sent.
 
 use framelock::{BufferedIn, Format as _, Line, Verdict};
-use framelock_description::{Description, Kind, Type, shipped};
-use framelock_formats::layout::{ByteOrder, Number};
+use framelock_description::{Description, Field, Kind, Type, shipped};
+use framelock_formats::layout::ByteOrder;
 use framelock_simulation::FrameFormat;
 use rand::seq::IndexedRandom as _;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
 use crate::parser::AnyLine;
-use crate::places::place;
 use crate::scenario::Scenario;
-
-/// Frames of one's own may be long: no more bytes of them are sent.
-const MOST_BYTES: usize = 1 << 20;
 
 /// What a description in TOML says of frames.
 pub(crate) struct Frame {
@@ -68,20 +64,15 @@ impl Frame {
     /// So many of them, of each kind in turn, with random bytes where any may stand.
     pub(crate) fn examples(&self, count: u32, seed: u64) -> Vec<u8> {
         let (mut random, mut stream) = (ChaCha8Rng::seed_from_u64(seed), Vec::new());
+        let format = self.description.format();
         let kinds = self.description.kinds.iter().cycle();
         for (kind, _) in kinds.zip(0..count) {
-            let is_it = |frame: &Vec<u8>| {
-                self.description.format().judge(frame) == Verdict::Frame(frame.len())
-            };
-            // Not all bytes make a frame: of those with a list of messages each has a length of its own.
-            let tries = 0..64;
-            stream.extend(
-                tries
-                    .filter_map(|nth| example(kind, nth / 8, &mut random))
-                    .find(is_it)
-                    .unwrap_or_default(),
-            );
-            if stream.len() > MOST_BYTES {
+            // Not all bytes make a frame: of many messages each has a length of its own.
+            let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
+            let frame = frames.find(|frame| format.judge(frame) == Verdict::Frame(frame.len()));
+            stream.extend(frame.unwrap_or_default());
+            // Those of one's own may be long.
+            if stream.len() > 1 << 20 {
                 break;
             }
         }
@@ -92,49 +83,28 @@ impl Frame {
 /// A frame of that kind, so much longer than it need be; if these bytes make one.
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let layout = &kind.layout;
-    let ends = kind
-        .fields
-        .iter()
-        .filter_map(|field| Some(usize::try_from(field.at).ok()? + field.length()?));
-    let front = ends.max().unwrap_or_default().max(layout.header());
-    let takes_rest = kind.fields.iter().any(|field| field.length().is_none());
-    let rest = if takes_rest {
-        random.random_range(0..=12)
-    } else {
-        0
-    };
-    let length = layout.shortest.max(front + kind.trailer) + rest + longer;
-    let mut frame: Vec<u8> = (0..length.min(layout.longest))
-        .map(|_| random.random())
-        .collect();
-    for field in kind.fields.iter().filter(|field| field.kind == Type::Text) {
-        let place = place(field, 0, frame.len());
-        for byte in place
-            .and_then(|place| frame.get_mut(place))
-            .unwrap_or_default()
-        {
-            *byte = random.random_range(b'A'..=b'Z');
-        }
-    }
+    let mut fields = kind.fields.iter();
+    let end = |field: &Field| Some(usize::try_from(field.at).ok()? + field.length()?);
+    let front = fields
+        .clone()
+        .filter_map(end)
+        .fold(layout.header(), usize::max);
+    let takes_rest = fields.clone().any(|field| field.length().is_none());
+    let is_text = fields.any(|field| field.kind == Type::Text);
+    let rest = random.random_range(0..=12 * usize::from(takes_rest));
+    let length = layout.shortest.max(front + kind.trailer + rest) + longer;
+    let any = if is_text { b'A'..=b'Z' } else { 0..=u8::MAX };
+    let bytes = (0..length.min(layout.longest)).map(|_| random.random_range(any.clone()));
+    let mut frame: Vec<u8> = bytes.collect();
     if let Some(messages) = &layout.messages
         && let Some(message) = messages.known.choose(random)
     {
-        write(messages.number, message.number, &mut frame);
+        let (place, mut bytes) = (messages.number, message.number.to_le_bytes());
+        let bytes = bytes.get_mut(..place.bytes)?;
+        if place.order == ByteOrder::Big {
+            bytes.reverse();
+        }
+        frame.get_mut(place.at..place.end())?.copy_from_slice(bytes);
     }
     layout.seal(&mut frame).then_some(frame)
-}
-
-fn write(place: Number, number: u32, frame: &mut [u8]) {
-    let lowest_first = number.to_le_bytes().into_iter().take(place.bytes);
-    let bytes = frame
-        .get_mut(place.at..place.end())
-        .unwrap_or_default()
-        .iter_mut();
-    match place.order {
-        ByteOrder::Little => bytes.zip(lowest_first).for_each(|(byte, it)| *byte = it),
-        ByteOrder::Big => bytes
-            .rev()
-            .zip(lowest_first)
-            .for_each(|(byte, it)| *byte = it),
-    }
 }

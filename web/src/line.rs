@@ -23,38 +23,39 @@ pub(crate) struct Cell {
     pub(crate) at: u32,
 }
 
+impl Cell {
+    fn new(sent: Option<u8>, received: u8, at: u32) -> Self {
+        let (received, ends) = (Some(received), 0);
+        Self {
+            sent,
+            received,
+            ends,
+            at,
+        }
+    }
+}
+
 /// The line of a scenario. `file`: the bytes to send, if it sends a file.
 pub(crate) fn line(scenario: &Scenario, frame: &Frame, file: &[u8]) -> Result<Vec<Cell>, String> {
-    let seed = Seed {
-        seed: scenario.seed,
-        trial: 0,
-    };
-    let mut cells = match scenario {
-        Scenario { file: 1.., .. } if scenario.file == file.len() => sent(file, frame)?,
-        Scenario {
-            file: expected @ 1..,
-            ..
-        } => {
-            return Err(format!(
-                "this link needs a file of {expected} bytes: drop it here"
-            ));
+    let bytes = match (scenario.file, frame.setpoints) {
+        (0, _) if !scenario.own.is_empty() => scenario.own.clone(),
+        (0, Some(format)) => simulated(scenario, format)?,
+        (0, None) => frame.examples(scenario.frames, scenario.seed),
+        (length, _) if length == file.len() => file.to_vec(),
+        (expected, _) => {
+            let what = format!("this link needs a file of {expected} bytes: drop it here");
+            return Err(what);
         }
-        Scenario { own, .. } if !own.is_empty() => sent(own, frame)?,
-        _ => match frame.setpoints {
-            Some(format) => sent(&simulated(scenario, format)?, frame)?,
-            None => sent(&frame.examples(scenario.frames, scenario.seed), frame)?,
-        },
     };
+    let mut cells = sent(&bytes, frame)?;
     if scenario.lose + scenario.flip > 0.0 {
-        let (drop, flip) = (scenario.lose, scenario.flip);
-        let mut faults = ByteFaults::new(
-            FaultRates {
-                drop,
-                flip,
-                ..FaultRates::default()
-            },
-            seed,
-        );
+        let rates = FaultRates {
+            drop: scenario.lose,
+            flip: scenario.flip,
+            ..FaultRates::default()
+        };
+        let (seed, trial) = (scenario.seed, 0);
+        let mut faults = ByteFaults::new(rates, Seed { seed, trial });
         for cell in &mut cells {
             let carried = cell.sent.map(|byte| faults.carry(byte));
             cell.received = carried.and_then(|[_, received, _]| received);
@@ -70,33 +71,21 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
     let Some(cell) = cells.get_mut(place) else {
         return;
     };
+    let at = cell.at;
     match action {
         Action::Drop if cell.sent.is_none() => drop(cells.remove(place)),
         Action::Drop if cell.received.is_none() => cell.received = cell.sent,
         Action::Drop => cell.received = None,
         Action::Flip(bits) => cell.received = cell.received.map(|byte| byte ^ bits),
-        Action::Insert(byte) => {
-            let inserted = Cell {
-                sent: None,
-                received: Some(byte),
-                ends: 0,
-                at: cell.at,
-            };
-            cells.insert(place, inserted);
-        }
+        Action::Insert(byte) => cells.insert(place, Cell::new(None, byte, at)),
     }
 }
 
 /// Bytes as they are sent, with a pause behind each frame. The frames are those that the receiver finds
 /// on a line without faults.
 fn sent(bytes: &[u8], frame: &Frame) -> Result<Vec<Cell>, String> {
-    let new = |byte: &u8| Cell {
-        sent: Some(*byte),
-        received: Some(*byte),
-        ends: 0,
-        at: 0,
-    };
-    let mut cells: Vec<Cell> = bytes.iter().map(new).collect();
+    let cells = bytes.iter().map(|byte| Cell::new(Some(*byte), *byte, 0));
+    let mut cells: Vec<Cell> = cells.collect();
     let (mut receiver, mut settled) = (frame.line()?, 0);
     let mut decided = |found: Found<()>| {
         settled += found.bytes();
@@ -129,13 +118,10 @@ fn simulated(scenario: &Scenario, frame: FrameFormat) -> Result<Vec<u8>, String>
         ..Parameters::DEFAULT
     };
     let trial = run(&parameters, 0, true).map_err(|error| error.to_string())?;
-    let received = trial
-        .events
-        .into_iter()
-        .flatten()
-        .filter_map(|event| match event {
-            Event::Byte { received, .. } => received,
-            Event::Look { .. } => None,
-        });
+    let events = trial.events.into_iter().flatten();
+    let received = events.filter_map(|event| match event {
+        Event::Byte { received, .. } => received,
+        Event::Look { .. } => None,
+    });
     Ok(received.collect())
 }

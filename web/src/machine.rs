@@ -48,8 +48,6 @@ pub(crate) struct Machine {
     pub(crate) failsafe: Failsafe<u8, 3>,
     /// The frame given out last.
     pub(crate) frame: Vec<u8>,
-    /// Whether frames bring setpoints.
-    has_setpoints: bool,
     /// The bytes that may yet be part of a frame, and their places on the line.
     pub(crate) pending: VecDeque<(usize, u8)>,
     /// What the last step has decided about bytes, by their places.
@@ -62,7 +60,6 @@ pub(crate) struct Machine {
 impl Machine {
     pub(crate) fn new(line: AnyLine) -> Self {
         Self {
-            has_setpoints: !matches!(line, AnyLine::Described(_)),
             line,
             failsafe: Failsafe::new(FAILSAFE, 0).expect("its times are in order"),
             frame: Vec::new(),
@@ -80,45 +77,42 @@ impl Machine {
             let place = place + 1 - length;
             Whole { place, length, at }
         }));
-        for found in self.line.feed(&[byte]) {
-            self.decided(found, at);
-        }
-        self.miss();
+        let found = self.line.feed(&[byte]);
+        self.decided(found, at);
     }
 
     /// The line is idle at that time.
     pub(crate) fn idle(&mut self, at: u32) {
-        for found in self.line.idle() {
-            self.decided(found, at);
-        }
-        self.miss();
+        let found = self.line.idle();
+        self.decided(found, at);
     }
 
     /// The setpoint given out last.
     pub(crate) fn setpoint(&self) -> Option<Setpoint> {
-        match self.frame[..] {
-            [_, _, _, pitch, roll, yaw, ..] if self.has_setpoints => {
-                Some(Setpoint { pitch, roll, yaw })
-            }
+        match (&self.line, &self.frame[..]) {
+            (AnyLine::Described(_), _) => None,
+            (_, &[_, _, _, pitch, roll, yaw, ..]) => Some(Setpoint { pitch, roll, yaw }),
             _ => None,
         }
     }
 
-    fn decided(&mut self, found: Found<()>, at: u32) {
-        let fate = match found {
-            Found::Discarded { why, .. } => reason(why),
-            Found::Frame { length, .. } => {
-                self.frame.clear();
-                let bytes = self.pending.iter().map(|(_, byte)| *byte);
-                self.frame.extend(bytes.take(length));
-                if let Some(setpoint) = self.setpoint() {
-                    self.failsafe.frame(at, setpoint);
+    fn decided(&mut self, all: Vec<Found<()>>, at: u32) {
+        for found in all {
+            let fate = match found {
+                Found::Discarded { why, .. } => reason(why),
+                Found::Frame { length, .. } => {
+                    let bytes = self.pending.iter().map(|(_, byte)| *byte);
+                    self.frame = bytes.take(length).collect();
+                    if let Some(setpoint) = self.setpoint() {
+                        self.failsafe.frame(at, setpoint);
+                    }
+                    self.given_out(length)
                 }
-                self.given_out(length)
-            }
-        };
-        let settled = self.pending.drain(..found.bytes().min(self.pending.len()));
-        self.fates.extend(settled.map(|(place, _)| (place, fate)));
+            };
+            let settled = self.pending.drain(..found.bytes().min(self.pending.len()));
+            self.fates.extend(settled.map(|(place, _)| (place, fate)));
+        }
+        self.miss();
     }
 
     /// The first of the pending bytes are a frame.

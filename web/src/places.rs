@@ -4,27 +4,28 @@ use std::ops::Range;
 
 use framelock::Verdict;
 use framelock_description::{Description, Field, Kind, Type};
-use framelock_formats::layout::{Length, Patterns, Written, index};
+use framelock_formats::layout::{Length, Written, index};
 
-/// The names of a frame's bytes that begins with these. Those that it has but nobody knows yet are empty.
+/// Of a frame that is longer than this, no more bytes are drawn.
+pub(crate) const MOST: usize = 64;
+
+/// The names of the first bytes of a frame that begins with these; empty where nobody knows them yet.
 pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
     let mut common: Option<Vec<String>> = None;
     for kind in &description.kinds {
-        let at_least = match kind.layout.judge(bytes) {
-            Verdict::Reject(_) if !bytes.is_empty() => continue,
-            Verdict::Incomplete { at_least } => at_least,
-            _ => bytes.len(),
-        };
-        let names = names_of(kind, bytes, at_least);
-        common = Some(match common {
-            None => names,
+        let verdict = kind.layout.judge(bytes);
+        if matches!(verdict, Verdict::Reject(_)) && !bytes.is_empty() {
+            continue;
+        }
+        let mut names = names_of(kind, bytes, verdict);
+        if let Some(other) = &common {
             // It may be of either.
-            Some(other) => {
-                let both = names.into_iter().zip(other);
-                both.map(|(one, other)| if one == other { one } else { String::new() })
-                    .collect()
-            }
-        });
+            names.truncate(other.len());
+            let both = names.iter_mut().zip(other);
+            both.filter(|(name, other)| *name != *other)
+                .for_each(|(name, _)| name.clear());
+        }
+        common = Some(names);
         // The first that has such a header says the rest.
         if bytes.len() >= kind.layout.header() {
             break;
@@ -33,91 +34,62 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
     common.unwrap_or_default()
 }
 
-fn names_of(kind: &Kind, bytes: &[u8], at_least: usize) -> Vec<String> {
-    let layout = &kind.layout;
-    // What is counted from the end has a place when the length is known.
-    let length = match &layout.length {
-        Length::Fixed => Some(layout.longest),
-        Length::Field(_) if bytes.len() >= kind.layout.header() => Some(at_least),
-        Length::Field(_) | Length::Delimiter => None,
+fn names_of(kind: &Kind, bytes: &[u8], verdict: Verdict) -> Vec<String> {
+    let (layout, header) = (&kind.layout, kind.layout.header());
+    let is_fixed = layout.length == Length::Fixed;
+    // Then what is counted from the end has a place.
+    let is_known = is_fixed || bytes.len() >= header && layout.length != Length::Delimiter;
+    let whole = match verdict {
+        _ if is_fixed => layout.longest,
+        Verdict::Incomplete { at_least } => at_least.max(header),
+        _ => header,
     };
-    let appended = layout.appendix.filter(|appendix| {
-        bytes
-            .get(appendix.at)
-            .is_some_and(|byte| byte & appendix.mask != 0)
-    });
-    let whole = length.unwrap_or(at_least.max(kind.layout.header()));
-    let alone = whole.saturating_sub(appended.map_or(0, |appendix| appendix.bytes));
-    let mut names = vec![String::new(); whole];
-    let mut name = |place: Range<usize>, what: &str| {
-        for name in names.get_mut(place).unwrap_or_default() {
-            if !name.is_empty() {
-                name.push(' ');
+    let appendix = layout.appendix.filter(|_| is_known);
+    let alone = whole - appendix.map_or(0, |it| it.appended_to(bytes)).min(whole);
+    let mut fields: Vec<(Range<usize>, String)> = Vec::new();
+    for field in &kind.fields {
+        if field.is_appended {
+            fields.push((alone..whole, field.name.clone()));
+        } else if field.at >= 0 || is_known {
+            // What takes all that is left goes on, as long as nobody knows where it ends.
+            let length = alone + if is_known { 0 } else { field.margin };
+            for number in 0..field.values() {
+                let place = place(field, number, length);
+                fields.extend(place.map(|place| (place, field.column(number))));
             }
-            name.push_str(what);
+        }
+    }
+    let length = match layout.length {
+        Length::Field(field) => field.number.at..field.number.end(),
+        _ => 0..0,
+    };
+    let checksum = layout.checksum.and_then(|it| {
+        let bytes = it.bytes * (1 + usize::from(it.written == Written::Hex));
+        let from = index(it.at, alone).filter(|_| it.at >= 0 || is_known)?;
+        Some(from..from + bytes)
+    });
+    let end = alone.saturating_sub(usize::from(is_known) * layout.terminator.length);
+    let rest = [
+        (0..layout.sync.length, "sync"),
+        (length, "length"),
+        (checksum.unwrap_or_default(), "checksum"),
+        (end..alone, "terminator"),
+        (0..whole, "any"),
+    ];
+    let name = |byte: usize| {
+        let here = fields.iter().filter(|(place, _)| place.contains(&byte));
+        let here: Vec<&str> = here.map(|(_, name)| &**name).collect();
+        let rest = rest.iter().find(|(place, _)| place.contains(&byte));
+        match (&here[..], rest) {
+            ([], Some((_, name))) => (*name).to_owned(),
+            _ => here.join(" "),
         }
     };
-    let is_here = |field: &&Field| !field.is_appended && (field.at >= 0 || length.is_some());
-    for field in kind.fields.iter().filter(is_here) {
-        // What takes all that is left goes on, as long as nobody knows where it ends.
-        let until = alone + length.map_or(field.margin, |_| 0);
-        for number in 0..field.values() {
-            let what = match field.is_array() {
-                true => format!("{}{}", field.name, number + 1),
-                false => field.name.clone(),
-            };
-            name(place(field, number, until).unwrap_or_default(), &what);
-        }
-    }
-    if let Some(field) = kind.fields.iter().find(|field| field.is_appended) {
-        name(alone..whole, &field.name);
-    }
-    // The rest where there is no field.
-    let mut rest = |from: usize, what: Vec<String>| {
-        for (name, what) in names
-            .iter_mut()
-            .skip(from)
-            .zip(what)
-            .filter(|(name, _)| name.is_empty())
-        {
-            *name = what;
-        }
-    };
-    rest(0, spelled(&layout.sync, "sync"));
-    if let Length::Field(field) = &layout.length {
-        rest(
-            field.number.at,
-            vec!["length".to_owned(); field.number.bytes],
-        );
-    }
-    if let Some(messages) = &layout.messages {
-        rest(
-            messages.number.at,
-            vec!["message".to_owned(); messages.number.bytes],
-        );
-    }
-    if let Some(checksum) = layout
-        .checksum
-        .filter(|checksum| checksum.at >= 0 || length.is_some())
-    {
-        let digits = if checksum.written == Written::Hex {
-            2
-        } else {
-            1
-        };
-        let from = index(checksum.at, alone).unwrap_or(whole);
-        rest(from, vec!["checksum".to_owned(); digits * checksum.bytes]);
-    }
-    if length.is_some() {
-        let from = alone.saturating_sub(layout.terminator.length);
-        rest(from, spelled(&layout.terminator, "terminator"));
-    }
-    rest(0, vec!["any".to_owned(); whole]);
-    names
+    (0..whole.min(MOST)).map(name).collect()
 }
 
-/// The bytes of a field in a frame of that length without its appendix, or of one of its values.
-pub(crate) fn place(field: &Field, number: usize, length: usize) -> Option<Range<usize>> {
+/// The bytes of one of a field's values, in a frame of that length without its appendix.
+fn place(field: &Field, number: usize, length: usize) -> Option<Range<usize>> {
     let from = index(field.at, length)?;
     let place = match field.kind {
         Type::Number(kind) => number * kind.bytes..(number + 1) * kind.bytes,
@@ -126,26 +98,9 @@ pub(crate) fn place(field: &Field, number: usize, length: usize) -> Option<Range
             first / 8..(first + width).div_ceil(8)
         }
         Type::Bytes | Type::Text => {
-            0..field
-                .length()
-                .unwrap_or(length.saturating_sub(from + field.margin))
+            let rest = length.saturating_sub(from + field.margin);
+            0..field.length().unwrap_or(rest)
         }
     };
     Some(from + place.start..from + place.end)
-}
-
-/// The bytes that must be there; if there are several such, only what they are.
-fn spelled(patterns: &Patterns, what: &str) -> Vec<String> {
-    let is_text = |byte: &u8| matches!(byte, b'\n' | b'\r' | b'!'..=b'~');
-    let is_text = patterns.bytes.iter().all(is_text);
-    let spell = |byte: &u8| match byte {
-        b'\n' if is_text => "LF".to_owned(),
-        b'\r' if is_text => "CR".to_owned(),
-        _ if is_text => format!("'{}'", char::from(*byte)),
-        _ => format!("{byte:02X}"),
-    };
-    if patterns.each().count() > 1 {
-        return vec![what.to_owned(); patterns.length];
-    }
-    patterns.bytes.iter().map(spell).collect()
 }

@@ -153,10 +153,9 @@ impl Run {
     pub(crate) fn step(&self, state: &mut State) {
         let place = state.position;
         state.position += 1;
-        state
-            .machines
-            .iter_mut()
-            .for_each(|machine| machine.fates.clear());
+        for machine in &mut state.machines {
+            machine.fates.clear();
+        }
         let Some(cell) = self.cells.get(place) else {
             state.now += SILENT_STEP;
             return state.idle();

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use framelock_description::{SHIPPED, shipped};
+use framelock_description::shipped;
 use framelock_simulation::Payload;
 use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
@@ -78,10 +78,7 @@ impl Scenario {
             "frame" if value == OWN || shipped(value).is_some() => {
                 value.clone_into(&mut self.frame)
             }
-            "frame" => {
-                let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-                return Err(format!("{} or {OWN} is wanted", names.join(", ")));
-            }
+            "frame" => return Err("a frame's name is wanted: bin, crsf or own".to_owned()),
             "description" => {
                 let text = percent_decode_str(value).decode_utf8().ok();
                 let text = text.filter(|text| text.len() <= 1 << 14);

@@ -9,15 +9,9 @@ use serde_json::{Value, json};
 
 use crate::frame::Frame;
 use crate::line::Cell;
-use crate::machine::{Machine, Tally};
-use crate::places::names;
+use crate::machine::Machine;
+use crate::places::{MOST, names};
 use crate::run::Run;
-
-/// Of a frame that is longer than this, no more bytes are drawn.
-const MOST_SLOTS: usize = 64;
-
-/// What is told of a frame in the sentence.
-const MOST_TOLD: usize = 4;
 
 impl Run {
     /// What there is to see at a position, of these places on the line.
@@ -81,14 +75,9 @@ impl Run {
             },
         };
         for machine in machines {
-            let [name, what] = ["name", "what"].map(|key| machine[key].as_str());
-            sentence.extend([
-                " ",
-                name.unwrap_or_default(),
-                " ",
-                what.unwrap_or_default(),
-                ".",
-            ]);
+            let said = ["name", "what"].map(|key| machine[key].as_str());
+            let [name, what] = said.map(Option::unwrap_or_default);
+            sentence = format!("{sentence} {name} {what}.");
         }
         sentence
     }
@@ -96,30 +85,18 @@ impl Run {
     fn machine(&self, machine: &Machine, now: u32) -> Value {
         let (tally, lecture) = (&machine.tally, machine.line.lecture());
         let output = { machine.failsafe }.poll(now);
-        let status = match tally {
-            // Nobody knows it yet.
-            Tally {
-                delivered: 0,
-                missed_in_row: 0,
-                wrong: 0,
-                ..
-            } => "NO FRAME YET",
-            Tally {
-                missed_in_row: 0, ..
-            } => "LISTENING",
-            Tally {
-                missed_in_row: 1,
-                wrong_in_row: 0,
-                ..
-            } => "MISSED ONE",
-            Tally {
-                wrong_in_row: 0, ..
-            } => "DEAF",
+        let status = match (tally.missed_in_row, tally.wrong_in_row) {
+            (0, _) if tally.delivered + tally.wrong == 0 => "NO FRAME YET",
+            (0, _) => "LISTENING",
+            (1, 0) => "MISSED ONE",
+            (_, 0) => "DEAF",
             _ => "MISREADING",
         };
         let missing = now.saturating_sub(tally.since);
         let bytes: Vec<u8> = machine.pending.iter().map(|(_, byte)| *byte).collect();
         let stored = |axis: usize| match lecture {
+            // No byte has come that it could have stored.
+            Some(_) if machine.line.counters().bytes == 0 => None,
             Some(lecture) => <[u8; 3]>::from(lecture.temp).get(axis).copied(),
             None => bytes.get(3 + axis).copied(),
         };
@@ -163,8 +140,8 @@ fn window(frame: &Frame, bytes: &[u8]) -> Vec<Value> {
         let name = names.get::<usize>(place).map_or("", |name| name);
         json!({ "name": name, "byte": bytes.get(place) })
     };
-    let count = names.len().max(bytes.len());
-    (0..count.min(MOST_SLOTS)).map(slot).collect()
+    let count = names.len().max(bytes.len()).min(MOST);
+    (0..count).map(slot).collect()
 }
 
 /// What stands in a frame: name, value and unit of each field, and first of all its kind.
@@ -173,8 +150,8 @@ fn fields(frame: &Frame, bytes: &[u8]) -> Vec<[String; 3]> {
     let Some(kind) = description.kind(bytes).filter(|_| !bytes.is_empty()) else {
         return Vec::new();
     };
-    let name = [KIND, &kind.name, ""].map(str::to_owned);
-    let name = Some(name).filter(|_| description.has_kinds());
+    let has_kinds = description.has_kinds();
+    let name = has_kinds.then(|| [KIND, &kind.name, ""].map(str::to_owned));
     let fields = kind.shown(bytes).map(|(field, content)| {
         let values: Vec<String> = content.values().map(|value| value.to_string()).collect();
         let unit = field.unit.clone().unwrap_or_default();
@@ -187,15 +164,15 @@ fn fields(frame: &Frame, bytes: &[u8]) -> Vec<[String; 3]> {
 fn what(frame: &Frame, machine: &Machine) -> String {
     let has = |wanted| machine.fates.iter().any(|(_, fate)| *fate == wanted);
     let told = || {
-        let fields = fields(frame, &machine.frame);
-        let more = if fields.len() > MOST_TOLD {
-            ", and more"
-        } else {
-            ""
-        };
-        let told = fields.iter().take(MOST_TOLD).map(|field| field.join(" "));
-        let told: Vec<String> = told.map(|field| field.trim_end().to_owned()).collect();
-        format!("{}{more}", told.join(", "))
+        let fields = fields(frame, &machine.frame).into_iter();
+        let fields: Vec<String> = fields
+            .map(|it| it.join(" ").trim_end().to_owned())
+            .collect();
+        let told = fields.join(", ");
+        match told.split_at_checked(80) {
+            Some((told, _)) => format!("{told}..."),
+            None => told,
+        }
     };
     if has("committed") {
         format!("commits a frame: {}", told())
