@@ -17,6 +17,9 @@ use framelock_simulation::{Parameters, Policy, run};
 use framelock_web::{Run, frames, presets, problem};
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use proptest::prelude::*;
+use rand::seq::IteratorRandom as _;
+use rand::{Rng as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 /// The page's example of a description.
@@ -419,6 +422,37 @@ fn what_is_wrong_with_a_description_is_told_with_its_line_and_column() {
         assert_eq!(error, Some(told_is));
     }
     assert!(problem("").starts_with("Line 1, column 1: nothing tells a frame from noise"));
+}
+
+/// The example, or a shipped description, with other numbers in it.
+#[test]
+fn any_description_is_refused_or_shown() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut shown = 0;
+    for _ in 0..200 {
+        let texts = SHIPPED.iter().map(|(_, text)| *text).chain([MOTOR; 14]);
+        let text = texts.choose(&mut random).unwrap();
+        let numbers = text.split_inclusive(' ').map(|word| {
+            let number = word.trim_end_matches([' ', ',', '\n']);
+            match number.parse::<i32>() {
+                Ok(was) if random.random_ratio(1, 4) => {
+                    let is = was + random.random_range(-2..=2);
+                    word.replacen(number, &is.to_string(), 1)
+                }
+                _ => word.to_owned(),
+            }
+        });
+        let text: String = numbers.collect();
+        if problem(&text) == "" {
+            let run = decoded(&format!("{}&frames=3&edits=5d.9f01", own(&text)));
+            for position in 0..run.bytes().min(60) {
+                view(&run, position, 0..40);
+            }
+            let tally = &end(&run)[0]["tally"];
+            shown += usize::from(tally["delivered"] != 0);
+        }
+    }
+    assert!(shown > 40, "{shown}");
 }
 
 #[test]
