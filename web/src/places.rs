@@ -88,19 +88,18 @@ fn names_of(kind: &Kind, bytes: &[u8], verdict: Verdict) -> Vec<String> {
     (0..whole.min(MOST)).map(name).collect()
 }
 
-/// The bytes of one of a field's values, in a frame of that length without its appendix.
+/// The bytes of one of a field's values, in a frame of that length without its appendix that has it.
 fn place(field: &Field, number: usize, length: usize) -> Option<Range<usize>> {
     let from = index(field.at, length)?;
+    let rest = length.checked_sub(from + field.margin)?;
+    let bytes = field.length().unwrap_or(rest);
     let place = match field.kind {
         Type::Number(kind) => number * kind.bytes..(number + 1) * kind.bytes,
         Type::Bits { first, width } => {
             let first = first + number * width;
             first / 8..(first + width).div_ceil(8)
         }
-        Type::Bytes | Type::Text => {
-            let rest = length.saturating_sub(from + field.margin);
-            0..field.length().unwrap_or(rest)
-        }
+        Type::Bytes | Type::Text => 0..bytes,
     };
-    Some(from + place.start..from + place.end)
+    (bytes <= rest).then_some(from + place.start..from + place.end)
 }

@@ -76,7 +76,7 @@ impl Scenario {
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
             "frame" if value == OWN || shipped(value).is_some() => {
-                value.clone_into(&mut self.frame)
+                value.clone_into(&mut self.frame);
             }
             "frame" => return Err("a frame's name is wanted: bin, crsf or own".to_owned()),
             "description" => {

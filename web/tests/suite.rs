@@ -443,7 +443,7 @@ fn any_description_is_refused_or_shown() {
             }
         });
         let text: String = numbers.collect();
-        if problem(&text) == "" {
+        if problem(&text).is_empty() {
             let run = decoded(&format!("{}&frames=3&edits=5d.9f01", own(&text)));
             for position in 0..run.bytes().min(60) {
                 view(&run, position, 0..40);
@@ -486,6 +486,12 @@ fn each_byte_is_called_what_it_is() {
         &["checksum", "checksum"],
     ];
     assert_eq!(names(&own, 11), measurement.concat());
+    // A frame that is too short for a field does not have it.
+    let short = "sync = '24'\nlongest = 9\nlength_field = { at = 1, type = 'u8' }\n\
+                 checksum = { name = 'xor', type = 'u8', at = -1 }\n\
+                 fields = [{ name = 'a', at = 2, type = 'u16le' }, { name = 'b', at = 4, type = 'u16le' }]";
+    let short = decoded(&format!("{}&bytes=2405010223", self::own(short)));
+    assert_eq!(names(&short, 3), ["sync", "length", "a", "a", "checksum"]);
     let nmea = decoded("frame=nmea&bytes=2447502A3137");
     assert_eq!(
         names(&nmea, 4)[..4],
