@@ -172,7 +172,8 @@ impl Field {
     }
 
     /// The name of one of its values in a table, counted from 0.
-    pub(crate) fn column(&self, number: usize) -> String {
+    #[must_use]
+    pub fn column(&self, number: usize) -> String {
         if self.is_array() {
             format!("{}{}", self.name, number + 1)
         } else {

@@ -18,7 +18,7 @@ pub struct Kind {
     /// Bytes that must be there before the length is known.
     pub(crate) header: usize,
     /// Bytes at the end that are counted from the end.
-    pub(crate) trailer: usize,
+    pub trailer: usize,
 }
 
 impl Kind {

@@ -97,7 +97,8 @@ impl Layout<'_> {
 
     /// Bytes that must be there before the length is known: one at least.
     #[inline]
-    pub(crate) fn header(&self) -> usize {
+    #[must_use]
+    pub fn header(&self) -> usize {
         let mut header = self.sync.length.max(1);
         if let Length::Field(field) = &self.length {
             header = header.max(field.number.end());
@@ -296,8 +297,10 @@ impl Messages<'_> {
 }
 
 impl Appendix {
+    /// How many bytes are behind the frame with this header.
     #[inline]
-    pub(crate) fn appended_to(&self, header: &[u8]) -> usize {
+    #[must_use]
+    pub fn appended_to(&self, header: &[u8]) -> usize {
         match header.get(self.at) {
             Some(byte) if byte & self.mask != 0 => self.bytes,
             _ => 0,

@@ -99,9 +99,9 @@ function drawFates(room) {
 
 function drawStatus(node, machine) {
   node.className = 'status ' + machine.status.split(' ')[0];
-  const listens = machine.status === 'LISTENING';
-  const since = listens || machine.status === 'MISSED ONE' ? '' : ` for ${machine.status_seconds.toFixed(1)} s`;
-  say(node, (listens ? '✓ ' : '✕ ') + machine.status + since);
+  const mark = { LISTENING: '✓ ', 'NO FRAME YET': '' }[machine.status] ?? '✕ ';
+  const since = ['DEAF', 'MISREADING'].includes(machine.status) ? ` for ${machine.status_seconds.toFixed(1)} s` : '';
+  say(node, mark + machine.status + since);
 }
 
 /** The parts of a machine's card that change. */
@@ -109,10 +109,11 @@ function makeMachine() {
   const card = element('section', { className: 'machine' });
   const title = element('h2', {}, (card.who = element('span')), ' ', (card.status = element('span')));
   card.diagram = $('diagram').content.cloneNode(true).firstElementChild;
+  card.diagram.classList.add('diagram');
   STATES.forEach((state, index) => {
-    const x = 24 + 62 * index;
-    const circle = drawing('circle', { cx: x, cy: 46, r: 15 });
-    card.diagram.querySelector('.states').append(drawing('g', { 'data-state': state }, circle, drawing('text', { x, y: 51 }, state)));
+    const x = 24 + 45 * index;
+    const circle = drawing('circle', { cx: x, cy: 44, r: 15 });
+    card.diagram.querySelector('.states').append(drawing('g', { 'data-state': state }, circle, drawing('text', { x, y: 49 }, state)));
   });
   card.legs = AXES.map((axis, index) => {
     const x = 25 + 50 * index;
@@ -124,8 +125,10 @@ function makeMachine() {
   });
   const legs = drawing('svg', { viewBox: '0 0 150 130', role: 'img' }, ...card.legs.flatMap((leg) => leg.parts));
   Object.assign(card, { picture: legs, values: element('table'), counts: element('table'), window: element('div', { className: 'window' }) });
+  Object.assign(card, { axes: element('div', { className: 'axes' }, card.values, legs), fields: element('table', { className: 'given' }) });
   const caption = element('small', { textContent: 'Bytes it has of a frame, and what it takes them for' });
-  card.append(title, card.diagram, caption, card.window, element('div', { className: 'axes' }, card.values, legs), card.counts);
+  card.given = element('div', {}, element('small', { textContent: 'The last frame that it gave out' }), card.fields);
+  card.append(title, card.diagram, caption, card.window, card.axes, card.given, card.counts);
   return card;
 }
 
@@ -142,21 +145,11 @@ function drawMachine(card, machine) {
     const held = slot.byte !== null;
     return element('div', { className: held ? 'slot held' : 'slot' }, held ? hex(slot.byte) : '–', element('small', { textContent: slot.name }));
   }));
-  const cell = (byte) => (byte === null || byte === undefined ? '–' : byte);
-  rows(card.values, [
-    ['', 'temporary', 'current', 'actuator'],
-    ...AXES.map((axis, index) => [axis, cell(machine.temporary[index]), cell(machine.setpoint?.[axis]), machine.output[axis]]),
-    ['failsafe', '', '', machine.phase.toUpperCase()],
-  ]);
-  card.picture.setAttribute('aria-label', `Actuators: ${AXES.map((axis) => `${axis} ${machine.output[axis]}`).join(', ')}; failsafe ${machine.phase}`);
-  AXES.forEach((axis, index) => {
-    const height = (value) => 100 - (value / 255) * 96;
-    const { leg, aim, rod } = card.legs[index];
-    leg.style.transform = `translateY(${height(machine.output[axis])}px)`;
-    rod.setAttribute('y2', height(machine.output[axis]) + 9);
-    aim.style.transform = `translateY(${height(machine.setpoint?.[axis] ?? 128)}px)`;
-    aim.classList.toggle('hidden', !machine.setpoint);
-  });
+  if (machine.pending > machine.window.length) card.window.append(element('div', {}, `and ${machine.pending - machine.window.length} more`));
+  card.axes.hidden = !machine.axes;
+  card.given.hidden = machine.axes || machine.fields.length === 0;
+  if (machine.axes) drawAxes(card, machine.axes);
+  else rows(card.fields, machine.fields);
   const { tally, counters } = machine;
   const reasons = Object.entries(counters.discarded).filter(([, count]) => count > 0);
   const why = reasons.map(([reason, count]) => `${reason.replace('_', ' ')} ${count}`).join(', ');
@@ -167,6 +160,24 @@ function drawMachine(card, machine) {
     ['bytes received', counters.bytes],
     ['bytes discarded' + (why && `: ${why}`), reasons.reduce((sum, [, count]) => sum + count, 0)],
   ]);
+}
+
+function drawAxes(card, { temporary, setpoint, output, phase }) {
+  const cell = (byte) => (byte === null || byte === undefined ? '–' : byte);
+  rows(card.values, [
+    ['', 'temporary', 'current', 'actuator'],
+    ...AXES.map((axis, index) => [axis, cell(temporary[index]), cell(setpoint?.[axis]), output[axis]]),
+    ['failsafe', '', '', phase.toUpperCase()],
+  ]);
+  card.picture.setAttribute('aria-label', `Actuators: ${AXES.map((axis) => `${axis} ${output[axis]}`).join(', ')}; failsafe ${phase}`);
+  AXES.forEach((axis, index) => {
+    const height = (value) => 100 - (value / 255) * 96;
+    const { leg, aim, rod } = card.legs[index];
+    leg.style.transform = `translateY(${height(output[axis])}px)`;
+    rod.setAttribute('y2', height(output[axis]) + 9);
+    aim.style.transform = `translateY(${height(setpoint?.[axis] ?? 128)}px)`;
+    aim.classList.toggle('hidden', !setpoint);
+  });
 }
 
 function rows(table, rows) {

@@ -2,6 +2,7 @@
 // It turns clicks into calls, and keeps the address.
 let page = null;
 let presets = [];
+let shown = ''; // the frames that the settings are of
 let view = null;
 let position = 0;
 let playing = false;
@@ -11,6 +12,7 @@ let opened = 0; // counts, so that decoding ends when something else is opened
 let edited = null; // the place on the line of the byte that is being edited
 let written = 0; // when the address was last to be written,
 let later = 0; // and the timer that will
+let typed = 0; // the timer since the description was last typed in
 
 function complain(error) {
   $('error').hidden = !error;
@@ -20,6 +22,7 @@ function complain(error) {
 /** The scenario of an address, which is decoded in pieces. */
 async function open(address) {
   const turn = ++opened;
+  clearTimeout(typed);
   pause();
   let next;
   try {
@@ -44,9 +47,25 @@ async function open(address) {
   wanted = address;
   position = page.position();
   closeEditor();
-  showSettings();
   draw();
+  showSettings();
   remember();
+}
+
+/** While a description is typed in: what is wrong with it, or its frames. */
+function describe() {
+  clearTimeout(typed);
+  typed = setTimeout(() => {
+    const text = $('description').value;
+    const problem = wasm_bindgen.problem(text);
+    showProblem(problem || 'Nothing is wrong with it.', problem);
+    if (!problem) change(`edits=&frame=own&description=${encodeURIComponent(text)}`);
+  }, 300);
+}
+
+function showProblem(text, wrong = false) {
+  say($('problem'), text);
+  $('description').setAttribute('aria-invalid', Boolean(wrong));
 }
 
 /** The address says what is shown. Browsers limit how often it may be written. */
@@ -75,7 +94,14 @@ function showSettings() {
   const own = settings.has('bytes') || settings.has('file');
   $('sender').disabled = own;
   $('again').hidden = !own;
-  document.querySelector('[data-key=payload]').disabled = settings.get('frame') === 'crsf';
+  const frame = settings.get('frame');
+  document.querySelector('[data-key=payload]').disabled = !view.machines[0].axes;
+  if (frame !== shown) $('described').open = frame === 'own';
+  shown = frame;
+  if (document.activeElement !== $('description')) {
+    $('description').value = page.description();
+    showProblem('');
+  }
   const scenario = page.with('at=0');
   let explanation = '';
   presets.forEach((preset, index) => {
@@ -208,6 +234,7 @@ function listen() {
       change(`${control.dataset.key}=${value}${control.dataset.key === 'frame' ? '&edits=' : ''}`);
     };
   }
+  $('description').oninput = describe;
   $('send').onclick = () => change(`edits=&at=0&bytes=${$('own').value}`);
   $('own').onkeydown = (event) => void (event.key === 'Enter' && $('send').click());
   $('again').onclick = () => change('bytes=&edits=&at=0');
@@ -219,10 +246,10 @@ function listen() {
     take(event.dataTransfer.files);
   };
   onkeydown = (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest('input, select')) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest('input, select, textarea')) return;
     if (event.key === 'Escape') return closeEditor();
     const to = { ArrowLeft: position - 1, ArrowRight: position + 1, Home: 0, End: view.bytes }[event.key];
-    if (event.key === ' ' && !event.target.closest('button')) play();
+    if (event.key === ' ' && !event.target.closest('button, summary')) play();
     else if (to !== undefined) stop(to);
     else return;
     event.preventDefault();
@@ -243,6 +270,8 @@ async function main() {
   await wasm_bindgen({ module_or_path: await new Response(unpacked).arrayBuffer() });
   presets = JSON.parse(wasm_bindgen.presets());
   $('presets').append(...presets.map((preset) => element('button', { textContent: preset.name, onclick: () => show(preset) })));
+  const frames = JSON.parse(wasm_bindgen.frames());
+  document.querySelector('[data-key=frame]').append(...frames.map(([value, about]) => element('option', { value, textContent: `${value}: ${about}` })));
   listen();
   const address = location.hash.slice(1);
   if (address) await open(address);
@@ -258,6 +287,6 @@ async function main() {
 }
 
 /** What is shown, as JSON: for tests, and for whoever looks closely. */
-window.framelock = () => JSON.stringify({ playing, error: $('error').textContent, address: page?.with(`at=${position}`), ...view });
+window.framelock = () => JSON.stringify({ playing, error: $('error').textContent, problem: $('problem').textContent, address: page?.with(`at=${position}`), ...view });
 
 main().catch(complain);

@@ -17,9 +17,11 @@
 
 #![forbid(unsafe_code)]
 
+mod frame;
 mod line;
 mod machine;
 mod parser;
+mod places;
 mod run;
 mod scenario;
 mod view;
@@ -31,4 +33,24 @@ pub use run::Run;
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn presets() -> String {
     include_str!("../presets.json").to_owned()
+}
+
+/// The names of the frames that there are, and what each is, as JSON.
+#[must_use]
+#[wasm_bindgen::prelude::wasm_bindgen]
+pub fn frames() -> String {
+    let frames = framelock_description::SHIPPED.iter().map(|(name, text)| {
+        let about = text.trim_start_matches("# ").split([':', '.', '\n']).next();
+        (*name, about.unwrap_or_default())
+    });
+    let own = (scenario::OWN, "a frame of your own");
+    serde_json::json!(frames.chain([own]).collect::<Vec<_>>()).to_string()
+}
+
+/// What is wrong with a description, with its line and column; nothing if it describes frames.
+#[must_use]
+#[wasm_bindgen::prelude::wasm_bindgen]
+pub fn problem(description: &str) -> String {
+    let frame = frame::Frame::described(description).and_then(|frame| frame.line().map(drop));
+    frame.err().unwrap_or_default()
 }

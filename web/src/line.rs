@@ -1,13 +1,10 @@
 //! The line: what is sent, byte by byte, and what arrives of it.
 
 use framelock::Found;
-use framelock_formats::CrsfMessage;
-use framelock_simulation::{
-    ByteFaults, Event, FaultRates, FrameFormat, Parameters, Seed, SmoothMotion, run,
-};
+use framelock_simulation::{ByteFaults, Event, FaultRates, FrameFormat, Parameters, Seed, run};
 
-use crate::parser::{ATTITUDE, AnyLine};
-use crate::scenario::{Action, FrameKind, Scenario};
+use crate::frame::Frame;
+use crate::scenario::{Action, Scenario};
 
 /// How long a byte takes on the line, and the pause behind a frame, in microseconds: slow enough to
 /// watch, 1200 baud.
@@ -21,44 +18,44 @@ pub(crate) struct Cell {
     /// None if it is lost.
     pub(crate) received: Option<u8>,
     /// If a frame that is sent ends with it: the frame's length.
-    pub(crate) ends: u8,
+    pub(crate) ends: u32,
     /// When it ends, in milliseconds.
     pub(crate) at: u32,
 }
 
-/// The line of a scenario. `file`: the bytes to send, if it sends a file.
-pub(crate) fn line(scenario: &Scenario, file: &[u8]) -> Result<Vec<Cell>, String> {
-    let seed = Seed {
-        seed: scenario.seed,
-        trial: 0,
-    };
-    let mut cells = match scenario {
-        Scenario { file: 1.., .. } if scenario.file == file.len() => sent(file, scenario.frame),
-        Scenario {
-            file: expected @ 1..,
-            ..
-        } => {
-            return Err(format!(
-                "this link needs a file of {expected} bytes: drop it here"
-            ));
+impl Cell {
+    fn new(sent: Option<u8>, received: u8, at: u32) -> Self {
+        let (received, ends) = (Some(received), 0);
+        Self {
+            sent,
+            received,
+            ends,
+            at,
         }
-        Scenario { own, frame, .. } if !own.is_empty() => sent(own, *frame),
-        Scenario {
-            frame: FrameKind::Crsf,
-            ..
-        } => sent(&crsf(scenario.frames, seed), FrameKind::Crsf),
-        _ => sent(&simulated(scenario)?, scenario.frame),
+    }
+}
+
+/// The line of a scenario. `file`: the bytes to send, if it sends a file.
+pub(crate) fn line(scenario: &Scenario, frame: &Frame, file: &[u8]) -> Result<Vec<Cell>, String> {
+    let bytes = match (scenario.file, frame.setpoints) {
+        (0, _) if !scenario.own.is_empty() => scenario.own.clone(),
+        (0, Some(format)) => simulated(scenario, format)?,
+        (0, None) => frame.examples(scenario.frames, scenario.seed),
+        (length, _) if length == file.len() => file.to_vec(),
+        (expected, _) => {
+            let what = format!("this link needs a file of {expected} bytes: drop it here");
+            return Err(what);
+        }
     };
+    let mut cells = sent(&bytes, frame)?;
     if scenario.lose + scenario.flip > 0.0 {
-        let (drop, flip) = (scenario.lose, scenario.flip);
-        let mut faults = ByteFaults::new(
-            FaultRates {
-                drop,
-                flip,
-                ..FaultRates::default()
-            },
-            seed,
-        );
+        let rates = FaultRates {
+            drop: scenario.lose,
+            flip: scenario.flip,
+            ..FaultRates::default()
+        };
+        let (seed, trial) = (scenario.seed, 0);
+        let mut faults = ByteFaults::new(rates, Seed { seed, trial });
         for cell in &mut cells {
             let carried = cell.sent.map(|byte| faults.carry(byte));
             cell.received = carried.and_then(|[_, received, _]| received);
@@ -74,94 +71,57 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
     let Some(cell) = cells.get_mut(place) else {
         return;
     };
+    let at = cell.at;
     match action {
         Action::Drop if cell.sent.is_none() => drop(cells.remove(place)),
         Action::Drop if cell.received.is_none() => cell.received = cell.sent,
         Action::Drop => cell.received = None,
         Action::Flip(bits) => cell.received = cell.received.map(|byte| byte ^ bits),
-        Action::Insert(byte) => {
-            let inserted = Cell {
-                sent: None,
-                received: Some(byte),
-                ends: 0,
-                at: cell.at,
-            };
-            cells.insert(place, inserted);
-        }
+        Action::Insert(byte) => cells.insert(place, Cell::new(None, byte, at)),
     }
 }
 
 /// Bytes as they are sent, with a pause behind each frame. The frames are those that the receiver finds
 /// on a line without faults.
-fn sent(bytes: &[u8], kind: FrameKind) -> Vec<Cell> {
-    let new = |byte: &u8| Cell {
-        sent: Some(*byte),
-        received: Some(*byte),
-        ends: 0,
-        at: 0,
-    };
-    let mut cells: Vec<Cell> = bytes.iter().map(new).collect();
-    let (mut receiver, mut settled) = (AnyLine::receiver(kind), 0);
-    for piece in bytes.chunks(1 << 16) {
-        for found in receiver.feed(piece) {
-            settled += found.bytes();
-            if let (Found::Frame { length, .. }, Some(last)) = (found, cells.get_mut(settled - 1)) {
-                last.ends = u8::try_from(length).unwrap_or(u8::MAX);
-            }
+fn sent(bytes: &[u8], frame: &Frame) -> Result<Vec<Cell>, String> {
+    let cells = bytes.iter().map(|byte| Cell::new(Some(*byte), *byte, 0));
+    let mut cells: Vec<Cell> = cells.collect();
+    let (mut receiver, mut settled) = (frame.line()?, 0);
+    let mut decided = |found: Found<()>| {
+        settled += found.bytes();
+        if let (Found::Frame { length, .. }, Some(last)) = (found, cells.get_mut(settled - 1)) {
+            last.ends = u32::try_from(length).unwrap_or(u32::MAX);
         }
+    };
+    for piece in bytes.chunks(1 << 16) {
+        receiver.feed(piece).into_iter().for_each(&mut decided);
     }
+    // Nothing comes behind the last.
+    receiver.idle().into_iter().for_each(decided);
     let mut now = 0;
     for cell in &mut cells {
         now += BYTE;
         cell.at = u32::try_from(now / 1_000).unwrap_or(u32::MAX);
         now += if cell.ends > 0 { PAUSE } else { 0 };
     }
-    cells
+    Ok(cells)
 }
 
 /// What the simulation's sender sends.
-fn simulated(scenario: &Scenario) -> Result<Vec<u8>, String> {
+fn simulated(scenario: &Scenario, frame: FrameFormat) -> Result<Vec<u8>, String> {
     let parameters = Parameters {
         seed: scenario.seed,
-        frame: match scenario.frame {
-            FrameKind::BinCrc8 => FrameFormat::BinCrc8,
-            FrameKind::Bin | FrameKind::Crsf => FrameFormat::Bin,
-        },
+        frame,
         payload: scenario.payload,
         frames: scenario.frames,
         rate: 10.0,
         ..Parameters::DEFAULT
     };
     let trial = run(&parameters, 0, true).map_err(|error| error.to_string())?;
-    let received = trial
-        .events
-        .into_iter()
-        .flatten()
-        .filter_map(|event| match event {
-            Event::Byte { received, .. } => received,
-            Event::Look { .. } => None,
-        });
+    let events = trial.events.into_iter().flatten();
+    let received = events.filter_map(|event| match event {
+        Event::Byte { received, .. } => received,
+        Event::Look { .. } => None,
+    });
     Ok(received.collect())
-}
-
-/// Attitudes, whose high bytes are a setpoint's, and now and then a heartbeat.
-fn crsf(frames: u32, seed: Seed) -> Vec<u8> {
-    let mut motion = SmoothMotion::new(seed, 20);
-    let frame = |slot| {
-        let [pitch, roll, yaw] = <[u8; 3]>::from(motion.setpoint(slot)).map(|axis| axis ^ 0x80);
-        let (kind, payload): (u8, &[u8]) = match slot % 4 {
-            1 => (0x0B, &[0x00, 0xEC]),
-            _ => (ATTITUDE, &[pitch, 0, roll, 0, yaw, 0]),
-        };
-        let mut bytes = vec![0; 64];
-        let length = CrsfMessage {
-            address: 0xC8,
-            kind,
-            payload,
-        }
-        .encode(&mut bytes);
-        bytes.truncate(length.unwrap_or_default());
-        bytes
-    };
-    (0..frames.into()).flat_map(frame).collect()
 }

@@ -22,11 +22,11 @@ const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
 #[derive(Clone, Default, Serialize)]
 pub(crate) struct Tally {
     /// Arrived whole, and were delivered.
-    delivered: usize,
+    pub(crate) delivered: usize,
     /// Arrived whole, and were not delivered.
     missed: usize,
     /// Were given out, but are none that arrived whole.
-    wrong: usize,
+    pub(crate) wrong: usize,
     /// Missed, and wrong, since the last that was delivered.
     pub(crate) missed_in_row: usize,
     pub(crate) wrong_in_row: usize,
@@ -46,8 +46,8 @@ struct Whole {
 pub(crate) struct Machine {
     pub(crate) line: AnyLine,
     pub(crate) failsafe: Failsafe<u8, 3>,
-    /// The setpoint given out last.
-    pub(crate) setpoint: Option<Setpoint>,
+    /// The frame given out last.
+    pub(crate) frame: Vec<u8>,
     /// The bytes that may yet be part of a frame, and their places on the line.
     pub(crate) pending: VecDeque<(usize, u8)>,
     /// What the last step has decided about bytes, by their places.
@@ -62,7 +62,7 @@ impl Machine {
         Self {
             line,
             failsafe: Failsafe::new(FAILSAFE, 0).expect("its times are in order"),
-            setpoint: None,
+            frame: Vec::new(),
             pending: VecDeque::new(),
             fates: Vec::new(),
             tally: Tally::default(),
@@ -77,33 +77,42 @@ impl Machine {
             let place = place + 1 - length;
             Whole { place, length, at }
         }));
-        for found in self.line.feed(&[byte]) {
-            self.decided(found, at);
-        }
-        self.miss();
+        let found = self.line.feed(&[byte]);
+        self.decided(found, at);
     }
 
     /// The line is idle at that time.
     pub(crate) fn idle(&mut self, at: u32) {
-        for found in self.line.idle() {
-            self.decided(found, at);
-        }
-        self.miss();
+        let found = self.line.idle();
+        self.decided(found, at);
     }
 
-    fn decided(&mut self, found: Found<Option<Setpoint>>, at: u32) {
-        let fate = match found {
-            Found::Discarded { why, .. } => reason(why),
-            Found::Frame { length, message } => {
-                self.setpoint = message.or(self.setpoint);
-                if let Some(setpoint) = message {
-                    self.failsafe.frame(at, setpoint);
+    /// The setpoint given out last.
+    pub(crate) fn setpoint(&self) -> Option<Setpoint> {
+        match (&self.line, &self.frame[..]) {
+            (AnyLine::Described(_), _) => None,
+            (_, &[_, _, _, pitch, roll, yaw, ..]) => Some(Setpoint { pitch, roll, yaw }),
+            _ => None,
+        }
+    }
+
+    fn decided(&mut self, all: Vec<Found<()>>, at: u32) {
+        for found in all {
+            let fate = match found {
+                Found::Discarded { why, .. } => reason(why),
+                Found::Frame { length, .. } => {
+                    let bytes = self.pending.iter().map(|(_, byte)| *byte);
+                    self.frame = bytes.take(length).collect();
+                    if let Some(setpoint) = self.setpoint() {
+                        self.failsafe.frame(at, setpoint);
+                    }
+                    self.given_out(length)
                 }
-                self.given_out(length)
-            }
-        };
-        let settled = self.pending.drain(..found.bytes().min(self.pending.len()));
-        self.fates.extend(settled.map(|(place, _)| (place, fate)));
+            };
+            let settled = self.pending.drain(..found.bytes().min(self.pending.len()));
+            self.fates.extend(settled.map(|(place, _)| (place, fate)));
+        }
+        self.miss();
     }
 
     /// The first of the pending bytes are a frame.
@@ -142,10 +151,10 @@ fn reason(why: DiscardReason) -> &'static str {
     match why {
         DiscardReason::NoSync => "no sync",
         DiscardReason::BrokenSync => "broken sync",
-        DiscardReason::Header => "no such header",
+        DiscardReason::Header => "wrong header",
         DiscardReason::TooLong => "too long",
         DiscardReason::UnknownMessage => "unknown message",
-        DiscardReason::Terminator => "no CR",
+        DiscardReason::Terminator => "wrong terminator",
         DiscardReason::Check => "check failed",
         DiscardReason::LineEvent => "idle line",
         _ => "other",

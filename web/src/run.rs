@@ -1,12 +1,14 @@
 //! The machines' way along the line, from the beginning to any position.
 
 use framelock::Line;
+use framelock_simulation::FrameFormat;
 use wasm_bindgen::prelude::wasm_bindgen;
 
+use crate::frame::Frame;
 use crate::line::{Cell, line};
 use crate::machine::Machine;
 use crate::parser::AnyLine;
-use crate::scenario::{Action, FrameKind, Scenario};
+use crate::scenario::{Action, Scenario};
 
 /// Behind the last byte the line is silent for so many steps of so many milliseconds: time enough for
 /// the failsafe to park the actuators.
@@ -36,7 +38,8 @@ pub(crate) struct State {
 /// A scenario, its line, and the machines' way along it: what the page's script calls.
 #[wasm_bindgen]
 pub struct Run {
-    pub(crate) scenario: Scenario,
+    scenario: Scenario,
+    pub(crate) frame: Frame,
     pub(crate) cells: Vec<Cell>,
     start: State,
     /// One each piece further on, as far as it has been decoded.
@@ -56,15 +59,15 @@ impl Run {
     /// The address is malformed, or it was made with another file.
     pub fn open(address: &str, file: &[u8]) -> Result<Run, String> {
         let scenario: Scenario = address.parse()?;
+        let frame = Frame::of(&scenario)?;
         let lecture = AnyLine::Lecture(Line::default());
-        let lecture = Some(lecture).filter(|_| scenario.frame == FrameKind::Bin);
-        let lines = lecture
-            .into_iter()
-            .chain([AnyLine::receiver(scenario.frame)]);
+        let lecture = Some(lecture).filter(|_| frame.setpoints == Some(FrameFormat::Bin));
+        let lines = lecture.into_iter().chain([frame.line()?]);
         let machines = lines.map(Machine::new).collect();
         Ok(Self {
-            cells: line(&scenario, file)?,
+            cells: line(&scenario, &frame, file)?,
             scenario,
+            frame,
             start: State {
                 machines,
                 position: 0,
@@ -92,6 +95,11 @@ impl Run {
     /// Bytes on the line.
     pub fn bytes(&self) -> usize {
         self.cells.len()
+    }
+
+    /// What describes the frames.
+    pub fn description(&self) -> String {
+        self.frame.text.clone()
     }
 
     /// The position in the address.
@@ -145,10 +153,9 @@ impl Run {
     pub(crate) fn step(&self, state: &mut State) {
         let place = state.position;
         state.position += 1;
-        state
-            .machines
-            .iter_mut()
-            .for_each(|machine| machine.fates.clear());
+        for machine in &mut state.machines {
+            machine.fates.clear();
+        }
         let Some(cell) = self.cells.get(place) else {
             state.now += SILENT_STEP;
             return state.idle();
@@ -159,7 +166,7 @@ impl Run {
         if let Some(byte) = cell.received {
             state.idle();
             state.idle_at = self.scenario.idle.then_some(cell.at + IDLE_AFTER);
-            let length = usize::from(cell.ends);
+            let length = cell.ends as usize;
             let whole = (1..=state.as_sent).contains(&length).then_some(length);
             for machine in &mut state.machines {
                 machine.push(place, byte, cell.at, whole);

@@ -4,27 +4,24 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
+use framelock_description::shipped;
 use framelock_simulation::Payload;
+use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
-/// The frames on the line.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum FrameKind {
-    Bin,
-    BinCrc8,
-    Crsf,
-}
+/// What the address calls frames that it describes.
+pub(crate) const OWN: &str = "own";
 
-const KINDS: [(&str, FrameKind); 3] = [
-    ("bin", FrameKind::Bin),
-    ("bin-crc8", FrameKind::BinCrc8),
-    ("crsf", FrameKind::Crsf),
-];
+/// What it describes unless it says something else.
+const EXAMPLE: &str = include_str!("../page/motor.toml");
 
 /// All that determines what there is to see. It is the same on every computer.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Scenario {
-    pub(crate) frame: FrameKind,
-    /// What frames of setpoints carry. CRSF frames carry smooth motion.
+    /// The frames on the line: the name of a shipped description, or [`OWN`].
+    pub(crate) frame: String,
+    /// The user's own description, in TOML.
+    pub(crate) description: String,
+    /// What frames of setpoints carry. Others carry random bytes.
     pub(crate) payload: Payload,
     pub(crate) frames: u32,
     /// Probability that a byte is lost, and that a bit of it is inverted.
@@ -46,7 +43,8 @@ pub(crate) struct Scenario {
 impl Default for Scenario {
     fn default() -> Self {
         Self {
-            frame: FrameKind::Bin,
+            frame: "bin".to_owned(),
+            description: EXAMPLE.to_owned(),
             payload: Payload::Motion,
             frames: 40,
             lose: 0.0,
@@ -77,9 +75,16 @@ impl Scenario {
     /// The error says what is wanted.
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
-            "frame" => {
-                let kind = KINDS.iter().find(|(name, _)| *name == value);
-                self.frame = kind.ok_or("bin, bin-crc8 or crsf is wanted")?.1;
+            "frame" if value == OWN || shipped(value).is_some() => {
+                value.clone_into(&mut self.frame);
+            }
+            "frame" => return Err("a frame's name is wanted: bin, crsf or own".to_owned()),
+            "description" => {
+                let text = percent_decode_str(value).decode_utf8().ok();
+                let text = text.filter(|text| text.len() <= 1 << 14);
+                self.description = text
+                    .ok_or("a description of up to 16384 bytes is wanted")?
+                    .into();
             }
             "payload" => self.payload = value.parse().map_err(|error| format!("{error}"))?,
             "frames" => self.frames = number(value, 1..=2_000)?,
@@ -139,8 +144,11 @@ impl FromStr for Scenario {
 /// The frame, and what is not as it usually is.
 impl fmt::Display for Scenario {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = KINDS.iter().find(|(_, kind)| *kind == self.frame);
-        write!(f, "frame={}", kind.map_or("bin", |(name, _)| name))?;
+        write!(f, "frame={}", self.frame)?;
+        if self.description != EXAMPLE {
+            let description = utf8_percent_encode(&self.description, NON_ALPHANUMERIC);
+            write!(f, "&description={description}")?;
+        }
         let own: Vec<String> = self.own.iter().map(|byte| format!("{byte:02X}")).collect();
         let edits: Vec<String> = self
             .edits

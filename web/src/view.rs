@@ -2,13 +2,16 @@
 
 use std::ops::Range;
 
+use framelock::Format as _;
 use framelock::motion::Setpoint;
+use framelock_description::KIND;
 use serde_json::{Value, json};
 
+use crate::frame::Frame;
 use crate::line::Cell;
-use crate::machine::{Machine, Tally};
+use crate::machine::Machine;
+use crate::places::{MOST, names};
 use crate::run::Run;
-use crate::scenario::FrameKind;
 
 impl Run {
     /// What there is to see at a position, of these places on the line.
@@ -35,8 +38,9 @@ impl Run {
                 }
             }
         }
+        let longest = self.frame.description.format().longest();
         let begins = |place: usize| {
-            let mut next = self.cells.iter().skip(place).take(64).zip(1..);
+            let mut next = self.cells.iter().skip(place).take(longest).zip(1..);
             let ends = next.find(|(cell, _)| cell.ends > 0);
             ends.is_some_and(|(cell, length)| cell.ends == length)
         };
@@ -71,14 +75,9 @@ impl Run {
             },
         };
         for machine in machines {
-            let [name, what] = ["name", "what"].map(|key| machine[key].as_str());
-            sentence.extend([
-                " ",
-                name.unwrap_or_default(),
-                " ",
-                what.unwrap_or_default(),
-                ".",
-            ]);
+            let said = ["name", "what"].map(|key| machine[key].as_str());
+            let [name, what] = said.map(Option::unwrap_or_default);
+            sentence = format!("{sentence} {name} {what}.");
         }
         sentence
     }
@@ -86,40 +85,41 @@ impl Run {
     fn machine(&self, machine: &Machine, now: u32) -> Value {
         let (tally, lecture) = (&machine.tally, machine.line.lecture());
         let output = { machine.failsafe }.poll(now);
-        let status = match tally {
-            Tally {
-                missed_in_row: 0, ..
-            } => "LISTENING",
-            Tally {
-                missed_in_row: 1,
-                wrong_in_row: 0,
-                ..
-            } => "MISSED ONE",
-            Tally {
-                wrong_in_row: 0, ..
-            } => "DEAF",
+        let status = match (tally.missed_in_row, tally.wrong_in_row) {
+            (0, _) if tally.delivered + tally.wrong == 0 => "NO FRAME YET",
+            (0, _) => "LISTENING",
+            (1, 0) => "MISSED ONE",
+            (_, 0) => "DEAF",
             _ => "MISREADING",
         };
         let missing = now.saturating_sub(tally.since);
         let bytes: Vec<u8> = machine.pending.iter().map(|(_, byte)| *byte).collect();
-        let stored = |axis: usize| match (lecture, self.scenario.frame) {
-            (Some(lecture), _) => <[u8; 3]>::from(lecture.temp).get(axis).copied(),
-            (None, FrameKind::Crsf) => None,
-            (None, _) => bytes.get(3 + axis).copied(),
+        let stored = |axis: usize| match lecture {
+            // No byte has come that it could have stored.
+            Some(_) if machine.line.counters().bytes == 0 => None,
+            Some(lecture) => <[u8; 3]>::from(lecture.temp).get(axis).copied(),
+            None => bytes.get(3 + axis).copied(),
         };
+        let axes = self.frame.setpoints.map(|_| {
+            json!({
+                "temporary": [stored(0), stored(1), stored(2)],
+                "setpoint": machine.setpoint(),
+                "output": Setpoint::from(output.axes),
+                "phase": output.phase,
+            })
+        });
         json!({
             "name": if lecture.is_some() { "The lecture's machine" } else { "The receiver" },
             "state": lecture.map(|lecture| lecture.state.lecture_name()),
-            "window": window(self.scenario.frame, &bytes),
-            "temporary": [stored(0), stored(1), stored(2)],
-            "setpoint": machine.setpoint,
-            "output": Setpoint::from(output.axes),
-            "phase": output.phase,
+            "window": window(&self.frame, &bytes),
+            "pending": bytes.len(),
+            "axes": axes,
+            "fields": fields(&self.frame, &machine.frame),
             "status": status,
             "status_seconds": if status == "LISTENING" { 0.0 } else { f64::from(missing) / 1e3 },
             "tally": tally,
             "counters": machine.line.counters(),
-            "what": what(machine),
+            "what": what(&self.frame, machine),
         })
     }
 }
@@ -134,35 +134,50 @@ fn kind(cell: &Cell) -> &'static str {
 }
 
 /// A frame's places, and the pending bytes that are there.
-fn window(kind: FrameKind, bytes: &[u8]) -> Vec<Value> {
-    let names: &[&str] = match kind {
-        FrameKind::Bin => &["'A'", "'B'", "reserved", "pitch", "roll", "yaw", "CR"],
-        FrameKind::BinCrc8 => &[
-            "'A'", "'B'", "reserved", "pitch", "roll", "yaw", "crc", "CR",
-        ],
-        FrameKind::Crsf => &["C8", "length", "type"],
-    };
-    let expected = match (kind, bytes) {
-        (FrameKind::Crsf, [_, length, ..]) => usize::from(*length) + 2,
-        _ => names.len(),
-    };
+fn window(frame: &Frame, bytes: &[u8]) -> Vec<Value> {
+    let names = names(&frame.description, bytes);
     let slot = |place| {
-        let name = names.get::<usize>(place).unwrap_or(&"payload");
+        let name = names.get::<usize>(place).map_or("", |name| name);
         json!({ "name": name, "byte": bytes.get(place) })
     };
-    (0..expected.max(bytes.len())).map(slot).collect()
+    let count = names.len().max(bytes.len()).min(MOST);
+    (0..count).map(slot).collect()
+}
+
+/// What stands in a frame: name, value and unit of each field, and first of all its kind.
+fn fields(frame: &Frame, bytes: &[u8]) -> Vec<[String; 3]> {
+    let description = &frame.description;
+    let Some(kind) = description.kind(bytes).filter(|_| !bytes.is_empty()) else {
+        return Vec::new();
+    };
+    let has_kinds = description.has_kinds();
+    let name = has_kinds.then(|| [KIND, &kind.name, ""].map(str::to_owned));
+    let fields = kind.shown(bytes).map(|(field, content)| {
+        let values: Vec<String> = content.values().map(|value| value.to_string()).collect();
+        let unit = field.unit.clone().unwrap_or_default();
+        [field.name.clone(), values.join(" "), unit]
+    });
+    name.into_iter().chain(fields).collect()
 }
 
 /// What a machine did in the last step.
-fn what(machine: &Machine) -> String {
+fn what(frame: &Frame, machine: &Machine) -> String {
     let has = |wanted| machine.fates.iter().any(|(_, fate)| *fate == wanted);
-    let setpoint = machine
-        .setpoint
-        .map_or("none".to_owned(), |setpoint| setpoint.to_string());
+    let told = || {
+        let fields = fields(frame, &machine.frame).into_iter();
+        let fields: Vec<String> = fields
+            .map(|it| it.join(" ").trim_end().to_owned())
+            .collect();
+        let told = fields.join(", ");
+        match told.split_at_checked(80) {
+            Some((told, _)) => format!("{told}..."),
+            None => told,
+        }
+    };
     if has("committed") {
-        format!("commits a frame: {setpoint}")
+        format!("commits a frame: {}", told())
     } else if has("wrong") {
-        format!("commits a frame that nobody sent: {setpoint}")
+        format!("commits a frame that nobody sent: {}", told())
     } else if let [(_, why), ..] = machine.fates[..] {
         format!("discards {}: {why}", machine.fates.len())
     } else if let Some(lecture) = machine.line.lecture() {

@@ -10,12 +10,20 @@ use std::ops::Range;
 
 use framelock::can_go_deaf::Lecture;
 use framelock::motion::{Bin, BinCrc8};
-use framelock::{BufferedReceiver, Line, Receiver};
+use framelock::{BufferedIn, BufferedReceiver, Line, Receiver};
+use framelock_description::{Description, SHIPPED};
 use framelock_formats::Crsf;
 use framelock_simulation::{Parameters, Policy, run};
-use framelock_web::{Run, presets};
+use framelock_web::{Run, frames, presets, problem};
+use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use proptest::prelude::*;
+use rand::seq::IteratorRandom as _;
+use rand::{Rng as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
+
+/// The page's example of a description.
+const MOTOR: &str = include_str!("../page/motor.toml");
 
 fn decoded(address: &str) -> Run {
     decoded_file(address, &[])
@@ -40,6 +48,24 @@ fn addresses() -> Vec<String> {
         .collect()
 }
 
+/// The address of frames that a text describes.
+fn own(description: &str) -> String {
+    format!(
+        "frame=own&description={}",
+        utf8_percent_encode(description, NON_ALPHANUMERIC)
+    )
+}
+
+/// The names of the bytes that the receiver waits for at a position.
+fn names(run: &Run, position: usize) -> Vec<String> {
+    let view = view(run, position, 0..0);
+    let machine = view["machines"].as_array().unwrap().last().unwrap();
+    let window = machine["window"].as_array().unwrap().iter();
+    window
+        .map(|slot| slot["name"].as_str().unwrap().to_owned())
+        .collect()
+}
+
 /// The machines when the last byte has come.
 fn end(run: &Run) -> Value {
     view(run, run.bytes(), 0..0)["machines"].take()
@@ -59,17 +85,22 @@ fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
     let mut bin = Line::new(Receiver::<Bin>::new());
     let mut crc8 = Line::new(Receiver::<BinCrc8>::new());
     let mut crsf = Line::new(BufferedReceiver::<_, 64>::new(Crsf));
-    for byte in bytes {
-        lecture.push(*byte);
-        bin.push(*byte);
-        crc8.push(*byte);
-        crsf.feed(&[*byte], |_| ());
-    }
     if address.contains("frame=bin-crc8") {
+        crc8.feed(bytes, |_| ());
         vec![json!(crc8.counters())]
     } else if address.contains("frame=crsf") {
+        crsf.feed(bytes, |_| ());
         vec![json!(crsf.counters())]
+    } else if address.contains("frame=own") {
+        let motor = Description::parse("motor.toml", MOTOR).unwrap().format();
+        let mut own = Line::new(BufferedIn::within(motor, [0; 42]).unwrap());
+        own.feed(bytes, |_| ());
+        vec![json!(own.counters())]
     } else {
+        for byte in bytes {
+            lecture.push(*byte);
+            bin.push(*byte);
+        }
         vec![json!(lecture.counters()), json!(bin.counters())]
     }
 }
@@ -90,6 +121,7 @@ fn each_preset_shows_what_it_says() {
         json!([["LISTENING", 1, 0, 0], ["LISTENING", 1, 0, 0]]),
         json!([["MISSED ONE", 0, 1, 0], ["LISTENING", 1, 0, 0]]),
         json!([["MISREADING", 3, 36, 36], ["MISREADING", 3, 36, 36]]),
+        json!([["LISTENING", 39, 0, 0]]),
         json!([["LISTENING", 39, 0, 0]]),
         json!([["LISTENING", 39, 0, 0]]),
     ];
@@ -187,7 +219,7 @@ fn the_current_setpoint_is_that_of_the_last_frame() {
         for machine in view(&run, position, 0..0)["machines"].as_array().unwrap() {
             let [pitch, roll, yaw] = [frame[3], frame[4], frame[5]];
             let expected = json!({ "pitch": pitch, "roll": roll, "yaw": yaw });
-            assert_eq!(machine["setpoint"], expected, "at {position}");
+            assert_eq!(machine["axes"]["setpoint"], expected, "at {position}");
         }
     }
 }
@@ -215,13 +247,16 @@ fn silence_drops_what_is_pending_and_parks_the_actuators() {
     let run = decoded("frames=3&payload=00FF00FF&edits=20d&idle=on");
     let before = &view(&run, 20, 0..0)["machines"][1];
     assert_eq!(
-        (&before["phase"], &before["setpoint"]["pitch"]),
+        (
+            &before["axes"]["phase"],
+            &before["axes"]["setpoint"]["pitch"]
+        ),
         (&json!("Approach"), &json!(255))
     );
     assert_eq!(before["counters"]["discarded"]["line_event"], 0);
     let after = &view(&run, run.bytes() + 32, 0..0)["machines"][1];
     assert_eq!(
-        (&after["phase"], &after["output"]["pitch"]),
+        (&after["axes"]["phase"], &after["axes"]["output"]["pitch"]),
         (&json!("Parked"), &json!(128))
     );
     assert_eq!(after["counters"]["discarded"]["line_event"], 6);
@@ -299,11 +334,217 @@ fn edits_are_done_and_undone() {
 }
 
 #[test]
+fn of_every_frame_that_there_is_some_are_sent_and_come_out() {
+    let listed: Vec<(String, String)> = serde_json::from_str(&frames()).unwrap();
+    let names: Vec<&str> = listed.iter().map(|(name, _)| &**name).collect();
+    let shipped: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, [&shipped[..], &["own"]].concat());
+    for (name, about) in &listed {
+        assert!(!about.is_empty() && !about.contains('#'), "{name}: {about}");
+        let run = decoded(&format!("frame={name}&frames=30"));
+        let machine = &end(&run)[0];
+        assert_eq!(machine["tally"]["delivered"], 30, "{name}");
+        assert_eq!(machine["status"], "LISTENING");
+        assert_ne!(machine["fields"], json!([]), "{name}");
+        // Of a frame that is on its way every byte has a name.
+        for position in 0..run.bytes().min(50) {
+            let mut view = view(&run, position, 0..0);
+            let window = view["machines"][0]["window"].take();
+            let mut slots = window.as_array().unwrap().iter();
+            assert!(
+                slots.all(|slot| slot["byte"].is_null() || slot["name"] != ""),
+                "{name}&at={position}: {window}"
+            );
+        }
+    }
+}
+
+#[test]
+fn frames_of_ones_own_are_received_with_their_names_and_units() {
+    let captured = "AA550601E8032C01151D14AA5502020790A2";
+    let run = decoded(&format!("frame=own&bytes={captured}"));
+    let fields = |position| view(&run, position, 0..18)["machines"][0]["fields"].take();
+    assert_eq!(fields(10), json!([]));
+    let measurement = json!([
+        ["kind", "measurement", ""],
+        ["position", "10.00", "deg"],
+        ["current", "300", "mA"],
+        ["temperature", "21", "C"]
+    ]);
+    assert_eq!(fields(11), measurement);
+    assert_eq!(
+        fields(18),
+        json!([["kind", "state", ""], ["state", "7", ""]])
+    );
+    let end = view(&run, 18, 0..18);
+    assert!(
+        end["sentence"]
+            .as_str()
+            .unwrap()
+            .ends_with("commits a frame: kind state, state 7."),
+        "{end}"
+    );
+    let fates = end["cells"].as_array().unwrap().iter();
+    assert!(
+        fates
+            .clone()
+            .all(|cell| cell["fates"] == json!(["committed"]))
+    );
+
+    // A description that is typed in, without the checksum; and one byte changed that then nobody notices.
+    let plain = MOTOR.replace("checksum", "# checksum");
+    let run = decoded(&format!("{}&bytes={captured}&edits=4f01", own(&plain)));
+    let machine = view(&run, 11, 0..0)["machines"][0].take();
+    assert_eq!(machine["fields"][1], json!(["position", "10.01", "deg"]));
+    let run = decoded(&format!("frame=own&bytes={captured}&edits=4f01"));
+    assert_eq!(end_fates(&run)[0], json!(["check failed"]));
+}
+
+/// What has become of each byte.
+fn end_fates(run: &Run) -> Vec<Value> {
+    let view = view(run, run.bytes(), 0..run.bytes());
+    let cells = view["cells"].as_array().unwrap().iter();
+    cells.map(|cell| cell["fates"].clone()).collect()
+}
+
+#[test]
+fn what_is_wrong_with_a_description_is_told_with_its_line_and_column() {
+    assert_eq!(problem(MOTOR), "");
+    for (from, to, told) in [
+        ("plus", "pluss", "Line 3, column 39: unknown field"),
+        ("from = 2", "to = -1", "Line 5, column 12: in a frame of"),
+        ("MODBUS", "MODBUZ", "Line 5, column 21: there is no"),
+        ("[[kinds]]", "[[sorts]]", "Line 7, column 3: unknown field"),
+    ] {
+        let told_is = problem(&MOTOR.replacen(from, to, 1));
+        assert!(told_is.starts_with(told), "{to}: {told_is}");
+        let error = Run::open(&own(&MOTOR.replacen(from, to, 1)), &[]).err();
+        assert_eq!(error, Some(told_is));
+    }
+    assert!(problem("").starts_with("Line 1, column 1: nothing tells a frame from noise"));
+}
+
+/// The example, or a shipped description, with other numbers in it.
+#[test]
+fn any_description_is_refused_or_shown() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut shown = 0;
+    for _ in 0..100 {
+        let texts = SHIPPED.iter().map(|(_, text)| *text).chain([MOTOR; 14]);
+        let text = texts.choose(&mut random).unwrap();
+        let numbers = text.split_inclusive(' ').map(|word| {
+            let number = word.trim_end_matches([' ', ',', '\n']);
+            match number.parse::<i32>() {
+                Ok(was) if random.random_ratio(1, 4) => {
+                    let is = was + random.random_range(-2..=2);
+                    word.replacen(number, &is.to_string(), 1)
+                }
+                _ => word.to_owned(),
+            }
+        });
+        let text: String = numbers.collect();
+        if problem(&text).is_empty() {
+            let run = decoded(&format!("{}&frames=3&edits=5d.9f01", own(&text)));
+            for position in 0..run.bytes().min(60) {
+                view(&run, position, 0..40);
+            }
+            let tally = &end(&run)[0]["tally"];
+            shown += usize::from(tally["delivered"] != 0);
+        }
+    }
+    assert!(shown > 20, "{shown}");
+}
+
+#[test]
+fn the_example_is_that_of_the_guide() {
+    let guide = include_str!("../../docs/own-frame.md");
+    assert!(guide.contains(MOTOR));
+}
+
+#[test]
+fn each_byte_is_called_what_it_is() {
+    let bin = ["sync", "sync", "any", "pitch", "roll", "yaw", "terminator"];
+    assert_eq!(names(&decoded("frame=bin"), 0), bin);
+    let crc8 = [&bin[..6], &["checksum", "terminator"]].concat();
+    assert_eq!(names(&decoded("frame=bin-crc8"), 3), crc8);
+    let crsf = decoded("frame=crsf&bytes=C8040B00ECB7");
+    assert_eq!(names(&crsf, 0), ["address", "length"]);
+    let whole = [
+        "address", "length", "type", "payload", "payload", "checksum",
+    ];
+    assert_eq!(names(&crsf, 3), whole);
+    // Which of the kinds it is the fourth byte says.
+    let own = decoded("frame=own&bytes=AA5502020790A2AA550601");
+    assert_eq!(names(&own, 0), ["sync", "sync", "length", "number"]);
+    let state = [
+        "sync", "sync", "length", "number", "state", "checksum", "checksum",
+    ];
+    assert_eq!(names(&own, 4), state);
+    let measurement = [
+        &state[..4],
+        &["position", "position", "current", "current", "temperature"],
+        &["checksum", "checksum"],
+    ];
+    assert_eq!(names(&own, 11), measurement.concat());
+    // A frame that is too short for a field does not have it.
+    let short = "sync = '24'\nlongest = 9\nlength_field = { at = 1, type = 'u8' }\n\
+                 checksum = { name = 'xor', type = 'u8', at = -1 }\n\
+                 fields = [{ name = 'a', at = 2, type = 'u16le' }, { name = 'b', at = 4, type = 'u16le' }]";
+    let short = decoded(&format!("{}&bytes=2405010223", self::own(short)));
+    assert_eq!(names(&short, 3), ["sync", "length", "a", "a", "checksum"]);
+    let nmea = decoded("frame=nmea&bytes=2447502A3137");
+    assert_eq!(
+        names(&nmea, 4)[..4],
+        ["start", "sentence", "sentence", "sentence"]
+    );
+    let sbus = names(&decoded("frame=sbus"), 0);
+    assert_eq!(sbus[2], "channel1 channel2");
+    assert_eq!(sbus[23], "channel17 channel18 frame_lost failsafe unused");
+    let signed = decoded("frame=mavlink2&bytes=FD090100000000000000");
+    let names = names(&signed, 10);
+    assert_eq!(names[..3], ["sync", "length", "incompatible_flags"]);
+    assert_eq!(names[19..22], ["checksum", "checksum", "signature"]);
+    assert_eq!(names.len(), 9 + 12 + 13);
+}
+
+#[test]
+fn before_the_first_frame_nothing_is_said_of_frames() {
+    for frame in ["bin", "crsf", "own"] {
+        let run = decoded(&format!("frame={frame}&edits=1d"));
+        let at = |position| view(&run, position, 0..0);
+        assert_eq!(at(0)["sentence"], "Nothing has come yet.");
+        for machine in at(0)["machines"].as_array().unwrap() {
+            assert_eq!(machine["status"], "NO FRAME YET");
+            assert_eq!(machine["fields"], json!([]));
+            assert!(machine["axes"]["setpoint"].is_null());
+            let temporary = machine["axes"]["temporary"].as_array();
+            assert!(temporary.is_none_or(|all| all.iter().all(Value::is_null)));
+        }
+        let machines = end(&run);
+        assert!(
+            machines
+                .as_array()
+                .unwrap()
+                .iter()
+                .all(|it| it["status"] == "LISTENING")
+        );
+    }
+}
+
+#[test]
 fn a_malformed_address_says_what_is_wrong() {
     for (address, complaint) in [
         (
             "frame=morse",
-            "frame=morse: bin, bin-crc8 or crsf is wanted",
+            "frame=morse: a frame's name is wanted: bin, crsf or own",
+        ),
+        (
+            "description=%FF",
+            "description=%FF: a description of up to 16384",
+        ),
+        (
+            "frame=own&description=length%20%3D%207%0Async%20%3D%20%22G%22",
+            "Line 2, column 8: ",
         ),
         ("lose=2", "lose=2: a number from 0 to 1 is wanted"),
         ("flip=NaN", "flip=NaN: a number from 0 to 1"),
@@ -328,6 +569,7 @@ fn every_key_is_written_as_it_is_read() {
     for address in [
         "frame=bin-crc8&payload=random:40-43&frames=7&lose=0.25&flip=0.5&seed=9&idle=on&edits=21d.30f04.40i41&at=12",
         "frame=crsf&bytes=41420D",
+        "frame=own&description=sync%20%3D%20%2224%22%0Alength%20%3D%203%20%23%20%25%26%2B%20%C3%A9&bytes=240102",
         "frame=bin&file=3&at=2",
     ] {
         let file: &[u8] = if address.contains("file") {
@@ -347,8 +589,8 @@ fn every_key_is_written_as_it_is_read() {
 
 /// Addresses, well-formed and nearly so.
 fn address() -> impl Strategy<Value = String> {
-    let key = "frame|payload|frames|lose|flip|seed|idle|bytes|file|edits|at";
-    let value = "bin|crsf|on|off|motion|noise|random:40-43|[0-9]{1,3}|0\\.[0-9]|[0-9A-F]{8}|\
+    let key = "frame|description|payload|frames|lose|flip|seed|idle|bytes|file|edits|at";
+    let value = "bin|crsf|ubx|own|on|off|motion|noise|random:40-43|[0-9]{1,3}|0\\.[0-9]|[0-9A-F]{8}|\
                  [0-9]{1,2}[di][0-9A-F]{0,2}|.{0,4}";
     prop::collection::vec((key, value), 0..6).prop_map(|pairs| {
         let pairs = pairs.iter().map(|(key, value)| format!("{key}={value}"));

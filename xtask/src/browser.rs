@@ -23,12 +23,18 @@ const BROWSERS: [&str; 4] = [
     "google-chrome-stable",
 ];
 
-/// The page in a headless Chromium, compared with the command line.
+/// The page in a headless Chromium and in Firefox, compared with the command line.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     if !BROWSERS.iter().any(|browser| is_in_path(browser)) {
         debian::install(&sh, &["chromium"]).context(
             "there is no Chromium in PATH. On Debian, as root: apt-get install chromium, \
+             which was tried too",
+        )?;
+    }
+    if !["firefox-esr", "firefox"].iter().any(|it| is_in_path(it)) {
+        debian::install(&sh, &["firefox-esr"]).context(
+            "there is no Firefox in PATH. On Debian, as root: apt-get install firefox-esr, \
              which was tried too",
         )?;
     }

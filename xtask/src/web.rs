@@ -18,11 +18,15 @@ const TARGET: &str = "wasm32-unknown-unknown";
 
 /// The command and the library that `web/Cargo.toml` names have to be of one version.
 const WASM_BINDGEN: &str = "0.2.129";
+const WASM_BINDGEN_CLI: &str = "wasm-bindgen-cli";
 
 const EXAMPLES: &str = "\
 Examples:
   cargo xtask web                      target/web/index.html, to be put on any web server
-  cargo xtask web --open               and show it in the browser";
+  cargo xtask web --open               and show it in the browser
+
+It takes a minute or two. The first time it also downloads a target of rustup's and compiles
+wasm-bindgen, which takes some minutes more; it says so before it begins.";
 
 /// Build the page that shows the machine in a browser.
 #[derive(clap::Args)]
@@ -51,7 +55,8 @@ pub(crate) fn web(arguments: &Arguments) -> Result<ExitCode> {
 
 /// Builds the page; returns its file.
 pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
-    let sh = &workspace.shell_with("wasm-bindgen-cli", WASM_BINDGEN)?;
+    say_what_it_costs(workspace)?;
+    let sh = &workspace.shell_with(WASM_BINDGEN_CLI, WASM_BINDGEN)?;
     let built = build(sh, workspace)?;
     // Nothing but the page is in it, so that the folder can be published.
     let folder = workspace.target_directory.join("web");
@@ -62,6 +67,23 @@ pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
     let bytes = std::fs::metadata(&page)?.len();
     println!("{}: {bytes} bytes", page.display());
     Ok(page)
+}
+
+/// Before anything is downloaded or compiled.
+fn say_what_it_costs(workspace: &Workspace) -> Result<()> {
+    let sh = workspace.shell()?;
+    let targets = cmd!(sh, "rustup target list --installed").quiet().read()?;
+    println!("The page is compiled to WebAssembly, which takes a minute or two.");
+    if !targets.lines().any(|target| target == TARGET) {
+        println!("Once: rustup downloads its target {TARGET}, some 20 MB and 90 MB on the disk.");
+    }
+    if !workspace.has_tool(WASM_BINDGEN_CLI, WASM_BINDGEN) {
+        println!(
+            "Once: {WASM_BINDGEN_CLI} {WASM_BINDGEN} is compiled, 170 crates, in some minutes; it goes into {}.",
+            workspace.target_directory.join("tools").display()
+        );
+    }
+    Ok(())
 }
 
 /// Compiles the machines, and writes what the page's script needs to call them; returns their folder.

@@ -46,13 +46,23 @@ impl Workspace {
         Ok(sh)
     }
 
+    /// Where a cargo command is installed.
+    fn tool(&self, package: &str) -> PathBuf {
+        self.target_directory.join("tools").join(package)
+    }
+
+    /// Whether a cargo command of this version is there.
+    pub(crate) fn has_tool(&self, package: &str, version: &str) -> bool {
+        self.tool(package).join(version).exists()
+    }
+
     /// A shell in the root, with a cargo command of this version, which is installed into `target` if
     /// it is not there.
     pub(crate) fn shell_with(&self, package: &str, version: &str) -> Result<Shell> {
         let sh = self.shell()?;
-        let root = self.target_directory.join("tools").join(package);
+        let root = self.tool(package);
         let stamp = root.join(version);
-        if !stamp.exists() {
+        if !self.has_tool(package, version) {
             let build = root.join("build");
             cmd!(
                 sh,

@@ -1,7 +1,9 @@
-//! The page in a headless Chromium, for its tests. What goes wrong here fails the test that asked for
+//! The page in a headless Chromium, and in Firefox, for its tests. What goes wrong here fails the test that asked for
 //! it, so everything panics.
 
 #![allow(clippy::missing_panics_doc, reason = "a panic fails the test")]
+
+mod firefox;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -14,6 +16,8 @@ use headless_chrome::protocol::cdp::types::{Event, Method};
 use headless_chrome::{Browser, LaunchOptions, Tab};
 use serde::Serialize;
 use serde_json::{Value, json};
+
+use firefox::Firefox;
 
 /// Nothing here takes as long. No test depends on how fast the machine is.
 const LONG: Duration = Duration::from_secs(120);
@@ -29,7 +33,7 @@ pub const GO: &str = "const go = (to) => {
     return JSON.parse(framelock());
 };";
 
-/// Commands to the browser, with their parameters and answers as plain JSON: Chromium may be
+/// Commands to Chromium, with their parameters and answers as plain JSON: Chromium may be
 /// newer than the crate's types, and then answer what they do not know.
 macro_rules! commands {
     ($($name:ident: $method:literal,)*) => {$(
@@ -53,6 +57,15 @@ commands! {
 /// The page, open in a browser of its own. When it is dropped, the test fails if the browser has
 /// complained of anything: an error, a warning, a violation of the page's security policy.
 pub struct Page {
+    browser: Driven,
+}
+
+enum Driven {
+    Chromium(Chromium),
+    Firefox(Firefox),
+}
+
+struct Chromium {
     // It ends with this value.
     _browser: Browser,
     tab: Arc<Tab>,
@@ -60,9 +73,48 @@ pub struct Page {
 }
 
 impl Page {
-    /// A browser with an empty tab, 1280 pixels wide.
+    /// A Chromium with an empty tab, 1280 pixels wide.
     #[must_use]
     pub fn none() -> Self {
+        Self::in_browser(Driven::Chromium(Chromium::start()))
+    }
+
+    /// In Chromium, the page at that moment: what is behind the # in its address.
+    #[must_use]
+    pub fn at(moment: &str) -> Self {
+        let page = Self::none();
+        page.open(moment);
+        page
+    }
+
+    /// The same in Chromium, and in Firefox.
+    pub fn in_each(moment: &str) -> impl Iterator<Item = Self> {
+        let firefox = || Self::in_browser(Driven::Firefox(Firefox::start()));
+        let pages = [Self::none as fn() -> Self, firefox];
+        pages.into_iter().map(move |page| {
+            let page = page();
+            page.open(moment);
+            page
+        })
+    }
+
+    fn in_browser(browser: Driven) -> Self {
+        let page = Self { browser };
+        page.resize(1280, 900);
+        page
+    }
+
+    /// What only Chromium is asked for.
+    fn chromium(&self) -> &Chromium {
+        match &self.browser {
+            Driven::Chromium(chromium) => chromium,
+            Driven::Firefox(_) => panic!("Firefox is not asked for this"),
+        }
+    }
+}
+
+impl Chromium {
+    fn start() -> Self {
         let chromium = default_executable()
             .expect("there is no Chromium in PATH; on Debian, as root: apt-get install chromium");
         let options = LaunchOptions::default_builder()
@@ -85,23 +137,43 @@ impl Page {
         tab.add_event_listener(Arc::new(listener))
             .and_then(|_| tab.enable_log()?.enable_runtime().map(drop))
             .expect("Chromium reports what is written to its console");
-        let page = Self {
+        Self {
             _browser: browser,
             tab,
             complaints,
-        };
-        page.resize(1280, 900);
-        page
+        }
     }
 
-    /// The page at that moment: what is behind the # in its address.
-    #[must_use]
-    pub fn at(moment: &str) -> Self {
-        let page = Self::none();
-        page.open(moment);
-        page
+    fn tried(&self, script: &str) -> Result<Value, String> {
+        let parameters = json!({"expression": script, "returnByValue": true, "awaitPromise": true});
+        let answer = self.tab.call_method(Evaluate(parameters));
+        let answer = answer.map_err(|error| error.to_string())?;
+        match answer.get("exceptionDetails") {
+            Some(exception) => Err(exception.to_string()),
+            None => Ok(answer["result"]["value"].clone()),
+        }
     }
 
+    fn call(&self, command: impl Method<ReturnObject = Value> + Serialize) -> Value {
+        let answer = self.tab.call_method(command);
+        answer.expect("Chromium knows the command")
+    }
+
+    /// What has been heard up to now.
+    fn complaints(&self) -> Vec<String> {
+        self.tried(&format!("console.debug('{END}')"))
+            .expect("it can be written");
+        wait_until("the end in the console", || {
+            let complaints = self.complaints.lock().expect("nobody panics");
+            complaints.last().is_some_and(|last| last.contains(END))
+        });
+        let mut complaints = self.complaints.lock().expect("nobody panics");
+        complaints.pop();
+        complaints.clone()
+    }
+}
+
+impl Page {
     /// Opens the page anew, at that moment.
     pub fn open(&self, moment: &str) {
         let page = built("FRAMELOCK_PAGE");
@@ -110,7 +182,13 @@ impl Page {
             "about:blank",
             &format!("file://{}#{moment}", page.display()),
         ] {
-            self.tab.navigate_to(url).expect("it can be opened");
+            match &self.browser {
+                Driven::Chromium(chromium) => {
+                    let opened = chromium.tab.navigate_to(url);
+                    opened.expect("it can be opened");
+                }
+                Driven::Firefox(firefox) => firefox.navigate(url),
+            }
         }
         self.wait_for("window.framelock && JSON.parse(framelock()).address");
     }
@@ -123,12 +201,9 @@ impl Page {
     }
 
     fn tried(&self, script: &str) -> Result<Value, String> {
-        let parameters = json!({"expression": script, "returnByValue": true, "awaitPromise": true});
-        let answer = self.tab.call_method(Evaluate(parameters));
-        let answer = answer.map_err(|error| error.to_string())?;
-        match answer.get("exceptionDetails") {
-            Some(exception) => Err(exception.to_string()),
-            None => Ok(answer["result"]["value"].clone()),
+        match &self.browser {
+            Driven::Chromium(chromium) => chromium.tried(script),
+            Driven::Firefox(firefox) => firefox.tried(script),
         }
     }
 
@@ -153,27 +228,38 @@ impl Page {
 
     /// Presses a key, `ArrowLeft` for example.
     pub fn press(&self, key: &str) {
-        self.tab.press_key(key).expect("there is such a key");
+        match &self.browser {
+            Driven::Chromium(chromium) => {
+                let pressed = chromium.tab.press_key(key);
+                pressed.expect("there is such a key");
+            }
+            Driven::Firefox(firefox) => firefox.press(key),
+        }
     }
 
     /// What the user has asked the system for, such as `prefers-color-scheme` and `dark`.
     pub fn prefer(&self, feature: &str, value: &str) {
         let features = json!({"features": [{"name": feature, "value": value}]});
-        self.call(Media(features));
+        self.chromium().call(Media(features));
     }
 
     /// Gives the page that many pixels.
     pub fn resize(&self, width: u32, height: u32) {
         let size =
             json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false});
-        self.call(Metrics(size));
+        match &self.browser {
+            Driven::Chromium(chromium) => {
+                chromium.call(Metrics(size));
+            }
+            Driven::Firefox(firefox) => firefox.resize(width, height),
+        }
     }
 
     /// Drops a file on the page, as from the desktop.
     pub fn drop_file(&self, file: &Path) {
         for step in ["dragEnter", "dragOver", "drop"] {
             let data = json!({"items": [], "files": [file], "dragOperationsMask": 1});
-            self.call(Drag(
+            self.chromium().call(Drag(
                 json!({"type": step, "x": 300, "y": 300, "data": data}),
             ));
         }
@@ -182,7 +268,7 @@ impl Page {
     /// Role and name of everything that a screen reader comes to.
     #[must_use]
     pub fn accessible(&self) -> Vec<(String, String)> {
-        let tree = self.call(AccessibilityTree(json!({})));
+        let tree = self.chromium().call(AccessibilityTree(json!({})));
         let nodes = tree["nodes"].as_array().expect("a list of nodes");
         let text = |value: &Value| value["value"].as_str().unwrap_or_default().to_owned();
         let heard = nodes.iter().filter(|node| node["ignored"] == false);
@@ -195,13 +281,11 @@ impl Page {
     #[must_use]
     pub fn picture(&self) -> Vec<u8> {
         use headless_chrome::protocol::cdp::Page::CaptureScreenshotFormatOption::Png;
-        let picture = self.tab.capture_screenshot(Png, None, None, true);
+        let picture = self
+            .chromium()
+            .tab
+            .capture_screenshot(Png, None, None, true);
         picture.expect("Chromium takes a screenshot")
-    }
-
-    fn call(&self, command: impl Method<ReturnObject = Value> + Serialize) -> Value {
-        let answer = self.tab.call_method(command);
-        answer.expect("Chromium knows the command")
     }
 }
 
@@ -210,13 +294,10 @@ impl Drop for Page {
         if panicking() {
             return;
         }
-        self.run(&format!("console.debug('{END}')"));
-        wait_until("the end in the console", || {
-            let complaints = self.complaints.lock().expect("nobody panics");
-            complaints.last().is_some_and(|last| last.contains(END))
-        });
-        let mut complaints = self.complaints.lock().expect("nobody panics");
-        complaints.pop();
+        let complaints = match &self.browser {
+            Driven::Chromium(chromium) => chromium.complaints(),
+            Driven::Firefox(firefox) => firefox.complaints("index.html"),
+        };
         let complaints = complaints.join("\n");
         assert!(
             complaints.is_empty(),

@@ -20,7 +20,7 @@ fn each_preset(page: &Page, mut check: impl FnMut(&str)) {
         "[...document.querySelectorAll('#presets button')].map((button) => button.textContent)",
     );
     let names = names.as_array().expect("a list");
-    assert!(names.len() >= 6, "{names:?}");
+    assert!(names.len() >= 7, "{names:?}");
     for (nth, name) in names.iter().enumerate() {
         let button = format!("document.querySelectorAll('#presets button')[{nth}]");
         page.run(&format!("{button}.click()"));
@@ -77,12 +77,15 @@ fn framelock(arguments: &[&str], bytes: &[u8]) -> Value {
     serde_json::from_str(last).unwrap_or_else(|error| panic!("{last}: {error}"))
 }
 
-/// The frames in the page's address.
-fn frames(state: &Value) -> &str {
+/// What the command line calls the frames in the page's address: those of one's own are in a file.
+fn described(state: &Value) -> String {
     let address = state["address"].as_str().expect("an address");
     let mut pairs = address.split('&');
     let frame = pairs.find_map(|pair| pair.strip_prefix("frame="));
-    frame.expect("the address has the frames")
+    match frame.expect("the address has the frames") {
+        "own" => concat!(env!("CARGO_MANIFEST_DIR"), "/../page/motor.toml").to_owned(),
+        name => name.to_owned(),
+    }
 }
 
 /// What the command line calls a machine of the page.
@@ -99,9 +102,13 @@ fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
     for machine in list(&state["machines"]) {
         let policy = policy(machine);
         let decode = ["decode", "--format", "none", "--summary=-"];
-        let which = ["--frame", frames(state), "--policy", policy];
+        let frames = described(state);
+        let which = ["--frame", &frames, "--policy", policy];
         let summary = framelock(&[decode, which].concat(), bytes);
-        let counters = &machine["counters"];
+        // What is pending is in no frame when the command line's input ends.
+        let mut counters = machine["counters"].clone();
+        let discarded = &mut counters["discarded"]["line_event"];
+        *discarded = json!(number(discarded) + number(&machine["pending"]));
         for (counted, expected) in [
             (&counters["bytes"], &summary["bytes"]),
             (&counters["frames"], &summary["frames"]),
@@ -110,32 +117,32 @@ fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
             assert_eq!(counted, expected, "{name}, {policy}: {counters} {summary}");
         }
         let slots = list(&machine["window"]).iter();
-        let pending = slots.take_while(|slot| !slot["byte"].is_null()).count();
-        assert_eq!(json!(pending), summary["pending"], "{name}, {policy}");
+        let held = slots.take_while(|slot| !slot["byte"].is_null()).count();
+        assert_eq!(machine["pending"], held, "{name}, {policy}");
     }
 }
 
-/// The machines' setpoints and states, according to the page and to `decode` and `trace`.
-fn compare_setpoints(name: &str, state: &Value, bytes: &[u8]) {
+/// The last frame's values, and the states, according to the page and to `decode` and `trace`.
+fn compare_values(name: &str, state: &Value, bytes: &[u8]) {
     let axes = ["pitch", "roll", "yaw"];
+    let frames = described(state);
     for machine in list(&state["machines"]) {
         let policy = policy(machine);
-        let last = framelock(
-            &["decode", "--frame", frames(state), "--policy", policy],
-            bytes,
-        );
-        let expected = if frames(state) == "crsf" {
-            assert_eq!(last["type"], 0x1E, "{name}: the last is an attitude");
-            let payload = last["payload"].as_str().expect("hex");
-            // Of 16 bits with a sign, the page shows the upper ones as 0 to 255.
-            [0, 4, 8].map(|at| {
-                let high = u8::from_str_radix(&payload[at..at + 2], 16).expect("hex");
-                json!(high ^ 0x80)
-            })
-        } else {
-            axes.map(|axis| last[axis].clone())
-        };
-        let shown = axes.map(|axis| machine["setpoint"][axis].clone());
+        let last = framelock(&["decode", "--frame", &frames, "--policy", policy], bytes);
+        let fields = list(&machine["fields"]);
+        assert_eq!(fields.is_empty(), last.is_null(), "{name}, {policy}");
+        for field in fields {
+            let [key, value] = [0, 1].map(|at| field[at].as_str().expect("text"));
+            let told = last[key]
+                .as_str()
+                .map_or(last[key].to_string(), str::to_owned);
+            assert_eq!(value, told, "{name}, {policy}: {key}");
+        }
+        if machine["axes"].is_null() {
+            continue;
+        }
+        let expected = axes.map(|axis| last[axis].clone());
+        let shown = axes.map(|axis| machine["axes"]["setpoint"][axis].clone());
         assert_eq!(shown, expected, "{name}, {policy}");
         if policy == "discard" {
             let row = framelock(
@@ -143,7 +150,7 @@ fn compare_setpoints(name: &str, state: &Value, bytes: &[u8]) {
                 bytes,
             );
             assert_eq!(machine["state"], row["state_after"], "{name}: {row}");
-            assert_eq!(machine["temporary"], row["temp"], "{name}: {row}");
+            assert_eq!(machine["axes"]["temporary"], row["temp"], "{name}: {row}");
             let traced = [0, 1, 2].map(|axis| row["setpoint"][axis].clone());
             assert_eq!(shown, traced, "{name}: {row}");
         }
@@ -152,14 +159,15 @@ fn compare_setpoints(name: &str, state: &Value, bytes: &[u8]) {
 
 #[test]
 fn each_preset_ends_as_the_command_line_says() {
-    let page = Page::at(DEAF);
-    each_preset(&page, |name| {
-        let bytes = received(&page);
-        assert!(bytes.len() >= 7, "{name}");
-        page.press("End");
-        compare_counts(name, &page.state(), &bytes);
-        compare_setpoints(name, &page.state(), &bytes);
-    });
+    for page in Page::in_each(DEAF) {
+        each_preset(&page, |name| {
+            let bytes = received(&page);
+            assert!(bytes.len() >= 7, "{name}");
+            page.press("End");
+            compare_counts(name, &page.state(), &bytes);
+            compare_values(name, &page.state(), &bytes);
+        });
+    }
 }
 
 #[test]
@@ -208,51 +216,52 @@ fn an_address_shows_exactly_that_moment() {
 
 #[test]
 fn the_keyboard_is_enough() {
-    let page = Page::at("frame=bin&frames=20");
-    let position = || number(&page.state()["position"]);
-    let focus = || {
-        let label =
-            page.run("document.activeElement.ariaLabel || document.activeElement.textContent");
-        label.as_str().unwrap_or_default().to_owned()
-    };
-    page.press(" ");
-    page.wait_for("JSON.parse(framelock()).position > 3");
-    page.press(" ");
-    assert_eq!(page.state()["playing"], false);
-    let was = position();
-    page.press("ArrowRight");
-    page.press("ArrowRight");
-    page.press("ArrowLeft");
-    assert_eq!(position(), was + 1);
-    page.press("Home");
-    assert_eq!(position(), 0);
+    for page in Page::in_each("frame=bin&frames=20") {
+        let position = || number(&page.state()["position"]);
+        let focus = || {
+            let label =
+                page.run("document.activeElement.ariaLabel || document.activeElement.textContent");
+            label.as_str().unwrap_or_default().to_owned()
+        };
+        page.press(" ");
+        page.wait_for("JSON.parse(framelock()).position > 3");
+        page.press(" ");
+        assert_eq!(page.state()["playing"], false);
+        let was = position();
+        page.press("ArrowRight");
+        page.press("ArrowRight");
+        page.press("ArrowLeft");
+        assert_eq!(position(), was + 1);
+        page.press("Home");
+        assert_eq!(position(), 0);
 
-    let mut passed = Vec::new();
-    while !focus().starts_with("byte ") {
-        passed.push(focus());
-        assert!(
-            passed.len() < 50,
-            "Tab does not come to the bytes: {passed:?}"
-        );
-        page.press("Tab");
+        let mut passed = Vec::new();
+        while !focus().starts_with("byte ") {
+            passed.push(focus());
+            assert!(
+                passed.len() < 50,
+                "Tab does not come to the bytes: {passed:?}"
+            );
+            page.press("Tab");
+        }
+        page.press("ArrowRight");
+        page.press("ArrowRight");
+        assert!(focus().starts_with("byte 3: 00"), "{}", focus());
+        let was = page.state();
+        page.press("Delete");
+        page.wait_for("JSON.parse(framelock()).address.endsWith('&edits=2d')");
+        page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: ')");
+        assert!(focus().contains("lost"), "{}", focus());
+
+        page.press("Enter");
+        assert_eq!(focus(), "Do not drop");
+        page.press("Enter");
+        page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: 00, as sent')");
+        let mut is = page.state();
+        // The address has both edits.
+        is["address"] = was["address"].clone();
+        assert_eq!(is, was);
     }
-    page.press("ArrowRight");
-    page.press("ArrowRight");
-    assert!(focus().starts_with("byte 3: 00"), "{}", focus());
-    let was = page.state();
-    page.press("Delete");
-    page.wait_for("JSON.parse(framelock()).address.endsWith('&edits=2d')");
-    page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: ')");
-    assert!(focus().contains("lost"), "{}", focus());
-
-    page.press("Enter");
-    assert_eq!(focus(), "Do not drop");
-    page.press("Enter");
-    page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: 00, as sent')");
-    let mut is = page.state();
-    // The address has both edits.
-    is["address"] = was["address"].clone();
-    assert_eq!(is, was);
 }
 
 #[test]
@@ -295,7 +304,7 @@ fn every_control_has_a_name() {
     let page = Page::at(&format!("{DEAF}&at=60"));
     page.run("document.querySelector('.cell:not(:disabled)').click()");
     let controls = page.run(
-        "[...document.querySelectorAll('button, input, select')]
+        "[...document.querySelectorAll('button, input, select, textarea, summary')]
             .filter((control) => control.checkVisibility()).length",
     );
     let mut named = 0;
@@ -308,6 +317,7 @@ fn every_control_has_a_name() {
             "slider",
             "spinbutton",
             "textbox",
+            "disclosuretriangle",
         ];
         if is_control.contains(&role.to_lowercase().as_str()) {
             assert!(
@@ -320,16 +330,92 @@ fn every_control_has_a_name() {
     assert_eq!(json!(named), controls);
 }
 
+/// Types into the description, as a user does who replaces some text by other.
+fn describe(page: &Page, from: &str, to: &str) {
+    let [from, to] = [from, to].map(|text| json!(text));
+    page.run(&format!(
+        "{{ const area = document.getElementById('description');
+        area.focus();
+        const at = area.value.indexOf({from});
+        area.setSelectionRange(at, at + {from}.length);
+        document.execCommand('insertText', false, {to}); }}"
+    ));
+}
+
+#[test]
+fn a_frame_of_ones_own_can_be_typed_in() {
+    for page in Page::in_each("frame=own&bytes=AA550601E8032C01151D14&at=11") {
+        let field = |nth: usize| page.state()["machines"][0]["fields"][nth].clone();
+        assert_eq!(field(1), json!(["position", "10.00", "deg"]));
+
+        // A mistake is told as it is typed, and the frames stay as they were.
+        describe(&page, "0.01", "'much'");
+        page.wait_for("document.querySelector('#description[aria-invalid=true]')");
+        let problem = page.state()["problem"].clone();
+        assert!(
+            problem
+                .as_str()
+                .is_some_and(|text| text.starts_with("Line 12, column ")),
+            "{problem}"
+        );
+        assert_eq!(field(1), json!(["position", "10.00", "deg"]));
+
+        describe(&page, "'much'", "0.1");
+        page.wait_for("document.querySelector('#description[aria-invalid=false]')");
+        assert_eq!(field(1), json!(["position", "100.0", "deg"]));
+        let focus = page.run("document.activeElement.id");
+        assert_eq!(focus, "description", "one can type on");
+
+        // Its address has it, and keeps it while other frames are looked at.
+        page.wait_for("location.hash.slice(1) === JSON.parse(framelock()).address");
+        let address = page.run("location.hash.slice(1)");
+        let other = Page::at(address.as_str().expect("an address"));
+        assert_eq!(other.state()["machines"], page.state()["machines"]);
+
+        // What is shipped can be changed too, and is one's own then.
+        page.open("frame=crsf&at=20");
+        page.run("document.querySelector('summary').click()");
+        describe(&page, "longest = 64", "longest = 32");
+        page.wait_for("JSON.parse(framelock()).address.includes('frame=own')");
+        assert_eq!(page.state()["problem"], "Nothing is wrong with it.");
+    }
+}
+
+#[test]
+fn every_frame_that_there_is_can_be_chosen() {
+    for page in Page::in_each(DEAF) {
+        let values = page.run(
+            "[...document.querySelector('[data-key=frame]').options].map((option) => option.value)",
+        );
+        assert!(list(&values).len() >= 15, "{values}");
+        for value in list(&values) {
+            page.run(&format!(
+                "{{ const select = document.querySelector('[data-key=frame]');
+            select.value = {value};
+            select.dispatchEvent(new Event('change')); }}"
+            ));
+            page.press("End");
+            let state = page.state();
+            assert_eq!(state["error"], "", "{value}");
+            let address = state["address"].as_str().expect("an address");
+            assert!(address.starts_with(&format!("frame={}", value.as_str().expect("a name"))));
+            let last = list(&state["machines"]).last().expect("a receiver");
+            assert_eq!(last["status"], "LISTENING", "{value}");
+        }
+    }
+}
+
 #[test]
 fn nothing_scrolls_sideways_on_a_small_screen() {
-    let page = Page::at(DEAF);
-    page.resize(360, 740);
-    each_preset(&page, |name| {
-        page.press("End");
-        page.run("document.querySelector('.cell:not(:disabled)').click()");
-        let widest = page.run("document.documentElement.scrollWidth");
-        assert!(number(&widest) <= 360, "{name}: {widest}");
-    });
+    for page in Page::in_each(DEAF) {
+        page.resize(360, 740);
+        each_preset(&page, |name| {
+            page.press("End");
+            page.run("document.querySelector('.cell:not(:disabled)').click()");
+            let widest = page.run("document.documentElement.scrollWidth");
+            assert!(number(&widest) <= 360, "{name}: {widest}");
+        });
+    }
 }
 
 #[test]
