@@ -106,22 +106,33 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
         } => {
             frames += 1;
             writeln!(text, "frame {kind}").unwrap();
+            let mut has_empty = false;
             for (field, content) in description.kinds[kind].shown(frame) {
+                has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
                 let values: String = content.values().map(|value| said(field, value)).collect();
                 writeln!(text, "{}{values}", field.name).unwrap();
             }
-            text.push_str("= ");
             match description.encode(&drawn::values(description, frame)) {
-                Ok(frame) => hex(&mut text, &frame),
-                Err(_) => text.push_str("none\n"),
+                // In a row an empty text is none, in code it is there, so the frame may be longer.
+                Ok(_) if has_empty => text.push_str("= any\n"),
+                Ok(made) => {
+                    text.push_str("= ");
+                    hex(&mut text, &made);
+                }
+                Err(_) => text.push_str("= none\n"),
             }
         }
         framelock::Found::Discarded { count, .. } => discarded += count,
     };
     receiver.feed(stream, &mut note);
     receiver.line_event(&mut note);
-    // What is compared also happens.
-    assert!(frames > 5 && discarded > 5, "{name}: {frames} {discarded}");
+    // What is compared also happens; without sync and checksum each terminator ends a frame.
+    let layout = description.kinds[0].layout;
+    let takes_all = layout.sync.length == 0 && layout.checksum.is_none();
+    assert!(
+        frames > 5 && (takes_all || discarded > 5),
+        "{name}: {frames} {discarded}"
+    );
     let name = name.replace('-', "_");
     writeln!(text, "{name}: {frames} frames, {discarded} bytes discarded").unwrap();
     text
@@ -162,8 +173,16 @@ fn input(cases: &[Case]) -> Vec<u8> {
     each.collect()
 }
 
-fn whole(cases: &[Case]) -> String {
-    cases.iter().map(|case| &*case.expected).collect()
+/// That what is found is what is expected of all.
+fn check(found: &str, cases: &[Case]) {
+    let expected: String = cases.iter().map(|case| &*case.expected).collect();
+    let lines = found.lines().zip(expected.lines());
+    let any = lines.map(|(found, expected)| match expected {
+        "= any" if found.starts_with("= ") => expected,
+        _ => found,
+    });
+    assert_same(&any.collect::<Vec<_>>().join("\n"), &expected);
+    assert_eq!(found.lines().count(), expected.lines().count());
 }
 
 /// A package with the modules as a library without `std`, in which clippy and rustfmt find nothing, and a program.
@@ -238,7 +257,7 @@ fn in_rust(cases: &[Case]) {
         succeeds(&mut cargo, input, "rustup component add clippy")
     };
     cargo(&["clippy", "--lib"], &[]);
-    assert_same(&cargo(&["run"], &input(cases)), &whole(cases));
+    check(&cargo(&["run"], &input(cases)), cases);
 }
 
 /// A program that includes the headers, as C99 and as C++17.
@@ -297,7 +316,7 @@ fn in_c(cases: &[Case]) {
     let source = folder.path().join("generated.c");
     fs::write(&source, text).unwrap();
     for compiler in [&C, &CPP] {
-        assert_same(&run(compiler, &[&source], &input(cases)), &whole(cases));
+        check(&run(compiler, &[&source], &input(cases)), cases);
     }
 }
 
