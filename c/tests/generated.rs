@@ -207,7 +207,7 @@ fn in_rust(cases: &[Case]) {
             .to_owned();
     let (mut says, mut main) = (
         String::new(),
-        "let input = input();\nlet mut rest = &*input;\n".to_owned(),
+        "impossible();\nlet input = input();\nlet mut rest = &*input;\n".to_owned(),
     );
     for Case {
         name, description, ..
@@ -312,13 +312,43 @@ fn in_c(cases: &[Case]) {
         )
         .unwrap();
     }
-    writeln!(text, "int main(void)\n{{\n{main}return 0;\n}}").unwrap();
+    text.push_str(IMPOSSIBLE);
+    writeln!(
+        text,
+        "int main(void)\n{{\nimpossible();\n{main}return 0;\n}}"
+    )
+    .unwrap();
     let source = folder.path().join("generated.c");
     fs::write(&source, text).unwrap();
     for compiler in [&C, &CPP] {
         check(&run(compiler, &[&source], &input(cases)), cases);
     }
 }
+
+/// Values that no frame has: a channel of twelve bits, a payload that is too long, an address that is none.
+const IMPOSSIBLE: &str = "
+static void impossible(void)
+{
+    sbus_message channels;
+    crsf_message crsf;
+    memset(&channels, 0, sizeof channels);
+    channels.channel[3] = 2047;
+    if (sbus_encode(&channels, made, 25) != 25) { abort(); }
+    channels.channel[3] = 2048;
+    if (sbus_encode(&channels, made, 25) != 0) { abort(); }
+    memset(&crsf, 0, sizeof crsf);
+    crsf.payload = stream;
+    crsf.payload_length = 60;
+    if (crsf_encode(&crsf, made, 64) != 64) { abort(); }
+    crsf.payload_length = SIZE_MAX;
+    if (crsf_encode(&crsf, made, 64) != 0) { abort(); }
+    crsf.payload_length = 61;
+    if (crsf_encode(&crsf, made, sizeof made) != 0) { abort(); }
+    crsf.payload_length = 0;
+    crsf.address = 0x55;
+    if (crsf_encode(&crsf, made, 64) != 0) { abort(); }
+}
+";
 
 /// The statements that say a field of `it`.
 fn said_in_c(field: &Field, code: &str) -> String {

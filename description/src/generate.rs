@@ -184,47 +184,22 @@ fn order(number: crate::Number) -> &'static str {
     }
 }
 
-/// What the length of a frame depends on besides.
-enum Step<'a> {
-    /// If it has this, it has so many bytes at least.
-    With(&'a Item<'a>, usize),
-    /// If it does not have this.
-    Without(&'a Item<'a>, usize),
-    /// It has so many bytes and this.
-    Rest(&'a Item<'a>, usize),
-}
-
-/// The bytes that each frame has without its appendix, and what adds to them.
-fn length<'a>(kind: &Kind, items: &'a [Item]) -> (usize, Vec<Step<'a>>) {
-    let Kind {
-        layout, trailer, ..
-    } = kind;
-    if layout.length == Length::Fixed {
-        return (layout.longest, vec![]);
+/// The bytes that each frame has without its appendix; and the fields that make it longer: if it has one, it has so many
+/// bytes at least, and those of what takes the rest.
+fn length<'a>(kind: &Kind, items: &'a [Item]) -> (usize, Vec<(&'a Item<'a>, usize)>) {
+    if kind.layout.length == Length::Fixed {
+        return (kind.layout.longest, vec![]);
     }
-    let counted = |field: &Field| field.at >= 0 && !field.is_appended;
-    let always = kind.fields.iter();
-    let always = always.filter(|field| counted(field) && !kind.is_optional(field));
-    let mut start = always.map(Field::end).fold(kind.header, usize::max) + trailer;
-    if items.iter().all(|item| item.field.length().is_some()) {
-        start = start.max(layout.shortest);
-    }
-    let mut steps = Vec::new();
-    for item in items.iter().filter(|item| counted(item.field)) {
-        let least = item.field.end() + trailer;
-        match (item.field.length(), item.needs) {
-            (None, None) => steps.push(Step::Rest(item, least)),
-            (None, Some(_)) => {
-                steps.extend([
-                    Step::Rest(item, least),
-                    Step::Without(item, layout.shortest),
-                ]);
-            }
-            (Some(_), Some(_)) if least > start => steps.push(Step::With(item, least)),
-            (Some(_), _) => {}
-        }
-    }
-    (start, steps)
+    let least = |field: &Field| field.end() + kind.trailer;
+    let counted = |field: &&Field| field.at >= 0 && !field.is_appended;
+    let always = kind.fields.iter().filter(counted);
+    let always = always.filter(|field| !kind.is_optional(field)).map(least);
+    let start = always.fold(kind.header + kind.trailer, usize::max);
+    let start = start.max(kind.layout.shortest);
+    let longer = items.iter().filter(|item| counted(&item.field));
+    let longer = longer.map(|item| (item, least(item.field)));
+    let longer = longer.filter(|(item, least)| *least > start || item.field.length().is_none());
+    (start, longer.collect())
 }
 
 /// A frame's length if that is more than a multiple of a number: the number, and how much more.

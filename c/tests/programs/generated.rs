@@ -78,6 +78,26 @@ fn input() -> Vec<u8> {
     input
 }
 
+/// Values that no frame has: a channel of twelve bits, a payload that is too long, an address that is none.
+fn impossible() {
+    let mut made = [0; 100];
+    let mut channels = generated::sbus::Message::decode(&[0; 25]);
+    channels.channel[3] = 2047;
+    assert_eq!(channels.encode(&mut made), Some(25));
+    channels.channel[3] = 2048;
+    assert_eq!(channels.encode(&mut made), None);
+    let crsf = |address, payload| generated::crsf::Message { address, type_: 1, payload };
+    assert_eq!(crsf(0xC8, &[0; 60]).encode(&mut made), Some(64));
+    assert_eq!(crsf(0xC8, &[0; 61]).encode(&mut made), None);
+    assert_eq!(crsf(0x55, &[0; 60]).encode(&mut made), None);
+    // Too short for it all: no panic.
+    assert_eq!(generated::crsf::Message::decode(&[]), crsf_of_nothing());
+}
+
+fn crsf_of_nothing() -> generated::crsf::Message<'static> {
+    generated::crsf::Message { address: 0, type_: 0, payload: &[] }
+}
+
 macro_rules! receive {
     ($module:ident, $stream:expr) => {{
         let mut receiver =

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
-use super::{Item, Step, c_layout, called, free, items, length, module, multiple, one_line, words};
+use super::{Item, c_layout, called, free, items, length, module, multiple, one_line, words};
 use crate::Description;
 use crate::field::{Class, Field};
 use crate::kind::Kind;
@@ -388,32 +388,24 @@ fn size(
         ..
     }: &Named,
 ) {
-    let (start, steps) = length(kind, items);
+    let (start, longer) = length(kind, items);
     add!(code, "size_t length = {start};");
-    for step in &steps {
-        let (condition, least) = match step {
-            Step::With(Item { name, .. }, least) => {
-                (format!("message->has_{name} && "), least.to_string())
-            }
-            Step::Without(Item { name, .. }, least) => {
-                (format!("!message->has_{name} && "), least.to_string())
-            }
-            Step::Rest(Item { name, needs, .. }, least) => {
-                let is_there = match needs {
-                    Some(_) => format!("message->has_{name} && "),
-                    None => String::new(),
-                };
-                let upper = prefix.to_ascii_uppercase();
-                add!(
-                    code,
-                    "if ({is_there}message->{name}_length > {upper}_LONGEST) {{\nreturn 0;\n}}"
-                );
-                (is_there, format!("{least} + message->{name}_length"))
-            }
-        };
+    for (Item { field, name, needs }, mut least) in longer
+        .into_iter()
+        .map(|(item, least)| (item, least.to_string()))
+    {
+        let is_there = needs.map_or(String::new(), |_| format!("message->has_{name} && "));
+        if field.length().is_none() {
+            let upper = prefix.to_ascii_uppercase();
+            add!(
+                code,
+                "if ({is_there}message->{name}_length > {upper}_LONGEST) {{\nreturn 0;\n}}"
+            );
+            least += &format!(" + message->{name}_length");
+        }
         add!(
             code,
-            "if ({condition}length < {least}) {{\nlength = {least};\n}}"
+            "if ({is_there}length < {least}) {{\nlength = {least};\n}}"
         );
     }
     if let Some((factor, more)) = multiple(kind) {

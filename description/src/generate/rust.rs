@@ -6,7 +6,7 @@ use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
 use super::rust_layout::{layout, list};
-use super::{Item, Step, called, free, items, length, module, multiple, one_line, words};
+use super::{Item, called, free, items, length, module, multiple, one_line, words};
 use crate::Description;
 use crate::field::{Class, Field};
 use crate::kind::Kind;
@@ -373,23 +373,24 @@ fn same(code: &mut Code, items: &[Item]) -> &'static str {
 
 /// The length of the frame, without what is appended.
 fn size(code: &mut Code, kind: &Kind, items: &[Item]) {
-    let (start, steps) = length(kind, items);
-    match &*steps {
+    let (start, longer) = length(kind, items);
+    match &*longer {
         [] => add!(code, "let length = {start};"),
-        [
-            Step::Rest(
-                Item {
-                    name, needs: None, ..
-                },
-                least,
-            ),
-        ] if *least >= start => {
-            add!(code, "let length = {least} + self.{name}.len();");
+        [(item, least)] if item.needs.is_none() && *least == start => {
+            add!(code, "let length = {least} + self.{}.len();", item.name);
         }
-        _ => {
-            add!(code, "let mut length = {start};");
-            steps.iter().for_each(|step| code.add(&longer(step)));
-        }
+        _ => add!(code, "let mut length = {start};\n{}", {
+            let longer = longer.iter().map(|(Item { field, name, needs }, least)| {
+                match (field.length(), needs) {
+                    (Some(_), _) => format!("if self.{name}.is_some() {{\nlength = length.max({least});\n}}\n"),
+                    (None, None) => format!("length = length.max({least} + self.{name}.len());\n"),
+                    (None, Some(_)) => format!(
+                        "if let Some(rest) = self.{name} {{\nlength = length.max({least} + rest.len());\n}}\n"
+                    ),
+                }
+            });
+            longer.collect::<String>()
+        }),
     }
     if let Some((factor, more)) = multiple(kind) {
         add!(code, "// It is {more} more than a multiple of {factor}.");
@@ -398,30 +399,6 @@ fn size(code: &mut Code, kind: &Kind, items: &[Item]) {
             "let length = length + ({} - length % {factor}) % {factor};",
             factor + more
         );
-    }
-}
-
-fn longer(step: &Step) -> String {
-    match step {
-        Step::With(Item { name, .. }, least) => {
-            format!("if self.{name}.is_some() {{\nlength = length.max({least});\n}}")
-        }
-        Step::Without(Item { name, .. }, least) => {
-            format!("if self.{name}.is_none() {{\nlength = length.max({least});\n}}")
-        }
-        Step::Rest(
-            Item {
-                name, needs: None, ..
-            },
-            least,
-        ) => {
-            format!("length = length.max({least} + self.{name}.len());")
-        }
-        Step::Rest(Item { name, .. }, least) => {
-            format!(
-                "if let Some(rest) = self.{name} {{\nlength = length.max({least} + rest.len());\n}}"
-            )
-        }
     }
 }
 
