@@ -146,7 +146,8 @@ fn said(field: &Field, value: Value) -> String {
         (Value::Float(number), _) => format!(" {}", number.to_bits()),
         (Value::Decimal(number, _), Some(scale)) => format!(" {}", number / scale.factor),
         (Value::Bytes(bytes) | Value::Text(bytes), _) => {
-            bytes.iter().map(|byte| format!(" {byte}")).collect()
+            let bytes: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();
+            bytes.concat()
         }
         (Value::Decimal(..), None) => panic!("no scale"),
     }
@@ -257,6 +258,11 @@ fn in_rust(cases: &[Case]) {
         succeeds(&mut cargo, input, "rustup component add clippy")
     };
     cargo(&["clippy", "--lib"], &[]);
+    let shipped = cases.iter().take(SHIPPED.len() + 1);
+    let mut rustfmt = Command::new("rustfmt");
+    rustfmt.args(["--edition", "2024", "--check"]);
+    rustfmt.args(shipped.map(|case| folder.join(format!("src/{}.rs", case.name))));
+    succeeds(&mut rustfmt, &[], "rustup component add rustfmt");
     check(&cargo(&["run"], &input(cases)), cases);
 }
 
@@ -281,9 +287,10 @@ fn in_c(cases: &[Case]) {
         writeln!(text, "{name}_message message;\n(void)context;\nframes++;").unwrap();
         writeln!(text, "{name}_decode(frame, &message);").unwrap();
         for (number, kind) in description.kinds.iter().enumerate() {
-            let (of, it) = match description.has_kinds() {
-                true => (&*kind.name, format!("message.of.{}", kind.name)),
-                false => ("message", "message".to_owned()),
+            let (of, it) = if description.has_kinds() {
+                (&*kind.name, format!("message.of.{}", kind.name))
+            } else {
+                ("message", "message".to_owned())
             };
             writeln!(
                 text,

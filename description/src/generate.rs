@@ -83,23 +83,20 @@ impl Field {
 
     /// Where it is and what, for its documentation.
     fn told(&self) -> String {
-        let mut told = match self.kind {
+        let at = self.at;
+        let place = match self.kind {
             _ if self.is_appended => "Behind the frame".to_owned(),
-            Type::Bits { first, width } => format!("At {}, bit {first}: {width} bits", self.at),
-            Type::Number(number) => format!("At {}: {number}", self.at),
-            Type::Bytes => format!("At {}: bytes", self.at),
-            Type::Text => format!("At {}: text", self.at),
+            Type::Bits { first, width } => format!("At {at}, bit {first}: {width} bits"),
+            Type::Number(number) => format!("At {at}: {number}"),
+            Type::Bytes => format!("At {at}: bytes"),
+            Type::Text => format!("At {at}: text"),
         };
-        if let Some(mask) = self.mask {
-            told += &format!(", mask {mask:#X}");
-        }
-        if let Some(scale) = &self.scale {
-            told += &format!("; times {}", scale.text(1));
-        }
-        if let Some(unit) = &self.unit {
-            told += &format!("; in `{unit}`");
-        }
-        one_line(&told) + "."
+        let mask = self.mask.map(|mask| format!(", mask {mask:#X}"));
+        let scale = self.scale.as_ref();
+        let scale = scale.map(|scale| format!("; times {}", scale.text(1)));
+        let unit = self.unit.as_ref().map(|unit| format!("; in `{unit}`"));
+        let told = [Some(place), mask, scale, unit].into_iter().flatten();
+        one_line(&told.collect::<String>()) + "."
     }
 
     /// Its first byte, or that of each of an array; `end` is the length of the frame, less what is put in.
@@ -213,7 +210,7 @@ fn multiple(kind: &Kind) -> Option<(i64, i64)> {
     }
 }
 
-/// Those of the functions, between which there are blank lines, that code calls.
+/// Those of the functions, each with a blank line behind it, that code calls.
 fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
     let is_called = |function: &&str| {
@@ -223,10 +220,8 @@ fn called(code: &str, functions: &str) -> String {
         let mut calls = code.match_indices(&call);
         calls.any(|(at, _)| !code[..at].ends_with(is_name))
     };
-    let called = functions.split("\n\n").filter(is_called);
-    called
-        .map(|function| format!("\n{}\n", function.trim_end()))
-        .collect()
+    let functions = functions.split_inclusive("\n\n");
+    functions.filter(is_called).collect()
 }
 
 /// What stands in a comment: one line of it.

@@ -49,17 +49,16 @@ pub fn c(description: &Description, name: &str, command: &str) -> Result<String,
     let taken = KEYWORDS.iter().chain(OTHERS);
     let mut taken: HashSet<String> = taken.map(|&name| name.to_owned()).collect();
     let kinds = description.kinds.iter().enumerate().map(|(number, kind)| {
-        let name = match description.has_kinds() {
-            true => free(&words(&kind.name).join("_"), &mut taken),
-            false => "message".into(),
-        };
+        let mut name = "message".to_owned();
+        let mut functions = prefix.clone();
+        if description.has_kinds() {
+            name = free(&words(&kind.name).join("_"), &mut taken);
+            functions = format!("{prefix}_{name}");
+        }
         Named {
             kind,
             type_name: format!("{prefix}_{name}"),
-            functions: match description.has_kinds() {
-                true => format!("{prefix}_{name}"),
-                false => prefix.clone(),
-            },
+            functions,
             name,
             prefix,
             number,
@@ -76,13 +75,16 @@ pub fn c(description: &Description, name: &str, command: &str) -> Result<String,
     head(&mut code, description, prefix, &one_line(command));
     let layouts = kinds.iter().map(|kind| (&*kind.name, &kind.kind.layout));
     c_layout::layouts(&mut code, prefix, &layouts.collect::<Vec<_>>())?;
-    kinds.iter().for_each(|kind| structure(&mut code, kind));
+    for kind in &kinds {
+        structure(&mut code, kind);
+    }
     if description.has_kinds() {
         any_kind(&mut code, &mut functions, prefix, &kinds);
     }
-    let helpers = include_str!("helpers.h.txt").replace("PREFIX", prefix);
+    code.add("");
+    let helpers = concat!(include_str!("helpers.h.txt"), "\n").replace("PREFIX", prefix);
     code.text += &called(&functions.text, &helpers);
-    code.text += &functions.text;
+    code.text += functions.text.trim_start();
     code.add("");
     code.add("#endif");
     Ok(code.text)
@@ -248,9 +250,10 @@ fn decode(code: &mut Code, named: &Named) {
     for Item { field, name, needs } in &named.items {
         let statement = value(field, name, named.prefix);
         if let Some(needs) = needs {
-            let is_there = match field.is_appended {
-                true => "appended > 0".into(),
-                false => format!("length >= {needs}"),
+            let is_there = if field.is_appended {
+                "appended > 0".into()
+            } else {
+                format!("length >= {needs}")
             };
             add!(
                 code,
@@ -390,18 +393,14 @@ fn size(
 ) {
     let (start, longer) = length(kind, items);
     add!(code, "size_t length = {start};");
-    for (Item { field, name, needs }, mut least) in longer
-        .into_iter()
-        .map(|(item, least)| (item, least.to_string()))
-    {
+    for (Item { field, name, needs }, least) in longer {
         let is_there = needs.map_or(String::new(), |_| format!("message->has_{name} && "));
+        let mut least = least.to_string();
         if field.length().is_none() {
             let upper = prefix.to_ascii_uppercase();
-            add!(
-                code,
-                "if ({is_there}message->{name}_length > {upper}_LONGEST) {{\nreturn 0;\n}}"
-            );
-            least += &format!(" + message->{name}_length");
+            let is_long = format!("{is_there}message->{name}_length > {upper}_LONGEST");
+            add!(code, "if ({is_long}) {{\nreturn 0;\n}}");
+            least = format!("{least} + message->{name}_length");
         }
         add!(
             code,

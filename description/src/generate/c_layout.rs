@@ -50,7 +50,7 @@ pub(super) fn layouts(
     }
     add!(
         code,
-        "/* What the frames look like. */\nstatic const framelock_layout {prefix}_layouts[] = {{"
+        "\n/* What the frames look like. */\nstatic const framelock_layout {prefix}_layouts[] = {{"
     );
     for (name, it) in kinds {
         layout(code, &format!("{prefix}_{name}"), it);
@@ -65,7 +65,7 @@ fn array(code: &mut Code, what: &str, values: impl Iterator<Item = String>) {
         return;
     }
     add!(code, "static const {what}[] = {{");
-    for values in values.chunks(10) {
+    for values in values.chunks(6) {
         add!(code, "{},", values.join(", "));
     }
     code.add("};");
@@ -124,7 +124,7 @@ fn layout(code: &mut Code, name: &str, layout: &Layout) {
     });
     add!(
         code,
-        "{{{at}, {mask}, {bytes}}}, /* appendix */\nNULL,\n}},"
+        "{{{at}, {mask}, {bytes}}}, /* appendix */\nNULL, /* shipped */\n}},"
     );
 }
 

@@ -43,9 +43,10 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
         let borrows = items.iter().any(|item| item.field.length().is_none());
         Named {
             kind,
-            name: match description.has_kinds() {
-                true => free(&camel(&kind.name), &mut taken),
-                false => "Message".into(),
+            name: if description.has_kinds() {
+                free(&camel(&kind.name), &mut taken)
+            } else {
+                "Message".into()
             },
             of: if borrows { "<'a>" } else { "" },
             items,
@@ -67,8 +68,9 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
         encode(&mut code, kind, kinds.len() > 1);
         code.add("}");
     }
+    code.add("");
     let helpers = called(&code.text, include_str!("helpers.rs.txt"));
-    code.text + &helpers
+    (code.text + &helpers).trim_end().to_owned() + "\n"
 }
 
 /// `MotorState`.
@@ -76,9 +78,10 @@ fn camel(name: &str) -> String {
     let words = words(name).into_iter();
     let capital = |word: String| word[..1].to_ascii_uppercase() + &word[1..];
     let name: String = words.map(capital).collect();
-    match name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        true => name,
-        false => format!("Kind{name}"),
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        name
+    } else {
+        format!("Kind{name}")
     }
 }
 
@@ -152,10 +155,8 @@ fn format(code: &mut Code, kinds: &[Named]) {
     } else {
         code.add("match AnyOf(LAYOUTS).decode(frame) {");
         for (number, Named { name, .. }) in kinds.iter().enumerate() {
-            let number = match number + 1 == kinds.len() {
-                true => "_".into(),
-                false => number.to_string(),
-            };
+            let is_last = number + 1 == kinds.len();
+            let number = if is_last { "_" } else { &number.to_string() };
             add!(
                 code,
                 "({number}, frame) => Message::{name}({name}::decode(frame)),"
@@ -204,10 +205,7 @@ fn structure(
     code.add("\n/// What a frame says.\n#[derive(Clone, PartialEq, Debug)]");
     add!(code, "pub struct {name}{of} {{");
     for Item { field, name, needs } in items {
-        let one = match field.is_text() {
-            true => "u8".into(),
-            false => number(field),
-        };
+        let one = number(field);
         let all = match field.count {
             Some(count) => format!("[{one}; {count}]"),
             None if field.is_text() => "&'a [u8]".into(),
