@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
-use super::{Item, c_layout, called, free, items, length, module, multiple, one_line, words};
+use super::{Item, c_layout, called, free, items, length, module, multiple, one_line};
 use crate::Description;
 use crate::field::{Class, Field};
 use crate::kind::Kind;
@@ -52,7 +52,7 @@ pub fn c(description: &Description, name: &str, command: &str) -> Result<String,
         let mut name = "message".to_owned();
         let mut functions = prefix.clone();
         if description.has_kinds() {
-            name = free(&words(&kind.name).join("_"), &mut taken);
+            name = free(&module(&kind.name), &mut taken);
             functions = format!("{prefix}_{name}");
         }
         Named {
@@ -111,9 +111,9 @@ fn head(code: &mut Code, description: &Description, name: &str, command: &str) {
 *
 * To send: {name}_encode(&message, bytes, sizeof bytes) gives the length of the frame that it writes. */
 #ifndef {upper}_H
-#define {upper}_H
-"
+#define {upper}_H"
     );
+    code.add("");
     code.add("#include <string.h>");
     code.add("");
     code.add("#include \"framelock.h\"");
