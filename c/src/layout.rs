@@ -220,9 +220,12 @@ pub extern "C" fn framelock_seal(
     let (Some(layout), Some(frame)) = (layout, bytes(frame, length)) else {
         return false;
     };
-    let message = layout.message(frame);
-    let layout = layout.layout(message.as_slice());
-    layout.is_some_and(|layout| layout.seal(frame))
+    // The first time writes what of a message's number is fixed.
+    (0..2).any(|_| {
+        let message = layout.message(frame);
+        let layout = layout.layout(message.as_slice());
+        layout.is_some_and(|layout| layout.seal(frame))
+    })
 }
 
 impl framelock_layout {

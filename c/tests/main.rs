@@ -7,6 +7,9 @@
 )]
 
 mod compiler;
+#[path = "../../description/tests/suite/drawn.rs"]
+mod drawn;
+mod generated;
 mod guide;
 mod header;
 mod layouts;

@@ -1,9 +1,9 @@
 //! What stands in a frame: places, types, and how values are read from bytes and written to them.
 
-use framelock_formats::layout::index;
+use std::fmt;
 use std::ops::Range;
 
-use framelock_formats::layout::ByteOrder;
+use framelock_formats::layout::{ByteOrder, index};
 use serde_json::Value as Json;
 
 use crate::value::{Scale, Value};
@@ -123,6 +123,22 @@ impl TryFrom<String> for Number {
     }
 }
 
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let class = match self.class {
+            Class::Unsigned => 'u',
+            Class::Signed => 'i',
+            Class::Float => 'f',
+        };
+        let order = match self.order {
+            _ if self.bytes == 1 => "",
+            ByteOrder::Little => "le",
+            ByteOrder::Big => "be",
+        };
+        write!(f, "{class}{}{order}", 8 * self.bytes)
+    }
+}
+
 impl Number {
     /// All its bits.
     pub(crate) fn all(self) -> u64 {
@@ -148,7 +164,7 @@ impl Number {
     }
 }
 
-fn ones(width: usize) -> u64 {
+pub(crate) fn ones(width: usize) -> u64 {
     u64::MAX >> 64_usize.saturating_sub(width).min(63)
 }
 
@@ -280,7 +296,7 @@ impl Field {
         let value = match class {
             Class::Unsigned => Value::Unsigned(bits),
             Class::Signed => {
-                let unused = 64 - self.mask.map_or(self.width(), width);
+                let unused = 64 - self.value_width();
                 Value::Signed((bits << unused).cast_signed() >> unused)
             }
             #[expect(clippy::cast_possible_truncation, reason = "it has four bytes")]
@@ -299,6 +315,11 @@ impl Field {
             Type::Bits { width, .. } => width,
             Type::Bytes | Type::Text => 0,
         }
+    }
+
+    /// Bits of one of its values.
+    pub(crate) fn value_width(&self) -> usize {
+        self.mask.map_or(self.width(), width)
     }
 
     /// The bits of a value, in their places, or what it is not.

@@ -39,6 +39,7 @@ mod checksum;
 mod encode;
 mod entry;
 mod field;
+pub mod generate;
 pub mod hex;
 mod kind;
 mod places;

@@ -12,6 +12,7 @@ mod decode;
 mod demo;
 mod encode;
 mod frame;
+mod generate;
 mod hex;
 mod input;
 mod interrupt;
@@ -53,6 +54,8 @@ enum Command {
     Send(send::Arguments),
     /// Frames from rows of values, such as setpoints
     Encode(encode::Arguments),
+    /// Rust or C that receives and makes a frame
+    Generate(generate::Arguments),
     /// What a faulty line does to a receiver, counted
     Simulate(simulate::Arguments),
     /// The serial ports that are there
@@ -81,6 +84,7 @@ pub fn run() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Send(arguments) => send::run(&arguments),
         Command::Encode(arguments) => encode::run(&arguments),
+        Command::Generate(arguments) => generate::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Ports => ports::run(),
         Command::Completions { shell } => write_completions(shell),

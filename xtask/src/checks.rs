@@ -66,6 +66,14 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
     run_tests(cargo.env("FRAMELOCK_STATISTICS", "full"), &mut report.tests)
 }
 
+/// Code that is generated from many random descriptions.
+pub(crate) fn generated(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let mut cargo = workspace.cargo();
+    cargo.args(["test", "--package", FOR_C, "--test", "c", "--"]);
+    cargo.args(["--ignored", "many_random_descriptions"]);
+    run_tests(&mut cargo, &mut report.tests)
+}
+
 /// The examples in the documentation, and that it builds without warnings.
 pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let libraries = [CORE, FORMATS, "framelock-proofs", "framelock-simulation"];

@@ -54,6 +54,8 @@ const STAGES: &[Stage] = &[
         checks: "the examples for Embassy and RTIC, built without warnings, and run in the emulator" },
     Stage { name: "statistics", when: Nightly, run: checks::statistics,
         checks: "the simulator's findings, with all trials" },
+    Stage { name: "generated", when: Nightly, run: checks::generated,
+        checks: "code generated from two hundred random descriptions" },
     Stage { name: "prover", when: Nightly, run: prove::prover_stage,
         checks: "the offline prover finds what must fail, and leaves nothing running" },
     Stage { name: "bugs", when: Nightly, run: bugs::stage,

@@ -5,8 +5,8 @@ use std::process::Stdio;
 
 use crate::process::{CLEAN, complaint, feed, framelock, run, shown, start, text};
 
-const SUBCOMMANDS: [&str; 7] = [
-    "decode", "trace", "encode", "demo", "send", "monitor", "simulate",
+const SUBCOMMANDS: [&str; 8] = [
+    "decode", "trace", "encode", "generate", "demo", "send", "monitor", "simulate",
 ];
 
 #[test]
@@ -25,10 +25,11 @@ fn help_begins_with_the_demo_and_is_a_page_on_a_terminal_of_eighty_columns() {
     let commands: Vec<&str> = commands
         .map(|line| line.split_whitespace().next().unwrap())
         .collect();
-    let expected = "demo trace decode monitor send encode simulate ports completions man help";
+    let expected =
+        "demo trace decode monitor send encode generate simulate ports completions man help";
     assert_eq!(commands.join(" "), expected, "each in a line of its own");
     assert!(all.contains("Examples:\n  framelock demo "), "{all}");
-    for subcommand in ["trace", "decode", "monitor", "send", "encode"] {
+    for subcommand in ["trace", "decode", "monitor", "send", "encode", "generate"] {
         let long = help(&[subcommand, "--help"]);
         assert!(long.lines().count() <= 80, "{long}");
         let short = help(&[subcommand, "-h"]);
@@ -137,6 +138,7 @@ const CANNOT_BE_OPENED: &str = "
     trace 41 420 => word 2, '420', is not a whole number of bytes
     trace , => no bytes in the arguments
     encode no/such/file => cannot open no/such/file
+    generate --frame=bin --language=c --output=no/such/folder/file => cannot write to no/such/folder/file
     encode --output=no/such/folder/file => cannot write to no/such/folder/file
     decode --parity=even => --parity is for serial ports, and standard input is none
     decode --stop-bits=2 Cargo.toml => --stop-bits is for serial ports, and Cargo.toml
@@ -157,6 +159,8 @@ const IMPOSSIBLE: &str = "
     send - --udp=4123 => an address and a port are wanted, for example 127.0.0.1:4123
     send - --motion=step --rate=abc => a whole number from 1 to 100000 is wanted
     trace 41 --policy guess => guess
+    generate --frame=bin --language=basic => [possible values: rust, c]
+    generate --frame=nothing --language=c => there is neither such a frame nor such a file
     send - => --motion <MOTION>|--profile <FILE>|--udp
     send - --motion=step --udp=127.0.0.1:0 => --motion
     send - --motion=step --drop=2 => a number from 0 to 1

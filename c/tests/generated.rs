@@ -1,0 +1,400 @@
+//! Generated code, compiled and run, says of faulty streams what the descriptions say, and makes the same frames.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use framelock::{BufferedIn, Format};
+use framelock_description::generate::{c, rust};
+use framelock_description::{Description, Field, SHIPPED, Value};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use tempfile::TempDir;
+
+use crate::compiler::{C, CPP, program, run, succeeds};
+use crate::drawn;
+use crate::guide::hex;
+use crate::receiving::assert_same;
+
+/// A description, the code of it, and what that is to say of a stream.
+struct Case {
+    name: String,
+    description: Description,
+    stream: Vec<u8>,
+    expected: String,
+}
+
+/// Several kinds of frames, as the guide to one's own frame has them.
+const MOTOR: &str = "
+    sync = 'AA 55'
+    length_field = { at = 2, type = 'u8', plus = 5 }
+    longest = 21
+    checksum = { name = 'CRC-16/MODBUS', type = 'u16le', at = -2, from = 2 }
+    [[kinds]]
+    name = 'measurement'
+    shortest = 11
+    fields = [
+        { name = 'number', at = 3, type = 'u8', value = 1 },
+        { name = 'position', at = 4, type = 'i16le', scale = 0.01, unit = 'deg' },
+        { name = 'current', at = 6, type = 'u16le', unit = 'mA' },
+        { name = 'temperature', at = 8, type = 'i8', unit = 'C' },
+    ]
+    [[kinds]]
+    name = 'state'
+    shortest = 7
+    fields = [
+        { name = 'number', at = 3, type = 'u8', value = 2 },
+        { name = 'state', at = 4, type = 'u8' },
+    ]
+";
+
+impl Case {
+    fn new(name: &str, text: &str, random: &mut ChaCha8Rng) -> Self {
+        let description = Description::parse(name, text).unwrap();
+        let mut stream = Vec::new();
+        for _ in 0..30 {
+            let frames = drawn::frames(&description, random);
+            stream.extend(drawn::noisy(&frames, random));
+        }
+        let faulty = stream
+            .into_iter()
+            .flat_map(|byte| match random.random_range(0..300) {
+                0 => vec![],
+                1 => vec![byte ^ 1 << random.random_range(0..8)],
+                2 => vec![byte, random.random()],
+                _ => vec![byte],
+            });
+        let stream: Vec<u8> = faulty.collect();
+        let expected = expected(name, &description, &stream);
+        Self {
+            name: name.replace('-', "_"),
+            description,
+            stream,
+            expected,
+        }
+    }
+}
+
+/// The shipped descriptions, one of several kinds, and random ones.
+fn cases(random_ones: usize) -> Vec<Case> {
+    let mut random = ChaCha8Rng::seed_from_u64(26);
+    let shipped = SHIPPED.iter().chain(&[("motor", MOTOR)]);
+    let mut cases: Vec<Case> = shipped
+        .map(|(name, text)| Case::new(name, text, &mut random))
+        .collect();
+    let shipped = cases.len();
+    while cases.len() < shipped + random_ones {
+        let text = drawn::description(&mut random);
+        if Description::parse("random", &text).is_ok() {
+            let name = format!("random{}", cases.len() - shipped);
+            cases.push(Case::new(&name, &text, &mut random));
+        }
+    }
+    cases
+}
+
+/// What the description says of a stream.
+fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
+    let format = description.format();
+    let mut receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]).unwrap();
+    let (mut text, mut frames, mut discarded) = (String::new(), 0, 0);
+    let mut note = |found: framelock::Found<(usize, &[u8])>| match found {
+        framelock::Found::Frame {
+            message: (kind, frame),
+            ..
+        } => {
+            frames += 1;
+            writeln!(text, "frame {kind}").unwrap();
+            let mut has_empty = false;
+            for (field, content) in description.kinds[kind].shown(frame) {
+                has_empty |= matches!(content.value(), Value::Bytes([]) | Value::Text([]));
+                let values: String = content.values().map(|value| said(field, value)).collect();
+                writeln!(text, "{}{values}", field.name).unwrap();
+            }
+            match description.encode(&drawn::values(description, frame)) {
+                // In a row an empty text is none, in code it is there, so the frame may be longer.
+                Ok(_) if has_empty => text.push_str("= any\n"),
+                Ok(made) => {
+                    text.push_str("= ");
+                    hex(&mut text, &made);
+                }
+                Err(_) => text.push_str("= none\n"),
+            }
+        }
+        framelock::Found::Discarded { count, .. } => discarded += count,
+    };
+    receiver.feed(stream, &mut note);
+    receiver.line_event(&mut note);
+    // What is compared also happens; without sync and checksum each terminator ends a frame.
+    let layout = description.kinds[0].layout;
+    let takes_all = layout.sync.length == 0 && layout.checksum.is_none();
+    assert!(
+        frames > 5 && (takes_all || discarded > 5),
+        "{name}: {frames} {discarded}"
+    );
+    let name = name.replace('-', "_");
+    writeln!(text, "{name}: {frames} frames, {discarded} bytes discarded").unwrap();
+    text
+}
+
+/// A value as the generated code has it: what stands in the frame.
+fn said(field: &Field, value: Value) -> String {
+    match (value, &field.scale) {
+        (Value::Unsigned(number), _) => format!(" {number}"),
+        (Value::Signed(number), _) => format!(" {number}"),
+        (Value::Float(number), _) => format!(" {}", number.to_bits()),
+        (Value::Decimal(number, _), Some(scale)) => format!(" {}", number / scale.factor),
+        (Value::Bytes(bytes) | Value::Text(bytes), _) => {
+            let bytes: Vec<String> = bytes.iter().map(|byte| format!(" {byte}")).collect();
+            bytes.concat()
+        }
+        (Value::Decimal(..), None) => panic!("no scale"),
+    }
+}
+
+fn fields(kind: &framelock_description::Kind) -> impl Iterator<Item = &Field> {
+    kind.fields.iter().filter(|field| field.constant.is_none())
+}
+
+/// What a field is called in code: a keyword has an underscore behind it.
+fn member(field: &Field, code: &str) -> String {
+    let name = format!("{}_", field.name);
+    let is_it = [":", ";", "["]
+        .iter()
+        .any(|end| code.contains(&format!(" {name}{end}")));
+    if is_it { name } else { field.name.clone() }
+}
+
+fn input(cases: &[Case]) -> Vec<u8> {
+    let each = cases.iter().flat_map(|case| {
+        let length = u32::try_from(case.stream.len()).unwrap().to_le_bytes();
+        [length.to_vec(), case.stream.clone()].concat()
+    });
+    each.collect()
+}
+
+/// That what is found is what is expected of all.
+fn check(found: &str, cases: &[Case]) {
+    let expected: String = cases.iter().map(|case| &*case.expected).collect();
+    let lines = found.lines().zip(expected.lines());
+    let any = lines.map(|(found, expected)| match expected {
+        "= any" if found.starts_with("= ") => expected,
+        _ => found,
+    });
+    assert_same(&any.collect::<Vec<_>>().join("\n"), &expected);
+    assert_eq!(found.lines().count(), expected.lines().count());
+}
+
+/// A package with the modules as a library without `std`, in which clippy and rustfmt find nothing, and a program.
+fn in_rust(cases: &[Case]) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("generated");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();
+    if folder.join("src").exists() {
+        fs::remove_dir_all(folder.join("src")).unwrap();
+    }
+    fs::create_dir_all(folder.join("src")).unwrap();
+    let manifest = format!(
+        "[package]\nname = 'generated'\nedition = '2024'\n\n[workspace]\n\n[dependencies]\n\
+         framelock = {{ path = '{root}/core' }}\nframelock-formats = {{ path = '{root}/formats' }}\n",
+        root = root.display()
+    );
+    write("Cargo.toml", &manifest);
+    fs::copy(root.join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
+    let mut library =
+        "//! Generated.\n#![no_std]\n#![deny(missing_docs, warnings, clippy::pedantic)]\n\
+                       #![deny(clippy::indexing_slicing, clippy::panic, clippy::unwrap_used)]\n"
+            .to_owned();
+    let (mut says, mut main) = (
+        String::new(),
+        "impossible();\nlet input = input();\nlet mut rest = &*input;\n".to_owned(),
+    );
+    for Case {
+        name, description, ..
+    } in cases
+    {
+        let code = rust(description, name, "framelock generate");
+        write(&format!("src/{name}.rs"), &code);
+        writeln!(library, "pub mod {name};").unwrap();
+        writeln!(
+            says,
+            "mod {name} {{\nuse super::field;\nuse generated::{name}::*;"
+        )
+        .unwrap();
+        writeln!(says, "pub fn say(message: &Message) {{").unwrap();
+        for (number, kind) in description.kinds.iter().enumerate() {
+            let it = if description.has_kinds() {
+                let name = kind.name[..1].to_uppercase() + &kind.name[1..];
+                format!("if let Message::{name}(it) = message")
+            } else {
+                "let it = message;".to_owned()
+            };
+            writeln!(says, "{it} {{\nprintln!(\"frame {number}\");\nlet _ = it;").unwrap();
+            for field in fields(kind) {
+                writeln!(
+                    says,
+                    "field({:?}, &it.{});",
+                    field.name,
+                    member(field, &code)
+                )
+                .unwrap();
+            }
+            says.push_str("}\n");
+        }
+        says.push_str("}\n}\n");
+        writeln!(main, "receive!({name}, stream(&mut rest));").unwrap();
+    }
+    write("src/lib.rs", &library);
+    let skeleton = fs::read_to_string(program("generated.rs")).unwrap();
+    write(
+        "src/main.rs",
+        &format!("{skeleton}\n{says}\nfn main() {{\n{main}\n}}\n"),
+    );
+    let cargo = |arguments: &[&str], input: &[u8]| {
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(arguments).current_dir(&folder);
+        cargo.args(["--quiet", "--offline", "--target-dir", "target"]);
+        succeeds(&mut cargo, input, "rustup component add clippy")
+    };
+    cargo(&["clippy", "--lib"], &[]);
+    let shipped = cases.iter().take(SHIPPED.len() + 1);
+    let mut rustfmt = Command::new("rustfmt");
+    rustfmt.args(["--edition", "2024", "--check"]);
+    rustfmt.args(shipped.map(|case| folder.join(format!("src/{}.rs", case.name))));
+    succeeds(&mut rustfmt, &[], "rustup component add rustfmt");
+    check(&cargo(&["run"], &input(cases)), cases);
+}
+
+/// A program that includes the headers, as C99 and as C++17.
+fn in_c(cases: &[Case]) {
+    let folder = TempDir::new().unwrap();
+    let mut text = "#include \"generated.h\"\n".to_owned();
+    let mut main = String::new();
+    for Case {
+        name, description, ..
+    } in cases
+    {
+        let code = c(description, name, "framelock generate").unwrap();
+        let header = folder.path().join(format!("{name}.h"));
+        fs::write(&header, &code).unwrap();
+        writeln!(text, "#include \"{}\"", header.display()).unwrap();
+        writeln!(
+            text,
+            "static void say_{name}(void *context, const framelock_frame *frame)\n{{"
+        )
+        .unwrap();
+        writeln!(text, "{name}_message message;\n(void)context;\nframes++;").unwrap();
+        writeln!(text, "{name}_decode(frame, &message);").unwrap();
+        for (number, kind) in description.kinds.iter().enumerate() {
+            let (of, it) = if description.has_kinds() {
+                (&*kind.name, format!("message.of.{}", kind.name))
+            } else {
+                ("message", "message".to_owned())
+            };
+            writeln!(
+                text,
+                "if (frame->layout == {number}) {{\nconst {name}_{of} *it = &{it};"
+            )
+            .unwrap();
+            writeln!(text, "(void)it;\nprintf(\"frame {number}\\n\");").unwrap();
+            fields(kind).for_each(|field| text.push_str(&said_in_c(field, &code)));
+            text.push_str("}\n");
+        }
+        let upper = name.to_uppercase();
+        writeln!(
+            text,
+            "size_t length = {name}_encode(&message, made, {upper}_LONGEST);\nsay_made(length);"
+        )
+        .unwrap();
+        writeln!(
+            text,
+            "if (length > 0 && {name}_encode(&message, made, length - 1) != 0) {{\nabort();\n}}\n}}"
+        )
+        .unwrap();
+        let count = description.kinds.len();
+        writeln!(
+            main,
+            "receive(\"{name}\", {name}_layouts, {count}, {upper}_LONGEST, say_{name});"
+        )
+        .unwrap();
+    }
+    text.push_str(IMPOSSIBLE);
+    writeln!(
+        text,
+        "int main(void)\n{{\nimpossible();\n{main}return 0;\n}}"
+    )
+    .unwrap();
+    let source = folder.path().join("generated.c");
+    fs::write(&source, text).unwrap();
+    for compiler in [&C, &CPP] {
+        check(&run(compiler, &[&source], &input(cases)), cases);
+    }
+}
+
+/// Values that no frame has: a channel of twelve bits, a payload that is too long, an address that is none.
+const IMPOSSIBLE: &str = "
+static void impossible(void)
+{
+    sbus_message channels;
+    crsf_message crsf;
+    memset(&channels, 0, sizeof channels);
+    channels.channel[3] = 2047;
+    if (sbus_encode(&channels, made, 25) != 25) { abort(); }
+    channels.channel[3] = 2048;
+    if (sbus_encode(&channels, made, 25) != 0) { abort(); }
+    memset(&crsf, 0, sizeof crsf);
+    crsf.payload = stream;
+    crsf.payload_length = 60;
+    if (crsf_encode(&crsf, made, 64) != 64) { abort(); }
+    crsf.payload_length = SIZE_MAX;
+    if (crsf_encode(&crsf, made, 64) != 0) { abort(); }
+    crsf.payload_length = 61;
+    if (crsf_encode(&crsf, made, sizeof made) != 0) { abort(); }
+    crsf.payload_length = 0;
+    crsf.address = 0x55;
+    if (crsf_encode(&crsf, made, 64) != 0) { abort(); }
+}
+";
+
+/// The statements that say a field of `it`.
+fn said_in_c(field: &Field, code: &str) -> String {
+    let name = member(field, code);
+    let (count, value) = match (field.count, field.is_text()) {
+        (Some(count), _) => (count.to_string(), format!("it->{name}[i]")),
+        (None, true) => (format!("it->{name}_length"), format!("it->{name}[i]")),
+        (None, false) => ("1".to_owned(), format!("it->{name}")),
+    };
+    let say = match code
+        .lines()
+        .find_map(|line| line.trim().strip_suffix(&format!(" {name};")))
+    {
+        Some("float") => format!("say_float({value});"),
+        Some("uint64_t") => format!("printf(\" %llu\", (unsigned long long){value});"),
+        _ => format!("printf(\" %lld\", (long long){value});"),
+    };
+    let condition = if code.contains(&format!("bool has_{name};")) {
+        format!("it->has_{name}")
+    } else {
+        "true".into()
+    };
+    format!(
+        "if ({condition}) {{\nprintf(\"{}\");\nfor (size_t i = 0; i < {count}; i++) {{\n{say}\n}}\nprintf(\"\\n\");\n}}\n",
+        field.name
+    )
+}
+
+#[test]
+fn generated_code_does_what_its_description_says() {
+    let cases = cases(20);
+    in_rust(&cases);
+    in_c(&cases);
+}
+
+#[test]
+#[ignore = "cargo xtask verify --only generated runs it"]
+fn so_does_that_of_many_random_descriptions() {
+    let cases = cases(200);
+    in_rust(&cases);
+    in_c(&cases);
+}

@@ -1,0 +1,192 @@
+//! Random descriptions, and random frames of descriptions.
+
+use std::fmt::Write as _;
+
+use framelock_description::{Description, Type, hex};
+use rand::Rng;
+use rand::seq::IndexedRandom;
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value as Json;
+
+/// A row for a frame: any values of their types, of one of the kinds.
+fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> {
+    // Fits the smallest of types.
+    let most = *[1, 1, 3, 7].choose(random).unwrap();
+    let kind = description.kinds.choose(random).unwrap();
+    let sync = kind.layout.sync.each().next().unwrap_or_default();
+    let end = kind.layout.terminator.each().last().unwrap_or_default();
+    let values = description.columns.iter().map(|column| {
+        Some(match (&*column.name, column.is_text) {
+            ("kind", _) => kind.name.clone().into(),
+            ("address", _) => (*[0xC8, 0, 0xEA, 0xEC, 0xEE].choose(random).unwrap()).into(),
+            ("start", _) => char::from(sync[0]).to_string().into(),
+            ("end", _) => end[0].into(),
+            ("sentence", _) => (*["GPTXT,01", "a\\\\\\x1B\\xFF", "\\x20 \\x20"]
+                .choose(random)
+                .unwrap())
+            .into(),
+            ("signature", _) => {
+                (*["", "00112233445566778899AABBCC"].choose(random).unwrap()).into()
+            }
+            (name, true) => {
+                let field = kind.fields.iter().find(|field| field.name == name);
+                // MAVLink's shortest messages have few bytes; some frames must be longer.
+                let rest = *[1, 2, 3, 21].choose(random).unwrap();
+                let count = field.and_then(|field| field.count).unwrap_or(rest);
+                let bytes: Vec<u8> = (0..count).map(|_| random.random::<u8>()).collect();
+                let mut text = hex::glued(&bytes);
+                if field.is_some_and(|field| field.kind == Type::Text) {
+                    text.truncate(count);
+                }
+                text.into()
+            }
+            _ => random.random_range(0..=most).into(),
+        })
+    });
+    values.collect()
+}
+
+/// What the values of a frame are, in the order of the columns.
+pub(crate) fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
+    let kind = description.kind(frame).unwrap();
+    let mut row = vec![None; description.columns.len()];
+    let place = |name: &str| {
+        description
+            .columns
+            .iter()
+            .position(|column| column.name == name)
+    };
+    if description.has_kinds() {
+        row[0] = Some(kind.name.clone().into());
+    }
+    for (field, content) in kind.shown(frame) {
+        let from = place(&field.name)
+            .or(place(&format!("{}1", field.name)))
+            .unwrap();
+        for (value, place) in content.values().zip(&mut row[from..]) {
+            let mut text = Vec::new();
+            value.append_json_to(&mut text);
+            *place = Some(serde_json::from_slice(&text).unwrap());
+        }
+    }
+    row
+}
+
+/// Frames with random values.
+pub(crate) fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
+    let rows = (0..12).map(|_| description.encode(&row(description, random)));
+    rows.filter_map(Result::ok).collect()
+}
+
+/// Between noise that is made of pieces of such frames.
+pub(crate) fn noisy(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
+    let mut stream = Vec::new();
+    for bytes in frames {
+        match random.random_range(0..4) {
+            0 => stream.extend(bytes.iter().take(random.random_range(0..=bytes.len()))),
+            1 => stream.extend(bytes.iter().skip(random.random_range(0..=bytes.len()))),
+            2 => stream.push(random.random()),
+            _ => {}
+        }
+        stream.extend(bytes);
+    }
+    stream
+}
+
+/// A description of any shape; it may contradict itself.
+pub(crate) fn description(random: &mut ChaCha8Rng) -> String {
+    let mut text = String::new();
+    let mut one_of = |these: &[&str]| (*these.choose(random).unwrap()).to_owned();
+    let sync = one_of(&["", "'24'", "'B5 62'", "'C8 | EE'", "'24 01 | 24 24'"]);
+    if !sync.is_empty() {
+        writeln!(text, "sync = {sync}").unwrap();
+    }
+    let (mut at, mut end_length) = (2, 0);
+    let length = one_of(&["fixed", "terminator", "field", "field"]);
+    match &*length {
+        "fixed" => writeln!(text, "length = {}", one_of(&["5", "9", "17", "24", "300"])).unwrap(),
+        "terminator" => {
+            let end = one_of(&["'0D 0A'", "'0A'", "'04 | 1A'"]);
+            end_length = if end.contains("0D") { 2 } else { 1 };
+            writeln!(text, "terminator = {end}\nlongest = 60").unwrap();
+            at = sync.matches(|c: char| c.is_ascii_hexdigit()).count() / 2;
+        }
+        _ => {
+            let kind = one_of(&["'u8'", "'u16be'", "'u24le'"]);
+            let rest = one_of(&[
+                "",
+                ", plus = 7",
+                ", plus = -1",
+                ", factor = 2, plus = 6",
+                ", factor = 4",
+                ", mask = 0x3F",
+            ]);
+            writeln!(
+                text,
+                "length_field = {{ at = {at}, type = {kind}{rest} }}\nlongest = 60"
+            )
+            .unwrap();
+            at += if kind == "'u8'" { 1 } else { 3 };
+        }
+    }
+    if length != "fixed" {
+        writeln!(text, "{}", one_of(&["", "shortest = 24"])).unwrap();
+    }
+    let (name, kind, bytes) = *[
+        ("name = 'xor'", "u8", 1),
+        ("name = 'xor'", "hex8", 2),
+        ("name = 'sum'", "u16le", 2),
+        ("name = 'fletcher-8'", "u16le", 2),
+        ("name = 'CRC-16'", "u16be", 2),
+        ("name = 'CRC-24/BLE'", "u24le", 3),
+        ("name = 'CRC-15'", "hex16", 4),
+        ("width = 8, polynomial = 0x4D", "u8", 1),
+        (
+            "width = 32, polynomial = 0x04C11DB7, initial = 1, reflected = true, xor = 0xFF",
+            "u32le",
+            4,
+        ),
+    ]
+    .choose(random)
+    .unwrap();
+    if length != "terminator" || random.random() {
+        let place = bytes
+            + if length == "terminator" {
+                end_length
+            } else {
+                0
+            };
+        let from = [0, 0, 1, 3].choose(random).unwrap();
+        writeln!(
+            text,
+            "checksum = {{ {name}, type = '{kind}', at = -{place}, from = {from} }}"
+        )
+        .unwrap();
+    }
+    for number in 0..random.random_range(0..5) {
+        let (length, rest) = *[
+            (9, "type = 'bytes'"),
+            (9, "type = 'text'"),
+            (3, "type = 'bytes', count = 3"),
+            (3, "bits = 7, bit = 3, count = 2"),
+            (1, "type = 'u8', value = 3"),
+            (1, "type = 'u8', value = [0, 1, 2, 3]"),
+            (2, "type = 'u16be', mask = 0x0FF0"),
+            (4, "type = 'i16le', mask = 0x3FC, count = 2"),
+            (2, "type = 'i16be', scale = 0.25, unit = 'deg'"),
+            (1, "type = 'i8'"),
+            (3, "type = 'u24be', scale = -10"),
+            (8, "type = 'u64le'"),
+            (4, "type = 'f32be'"),
+        ]
+        .choose(random)
+        .unwrap();
+        writeln!(
+            text,
+            "[[fields]]\nname = 'field{number}'\nat = {at}\n{rest}"
+        )
+        .unwrap();
+        at += length;
+    }
+    text
+}

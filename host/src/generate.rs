@@ -1,0 +1,59 @@
+//! Source code that receives and makes a frame.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::ValueEnum;
+use framelock_description::generate::{c, rust};
+
+use crate::frame::Frame;
+use crate::output::Output;
+
+/// Source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
+#[derive(clap::Args)]
+#[command(after_help = include_str!("help/generate.txt"))]
+pub(crate) struct Arguments {
+    /// The frames: a name, or a file that describes them
+    #[arg(long, value_name = "NAME|FILE", value_parser = Frame::named)]
+    frame: Frame,
+    /// The language: rust, without std, or c, C99 that is C++17 as well
+    #[arg(long, value_enum, value_name = "LANGUAGE")]
+    language: Language,
+    /// Where it goes [default: standard output]
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Language {
+    Rust,
+    C,
+}
+
+/// Runs the subcommand.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let Arguments {
+        frame,
+        language,
+        output,
+    } = arguments;
+    let path = Path::new(&frame.name);
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let language_name = match language {
+        Language::Rust => "rust",
+        Language::C => "c",
+    };
+    let command = format!(
+        "framelock generate --frame {} --language {language_name}",
+        frame.name
+    );
+    let code = match language {
+        Language::Rust => rust(&frame.description, &name, &command),
+        Language::C => c(&frame.description, &name, &command).map_err(anyhow::Error::msg)?,
+    };
+    let mut output = output
+        .as_deref()
+        .map_or_else(Output::standard, Output::create)?;
+    Ok(output.write_all(code.as_bytes())?)
+}
