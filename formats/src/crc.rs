@@ -13,16 +13,18 @@ impl Crc<'_> {
     }
 
     /// The register behind these bytes.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn update(&self, register: u32, bytes: &[u8]) -> u32 {
         // Where an entry's bits are in the register.
         let shift = |narrower| if self.reflected_in { 0 } else { narrower };
         match self.table {
             Table::None if self.is_mcrf4xx() => mcrf4xx(register, bytes),
             Table::None => self.run(register, bytes, |byte| self.remainder(byte)),
-            Table::Bytes(table) => self.run(register, bytes, |byte| {
-                u32::from(entry(table, byte)) << shift(24)
-            }),
+            Table::Bytes(table) => {
+                let crc = (register >> shift(24)).to_le_bytes()[0];
+                let next = |crc, byte: &u8| entry(table, crc ^ byte);
+                u32::from(bytes.iter().fold(crc, next)) << shift(24)
+            }
             Table::Halves(table) => self.run(register, bytes, |byte| {
                 u32::from(entry(table, byte)) << shift(16)
             }),
@@ -31,7 +33,7 @@ impl Crc<'_> {
     }
 
     /// The CRC, when the register is behind all bytes.
-    #[inline]
+    #[inline(always)]
     pub(crate) const fn result(&self, register: u32) -> u32 {
         let crc = match (self.reflected_in, self.reflected_out) {
             (false, false) => register.wrapping_shr(self.unused()),
@@ -84,7 +86,7 @@ impl Crc<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn run(&self, register: u32, bytes: &[u8], remainder: impl Fn(u8) -> u32) -> u32 {
         bytes.iter().fold(register, |register, byte| {
             let [lowest, .., highest] = register.to_le_bytes();
