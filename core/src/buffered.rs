@@ -348,7 +348,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
             return Decision::Waiting;
         }
         // What was incomplete starts something.
-        if self.ask_at == 0 {
+        if self.ask_at <= self.from.wrapping_add(1) {
             self.discard_what_starts_nothing(&mut discarded);
         }
         self.decide(discarded)
@@ -366,6 +366,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
         if run > 0 {
             discarded(run, DiscardReason::NoSync);
             self.from = self.from.wrapping_add(run);
+            self.ask_at = 0;
         }
     }
 

@@ -106,7 +106,10 @@ impl Algorithm<'_> {
         match self {
             Self::Crc(crc) => {
                 let register = crc.update(crc.start(), bytes);
-                crc.result(extra.map_or(register, |extra| crc.update(register, &[extra])))
+                crc.result(match extra {
+                    Some(extra) => crc.update(register, &[extra]),
+                    None => register,
+                })
             }
             Self::Sum => sum(bytes, extra),
             Self::InvertedSum => !sum(bytes, extra),
