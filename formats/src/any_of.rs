@@ -61,7 +61,7 @@ impl Format for AnyOf<'_> {
             match layout.head(bytes) {
                 Ok(known) => return layout.body(&known, bytes, seen),
                 Err(Verdict::Reject(why)) if further_on(why) > further_on(furthest) => {
-                    furthest = why
+                    furthest = why;
                 }
                 Err(Verdict::Reject(_)) => {}
                 Err(verdict) => return verdict,

@@ -5,12 +5,12 @@ pub(crate) const BYTES: usize = 22;
 #[inline]
 pub(crate) fn unpack(bytes: &[u8; BYTES]) -> [u16; 16] {
     let mut channels = [0; 16];
-    let mut bit = 0_usize;
+    let mut bit = 0_u32;
     for channel in &mut channels {
-        // Four bytes have it; those of the last two are the last four.
-        let at = (bit / 8).min(BYTES - 4);
-        let shift = bit.wrapping_sub(at.wrapping_mul(8)) as u32;
-        let four = bytes.get(at..).and_then(<[u8]>::first_chunk);
+        // Four bytes have it; the last four, from 18 on, have the last two channels.
+        let at = (bit / 8).min(18);
+        let shift = bit.wrapping_sub(at.wrapping_mul(8));
+        let four = bytes.get(at as usize..).and_then(<[u8]>::first_chunk);
         let bits = u32::from_le_bytes(four.copied().unwrap_or_default());
         *channel = (bits.wrapping_shr(shift) & 0x7FF) as u16;
         bit = bit.wrapping_add(11);

@@ -66,7 +66,6 @@ impl Checksum<'_> {
     }
 
     /// Its lowest bytes, as they are written.
-    #[inline(always)]
     fn text(&self, sum: u32) -> Text {
         let mut text = [0; 8];
         let lowest_first = sum.to_le_bytes();
