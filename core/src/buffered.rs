@@ -96,8 +96,8 @@ pub struct BufferedIn<F, B> {
 
 /// What was decided about the first pending byte.
 enum Decision {
-    /// A frame of so many bytes began there, at this place of the buffer.
-    Frame { at: usize, length: usize },
+    /// A frame of so many bytes began there. It lies in front of `from`.
+    Frame(usize),
     /// None begins there: it is discarded.
     Discarded,
     /// Nothing is pending, or more bytes are needed.
@@ -157,11 +157,37 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     pub fn push_with(
         &mut self,
         byte: u8,
-        discarded: impl FnMut(usize, DiscardReason),
+        mut discarded: impl FnMut(usize, DiscardReason),
     ) -> Option<(usize, F::Message<'_>)> {
+        let behind = self.to.wrapping_add(1);
+        if behind < self.ask_at {
+            if let Some(place) = self.buffer.as_mut().get_mut(self.to) {
+                (*place, self.to) = (byte, behind);
+                return None;
+            }
+        }
+        if self.pending() == 0 {
+            self.reset();
+            if !self.format.starts(byte) {
+                discarded(1, DiscardReason::NoSync);
+                return None;
+            }
+        }
+        let length = self.push_and_decide(byte, discarded)?;
+        Some((length, self.message(length)))
+    }
+
+    /// The length of the frame that the byte completes.
+    // Apart, so that a byte that is only stored, or starts nothing, saves few registers.
+    #[inline(never)]
+    fn push_and_decide(
+        &mut self,
+        byte: u8,
+        discarded: impl FnMut(usize, DiscardReason),
+    ) -> Option<usize> {
         self.store(&[byte]);
         match self.next(discarded) {
-            Decision::Frame { at, length } => Some((length, self.message(at, length))),
+            Decision::Frame(length) => Some(length),
             Decision::Discarded | Decision::Waiting => None,
         }
     }
@@ -180,7 +206,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     ) -> Option<(usize, F::Message<'_>)> {
         loop {
             match self.next(&mut discarded) {
-                Decision::Frame { at, length } => return Some((length, self.message(at, length))),
+                Decision::Frame(length) => return Some((length, self.message(length))),
                 Decision::Discarded => {}
                 Decision::Waiting => return None,
             }
@@ -304,8 +330,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     fn decide_first(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) -> bool {
         let discarded = |count, why| found(Found::Discarded { count, why });
         match self.next(discarded) {
-            Decision::Frame { at, length } => {
-                let message = self.message(at, length);
+            Decision::Frame(length) => {
+                let message = self.message(length);
                 found(Found::Frame { length, message });
             }
             Decision::Discarded => {}
@@ -321,7 +347,10 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
         if self.to < self.ask_at {
             return Decision::Waiting;
         }
-        self.discard_what_starts_nothing(&mut discarded);
+        // What was incomplete starts something.
+        if self.ask_at <= self.from.wrapping_add(1) {
+            self.discard_what_starts_nothing(&mut discarded);
+        }
         self.decide(discarded)
     }
 
@@ -358,12 +387,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
         self.ask_at = 0;
         match judge(&self.format, pending, seen) {
             Verdict::Frame(length) => {
-                let at = self.from;
-                self.from = at.wrapping_add(length);
-                if self.from == self.to {
-                    self.reset();
-                }
-                Decision::Frame { at, length }
+                self.from = self.from.wrapping_add(length);
+                Decision::Frame(length)
             }
             Verdict::Reject(why) => {
                 self.from = self.from.wrapping_add(1);
@@ -377,9 +402,11 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
         }
     }
 
+    /// Of the frame that lies in front of `from`.
     #[inline]
-    fn message(&self, at: usize, length: usize) -> F::Message<'_> {
-        let frame = self.buffer.as_ref().get(at..at.wrapping_add(length));
+    fn message(&self, length: usize) -> F::Message<'_> {
+        let at = self.from.wrapping_sub(length);
+        let frame = self.buffer.as_ref().get(at..self.from);
         self.format.decode(frame.unwrap_or_default())
     }
 

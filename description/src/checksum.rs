@@ -140,11 +140,11 @@ pub(crate) fn bytes_of(algorithm: &Algorithm) -> Option<usize> {
     }
 }
 
-/// The same, by a table that is never given back: 1 KiB.
+/// The same, by a table that is never given back: 16 KiB.
 pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
         Algorithm::Crc(crc) => Algorithm::Crc(Crc {
-            table: Table::Words(Box::leak(Box::new(crc.table_of_words()))),
+            table: Table::Sixteens(Box::leak(Box::new(crc.table_of_sixteens()))),
             ..crc
         }),
         sum => sum,

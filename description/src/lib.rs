@@ -73,7 +73,7 @@ const MOST_COLUMNS: usize = 10_000;
 
 /// What a description says.
 ///
-/// What its [`format`](Self::format) refers to is never given back: some hundred bytes, and 1 KiB for each CRC.
+/// What its [`format`](Self::format) refers to is never given back: some hundred bytes, and 16 KiB for each CRC.
 #[derive(Clone, Debug)]
 pub struct Description {
     /// The kinds of frames, in the order in which they are tried; one at least.

@@ -2,7 +2,6 @@
 
 use framelock::{DiscardReason, Format, Verdict};
 
-use crate::judge::Head;
 use crate::layout::Layout;
 
 /// Frames of several layouts on one line: UBX and NMEA and RTCM, or the messages of one protocol.
@@ -60,10 +59,12 @@ impl Format for AnyOf<'_> {
                 0
             };
             match layout.head(bytes) {
-                Head::Known(known) => return layout.body(&known, bytes, seen),
-                Head::Incomplete(at_least) => return Verdict::Incomplete { at_least },
-                Head::Reject(why) if further_on(why) > further_on(furthest) => furthest = why,
-                Head::Reject(_) => {}
+                Ok(known) => return layout.body(&known, bytes, seen),
+                Err(Verdict::Reject(why)) if further_on(why) > further_on(furthest) => {
+                    furthest = why;
+                }
+                Err(Verdict::Reject(_)) => {}
+                Err(verdict) => return verdict,
             }
         }
         Verdict::Reject(furthest)
@@ -80,7 +81,7 @@ impl Format for AnyOf<'_> {
             return (0, frame);
         }
         // More bytes may have come before an earlier one rejected it, so that one may be incomplete here.
-        let is_known = |layout: &Layout| matches!(layout.head(frame), Head::Known(_));
+        let is_known = |layout: &Layout| layout.head(frame).is_ok();
         let kind = self.0.iter().position(is_known);
         (kind.unwrap_or_default(), frame)
     }

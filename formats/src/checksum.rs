@@ -7,19 +7,25 @@ type Text = [u8; 8];
 
 impl Checksum<'_> {
     /// Whether a frame has the right one. `extra` is covered behind the frame's own bytes.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn is_right(&self, frame: &[u8], extra: Option<u8>) -> bool {
         let stored = self.place(frame.len()).and_then(|place| frame.get(place));
         let (Some(stored), Some(covered)) = (stored, self.covered(frame)) else {
             return false;
         };
-        let text = self.text(self.algorithm.of(covered, extra));
-        text.iter()
-            .zip(stored)
-            .all(|(wanted, byte)| match self.written {
-                Written::Hex => *wanted == byte.to_ascii_uppercase(),
-                Written::Little | Written::Big => wanted == byte,
-            })
+        let sum = self.algorithm.of(covered, extra);
+        let unused = 32_usize.saturating_sub(self.bytes.wrapping_mul(8));
+        let number = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
+        let digits = |number: u32, digit: &u8| {
+            let digit = char::from(*digit).to_digit(16)?;
+            Some(number << 4 | digit)
+        };
+        let stored = match self.written {
+            Written::Little => Some(stored.iter().rev().fold(0, number)),
+            Written::Big => Some(stored.iter().fold(0, number)),
+            Written::Hex => stored.iter().try_fold(0, digits),
+        };
+        stored == Some(sum & u32::MAX >> unused)
     }
 
     /// Writes it into a frame whose other bytes are there; says whether there is a place for it.
@@ -39,7 +45,7 @@ impl Checksum<'_> {
     }
 
     /// The bytes that it covers.
-    #[inline]
+    #[inline(always)]
     fn covered<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
         let from = index(self.from, frame.len())?;
         let to = index(self.to, frame.len())?;
@@ -47,7 +53,7 @@ impl Checksum<'_> {
     }
 
     /// Where it is in a frame of that length.
-    #[inline]
+    #[inline(always)]
     fn place(&self, length: usize) -> Option<core::ops::Range<usize>> {
         let at = index(self.at, length)?;
         let bytes = match self.written {
@@ -60,7 +66,6 @@ impl Checksum<'_> {
     }
 
     /// Its lowest bytes, as they are written.
-    #[inline]
     fn text(&self, sum: u32) -> Text {
         let mut text = [0; 8];
         let lowest_first = sum.to_le_bytes();
@@ -94,41 +99,47 @@ impl Checksum<'_> {
 
 impl Algorithm<'_> {
     /// Of these bytes, and of one behind them if there is one. Of sums the lowest bytes are of use.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
-        let extra = extra.as_slice();
         match self {
-            Self::Crc(crc) => crc.result(crc.update(crc.update(crc.start(), bytes), extra)),
-            Self::Sum => sum(sum(0, bytes), extra),
-            Self::InvertedSum => !sum(sum(0, bytes), extra),
-            Self::NegatedSum => sum(sum(0, bytes), extra).wrapping_neg(),
-            Self::Xor => bytes
-                .iter()
-                .chain(extra)
-                .fold(0, |xor, byte| xor ^ u32::from(*byte)),
-            Self::Fletcher => {
-                let [a, b] = fletcher(fletcher([0, 0], bytes), extra);
-                u32::from_le_bytes([a.to_le_bytes()[0], b.to_le_bytes()[0], 0, 0])
+            Self::Crc(crc) => {
+                let register = crc.update(crc.start(), bytes);
+                crc.result(match extra {
+                    Some(extra) => crc.update(register, &[extra]),
+                    None => register,
+                })
             }
+            Self::Sum => sum(bytes, extra),
+            Self::InvertedSum => !sum(bytes, extra),
+            Self::NegatedSum => sum(bytes, extra).wrapping_neg(),
+            Self::Xor => bytes.iter().fold(extra.map_or(0, u32::from), |xor, byte| {
+                xor ^ u32::from(*byte)
+            }),
+            Self::Fletcher => fletcher(bytes, extra),
         }
     }
 }
 
-// Not inlined: a frame takes one call or two.
-
-#[inline(never)]
-fn sum(sum: u32, bytes: &[u8]) -> u32 {
-    bytes
-        .iter()
-        .fold(sum, |sum, byte| sum.wrapping_add((*byte).into()))
+#[inline(always)]
+fn sum(bytes: &[u8], extra: Option<u8>) -> u32 {
+    bytes.iter().fold(extra.map_or(0, u32::from), |sum, byte| {
+        sum.wrapping_add((*byte).into())
+    })
 }
 
-/// The sum of the bytes, and the sum of those sums; as wide as registers, which their lowest bytes do not notice.
+/// The sum of the bytes, in the lowest eight bits, and the sum of those sums above.
 #[inline(never)]
-fn fletcher(sums: [u32; 2], bytes: &[u8]) -> [u32; 2] {
-    bytes.iter().fold(sums, |[a, b], byte| {
-        let a = a.wrapping_add((*byte).into());
-        [a, b.wrapping_add(a)]
-    })
+fn fletcher(bytes: &[u8], extra: Option<u8>) -> u32 {
+    // As wide as registers, which their lowest bytes do not notice.
+    let (mut a, mut b) = (0_u32, 0_u32);
+    for byte in bytes {
+        a = a.wrapping_add((*byte).into());
+        b = b.wrapping_add(a);
+    }
+    if let Some(extra) = extra {
+        a = a.wrapping_add(extra.into());
+        b = b.wrapping_add(a);
+    }
+    a & 0xFF | (b & 0xFF) << 8
 }

@@ -13,25 +13,25 @@ impl Crc<'_> {
     }
 
     /// The register behind these bytes.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn update(&self, register: u32, bytes: &[u8]) -> u32 {
         // Where an entry's bits are in the register.
         let shift = |narrower| if self.reflected_in { 0 } else { narrower };
         match self.table {
             Table::None if self.is_mcrf4xx() => mcrf4xx(register, bytes),
             Table::None => self.run(register, bytes, |byte| self.remainder(byte)),
-            Table::Bytes(table) => self.run(register, bytes, |byte| {
-                u32::from(entry(table, byte)) << shift(24)
-            }),
-            Table::Halves(table) => self.run(register, bytes, |byte| {
-                u32::from(entry(table, byte)) << shift(16)
-            }),
+            Table::Bytes(table) => {
+                let crc = (register >> shift(24)).to_le_bytes()[0];
+                let next = |crc, byte: &u8| entry(table, crc ^ byte);
+                u32::from(bytes.iter().fold(crc, next)) << shift(24)
+            }
             Table::Words(table) => self.run(register, bytes, |byte| entry(table, byte)),
+            Table::Sixteens(tables) => self.sixteens(tables, register, bytes),
         }
     }
 
     /// The CRC, when the register is behind all bytes.
-    #[inline]
+    #[inline(always)]
     pub(crate) const fn result(&self, register: u32) -> u32 {
         let crc = match (self.reflected_in, self.reflected_out) {
             (false, false) => register.wrapping_shr(self.unused()),
@@ -50,23 +50,36 @@ impl Crc<'_> {
         table
     }
 
-    /// The table of a CRC of 9 to 16 bits.
-    #[must_use]
-    pub const fn table_of_halves(&self) -> [u16; 256] {
-        let mut table = [0; 256];
-        fill!(table, byte => {
-            let [low, high, ..] = self.narrow(byte).to_le_bytes();
-            u16::from_le_bytes([low, high])
-        });
-        table
-    }
-
     /// The table of any CRC.
     #[must_use]
     pub const fn table_of_words(&self) -> [u32; 256] {
         let mut table = [0; 256];
         fill!(table, byte => self.remainder(byte));
         table
+    }
+
+    /// The tables of any CRC, for sixteen bytes at once: what a byte makes of the register when none, one, up to
+    /// fifteen bytes that are 0 come behind it.
+    #[must_use]
+    pub const fn table_of_sixteens(&self) -> [[u32; 256]; 16] {
+        let mut tables = [[0; 256]; 16];
+        let mut table = self.table_of_words();
+        let mut rest: &mut [[u32; 256]] = &mut tables;
+        while let Some((place, behind)) = rest.split_first_mut() {
+            *place = table;
+            let mut entries: &mut [u32] = &mut table;
+            while let Some((entry, behind)) = entries.split_first_mut() {
+                let [lowest, .., highest] = entry.to_le_bytes();
+                *entry = if self.reflected_in {
+                    self.remainder(lowest) ^ *entry >> 8
+                } else {
+                    self.remainder(highest) ^ *entry << 8
+                };
+                entries = behind;
+            }
+            rest = behind;
+        }
+        tables
     }
 
     /// Bits of the register that the CRC does not have.
@@ -84,7 +97,7 @@ impl Crc<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn run(&self, register: u32, bytes: &[u8], remainder: impl Fn(u8) -> u32) -> u32 {
         bytes.iter().fold(register, |register, byte| {
             let [lowest, .., highest] = register.to_le_bytes();
@@ -94,6 +107,30 @@ impl Crc<'_> {
                 remainder(highest ^ byte) ^ register << 8
             }
         })
+    }
+
+    #[inline(never)]
+    fn sixteens(&self, tables: &[[u32; 256]; 16], register: u32, bytes: &[u8]) -> u32 {
+        let [one, .., fourth, third, second, first] = tables;
+        let (mut register, mut rest) = (register, bytes);
+        while let Some((sixteen, behind)) = rest.split_first_chunk::<16>() {
+            let Some((four, twelve)) = sixteen.split_first_chunk() else {
+                break;
+            };
+            // Last those that wait for the register.
+            let others = twelve.iter().rev().zip(tables);
+            let sum = others.fold(0, |sum, (byte, table)| sum ^ entry(table, *byte));
+            let [a, b, c, d] = if self.reflected_in {
+                (u32::from_le_bytes(*four) ^ register).to_le_bytes()
+            } else {
+                (u32::from_be_bytes(*four) ^ register).to_be_bytes()
+            };
+            let [a, b] = [entry(first, a), entry(second, b)];
+            let [c, d] = [entry(third, c), entry(fourth, d)];
+            register = sum ^ (a ^ b) ^ (c ^ d);
+            rest = behind;
+        }
+        self.run(register, rest, |byte| entry(one, byte))
     }
 
     /// What a byte that leaves the register makes of the rest, bit by bit.
@@ -117,15 +154,13 @@ impl Crc<'_> {
         register
     }
 
-    /// The same in the lowest bits, for a table whose entries are as wide as the CRC.
+    /// The same of a CRC of 8 bits, in the lowest bits.
     const fn narrow(&self, byte: u8) -> u32 {
         let remainder = self.remainder(byte);
         if self.reflected_in {
             remainder
-        } else if self.width <= 8 {
-            remainder >> 24
         } else {
-            remainder >> 16
+            remainder >> 24
         }
     }
 

@@ -46,15 +46,17 @@ impl Format for Ibus {
         let mut channels = [0; 18];
         let (standard, further) = channels.split_at_mut(14);
         let words = frame.chunks_exact(2).skip(1);
-        let mut upper = [0; 14];
-        for ((channel, upper), word) in standard.iter_mut().zip(&mut upper).zip(words) {
+        for (channel, word) in standard.iter_mut().zip(words) {
             if let &[low, high] = word {
-                *channel = u16::from_le_bytes([low, high & 0x0F]);
-                *upper = u16::from(high >> 4);
+                *channel = u16::from_le_bytes([low, high]);
             }
         }
-        for (channel, upper) in further.iter_mut().zip(upper.chunks_exact(3)) {
-            *channel = upper.iter().rev().fold(0, |bits, four| bits << 4 | four);
+        for (channel, three) in further.iter_mut().zip(standard.chunks_exact(3)) {
+            let upper = three.iter().rev();
+            *channel = upper.fold(0, |bits, word| bits << 4 | word >> 12);
+        }
+        for channel in standard {
+            *channel &= 0x0FFF;
         }
         channels
     }

@@ -10,19 +10,8 @@
 use framelock::{DiscardReason, Verdict};
 
 use crate::layout::{
-    Appendix, ByteOrder, Checksum, FixedBits, Layout, Length, Message, Messages, Number, Patterns,
-    index,
+    Appendix, ByteOrder, FixedBits, Layout, Length, Message, Messages, Number, Patterns, index,
 };
-
-/// What the bytes up to the end of the header say.
-pub(crate) enum Head {
-    /// No frame begins here.
-    Reject(DiscardReason),
-    /// Nothing can be said before so many bytes are there.
-    Incomplete(usize),
-    /// A frame may have begun. What its length and its checksum depend on.
-    Known(Known),
-}
 
 /// What a right header says of its frame.
 #[derive(Clone, Copy)]
@@ -37,25 +26,24 @@ pub(crate) struct Known {
 
 impl Layout<'_> {
     /// What `bytes`, at least one, begin with.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn judge(&self, bytes: &[u8]) -> Verdict {
         self.judge_on(bytes, 0)
     }
 
     /// [`judge`](Self::judge), knowing that the first `seen` of the bytes were incomplete.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
         match self.head(bytes) {
-            Head::Reject(why) => Verdict::Reject(why),
-            Head::Incomplete(at_least) => Verdict::Incomplete { at_least },
-            Head::Known(known) => self.body(&known, bytes, seen),
+            Ok(known) => self.body(&known, bytes, seen),
+            Err(verdict) => verdict,
         }
     }
 
     /// Whether a frame may begin with this byte.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn starts(&self, byte: u8) -> bool {
         // All of them at once, not one after the other until one fits.
@@ -64,39 +52,33 @@ impl Layout<'_> {
         self.sync.length == 0 || each.fold(false, |any, sync| any | is_it(sync))
     }
 
-    /// What the bytes up to the end of the header say.
-    #[inline]
-    pub(crate) fn head(&self, bytes: &[u8]) -> Head {
-        self.head_by(bytes, |header| self.known(header))
+    /// What the bytes up to the end of the header say, or why they are none.
+    #[inline(always)]
+    pub(crate) fn head(&self, bytes: &[u8]) -> Result<Known, Verdict> {
+        self.known(self.header_of(bytes)?).map_err(Verdict::Reject)
     }
 
-    /// The same, with what a right header says: any function of the header, in the proof.
-    #[inline]
-    pub(crate) fn head_by(
-        &self,
-        bytes: &[u8],
-        known: impl FnOnce(&[u8]) -> Result<Known, DiscardReason>,
-    ) -> Head {
+    /// The header, if it is there and behind the right sync.
+    #[inline(always)]
+    pub(crate) fn header_of<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], Verdict> {
         let header = self.header();
         if header > self.longest {
-            return Head::Reject(DiscardReason::NoSync);
+            return Err(Verdict::Reject(DiscardReason::NoSync));
         }
         if let Some(why) = self.sync.refuses(bytes) {
-            return Head::Reject(why);
+            return Err(Verdict::Reject(why));
         }
-        let Some(head) = bytes.get(..header) else {
-            // A wrong sync byte is seen as soon as it is there.
-            return Head::Incomplete(if bytes.len() < self.sync.length {
-                bytes.len().wrapping_add(1)
-            } else {
-                header
-            });
+        // A wrong sync byte is seen as soon as it is there.
+        let at_least = if bytes.len() < self.sync.length {
+            bytes.len().wrapping_add(1)
+        } else {
+            header
         };
-        known(head).map_or_else(Head::Reject, Head::Known)
+        bytes.get(..header).ok_or(Verdict::Incomplete { at_least })
     }
 
     /// Bytes that must be there before the length is known: one at least.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn header(&self) -> usize {
         let mut header = self.sync.length.max(1);
@@ -113,7 +95,7 @@ impl Layout<'_> {
     }
 
     /// What a header says, if it is one.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn known(&self, head: &[u8]) -> Result<Known, DiscardReason> {
         let in_head = |at: &i16| usize::try_from(*at).is_ok_and(|at| at < head.len());
         let mut fixed = self.fixed.iter();
@@ -170,38 +152,35 @@ impl Layout<'_> {
     }
 
     /// What the bytes are whose header is known.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn body(&self, known: &Known, bytes: &[u8], seen: usize) -> Verdict {
-        self.body_by(known, bytes, seen, |frame| self.mismatch(known, frame))
-    }
-
-    /// The same, with what is wrong with a frame: any function of the frame, in the proof.
-    #[inline]
-    pub(crate) fn body_by(
-        &self,
-        known: &Known,
-        bytes: &[u8],
-        seen: usize,
-        mismatch: impl FnOnce(&[u8]) -> Option<DiscardReason>,
-    ) -> Verdict {
-        let length = match known.length {
-            Some(length) => length,
-            None => match self.end(bytes, seen) {
-                Ok(end) => end,
-                Err(verdict) => return verdict,
+        match self.frame_of(known, bytes, seen) {
+            Ok(frame) => match self.mismatch(known, frame) {
+                Some(why) => Verdict::Reject(why),
+                None => Verdict::Frame(frame.len()),
             },
-        };
-        let Some(frame) = bytes.get(..length) else {
-            return Verdict::Incomplete { at_least: length };
-        };
-        match mismatch(frame) {
-            Some(why) => Verdict::Reject(why),
-            None => Verdict::Frame(length),
+            Err(verdict) => verdict,
         }
     }
 
+    /// The frame whose header is known, right or wrong, if it is there in full.
+    #[inline(always)]
+    pub(crate) fn frame_of<'a>(
+        &self,
+        known: &Known,
+        bytes: &'a [u8],
+        seen: usize,
+    ) -> Result<&'a [u8], Verdict> {
+        let length = match known.length {
+            Some(length) => length,
+            None => self.end(bytes, seen)?,
+        };
+        let at_least = length;
+        bytes.get(..length).ok_or(Verdict::Incomplete { at_least })
+    }
+
     /// What is wrong with a frame that is there in full, its appendix included.
-    #[inline]
+    #[inline(always)]
     fn mismatch(&self, known: &Known, frame: &[u8]) -> Option<DiscardReason> {
         let end = frame.len().saturating_sub(known.appended);
         let frame = frame.get(..end).unwrap_or_default();
@@ -209,13 +188,14 @@ impl Layout<'_> {
         if !self.terminator.ends(frame) || !fixed.all(|bits| bits.are_right(frame)) {
             return Some(DiscardReason::Terminator);
         }
-        let is_wrong = |checksum: &Checksum| !checksum.is_right(frame, known.extra);
-        let is_wrong = self.checksum.as_ref().is_some_and(is_wrong);
-        is_wrong.then_some(DiscardReason::Check)
+        match &self.checksum {
+            Some(checksum) if !checksum.is_right(frame, known.extra) => Some(DiscardReason::Check),
+            _ => None,
+        }
     }
 
     /// Where the first terminator ends; of the first `seen` bytes that were incomplete there was none.
-    #[inline]
+    #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Verdict> {
         let width = self.terminator.length.max(1);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
@@ -242,7 +222,7 @@ impl Layout<'_> {
 
 impl Patterns<'_> {
     /// Why no frame begins with these bytes, at least one, if none does by its sync.
-    #[inline]
+    #[inline(always)]
     fn refuses(&self, bytes: &[u8]) -> Option<DiscardReason> {
         if self.length == 0 {
             return None;
@@ -261,12 +241,12 @@ impl Patterns<'_> {
     }
 
     /// Whether one of them is these bytes.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn are(&self, bytes: &[u8]) -> bool {
         self.each().any(|pattern| pattern.iter().eq(bytes))
     }
 
-    #[inline]
+    #[inline(always)]
     fn ends(&self, frame: &[u8]) -> bool {
         let place = frame.len().checked_sub(self.length);
         let end = place.and_then(|place| frame.get(place..));
@@ -276,7 +256,7 @@ impl Patterns<'_> {
 
 impl Number {
     /// The number, from a header that has it.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn read(&self, header: &[u8]) -> u32 {
         let bytes = header.get(self.at..self.end()).unwrap_or_default();
         let add = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
@@ -288,7 +268,7 @@ impl Number {
 }
 
 impl Messages<'_> {
-    #[inline]
+    #[inline(always)]
     fn message(&self, header: &[u8]) -> Option<Message> {
         let number = self.number.read(header);
         let place = self.known.binary_search_by_key(&number, |it| it.number);
@@ -298,7 +278,7 @@ impl Messages<'_> {
 
 impl Appendix {
     /// How many bytes are behind the frame with this header.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn appended_to(&self, header: &[u8]) -> usize {
         match header.get(self.at) {
@@ -309,7 +289,7 @@ impl Appendix {
 }
 
 impl FixedBits {
-    #[inline]
+    #[inline(always)]
     fn are_right(self, frame: &[u8]) -> bool {
         let byte = index(self.at, frame.len()).and_then(|at| frame.get(at));
         byte.is_some_and(|byte| byte & self.mask == self.value & self.mask)

@@ -367,8 +367,8 @@ pub enum Table<'a> {
     None,
     /// Of a CRC of 8 bits: 256 bytes.
     Bytes(&'a [u8; 256]),
-    /// Of a CRC of up to 16 bits: 512 bytes.
-    Halves(&'a [u16; 256]),
     /// Of any: 1 KiB.
     Words(&'a [u32; 256]),
+    /// Of any, sixteen bytes at once: 16 KiB, for a PC.
+    Sixteens(&'a [[u32; 256]; 16]),
 }

@@ -60,6 +60,10 @@
     clippy::doc_markdown,
     reason = "protocols are written as their makers do"
 )]
+#![allow(
+    clippy::inline_always,
+    reason = "a layout that is a constant is to be judged by constants: compiled once, for any layout, the judge takes twice as long and more"
+)]
 #![cfg_attr(
     kani,
     allow(

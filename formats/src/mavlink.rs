@@ -5,15 +5,22 @@ use crate::layout::{
     Messages, Number, Patterns,
 };
 
-/// MAVLink's checksum, CRC-16/MCRF4XX, of all but the first byte.
+/// CRC-16/MCRF4XX.
+const CRC: Crc<'static> = Crc {
+    width: 16,
+    polynomial: 0x1021,
+    initial: 0xFFFF,
+    reflected_in: true,
+    reflected_out: true,
+    ..Crc::ZERO
+};
+
+/// MAVLink's checksum: of all but the first byte.
 const CHECKSUM: Checksum<'static> = Checksum {
     algorithm: Algorithm::Crc(Crc {
-        width: 16,
-        polynomial: 0x1021,
-        initial: 0xFFFF,
-        reflected_in: true,
-        reflected_out: true,
-        ..Crc::ZERO
+        #[cfg(feature = "table")]
+        table: crate::layout::Table::Sixteens(&CRC.table_of_sixteens()),
+        ..CRC
     }),
     from: 1,
     ..Checksum::at_the_end(2)
@@ -83,7 +90,8 @@ pub const fn mavlink2(messages: &[Message]) -> Layout<'_> {
 ///
 /// For MAVLink 1 on the same line give [`AnyOf`](crate::AnyOf) the layouts [`mavlink1`] and [`mavlink2`].
 ///
-/// The CRC notices every burst of up to 16 wrong bits, and lets one in 65 536 random frames pass.
+/// The CRC notices every burst of up to 16 wrong bits, and lets one in 65 536 random frames pass. It is computed
+/// without a table; with the feature `table` by one of 16 KiB, which is faster on a PC.
 ///
 /// Source: <https://mavlink.io/en/guide/serialization.html>, "MAVLink 2 Packet Format", "Payload
 /// Truncation", "Checksum", and <https://mavlink.io/en/guide/message_signing.html>.

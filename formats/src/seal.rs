@@ -2,7 +2,6 @@
 
 use framelock::Verdict;
 
-use crate::judge::Head;
 use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 
 impl Layout<'_> {
@@ -35,7 +34,7 @@ impl Layout<'_> {
         }
         let end = frame_alone.len().saturating_sub(self.terminator.length);
         self.terminator.write(frame_alone, end);
-        if let (Some(checksum), Head::Known(known)) = (&self.checksum, self.head(frame_alone)) {
+        if let (Some(checksum), Ok(known)) = (&self.checksum, self.head(frame_alone)) {
             checksum.write(frame_alone, known.extra);
         }
         self.judge(frame) == Verdict::Frame(whole)

@@ -94,6 +94,15 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
         debian::install(sh, &["gcc-arm-none-eabi"]).context("there is no arm-none-eabi-gcc")?;
     }
     let library = checks::library_for_c(workspace, &Compiler::of(&[TARGET])?)?;
+    let mut formats = workspace.cargo();
+    formats.args(["test", "--package", "framelock-rivals", "--benches", "--"]);
+    let compared = formats
+        .args(["--figures", "formats/FIGURES.txt"])
+        .status()?;
+    ensure!(
+        compared.success(),
+        "the formats' costs are not as written down: see above"
+    );
     let mut in_c = workspace.cargo();
     in_c.args(["test", "--package", checks::FOR_C, "--", "--ignored"]);
     report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)

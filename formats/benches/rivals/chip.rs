@@ -57,7 +57,7 @@ pub(crate) struct Figures {
 
 /// Runs each program with its protocol's clean stream.
 pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn Error>> {
-    let programs = Programs::build()?;
+    let programs = Programs::build(&[])?;
     let nothing = programs.get("nothing")?;
     let mut figures = Vec::new();
     for (protocol, contender, name) in PROGRAMS {
@@ -68,13 +68,14 @@ pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn E
         if run.frames != u32::from(FRAMES) {
             return Err(format!("{name}: {} frames of {FRAMES}", run.frames).into());
         }
+        let [text, rodata] = program.more_than(&nothing);
         // A call that does nothing takes a few cycles too.
         let cycles = run.all.cycles - nothing.take(&stream, 0)?.all.cycles;
         figures.push(Figures {
             protocol,
             contender,
-            text: program.text - nothing.text,
-            rodata: program.rodata.saturating_sub(nothing.rodata),
+            text,
+            rodata,
             state: run.state,
             cycles_a_frame: cycles / u64::from(FRAMES),
             can_panic: program.can_panic,
@@ -89,10 +90,12 @@ pub(crate) struct Programs {
 }
 
 impl Programs {
-    pub(crate) fn build() -> Result<Self, Box<dyn Error>> {
+    /// All of them, or those that are named.
+    pub(crate) fn build(names: &[&str]) -> Result<Self, Box<dyn Error>> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip");
         let status = Command::new(env!("CARGO"))
-            .args(["build", "--release", "--locked", "--bins"])
+            .args(["build", "--release", "--locked"])
+            .args(names.iter().flat_map(|name| ["--bin", name]))
             .current_dir(&folder)
             // Cargo sets them for benchmarks; the programs are another target's.
             .env_remove("RUSTFLAGS")
@@ -168,6 +171,14 @@ impl Program {
             can_panic,
             elf,
         })
+    }
+
+    /// Code and constants that it has more than another.
+    pub(crate) fn more_than(&self, nothing: &Self) -> [u64; 2] {
+        [
+            self.text - nothing.text,
+            self.rodata.saturating_sub(nothing.rodata),
+        ]
     }
 
     /// Gives it a stream. What the first `skip` bytes cost is not counted.

@@ -64,15 +64,15 @@ impl Case {
 /// A receiver, byte by byte.
 pub(crate) struct Counted {
     pub(crate) name: &'static str,
-    /// On the chip.
-    pub(crate) program: String,
+    /// On the chip, if it is there.
+    pub(crate) program: Option<String>,
     /// On this machine.
     pub(crate) run: Box<dyn Fn(&[u8])>,
 }
 
 /// The formats of this workspace.
 pub(crate) fn cases() -> Vec<Case> {
-    vec![
+    let mut cases = vec![
         of_protocol(
             "sbus",
             &sbus::PROTOCOL,
@@ -138,7 +138,26 @@ pub(crate) fn cases() -> Vec<Case> {
             // Each fourth byte ends a frame but for its check.
             &[b"A", b"AB", b"AB012345", b"AB0\r"],
         ),
-    ]
+    ];
+    let mavlink = cases
+        .iter_mut()
+        .find(|case| case.format == mavlink2::PROTOCOL.name);
+    mavlink
+        .expect("it is one of them")
+        .contenders
+        .push(Counted {
+            name: "framelock, `table`",
+            program: None,
+            run: Box::new(|stream| {
+                let mut receiver = BufferedReceiver::<_, 560>::new(mavlink2::Tabled);
+                for &byte in stream {
+                    if let Some((_, message)) = receiver.push_with(byte, |_, _| ()) {
+                        black_box(&message);
+                    }
+                }
+            }),
+        });
+    cases
 }
 
 fn of_protocol<P: Parser + 'static>(
@@ -159,7 +178,7 @@ fn of_protocol<P: Parser + 'static>(
         .filter(|entry| entry.reference.is_none());
     contenders.extend(rivals.map(|entry| Counted {
         name: entry.name,
-        program: format!("{program}-{}", entry.name),
+        program: Some(format!("{program}-{}", entry.name)),
         run: Box::new(move |stream| {
             black_box((entry.time)(stream, Cut::Bytes));
         }),
@@ -200,7 +219,7 @@ fn ours<P: Parser + 'static>(
     vec![
         Counted {
             name: "framelock",
-            program: format!("{program}-framelock"),
+            program: Some(format!("{program}-framelock")),
             run: Box::new(move |stream| {
                 let mut receiver = new();
                 for &byte in stream {
@@ -210,7 +229,7 @@ fn ours<P: Parser + 'static>(
         },
         Counted {
             name: "framelock, `Line`",
-            program: format!("{program}-line"),
+            program: Some(format!("{program}-line")),
             run: Box::new(move |stream| {
                 let mut line = Line::new(new());
                 for &byte in stream {

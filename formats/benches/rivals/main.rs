@@ -1,7 +1,8 @@
 //! framelock's receivers and other crates for the same protocols, on the same faulty streams.
 //!
 //! `cargo bench -p framelock-rivals -- --write docs/rivals.md` lets them race and writes the tables;
-//! `-- --costs docs/costs.md` counts what a byte costs, and nothing else. Without either it prints both. Without
+//! `-- --costs docs/costs.md` counts what a byte costs, and nothing else; `-- --figures formats/FIGURES.txt` compares
+//! the formats' costs on the chip with that file. Without any it prints both. Without
 //! `--bench`, as `cargo test` runs it, the streams are short, every answer is confirmed, and nothing is timed.
 
 #![allow(
@@ -24,6 +25,7 @@ mod contender;
 mod cost_tables;
 mod costs;
 mod crsf;
+mod figures;
 mod ibus;
 mod mavlink2;
 mod sbus;
@@ -76,6 +78,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 .ok_or(format!("{option}: which file?")),
         )
     };
+    if let Some(file) = file("--figures").transpose()? {
+        return figures::compare(&in_workspace(file));
+    }
     let (races, costs) = (file("--write").transpose()?, file("--costs").transpose()?);
     let everything = races.is_none() && costs.is_none();
     if costs.is_some() || is_full && everything {
@@ -107,14 +112,15 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// To a file, which is named from the workspace's folder, or else to the terminal.
 fn write(file: Option<&String>, text: &str) -> Result<(), Box<dyn Error>> {
     match file {
-        // Cargo runs benchmarks in their package's folder.
-        Some(file) => {
-            let workspace = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
-            std::fs::write(format!("{workspace}/{file}"), text)?;
-        }
+        Some(file) => std::fs::write(in_workspace(file), text)?,
         None => print!("{text}"),
     }
     Ok(())
+}
+
+/// Cargo runs benchmarks in their package's folder.
+fn in_workspace(file: &str) -> String {
+    format!("{}/../../../{file}", env!("CARGO_MANIFEST_DIR"))
 }
 
 fn play(protocol: Protocol, contenders: &[Entry], is_full: bool) -> Match {

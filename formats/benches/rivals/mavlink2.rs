@@ -3,7 +3,9 @@
 use std::io::Read;
 
 use crc::{CRC_16_MCRF4XX, Crc};
-use framelock_formats::{Mavlink2, layout::Message};
+use framelock::Format;
+use framelock_formats::layout::{Algorithm, Checksum, Layout, Message, Table};
+use framelock_formats::{Mavlink2, MavlinkMessage, mavlink2};
 use mavlink_core::error::ParserError;
 use mavlink_core::{Dialect, MAVLinkMessageRaw, MavlinkReader, MavlinkVersion};
 
@@ -54,6 +56,56 @@ pub(crate) const DIALECT: &[Message] = &{
 const fn known((number, extra, most): (u8, u8, u8)) -> Message {
     Message::with_extra(number as u32, extra, most)
 }
+
+/// MAVLink 2 as it is with the feature `table`.
+pub(crate) struct Tabled;
+
+const LAYOUT: Layout = mavlink2(DIALECT);
+
+/// Its check without a table, and with one.
+pub(crate) const CHECKS: [Algorithm; 2] = {
+    let Some(Checksum {
+        algorithm: Algorithm::Crc(crc),
+        ..
+    }) = LAYOUT.checksum
+    else {
+        panic!("MAVLink has a CRC")
+    };
+    let table = Table::None;
+    let plain = framelock_formats::layout::Crc { table, ..crc };
+    let table = Table::Sixteens(&TABLES);
+    let tabled = framelock_formats::layout::Crc { table, ..crc };
+    [Algorithm::Crc(plain), Algorithm::Crc(tabled)]
+};
+
+static TABLES: [[u32; 256]; 16] = match LAYOUT.checksum {
+    Some(Checksum {
+        algorithm: Algorithm::Crc(crc),
+        ..
+    }) => crc.table_of_sixteens(),
+    _ => panic!("MAVLink has a CRC"),
+};
+
+impl Format for Tabled {
+    framelock_formats::judged_by!(TABLED);
+    type Message<'a> = MavlinkMessage<'a>;
+
+    #[inline]
+    fn decode<'a>(&self, frame: &'a [u8]) -> MavlinkMessage<'a> {
+        Mavlink2(DIALECT).decode(frame)
+    }
+}
+
+const TABLED: Layout = Layout {
+    checksum: match LAYOUT.checksum {
+        Some(checksum) => Some(Checksum {
+            algorithm: CHECKS[1],
+            ..checksum
+        }),
+        None => None,
+    },
+    ..LAYOUT
+};
 
 /// CRC extra of a message.
 fn extra(id: u32) -> Option<u8> {

@@ -250,12 +250,17 @@ pub(crate) fn versions() -> Result<String, Box<dyn Error>> {
 
 /// When it ran, and what compiled it.
 pub(crate) fn compiler_and_day() -> Result<String, Box<dyn Error>> {
-    let says = |program: &str, arguments: &[&str]| -> Result<String, Box<dyn Error>> {
-        let output = Command::new(program).args(arguments).output()?;
-        Ok(String::from_utf8(output.stdout)?.trim().to_owned())
-    };
-    let day = says("date", &["+%Y-%m-%d"])?;
-    Ok(format!("{day}, {}", says("rustc", &["--version"])?))
+    let day = says("date", "+%Y-%m-%d")?;
+    Ok(format!("{day}, {}", compiler()?))
+}
+
+pub(crate) fn compiler() -> Result<String, Box<dyn Error>> {
+    says("rustc", "--version")
+}
+
+fn says(program: &str, argument: &str) -> Result<String, Box<dyn Error>> {
+    let output = Command::new(program).arg(argument).output()?;
+    Ok(String::from_utf8(output.stdout)?.trim().to_owned())
 }
 
 /// The same, and where it ran.

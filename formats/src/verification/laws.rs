@@ -6,7 +6,7 @@ use framelock::any_format::any_mismatch;
 use framelock::{DiscardReason, Verdict};
 
 use super::any_layout::{Parts, patterns};
-use crate::judge::{Head, Known};
+use crate::judge::Known;
 use crate::layout::{Layout, Length, LengthField, Messages, Number, Patterns};
 
 /// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
@@ -50,24 +50,24 @@ struct Told<'a> {
 
 impl Told<'_> {
     fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        let head = self.layout.head_by(bytes, |header| {
-            assert!(core::ptr::eq(
-                header,
-                &raw const bytes[..self.layout.header()]
-            ));
-            self.header
-        });
-        match head {
-            Head::Reject(why) => Verdict::Reject(why),
-            Head::Incomplete(at_least) => Verdict::Incomplete { at_least },
-            Head::Known(known) => self.layout.body_by(&known, bytes, seen, |frame| {
-                // It is asked about the same frame each time.
-                let length = self.asked.get().unwrap_or(frame.len());
-                assert!(core::ptr::eq(frame, &raw const bytes[..length]));
-                self.asked.set(Some(length));
-                self.mismatch
-            }),
-        }
+        self.told(bytes, seen).unwrap_or_else(|verdict| verdict)
+    }
+
+    fn told(&self, bytes: &[u8], seen: usize) -> Result<Verdict, Verdict> {
+        let header = self.layout.header_of(bytes)?;
+        assert!(core::ptr::eq(
+            header,
+            &raw const bytes[..self.layout.header()]
+        ));
+        let known = self.header.map_err(Verdict::Reject)?;
+        let frame = self.layout.frame_of(&known, bytes, seen)?;
+        // It is asked about the same frame each time.
+        let length = self.asked.get().unwrap_or(frame.len());
+        assert!(core::ptr::eq(frame, &raw const bytes[..length]));
+        self.asked.set(Some(length));
+        Ok(self
+            .mismatch
+            .map_or(Verdict::Frame(frame.len()), Verdict::Reject))
     }
 }
 

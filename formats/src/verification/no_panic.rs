@@ -3,7 +3,7 @@
 use framelock::Format;
 
 use super::any_layout::any_checksum;
-use crate::layout::{Algorithm, Crc, Message};
+use crate::layout::{Algorithm, Crc, Message, Table};
 use crate::{Crsf, Ibus, Mavlink1, Mavlink2, Nmea, Rtcm, Sbus, SixAxes, Ubx};
 
 /// Up to `N` bytes.
@@ -25,9 +25,9 @@ fn in_checking() {
     }
 }
 
-/// Bit by bit; and four bytes at once, with MAVLink's.
+/// Bit by bit; four bytes at once, with MAVLink's; and sixteen by tables.
 #[kani::proof]
-#[kani::unwind(9)]
+#[kani::unwind(18)]
 fn in_a_crc() {
     if let Algorithm::Crc(crc) = any_checksum().algorithm {
         let _ = crc.result(crc.update(crc.start(), &kani::any::<[u8; 1]>()));
@@ -38,6 +38,8 @@ fn in_a_crc() {
             ..crc
         };
         let _ = mavlink.result(mavlink.update(kani::any(), &kani::any::<[u8; 6]>()));
+        let table = Table::Sixteens(&[[0; 256]; 16]);
+        let _ = Crc { table, ..crc }.update(kani::any(), &kani::any::<[u8; 17]>());
         kani::cover!(crc.reflected_in, "either");
     }
 }

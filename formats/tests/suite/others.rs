@@ -1,5 +1,6 @@
 //! Frames made by independent crates mean the same here, and frames made here mean the same to them.
 
+use framelock_formats::layout::{Algorithm, Crc, Table};
 use framelock_formats::{
     Crsf, CrsfMessage, Ibus, Mavlink2, MavlinkMessage, Sbus, SbusMessage, Ubx, UbxMessage,
 };
@@ -47,6 +48,33 @@ proptest! {
         let mut received = None;
         receive::<_, 32>(Ibus, &frame, |channels| received = Some(channels));
         prop_assert_eq!(received, Some(channels));
+    }
+
+    #[test]
+    fn crcs_with_and_without_tables(bytes in prop::collection::vec(any::<u8>(), 0..=40)) {
+        let reflected = Crc {
+            width: 16,
+            polynomial: 0x1021,
+            initial: 0xFFFF,
+            reflected_in: true,
+            reflected_out: true,
+            ..Crc::ZERO
+        };
+        let straight = Crc {
+            width: 32,
+            polynomial: 0x04C1_1DB7,
+            initial: u32::MAX,
+            xor_out: u32::MAX,
+            ..Crc::ZERO
+        };
+        let expected = crc::Crc::<u16>::new(&crc::CRC_16_MCRF4XX).checksum(&bytes).into();
+        let expected_straight = crc::Crc::<u32>::new(&crc::CRC_32_BZIP2).checksum(&bytes);
+        for (crc, expected) in [(reflected, expected), (straight, expected_straight)] {
+            let (words, sixteens) = (crc.table_of_words(), crc.table_of_sixteens());
+            for table in [Table::None, Table::Words(&words), Table::Sixteens(&sixteens)] {
+                prop_assert_eq!(Algorithm::Crc(Crc { table, ..crc }).of(&bytes, None), expected);
+            }
+        }
     }
 
     #[test]

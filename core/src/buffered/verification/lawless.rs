@@ -17,8 +17,8 @@ fn something_is_decided<const L: usize, const N: usize>() {
     let mut discarded = 0;
     let decision = receiver.decide(|count, _| discarded += count);
     let decided = match decision {
-        Decision::Frame { at, length } => {
-            assert!(receiver.message(at, length).len() == length && length > 0);
+        Decision::Frame(length) => {
+            assert!(receiver.message(length).len() == length && length > 0);
             length
         }
         Decision::Discarded => discarded,

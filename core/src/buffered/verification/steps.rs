@@ -25,8 +25,8 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
     }
     assert!(asked == Some((from, pending)));
     match (decision, row.settled(pending)) {
-        (Decision::Frame { at, length }, Some(Verdict::Frame(frame))) => {
-            let message = receiver.message(at, length);
+        (Decision::Frame(length), Some(Verdict::Frame(frame))) => {
+            let message = receiver.message(length);
             assert!(length == frame && message.len() == length);
             assert!(are_places(message, from));
             assert!(fits(&receiver, from + length, pending - length, 1));

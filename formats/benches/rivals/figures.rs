@@ -1,0 +1,65 @@
+//! What the formats cost on the chip, which repeats exactly: compared with a file, on every commit.
+//!
+//! After a change that is meant, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes them anew.
+//! With another compiler than the one that made them they are not compared.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::fs;
+
+use crate::chip::Programs;
+use crate::{costs, tables};
+
+const BEGINNING: &str = "\
+framelock's receivers on the emulated Cortex-M4, as docs/costs.md has them: bytes of code and constants; instructions
+and cycles of 200 clean frames; cycles of the costliest hostile stream, and of the costliest byte of any stream.
+";
+
+/// An error if they are others than in the file.
+pub(crate) fn compare(file: &str) -> Result<(), Box<dyn Error>> {
+    let compiler = tables::compiler()?;
+    let mut text = format!("{BEGINNING}{compiler}\n\n");
+    writeln!(
+        text,
+        "{:<12}{:>6}{:>11}{:>14}{:>10}{:>10}{:>10}",
+        "", "code", "constants", "instructions", "cycles", "hostile", "a byte"
+    )?;
+    let mut cases = costs::cases();
+    for case in &mut cases {
+        // `push` of the receiver alone.
+        case.contenders.truncate(1);
+    }
+    let names = cases.iter().flat_map(|case| &case.contenders);
+    let mut names: Vec<&str> = names.filter_map(|it| it.program.as_deref()).collect();
+    names.push("nothing");
+    let programs = Programs::build(&names)?;
+    let nothing = programs.get("nothing")?;
+    for (case, name) in cases.iter().zip(names) {
+        let program = programs.get(name)?;
+        let [code, constants] = program.more_than(&nothing);
+        let mut runs = Vec::new();
+        for (stream, skipped) in case.streams() {
+            runs.push(program.take(stream, skipped)?);
+        }
+        let clean = runs[0].all;
+        let hostile = runs[2..].iter().map(|run| run.all.cycles).max();
+        let costliest = runs.iter().map(|run| run.costliest).max();
+        writeln!(
+            text,
+            "{:<12}{code:>6}{constants:>11}{:>14}{:>10}{:>10}{:>10}",
+            case.format,
+            clean.instructions,
+            clean.cycles,
+            hostile.unwrap_or_default(),
+            costliest.unwrap_or_default()
+        )?;
+    }
+    if std::env::var_os("FRAMELOCK_WRITE_FIGURES").is_some() {
+        fs::write(file, &text)?;
+    }
+    let written = fs::read_to_string(file).unwrap_or_default();
+    if written.contains(&compiler) && written != text {
+        return Err(format!("not as in {file}:\n{text}").into());
+    }
+    Ok(())
+}
