@@ -7,8 +7,10 @@ use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use xshell::cmd;
 
+use crate::answer::Answer;
+use crate::prove::{Engine, OFFLINE_PROVER, Prover};
 use crate::report::Report;
-use crate::workspace::Workspace;
+use crate::workspace::{CORE, Workspace};
 
 const CARGO_MUTANTS: &str = "27.1.0";
 
@@ -54,14 +56,24 @@ pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
 
 fn run(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> {
     let sh = workspace.shell_with("cargo-mutants", CARGO_MUTANTS)?;
-    let (config, output) = match by {
-        By::Tests => (".cargo/mutants.toml", "mutants-by-tests"),
-        By::Harnesses => ("proofs/mutants.toml", "mutants-by-harnesses"),
+    let (config, tested, output) = match by {
+        By::Tests => (".cargo/mutants.toml", CORE, "mutants-by-tests"),
+        By::Harnesses => (
+            "proofs/mutants.toml",
+            OFFLINE_PROVER,
+            "mutants-by-harnesses",
+        ),
     };
+    if *by == By::Harnesses {
+        // cargo-mutants tries the tests of what it changes before, and not these.
+        let unchanged = Prover::new(workspace, Some(Engine::Offline))?.check(&[])?;
+        let all = unchanged.iter().all(Answer::is_proved);
+        ensure!(all, "without any change some harness fails");
+    }
     let output = workspace.target_directory.join(output);
     let mutants = cmd!(
         sh,
-        "cargo mutants --workspace --config {config} --output {output} {more...}"
+        "cargo mutants --workspace --config {config} --test-package {tested} --output {output} {more...}"
     );
     let status = Command::from(mutants).status()?;
     // 3: some mutant's tests do not come to an end, which is noticed as well.

@@ -21,7 +21,7 @@ pub(crate) const THEOREMS: &[&str] = &[
     "framelock-formats",
     "framelock-reception",
 ];
-const OFFLINE_PROVER: &str = "framelock-offline-prover";
+pub(crate) const OFFLINE_PROVER: &str = "framelock-offline-prover";
 
 /// Check the theorems: Kani's harnesses in `core` and `proofs`.
 #[derive(clap::Args)]
