@@ -4,7 +4,7 @@
 mod verification;
 
 /// Bytes that are looked at together.
-const BLOCK: usize = 16;
+pub(crate) const BLOCK: usize = 16;
 
 /// How many bytes, from the first on, start no frame, as far as whole blocks of them tell.
 #[inline]

@@ -24,7 +24,7 @@
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};
 
-use crate::noise::blocks_without_start;
+use crate::noise::{BLOCK, blocks_without_start};
 use crate::{DiscardReason, Found, Frame, Shape};
 
 #[cfg(test)]
@@ -256,25 +256,38 @@ impl<F: Frame> Window<F> {
         // Now all that is pending lies in the slice. It is looked at there, once more.
         at = at.wrapping_sub(self.pending(shape));
         *self = Self::EMPTY;
-        while let Some(word) = bytes.get(at..).and_then(F::Word::load) {
-            let message = word.down(F::Word::BYTES.wrapping_sub(F::LENGTH));
-            let length = F::LENGTH;
-            if shape.agrees(message, length) && check(message) {
-                at = at.wrapping_add(length);
-                found(Found::Frame { length, message });
-                continue;
+        let mut rest = bytes.get(at..).unwrap_or_default();
+        let first_of =
+            |bytes| Some(F::Word::load(bytes)?.down(F::Word::BYTES.wrapping_sub(F::LENGTH)));
+        let length = F::LENGTH;
+        'rounds: loop {
+            let count = blocks_without_start(rest, |byte| shape.agrees(byte.into(), 1));
+            if count > 0 {
+                let why = DiscardReason::NoSync;
+                found(Found::Discarded { count, why });
+                rest = rest.get(count..).unwrap_or_default();
             }
-            let why = shape
-                .mismatch(message, length)
-                .unwrap_or(DiscardReason::Check);
-            let rest = bytes.get(at..).unwrap_or_default();
-            // Not asked whether this one does: that cannot be foreseen, and costs more than a block.
-            let count = blocks_without_start(rest, |byte| shape.agrees(byte.into(), 1)).max(1);
-            at = at.wrapping_add(count);
-            found(Found::Discarded { count, why });
+            // The next block has a start. Places are compared until a block's are dropped: to look for
+            // blocks at each of them would cost more than it saves.
+            let mut dropped = 0_usize;
+            while dropped < BLOCK {
+                let Some(message) = first_of(rest) else {
+                    break 'rounds;
+                };
+                if shape.agrees(message, length) && check(message) {
+                    found(Found::Frame { length, message });
+                    rest = rest.get(length..).unwrap_or_default();
+                    continue;
+                }
+                let (count, why) = (1, shape.mismatch(message, length));
+                let why = why.unwrap_or(DiscardReason::Check);
+                found(Found::Discarded { count, why });
+                rest = rest.get(count..).unwrap_or_default();
+                dropped = dropped.wrapping_add(count);
+            }
         }
         // Too few bytes are left to compare them as a whole.
-        for &byte in bytes.get(at..).unwrap_or_default() {
+        for &byte in rest {
             self.push_and_tell(shape, byte, &check, &mut found);
         }
     }
