@@ -33,7 +33,8 @@ pub enum State {
 }
 
 impl State {
-    /// Every state, in the order of the frame: the state at index `n` has `n` bytes of a frame.
+    /// Every state, in the order of the frame: in the one at index `n`, which is also its number as in
+    /// `state as usize`, `n` bytes of a frame have been taken.
     pub const ALL: [Self; 7] = [
         Self::SyncA,
         Self::SyncB,
@@ -56,12 +57,6 @@ impl State {
             Self::Yaw => "4",
             Self::Terminator => "CR",
         }
-    }
-
-    /// How many bytes of a frame have been taken: 0 to 6.
-    #[must_use]
-    pub const fn bytes_taken(self) -> usize {
-        self as usize
     }
 }
 
@@ -160,7 +155,7 @@ impl Lecture {
     /// How many bytes of a frame have come: 0 to 6.
     #[must_use]
     pub const fn pending(&self) -> usize {
-        self.state.bytes_taken()
+        self.state as usize
     }
 
     /// State A again, temporary setpoints zero.

@@ -51,17 +51,8 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::arithmetic_side_effects, clippy::panic)]
-#![cfg_attr(
-    kani,
-    allow(
-        clippy::arithmetic_side_effects,
-        clippy::indexing_slicing,
-        clippy::must_use_candidate,
-        clippy::panic,
-        clippy::unwrap_used,
-        reason = "what goes wrong is what a harness would find"
-    )
-)]
+// What goes wrong is what a harness would find.
+#![cfg_attr(kani, allow(clippy::restriction, clippy::must_use_candidate))]
 
 #[cfg(test)]
 extern crate std;

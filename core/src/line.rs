@@ -38,6 +38,12 @@ macro_rules! counters {
         impl $name {
             const ZERO: Self = Self { $($counter: 0),* };
 
+            /// All of them.
+            #[must_use]
+            pub const fn total(&self) -> usize {
+                0_usize$(.wrapping_add(self.$counter))*
+            }
+
             fn count(&mut self, which: $of, more: usize) {
                 let counter = match which {
                     $($of::$variant => &mut self.$counter,)*
@@ -59,21 +65,6 @@ counters! {
     check Check
     terminator Terminator
     line_event LineEvent
-}
-
-impl Discarded {
-    /// All of them, whatever the reason.
-    #[must_use]
-    pub const fn total(&self) -> usize {
-        self.no_sync
-            .wrapping_add(self.broken_sync)
-            .wrapping_add(self.header)
-            .wrapping_add(self.too_long)
-            .wrapping_add(self.unknown_message)
-            .wrapping_add(self.check)
-            .wrapping_add(self.terminator)
-            .wrapping_add(self.line_event)
-    }
 }
 
 counters! {

@@ -48,7 +48,7 @@ fn bin_crc8() {
 /// As many bytes as the machine's state counts came since the last commit; they begin a frame, and the
 /// temporary setpoints are theirs.
 fn matches(machine: Lecture, history: History<7>) -> bool {
-    let taken = machine.state.bytes_taken();
+    let taken = machine.pending();
     let at = |place: usize| history.last[7 - taken + place];
     taken <= usize::from(history.since)
         && (taken < 1 || at(0) == b'A')

@@ -143,6 +143,7 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);
+        prover.target = copy.join("target");
         let survived = match &bug.test {
             Some(test) => {
                 let passes = match test.as_str() {

@@ -71,9 +71,10 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
     report.says = format!("{} images, by {}", BUILDS.len(), compiler.says);
     let sh = &Shell::new()?;
     sh.change_dir(workspace.root.join("firmware"));
+    let target = &target_folder(workspace, &workspace.root);
     for build in &BUILDS {
         if !compiler.is_debian {
-            lint(cargo_build(sh, workspace, &compiler, build)).run()?;
+            lint(cargo_build(sh, target, &compiler, build)).run()?;
         }
         build_image(workspace, &workspace.root, &compiler, build)?;
     }
@@ -186,38 +187,39 @@ pub(crate) fn build_image(
 ) -> Result<PathBuf> {
     let sh = &Shell::new()?;
     sh.change_dir(root.join("firmware"));
-    cargo_build(sh, workspace, compiler, build).run()?;
+    let target = target_folder(workspace, root);
+    cargo_build(sh, &target, compiler, build).run()?;
     let (name, program, _) = build;
     let image = sh
         .create_dir(images(workspace, root))?
         .join(format!("{name}.elf"));
-    let release = target_folder(workspace).join(TARGET).join("release");
+    let release = target.join(TARGET).join("release");
     sh.copy_file(release.join(program), &image)?;
     Ok(image)
 }
 
-/// Where the images of the sources at `root` are kept: a copy of the workspace keeps its own.
+/// Where the images of the sources at `root` are kept.
 fn images(workspace: &Workspace, root: &Path) -> PathBuf {
-    if root == workspace.root {
-        target_folder(workspace).join("images")
-    } else {
-        root.join("images")
-    }
+    target_folder(workspace, root).join("images")
 }
 
-fn target_folder(workspace: &Workspace) -> PathBuf {
-    workspace.target_directory.join("firmware")
+/// Where the sources at `root` are built: a copy's apart, or cargo would take the copy's for the workspace's.
+fn target_folder(workspace: &Workspace, root: &Path) -> PathBuf {
+    if root == workspace.root {
+        workspace.target_directory.join("firmware")
+    } else {
+        root.join("target")
+    }
 }
 
 fn cargo_build<'a>(
     sh: &'a Shell,
-    workspace: &Workspace,
+    target: &Path,
     compiler: &Compiler,
     (_, program, features): &Build,
 ) -> Cmd<'a> {
-    let folder = target_folder(workspace);
     let build = ["build", "--locked", "--release", "--target", TARGET];
-    let cargo = cmd!(sh, "cargo {build...} --target-dir {folder} --bin {program}");
+    let cargo = cmd!(sh, "cargo {build...} --target-dir {target} --bin {program}");
     // Its own flags count, not those of whoever runs this.
     let cargo = cargo.args(*features).env_remove("RUSTFLAGS");
     compiler.with(sh, cargo)

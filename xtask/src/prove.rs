@@ -119,8 +119,11 @@ pub(crate) struct Prover {
     /// The workspace's, or a copy of it.
     pub(crate) root: PathBuf,
     pub(crate) packages: Vec<&'static str>,
-    /// The workspace's, which has the offline prover.
+    /// Where that is built: a copy's apart, or cargo would take the copy's for the workspace's.
+    pub(crate) target: PathBuf,
+    /// The workspace's, which has the offline prover, and where that is built.
     manifest: PathBuf,
+    prover: PathBuf,
 }
 
 impl Prover {
@@ -140,7 +143,9 @@ impl Prover {
             jobs: None,
             root: workspace.root.clone(),
             packages: THEOREMS.to_vec(),
+            target: workspace.target_directory.clone(),
             manifest: workspace.root.join("Cargo.toml"),
+            prover: workspace.target_directory.clone(),
         })
     }
 
@@ -177,6 +182,7 @@ impl Prover {
             Engine::Kani => {
                 let mut command = cargo_in(&self.root);
                 command
+                    .env("CARGO_TARGET_DIR", &self.target)
                     .args(["kani", "--output-format", "terse", "-Zunstable-options"])
                     .arg(format!("--harness-timeout={}s", self.timeout))
                     .arg("--jobs")
@@ -216,6 +222,9 @@ impl Prover {
             .args(["run", "--quiet", "--package", OFFLINE_PROVER])
             .arg("--manifest-path")
             .arg(&self.manifest)
+            .arg("--target-dir")
+            .arg(&self.prover)
+            .env("CARGO_TARGET_DIR", &self.target)
             .arg("--");
         for package in &self.packages {
             command.args(["--package", package]);
