@@ -37,10 +37,9 @@ mod verification;
 ///
 /// # The rule
 ///
-/// From left to right: where a frame begins, it is committed, and the next byte is the one behind
-/// it; where none begins, one byte is dropped; where that cannot be known yet, the receiver waits
-/// (theorem 13a). So a frame that arrives whole is committed, unless a committed frame that begins
-/// before it shares bytes with it (13d).
+/// From left to right: where a frame begins, it is committed, and the next byte is the one behind it; where none
+/// begins, one byte is dropped; where that cannot be known yet, the receiver waits (theorem 13a). So a frame that
+/// arrives whole is committed, unless a committed frame that begins before it shares bytes with it (13d).
 ///
 /// # What to expect
 ///
@@ -132,10 +131,9 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
 
     /// Takes the next byte of the stream; gives the message of the frame that it finds.
     ///
-    /// **It asks the format once at most, so it may leave bytes that could be decided, a whole frame among
-    /// them**: behind a false beginning each call catches up by one. The following calls go on; where no
-    /// byte follows soon, call [`poll`](Self::poll) until it gives nothing, or report the idle line as a
-    /// [`line_event`](Self::line_event).
+    /// **It asks the format once at most, so it may leave bytes that could be decided, a whole frame among them**:
+    /// behind a false beginning each call catches up by one. The following calls go on; where no byte follows soon,
+    /// call [`poll`](Self::poll) until it gives nothing, or report the idle line as a [`line_event`](Self::line_event).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<F::Message<'_>> {
         self.push_with(byte, |_, _| ()).map(|(_, message)| message)
@@ -234,13 +232,11 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     #[inline]
     fn give_back<'b>(&mut self, bytes: &'b [u8], rest: &'b [u8]) -> &'b [u8] {
         let taken = bytes.len().wrapping_sub(rest.len());
-        match taken.checked_sub(self.pending()) {
-            Some(back) => {
-                self.reset();
-                bytes.get(back..).unwrap_or_default()
-            }
-            None => rest,
-        }
+        let Some(back) = taken.checked_sub(self.pending()) else {
+            return rest;
+        };
+        self.reset();
+        bytes.get(back..).unwrap_or_default()
     }
 
     /// With nothing pending: decides about the first bytes of a slice, and gives what is behind them; stores

@@ -44,11 +44,12 @@ impl State {
         Self::Yaw,
         Self::Terminator,
     ];
+}
 
-    /// The lecture's name of the state.
-    #[must_use]
-    pub const fn lecture_name(self) -> &'static str {
-        match self {
+impl core::fmt::Display for State {
+    /// The lecture's name.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(match self {
             Self::SyncA => "A",
             Self::SyncB => "B",
             Self::Reserved => "1",
@@ -56,13 +57,7 @@ impl State {
             Self::Roll => "3",
             Self::Yaw => "4",
             Self::Terminator => "CR",
-        }
-    }
-}
-
-impl core::fmt::Display for State {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.pad(self.lecture_name())
+        })
     }
 }
 
@@ -77,8 +72,6 @@ pub struct Lecture {
     /// The temporary setpoints: each keeps the byte stored last, in whatever frame that was.
     pub temp: Setpoint,
 }
-
-const _: () = assert!(size_of::<Lecture>() <= 8);
 
 impl Lecture {
     /// The machine at reset: state A, temporary setpoints zero.

@@ -75,8 +75,7 @@ pub trait FixedFormat: 'static {
     fn decode(frame: Self::Frame) -> Self::Message;
 }
 
-/// A format whose frames can be made as well as received. `check_encoding` of `framelock-formats` is a
-/// test for it.
+/// A format whose frames can be made as well as received. `check_encoding` of `framelock-formats` is a test for it.
 pub trait Encode: FixedFormat {
     /// The frame that means it.
     #[must_use]
@@ -183,14 +182,14 @@ impl<F: Frame> Shape<F> {
     /// frame's length, as far as the fixed bytes tell.
     #[inline]
     pub(crate) fn agrees(&self, word: F::Word, known: usize) -> bool {
-        self.differs(word, known) == F::Word::ZERO
+        self.differs(word, known) == F::Word::from(0)
     }
 
     /// If none may: why not. It is the first place at which they differ that tells.
     #[inline]
     pub(crate) fn mismatch(&self, word: F::Word, known: usize) -> Option<DiscardReason> {
         let differs = self.differs(word, known);
-        if differs == F::Word::ZERO {
+        if differs == F::Word::from(0) {
             return None;
         }
         let from_there = F::Word::BYTES.wrapping_sub(differs.leading_zero_bytes());

@@ -28,8 +28,7 @@ pub enum Verdict {
 ///
 /// For all `bytes` (at least one) and `more`, up to [`longest`](Self::longest) together:
 ///
-/// 1. `Frame(n)`: `1 <= n <= bytes.len()`. `Incomplete { at_least }`:
-///    `bytes.len() < at_least <= longest()`.
+/// 1. `Frame(n)`: `1 <= n <= bytes.len()`. `Incomplete { at_least }`: `bytes.len() < at_least <= longest()`.
 /// 2. `Reject` and `Frame` stay: `judge(bytes ++ more) == judge(bytes)`.
 /// 3. `Incomplete { at_least }` stays incomplete until so many bytes are there.
 /// 4. A byte that does not [start](Self::starts) a frame is rejected for

@@ -30,19 +30,14 @@
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
 //! | [`can_go_deaf`] | the lecture's machine, literally: seven states | 4 |
 //!
-//! All three machines have the same functions, those of the trait [`Parser`].
+//! All three machines have the same functions, those of the trait [`Parser`]. Nothing here panics, whatever it is
+//! given: what could go wrong at run time does not compile (see [`FixedFormat`]).
 //!
 //! # The rule
 //!
-//! The receiver keeps *the longest suffix of what it has seen since the last commit that can
-//! still become a frame*. `push` returns a message exactly when the last bytes are a frame that shares
-//! no byte with an earlier committed frame, and it returns that frame's. So it cannot go deaf. The
-//! lecture's machine can: see [`can_go_deaf`].
-//!
-//! # Panics
-//!
-//! Nothing here panics, whatever it is given. What could go wrong at run time does not compile:
-//! see [`FixedFormat`].
+//! The receiver keeps *the longest suffix of what it has seen since the last commit that can still become a frame*.
+//! `push` returns a message exactly when the last bytes are a frame that shares no byte with an earlier committed
+//! frame, and it returns that frame's. So it cannot go deaf. The lecture's machine can: see [`can_go_deaf`].
 //!
 //! # Features
 //!

@@ -138,8 +138,7 @@ pub struct Line<P> {
 }
 
 impl<P> Line<P> {
-    /// Nothing counted yet. Give it a receiver in which nothing is pending: bytes that it took before
-    /// are not counted.
+    /// Nothing counted yet. Give it a receiver in which nothing is pending: bytes that it took before are not counted.
     #[must_use]
     pub const fn new(parser: P) -> Self {
         Self::resumed(parser, Counters::ZERO)

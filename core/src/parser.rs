@@ -110,8 +110,7 @@ impl<Message> Found<Message> {
     }
 }
 
-/// Why bytes are part of no frame: the first place at which the frame that would begin with them
-/// goes wrong.
+/// Why bytes are part of no frame: the first place at which the frame that would begin with them goes wrong.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -162,23 +161,18 @@ macro_rules! parser_by_own_functions {
         ) -> Option<(usize, $message)> {
             self.push_with(byte, discarded)
         }
-
         fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<$message>)) {
             self.feed(bytes, found);
         }
-
         fn line_event(&mut self, found: impl FnMut(Found<$message>)) {
             self.line_event(found);
         }
-
         fn pending(&self) -> usize {
             self.pending()
         }
-
         fn reset(&mut self) {
             self.reset();
         }
-
         fn push(&mut self, byte: u8) -> Option<$message> {
             self.push(byte)
         }

@@ -9,8 +9,7 @@ use crate::{DiscardReason, FixedFormat, Found, Frame, Parser};
 
 /// The receiver of the format `F`: 8 bytes of state for frames of up to 8 bytes, 16 for longer ones.
 ///
-/// Two receivers are equal if the same bytes are pending in both: then they do the same with every
-/// byte that follows.
+/// Two receivers are equal if the same bytes are pending in both: then they do the same with every byte that follows.
 ///
 /// # Examples
 /// The lecture's second example: the line has lost two bytes of the first frame. The lecture's
@@ -111,8 +110,7 @@ impl<F: FixedFormat> Receiver<F> {
         self.reset();
     }
 
-    /// How many of the last bytes are pending: a frame may yet include them. 0 to one fewer than a
-    /// frame has.
+    /// How many of the last bytes are pending: a frame may yet include them. 0 to one fewer than a frame has.
     ///
     /// At most one comparison per byte held.
     #[must_use]

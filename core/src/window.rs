@@ -1,8 +1,7 @@
 //! The receiver's engine: one word of state, and one step for each byte.
 //!
-//! The state is the bytes since the last commit, but only as many as can still matter: one fewer
-//! than a frame has. They lie in a shift register, newest lowest. A 1 in front of the oldest byte,
-//! the marker, shows how many there are:
+//! The state is the bytes since the last commit, but only as many as can still matter: one fewer than a frame has. They
+//! lie in a shift register, newest lowest. A 1 in front of the oldest byte, the marker, shows how many there are:
 //!
 //! ```text
 //!           7        6        5        4        3        2        1        0   byte of the word
@@ -50,8 +49,6 @@ pub trait Word:
 {
     /// Bytes in the word.
     const BYTES: usize;
-    /// The word 0.
-    const ZERO: Self;
     /// The word 1.
     const ONE: Self;
 
@@ -78,7 +75,6 @@ macro_rules! word {
     ($word:ty) => {
         impl Word for $word {
             const BYTES: usize = size_of::<Self>();
-            const ZERO: Self = 0;
             const ONE: Self = 1;
 
             #[inline]
@@ -136,12 +132,10 @@ impl<F: Frame> Window<F> {
     /// Bytes held at most: with one more a frame may be complete.
     const MOST: usize = F::LENGTH - 1;
 
-    /// One step: takes `byte`, and returns the frame that it completes, which is the lowest bytes of
-    /// the word.
+    /// One step: takes `byte`, and returns the frame that it completes, which is the lowest bytes of the word.
     ///
-    /// `check` is asked only about a frame whose fixed bytes agree. Apart from it, a step costs the
-    /// same few operations whatever the state and the byte: a masked comparison, a shift, a look
-    /// at the marker.
+    /// `check` is asked only about a frame whose fixed bytes agree. Apart from it, a step costs the same few operations
+    /// whatever the state and the byte: a masked comparison, a shift, a look at the marker.
     #[inline]
     pub(crate) fn push(
         &mut self,
@@ -159,7 +153,7 @@ impl<F: Frame> Window<F> {
         let last_differs = (F::Word::from(byte) ^ pattern) & mask & last_byte;
         let shifted = self.with(byte);
         // One branch for both: which of them differs cannot be foreseen.
-        if differs | last_differs == F::Word::ZERO && check(shifted) {
+        if differs | last_differs == F::Word::from(0) && check(shifted) {
             *self = Self::EMPTY;
             return Some(shifted);
         }
@@ -185,7 +179,7 @@ impl<F: Frame> Window<F> {
         mut discarded: impl FnMut(DiscardReason),
     ) -> Option<F::Word> {
         let with_byte = self.with(byte);
-        let known = self.count().wrapping_add(1);
+        let known = F::Word::BYTES.wrapping_sub(self.0.leading_zero_bytes()); // With `byte`.
         if shape.agrees(with_byte, known) {
             if known < F::LENGTH {
                 *self = Self(with_byte);
@@ -328,7 +322,7 @@ impl<F: Frame> Window<F> {
     pub(crate) fn agrees_with(self, other: Self, shape: &Shape<F>) -> bool {
         let pending = self.pending(shape);
         let differs = (self.0 ^ other.0) & F::Word::lowest_bytes(pending);
-        pending == other.pending(shape) && differs == F::Word::ZERO
+        pending == other.pending(shape) && differs == F::Word::from(0)
     }
 
     /// The bytes held, and `byte` behind them: newest lowest. What is above them may be anything.
@@ -337,17 +331,9 @@ impl<F: Frame> Window<F> {
         self.0.up(1) | F::Word::from(byte)
     }
 
-    /// How many bytes are held.
-    #[inline]
-    fn count(self) -> usize {
-        F::Word::BYTES
-            .wrapping_sub(self.0.leading_zero_bytes())
-            .wrapping_sub(1)
-    }
-
     /// Whether at least `count` bytes are held.
     #[inline]
     fn holds(self, count: usize) -> bool {
-        self.0.down(count) != F::Word::ZERO
+        self.0.down(count) != F::Word::from(0)
     }
 }

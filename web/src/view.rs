@@ -110,7 +110,7 @@ impl Run {
         });
         json!({
             "name": if lecture.is_some() { "The lecture's machine" } else { "The receiver" },
-            "state": lecture.map(|lecture| lecture.state.lecture_name()),
+            "state": lecture.map(|lecture| lecture.state.to_string()),
             "window": window(&self.frame, &bytes),
             "pending": bytes.len(),
             "axes": axes,

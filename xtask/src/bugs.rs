@@ -188,28 +188,22 @@ fn judged(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::answer::Harness;
-
-    /// Whether a harness is called that, with or without modules.
-    fn is_called(harness: &str, end: &str) -> bool {
-        format!("::{harness}").ends_with(&format!("::{end}"))
-    }
+    use crate::theorems::{is_called, theorems};
 
     /// The harnesses of the theorems, and of the checker.
     fn harnesses(workspace: &Workspace) -> (Vec<String>, Vec<String>) {
         let mut prover = Prover::new(workspace, Some(Engine::Offline)).expect("it is there");
-        let theorems = prover.list(&[]).expect("they compile");
+        let theorems = prover.listed().expect("they compile");
         prover.packages = vec![CHECKED];
-        let checked = prover.list(&[]).expect("they compile");
-        for Harness {
-            name,
-            ends_with_cover,
-        } in &theorems
-        {
-            assert!(ends_with_cover, "Kani would not see that {name} has an end");
+        let checked = prover.list().expect("they compile");
+        for one in &theorems {
+            let name = &one.name;
+            assert!(
+                one.ends_with_cover,
+                "Kani would not see that {name} has an end"
+            );
         }
-        let names = |all: Vec<Harness>| all.into_iter().map(|one| one.name).collect();
-        (names(theorems), names(checked))
+        (theorems.into_iter().map(|one| one.name).collect(), checked)
     }
 
     #[test]
@@ -242,18 +236,17 @@ mod tests {
     }
 
     #[test]
-    fn every_theorem_of_the_table_has_a_harness() {
+    fn every_theorem_of_the_table_has_a_harness_and_every_harness_a_theorem() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
-        let (theorems, _) = harnesses(&workspace);
-        let readme = fs::read_to_string(workspace.root.join("proofs/README.md")).expect("a table");
-        let rows = readme.lines().filter_map(|line| line.strip_prefix("| "));
-        for row in rows.filter(|row| row.starts_with(|first: char| first.is_ascii_digit())) {
-            let mut names = row.split('`').skip(1).step_by(2);
-            let is_shown = |name: &str| {
-                let mut theorems = theorems.iter();
-                theorems.any(|one| is_called(one, name) || one.contains(&format!("{name}::")))
-            };
-            assert!(names.any(is_shown), "no harness: {row}");
+        let (harnesses, _) = harnesses(&workspace);
+        let theorems = theorems(&workspace.root).expect("a table");
+        for theorem in &theorems {
+            let is_shown = harnesses.iter().any(|one| theorem.is_shown_by(one));
+            assert!(is_shown, "no harness: {}", theorem.title);
+        }
+        for harness in &harnesses {
+            let has_one = theorems.iter().any(|theorem| theorem.is_shown_by(harness));
+            assert!(has_one, "no theorem names {harness}");
         }
     }
 }

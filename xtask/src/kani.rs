@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::os::unix::process::CommandExt as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
@@ -11,8 +11,11 @@ use std::{env, fs};
 use anyhow::{Context as _, Result, ensure};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
+use serde::Deserialize;
 
-use crate::answer::{Answer, Harness};
+use crate::answer::Answer;
+use crate::theorems::is_called;
+use crate::workspace::cargo_in;
 
 /// Name and version, or why it cannot be used. Found out from files: whatever one asks a `cargo kani`
 /// that is installed and not set up, it begins to set itself up.
@@ -39,29 +42,61 @@ pub(crate) fn version() -> Result<String> {
     Ok(format!("Kani {version}"))
 }
 
-/// Has Kani check these harnesses, in one call.
-pub(crate) fn check(command: &mut Command, harnesses: &[Harness]) -> Result<Vec<Answer>> {
-    command.arg("--exact").env("NO_COLOR", "1");
-    for harness in harnesses {
-        command.args(["--harness", &harness.name]);
+/// The names of all harnesses.
+pub(crate) fn list(root: &Path, target: &Path) -> Result<Vec<String>> {
+    // Kani writes a file in the current folder.
+    let mut kani = cargo_in(target);
+    kani.args([
+        "kani",
+        "list",
+        "--quiet",
+        "--format=json",
+        "--manifest-path",
+    ]);
+    kani.arg(root.join("Cargo.toml"))
+        .env("CARGO_TARGET_DIR", target);
+    ensure!(
+        kani.status()?.success(),
+        "Kani lists nothing; it says why above"
+    );
+    let list = fs::read(target.join("kani-list.json"))?;
+    let list: List = serde_json::from_slice(&list)?;
+    Ok(list.standard_harnesses.into_values().flatten().collect())
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+struct List {
+    /// By file.
+    standard_harnesses: BTreeMap<String, Vec<String>>,
+}
+
+/// Has Kani check the harnesses of these names, or if there are none, those whose names contain them; or all.
+pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answer>> {
+    command.env("NO_COLOR", "1");
+    for name in names {
+        command.args(["--harness", name]);
     }
     let mut answers = answers(&lines_of_group(command)?);
     ensure!(
         !answers.is_empty(),
         "Kani checked nothing; it says why above"
     );
-    let judged = harnesses.iter().map(|harness| {
-        let mut answer = answers.remove(&harness.name).unwrap_or_default();
-        harness.name.clone_into(&mut answer.harness);
+    for (harness, answer) in &mut answers {
+        harness.clone_into(&mut answer.harness);
         if answer.verdict.is_empty() {
             answer.fail("error", "Kani did not report on it");
-        } else if answer.is_proved() && !harness.ends_with_cover {
-            let what = "nothing shows that its end is reached: let it end with `kani::cover!`";
-            answer.fail("vacuous", what);
         }
-        answer
-    });
-    Ok(judged.collect())
+    }
+    // Kani has taken all that contain a name, also where one has it.
+    let harnesses: Vec<String> = answers.keys().cloned().collect();
+    let is_exact = |name: &String| harnesses.iter().any(|one| is_called(one, name));
+    let is_wanted = |harness: &str| {
+        let mut names = names.iter();
+        names.len() == 0 || names.any(|name| is_called(harness, name) || !is_exact(name))
+    };
+    answers.retain(|harness, _| is_wanted(harness));
+    Ok(answers.into_values().collect())
 }
 
 /// Reads Kani's terse output. Several threads write it; a report's first line says which.

@@ -14,6 +14,7 @@ mod machine_code;
 mod mutants;
 mod prove;
 mod report;
+mod theorems;
 mod verify;
 mod web;
 mod workspace;

@@ -1,9 +1,8 @@
 //! `cargo xtask prove`: has Kani or the offline prover check the theorems.
 
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::env;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode, Stdio};
-use std::{env, fs};
 
 use anyhow::{Context as _, Result, ensure};
 use clap::ValueEnum;
@@ -12,7 +11,8 @@ use serde::de::DeserializeOwned;
 use crate::answer::{Answer, Harness};
 use crate::kani;
 use crate::report::{Report, run_tests};
-use crate::workspace::{Workspace, cargo_in, files};
+use crate::theorems::theorems;
+use crate::workspace::{Workspace, cargo_in};
 
 /// The packages with the theorems.
 pub(crate) const THEOREMS: &[&str] = &[
@@ -41,6 +41,10 @@ pub(crate) struct Arguments {
     /// How many are checked at the same time; by default as many as there are cores.
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
+
+    /// List all harnesses by theorem, and check none.
+    #[arg(long, conflicts_with = "harnesses")]
+    list: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -53,10 +57,25 @@ pub(crate) fn prove(arguments: &Arguments) -> Result<ExitCode> {
     let mut prover = Prover::new(&Workspace::load()?, arguments.engine)?;
     prover.timeout = arguments.timeout;
     prover.jobs = arguments.jobs;
+    if arguments.list {
+        return list(&prover).map(|()| ExitCode::SUCCESS);
+    }
     Ok(match report(&prover.check(&arguments.harnesses)?) {
         0 => ExitCode::SUCCESS,
         _ => ExitCode::FAILURE,
     })
+}
+
+/// The harnesses under each theorem that names them.
+fn list(prover: &Prover) -> Result<()> {
+    let harnesses = prover.list()?;
+    for theorem in theorems(&prover.root)? {
+        println!("{}", theorem.title);
+        for harness in harnesses.iter().filter(|one| theorem.is_shown_by(one)) {
+            println!("     {harness}");
+        }
+    }
+    Ok(())
 }
 
 /// Shows what was not proved, and the sum; returns how many were not.
@@ -73,25 +92,16 @@ fn report(answers: &[Answer]) -> usize {
     failed.len()
 }
 
-/// The stage of `verify`: every theorem. What was proved on this machine and has not changed since is
-/// not proved again, but on hosted machines, which set CI.
+/// The stage of `verify`: every theorem.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let prover = Prover::new(workspace, None)?;
     report.says.clone_from(&prover.says);
-    let (now, kept) = (
-        prover.fingerprint()?,
-        workspace.target_directory.join("proved"),
-    );
-    if env::var_os("CI").is_none() && fs::read_to_string(&kept).is_ok_and(|then| then == now) {
-        report.says += "; proved before, and unchanged";
-        return Ok(());
-    }
     let answers = prover.check(&[])?;
     let failed = self::report(&answers);
     report.tests.failed = failed;
     report.tests.passed = answers.len() - failed;
     ensure!(failed == 0, "{failed} harnesses failed");
-    Ok(fs::write(kept, now)?)
+    Ok(())
 }
 
 /// The stage that checks the offline prover itself: its tests, which take CBMC.
@@ -121,9 +131,9 @@ pub(crate) struct Prover {
     pub(crate) packages: Vec<&'static str>,
     /// Where that is built: a copy's apart, or cargo would take the copy's for the workspace's.
     pub(crate) target: PathBuf,
-    /// The workspace's, which has the offline prover, and where that is built.
+    /// The workspace's, which has the offline prover, and where this is built.
     manifest: PathBuf,
-    prover: PathBuf,
+    tools: PathBuf,
 }
 
 impl Prover {
@@ -145,34 +155,21 @@ impl Prover {
             packages: THEOREMS.to_vec(),
             target: workspace.target_directory.clone(),
             manifest: workspace.root.join("Cargo.toml"),
-            prover: workspace.target_directory.clone(),
+            tools: workspace.target_directory.clone(),
         })
     }
 
-    /// Of all that a proof depends on: the sources, the libraries' versions, the engine, the compiler.
-    fn fingerprint(&self) -> Result<String> {
-        let mut hasher = DefaultHasher::new();
-        for part in [
-            "core/src",
-            "core/Cargo.toml",
-            "proofs",
-            "formats/src",
-            "firmware/reception",
-            "Cargo.toml",
-            "Cargo.lock",
-        ] {
-            for file in files(&self.root.join(part))? {
-                (&file, fs::read(&file)?).hash(&mut hasher);
-            }
+    /// The names of all harnesses.
+    pub(crate) fn list(&self) -> Result<Vec<String>> {
+        match self.engine {
+            Engine::Offline => Ok(self.listed()?.into_iter().map(|one| one.name).collect()),
+            Engine::Kani => kani::list(&self.root, &self.target),
         }
-        let compiler = Command::new("rustc").arg("-vV").output()?;
-        (&self.says, compiler.stdout).hash(&mut hasher);
-        Ok(hasher.finish().to_string())
     }
 
-    /// The harnesses of those names, or all.
-    pub(crate) fn list(&self, names: &[String]) -> Result<Vec<Harness>> {
-        self.offline("list", names)
+    /// All harnesses, as the offline prover lists them.
+    pub(crate) fn listed(&self) -> Result<Vec<Harness>> {
+        self.offline("list", &[])
     }
 
     /// Checks them.
@@ -192,7 +189,7 @@ impl Prover {
                 for package in more {
                     command.args(["--package", package]);
                 }
-                kani::check(&mut command, &self.list(names)?)
+                kani::check(&mut command, names)
             }
         }
     }
@@ -223,7 +220,7 @@ impl Prover {
             .arg("--manifest-path")
             .arg(&self.manifest)
             .arg("--target-dir")
-            .arg(&self.prover)
+            .arg(&self.tools)
             .env("CARGO_TARGET_DIR", &self.target)
             .arg("--");
         for package in &self.packages {

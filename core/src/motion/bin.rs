@@ -31,8 +31,7 @@ impl Encode for Bin {
     }
 }
 
-/// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes, for those who
-/// control both ends.
+/// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes, for those who control both ends.
 ///
 /// The checksum is [`crc8`] of the four bytes between sync and checksum: no error of one to three
 /// bits in those five bytes goes unnoticed.

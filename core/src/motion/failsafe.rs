@@ -46,8 +46,7 @@ mod sealed {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FailsafeParameters<D, const AXES: usize> {
-    /// Silence after which the output is held: how long the line may be quiet in normal use.
-    /// At least 1.
+    /// Silence after which the output is held: how long the line may be quiet in normal use. At least 1.
     pub hold_after: u32,
     /// Silence after which the output moves to park. At least `hold_after`.
     pub ramp_after: u32,
@@ -225,12 +224,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
     /// The output at the time `now`. However often it is called, the output at a given time is
     /// the same. Two long divisions an axis at most, of as many steps as a demand has bits.
     pub fn poll(&mut self, now: u32) -> Output<D, AXES> {
-        let FailsafeParameters {
-            hold_after,
-            ramp_after,
-            park,
-            ..
-        } = self.parameters;
+        let parameters = self.parameters;
+        let (hold_after, ramp_after) = (parameters.hold_after, parameters.ramp_after);
         let elapsed = now.wrapping_sub(self.now);
         let before = self.silence;
         self.now = now;
@@ -240,13 +235,13 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         self.approach(self.demands, elapsed.min(held_for));
         // No ticks before `ramp_after`.
         let to_park = elapsed.saturating_sub(ramp_after.saturating_sub(before));
-        self.approach(park, to_park);
+        self.approach(parameters.park, to_park);
         let axes = self.axes.map(|axis| axis.position);
         let phase = match self.silence {
             silence if silence < hold_after && axes == self.demands => Phase::Live,
             silence if silence < hold_after => Phase::Approach,
             silence if silence < ramp_after => Phase::Hold,
-            _ if axes == park => Phase::Parked,
+            _ if axes == parameters.park => Phase::Parked,
             _ => Phase::Ramp,
         };
         Output { axes, phase }

@@ -16,8 +16,8 @@
 //! in which the same bytes are pending ([`one_byte`]). More bytes never change that reason ([`reasons`]); read
 //! the other way round, what agrees with a frame agreed with it before its last byte came.
 //!
-//! `feed` is three loops. Each round of each of them takes some bytes and does what they do one by
-//! one, from any state, so by induction over the rounds `feed` does.
+//! `feed` is loops, one behind the other, and one in another. Each round of each of them takes some bytes and does
+//! what they do one by one, from any state, so by induction over the rounds `feed` does.
 //!
 //! 1. Rounds of `push_with`, until all that is pending lies in the slice.
 //! 2. Then the window is emptied and `feed` goes back to the first byte that is pending. Taking the
@@ -26,7 +26,7 @@
 //!    at. If they are a frame, the last of them commits it. If not, none commits, and the window after
 //!    them is the one that it would be without the first: so this one is discarded and the next looked at
 //!    ([`starts`]). By [`reasons`] it is discarded for the reason that is found in the whole. Several bytes
-//!    are discarded at once only if none can be a frame's first
+//!    are discarded at once, between such rounds, only if none can be a frame's first
 //!    (`noise::verification`), so each is when it comes.
 //! 3. Rounds of `push_with` again, until no byte is left.
 
@@ -374,17 +374,23 @@ fn slice_is_pushed<const LENGTH: usize>(
     frames
 }
 
-/// The first and the third loop, with a byte held or none.
+/// The first and the last loop, with a byte held or none: sixteen streams.
 #[kani::proof]
-#[kani::unwind(6)]
+#[kani::unwind(18)]
 fn short_slice_is_pushed() {
-    let before = holding(&[1, 1], usize::from(kani::any::<bool>()));
-    let frames = slice_is_pushed(before, kani::any::<[bool; 3]>().map(u8::from));
-    kani::cover!(frames[0], "a frame begun before");
-    kani::cover!(frames[2], "a frame at the end");
+    let (mut number, mut begun_before, mut at_the_end) = (0_u8, false, false);
+    while number < 16 {
+        let [held, bytes @ ..] = [0, 1, 2, 3].map(|bit| number >> bit & 1);
+        let frames = slice_is_pushed(holding(&[1, 1], usize::from(held)), bytes);
+        begun_before |= frames[0];
+        at_the_end |= frames[2];
+        number += 1;
+    }
+    kani::cover!(begun_before, "a frame begun before");
+    kani::cover!(at_the_end, "a frame at the end");
 }
 
-/// The second loop, twice, since nine bytes are two words, and the third: eight streams, one behind the other.
+/// The loops over words, twice, since nine bytes are two words, and the last: eight streams.
 #[kani::proof]
 #[kani::unwind(10)]
 fn slice_of_words_is_pushed() {
