@@ -380,8 +380,9 @@ fn slice_is_pushed<const LENGTH: usize>(
 fn short_slice_is_pushed() {
     let (mut number, mut begun_before, mut at_the_end) = (0_u8, false, false);
     while number < 16 {
-        let [held, bytes @ ..] = [0, 1, 2, 3].map(|bit| number >> bit & 1);
-        let frames = slice_is_pushed(holding(&[1, 1], usize::from(held)), bytes);
+        let [held, first, second, third] = [0, 1, 2, 3].map(|bit| number >> bit & 1);
+        let before = holding(&[1, 1], usize::from(held));
+        let frames = slice_is_pushed(before, [first, second, third]);
         begun_before |= frames[0];
         at_the_end |= frames[2];
         number += 1;
