@@ -128,6 +128,7 @@ pub(crate) fn check(
         cbmc,
         harness,
         source: &kept.source(harness),
+        limit,
         end: start + limit,
     };
     if let Err(error) = run.all(module, kept, &mut answer) {
@@ -189,6 +190,7 @@ struct Run<'a> {
     cbmc: &'a Cbmc,
     harness: &'a Harness,
     source: &'a Path,
+    limit: Duration,
     end: Instant,
 }
 
@@ -203,8 +205,9 @@ impl Run<'_> {
         }
         fs::write(self.source, program)?;
         let Some(properties) = self.properties(&[])? else {
-            let what = "no answer in time; --timeout gives it longer";
-            answer.failures.push(what.to_owned());
+            let seconds = self.limit.as_secs();
+            let what = format!("no answer in {seconds} s; --timeout gives it longer");
+            answer.failures.push(what);
             return Ok(());
         };
         answer.properties = properties.iter().filter(|one| !one.is_goal()).count();
