@@ -93,6 +93,16 @@ pub struct BufferedIn<F, B> {
     ask_at: usize,
 }
 
+/// What was decided about the first pending byte.
+enum Decision {
+    /// A frame of so many bytes began there. It lies in front of `from`.
+    Frame(usize),
+    /// None begins there: it is discarded.
+    Discarded,
+    /// Nothing is pending, or more bytes are needed.
+    Waiting,
+}
+
 impl<F: Format, const N: usize> BufferedIn<F, [u8; N]> {
     /// A receiver that has received nothing yet.
     #[must_use]
@@ -175,8 +185,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     ) -> Option<usize> {
         self.store(&[byte]);
         match self.next(discarded) {
-            Verdict::Frame(length) => Some(length),
-            Verdict::Reject(_) | Verdict::Incomplete { .. } => None,
+            Decision::Frame(length) => Some(length),
+            Decision::Discarded | Decision::Waiting => None,
         }
     }
 
@@ -194,9 +204,9 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     ) -> Option<(usize, F::Message<'_>)> {
         loop {
             match self.next(&mut discarded) {
-                Verdict::Frame(length) => return Some((length, self.message(length))),
-                Verdict::Reject(_) => {}
-                Verdict::Incomplete { .. } => return None,
+                Decision::Frame(length) => return Some((length, self.message(length))),
+                Decision::Discarded => {}
+                Decision::Waiting => return None,
             }
         }
     }
@@ -316,12 +326,12 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     fn decide_first(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) -> bool {
         let discarded = |count, why| found(Found::Discarded { count, why });
         match self.next(discarded) {
-            Verdict::Frame(length) => {
+            Decision::Frame(length) => {
                 let message = self.message(length);
                 found(Found::Frame { length, message });
             }
-            Verdict::Reject(_) => {}
-            Verdict::Incomplete { .. } => return false,
+            Decision::Discarded => {}
+            Decision::Waiting => return false,
         }
         true
     }
@@ -329,10 +339,9 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     /// Discards the first pending bytes if they start nothing; then asks the format about those behind
     /// them, once, if anything can be said.
     #[inline]
-    fn next(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Verdict {
+    fn next(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Decision {
         if self.to < self.ask_at {
-            let at_least = self.ask_at.wrapping_sub(self.from);
-            return Verdict::Incomplete { at_least };
+            return Decision::Waiting;
         }
         // What was incomplete starts something.
         if self.ask_at <= self.from.wrapping_add(1) {
@@ -343,8 +352,10 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
 
     #[inline]
     fn discard_what_starts_nothing(&mut self, discarded: &mut impl FnMut(usize, DiscardReason)) {
+        let pending = self.buffer.as_ref().get(self.from..self.to);
         let starts_none = |byte: &&u8| !self.format.starts(**byte);
-        let run = self.pending_bytes().iter().take_while(starts_none).count();
+        let pending = pending.unwrap_or_default().iter();
+        let run = pending.take_while(starts_none).count();
         if run > 0 {
             discarded(run, DiscardReason::NoSync);
             self.from = self.from.wrapping_add(run);
@@ -352,32 +363,33 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
         }
     }
 
-    /// Asks the format about the pending bytes, once, and does as it says: a frame lies in front of `from` then.
+    /// Asks the format about the pending bytes, once.
     #[inline]
-    fn decide(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Verdict {
-        if self.pending() == 0 {
+    fn decide(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Decision {
+        let pending = self.buffer.as_ref().get(self.from..self.to);
+        let pending = pending.unwrap_or_default();
+        if pending.is_empty() {
             self.reset();
-            return Verdict::Incomplete { at_least: 1 };
+            return Decision::Waiting;
         }
         // By law 3 fewer bytes than it takes to ask were incomplete.
         let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
         self.ask_at = 0;
-        let verdict = judge(&self.format, self.pending_bytes(), seen);
-        match verdict {
-            Verdict::Frame(length) => self.from = self.from.wrapping_add(length),
+        match judge(&self.format, pending, seen) {
+            Verdict::Frame(length) => {
+                self.from = self.from.wrapping_add(length);
+                Decision::Frame(length)
+            }
             Verdict::Reject(why) => {
                 self.from = self.from.wrapping_add(1);
                 discarded(1, why);
+                Decision::Discarded
             }
-            Verdict::Incomplete { at_least } => self.ask_at = self.from.wrapping_add(at_least),
+            Verdict::Incomplete { at_least } => {
+                self.ask_at = self.from.wrapping_add(at_least);
+                Decision::Waiting
+            }
         }
-        verdict
-    }
-
-    #[inline]
-    fn pending_bytes(&self) -> &[u8] {
-        let pending = self.buffer.as_ref().get(self.from..self.to);
-        pending.unwrap_or_default()
     }
 
     /// Of the frame that lies in front of `from`.

@@ -52,9 +52,7 @@ pub enum Verdict {
 ///     const LONGEST: usize = 82;
 ///     type Message<'a> = &'a [u8];
 ///
-///     fn judge(&self, bytes: &[u8]) -> Verdict {
-///         self.judge_on(bytes, 0)
-///     }
+///     fn judge(&self, bytes: &[u8]) -> Verdict { self.judge_on(bytes, 0) }
 ///
 ///     fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
 ///         if bytes[0] != b'$' {
@@ -67,9 +65,7 @@ pub enum Verdict {
 ///         }
 ///     }
 ///
-///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-///         &frame[1..frame.len() - 1]
-///     }
+///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[1..frame.len() - 1] }
 /// }
 ///
 /// framelock_formats::check_laws(&Line, &mut *b"$GPTXT,hello\n".to_vec()).unwrap();

@@ -56,7 +56,6 @@ impl FixedFormat for BinCrc8 {
 }
 
 impl Encode for BinCrc8 {
-    /// The reserved byte is sent as 0.
     #[rustfmt::skip]
     fn encode(Setpoint { pitch, roll, yaw }: Setpoint) -> [u8; 8] {
         [b'A', b'B', 0, pitch, roll, yaw, crc8([0, pitch, roll, yaw]), b'\r']

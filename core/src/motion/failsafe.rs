@@ -20,9 +20,7 @@ use core::num::NonZeroU32;
 #[cfg(kani)]
 mod verification;
 
-/// What a frame asks of one axis: `u8` or `u16`, from one end of the axis's travel to the other.
-///
-/// This trait is sealed.
+/// What a frame asks of one axis, from one end of its travel to the other: `u8` or `u16`, and nothing else (sealed).
 pub trait Demand: Copy + Eq + Debug + Default + Into<u16> + TryFrom<u16> + sealed::Bits {}
 
 impl Demand for u8 {}
@@ -138,15 +136,11 @@ pub struct Output<D, const AXES: usize> {
 /// use core::num::NonZeroU32;
 /// use framelock::motion::{Failsafe, FailsafeParameters, Phase, Setpoint};
 /// // A clock of 1 ms: hold after 100 ms, to the middle after 500 ms at 100 units a second.
-/// let mut failsafe = Failsafe::new(
-///     FailsafeParameters {
-///         hold_after: 100,
-///         ramp_after: 500,
-///         park: [128_u8; 3],
-///         ticks_per_unit: [NonZeroU32::new(10).unwrap(); 3],
-///     },
-///     0,
-/// )?;
+/// let rate = NonZeroU32::new(10).unwrap();
+/// let parameters = FailsafeParameters {
+///     hold_after: 100, ramp_after: 500, park: [128_u8; 3], ticks_per_unit: [rate; 3],
+/// };
+/// let mut failsafe = Failsafe::new(parameters, 0)?;
 /// assert_eq!(failsafe.poll(5).phase, Phase::Parked);
 ///
 /// failsafe.frame(10, Setpoint { pitch: 130, roll: 128, yaw: 128 });

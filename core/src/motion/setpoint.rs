@@ -30,7 +30,6 @@ impl From<[u8; 3]> for Setpoint {
 }
 
 impl From<Setpoint> for [u8; 3] {
-    /// In the order of the frame: pitch, roll, yaw.
     fn from(setpoint: Setpoint) -> Self {
         [setpoint.pitch, setpoint.roll, setpoint.yaw]
     }

@@ -5,8 +5,9 @@
 //! [`steps`](super::steps).
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
+use crate::Found;
 use crate::any_format::any_up_to;
-use crate::{Found, Verdict};
+use crate::buffered::Decision;
 
 /// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
 fn something_is_decided<const L: usize, const N: usize>() {
@@ -16,15 +17,15 @@ fn something_is_decided<const L: usize, const N: usize>() {
     let mut discarded = 0;
     let decision = receiver.decide(|count, _| discarded += count);
     let decided = match decision {
-        Verdict::Frame(length) => {
+        Decision::Frame(length) => {
             assert!(receiver.message(length).len() == length && length > 0);
             length
         }
-        Verdict::Reject(_) => discarded,
-        Verdict::Incomplete { .. } => 0,
+        Decision::Discarded => discarded,
+        Decision::Waiting => 0,
     };
     assert!(decided <= pending && discarded <= 1);
-    assert!(discarded == 0 || matches!(decision, Verdict::Reject(_)));
+    assert!(discarded == 0 || matches!(decision, Decision::Discarded));
     let left = pending - decided;
     let start = if left == 0 { 0 } else { from + decided };
     assert!(fits(&receiver, start, left, L));

@@ -2,6 +2,7 @@
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::any_up_to;
+use crate::buffered::Decision;
 use crate::{DiscardReason, Found, Verdict};
 
 /// `decide`: the first pending place's frame, or its drop and the reason; or it waits for a number of
@@ -18,24 +19,23 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
     let row = receiver.format.row.unwrap();
     let asked = receiver.format.asked.get();
     if pending == 0 {
-        assert!(asked.is_none() && discarded.is_none());
-        assert!(decision == Verdict::Incomplete { at_least: 1 });
+        assert!(asked.is_none() && discarded.is_none() && matches!(decision, Decision::Waiting));
         assert!(fits(&receiver, 0, 0, 1));
         return;
     }
     assert!(asked == Some((from, pending)));
     match (decision, row.settled(pending)) {
-        (Verdict::Frame(length), Some(Verdict::Frame(frame))) => {
+        (Decision::Frame(length), Some(Verdict::Frame(frame))) => {
             let message = receiver.message(length);
             assert!(length == frame && message.len() == length);
             assert!(are_places(message, from));
             assert!(fits(&receiver, from + length, pending - length, 1));
         }
-        (Verdict::Reject(why), Some(Verdict::Reject(expected))) => {
-            assert!(why == expected && discarded == Some(expected));
+        (Decision::Discarded, Some(Verdict::Reject(expected))) => {
+            assert!(discarded == Some(expected));
             assert!(fits(&receiver, from + 1, pending - 1, 1));
         }
-        (Verdict::Incomplete { .. }, None) => {
+        (Decision::Waiting, None) => {
             assert!(pending < L && receiver.ask_at > receiver.to);
             assert!(fits(&receiver, from, pending, row.settled_at));
         }
