@@ -112,7 +112,9 @@ fn write_manual(name: Option<&str>) -> Result<()> {
     clap_mangen::Man::new(command)
         .source(source)
         .render(&mut page)?;
-    Ok(output::Output::standard()?.write_all(&page)?)
+    // What is aligned by blanks stays as it is.
+    let page = String::from_utf8_lossy(&page).replace(".SH EXTRA\n", ".SH EXAMPLES\n.nf\n");
+    Ok(output::Output::standard()?.write_all(page.as_bytes())?)
 }
 
 #[cfg(test)]
