@@ -140,4 +140,16 @@ mod tests {
             }
         }
     }
+
+    /// Then the documentation's test compiles it as it stands, and so does whoever pastes it into an empty program.
+    #[test]
+    fn the_readmes_rust_is_whole_programs() {
+        let readme = include_str!("../../README.md");
+        let programs = readme.split("\n```rust\n").skip(1);
+        assert_eq!(programs.clone().count(), 2);
+        for program in programs {
+            let (program, _) = program.split_once("\n```\n").unwrap_or_default();
+            assert!(program.contains("\nfn main() {\n"), "{program}");
+        }
+    }
 }
