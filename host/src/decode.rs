@@ -259,7 +259,9 @@ impl<W: Write> Decoder<W> {
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.describe {
-        return Ok(Output::standard()?.write_all(arguments.frame.text.as_bytes())?);
+        return Ok(arguments
+            .output()?
+            .write_all(arguments.frame.text.as_bytes())?);
     }
     let input = Input::open(&arguments.source, &arguments.port)?;
     let of_time = [
@@ -278,13 +280,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut input = input.spelled(arguments.input);
     input.reconnects = arguments.reconnect;
-    let output = match &arguments.output {
-        Some(path) => {
-            Output::check_is_not(path, &arguments.source)?;
-            Output::create(path)?
-        }
-        None => Output::standard()?,
-    };
+    let output = arguments.output()?;
     if output.is_file || arguments.format == OutputFormat::None {
         input.show_progress();
     }
@@ -320,6 +316,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
+    fn output(&self) -> Result<Output> {
+        let Some(path) = &self.output else {
+            return Output::standard();
+        };
+        Output::check_is_not(path, &self.source)?;
+        Output::create(path)
+    }
+
     /// Where the summary is to go, if there is to be one.
     fn summary(&self) -> Result<Option<Output>> {
         let path = self.summary.as_deref();
