@@ -215,12 +215,11 @@ fn open_file(path: &Path) -> Result<File> {
     const INSTEAD: &str =
         "name a file, a serial port (`framelock ports` lists them), or - for standard input";
     let name = path.display();
-    let file =
-        File::open(path).map_err(|error| anyhow!("cannot open {name}: {error}; {INSTEAD}"))?;
-    if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
+    // Opened, it is an error of another name on Windows.
+    if path.is_dir() {
         bail!("{name} is a directory; {INSTEAD}");
     }
-    Ok(file)
+    File::open(path).map_err(|error| anyhow!("cannot open {name}: {error}; {INSTEAD}"))
 }
 
 /// Bytes from where `file` stands to its end, if it is a regular one.

@@ -166,7 +166,7 @@ const CANNOT_BE_OPENED: &str = "
     decode --stop-bits=2 Cargo.toml => --stop-bits is for serial ports, and Cargo.toml
     man nothing => there is no command nothing
     send - --profile=no/such/file => cannot open no/such/file
-    send /dev/null --motion=step => /dev/null is no serial port
+    send Cargo.toml --motion=step => Cargo.toml is no serial port
     send no/such/port --motion=step => there is no no/such/port
     send - --motion=step --baud=9600 => --baud is for serial ports
     monitor /dev/ttyACM0 => `framelock decode /dev/ttyACM0 --format text` writes lines
