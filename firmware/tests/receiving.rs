@@ -52,7 +52,7 @@ fn the_image_for_bin_crc8_takes_frames_whose_checksum_is_right_and_no_others() {
     stream.extend(frame([1, 2, 3]));
     let mut expected = Vec::new();
     whole_buffer::<BinCrc8>(&stream, Policy::Rescan, |found| {
-        expected.extend(found.message())
+        expected.extend(found.message());
     });
     assert_eq!(expected.len(), 64);
     let mut firmware = Firmware::booted("bin-crc8");

@@ -82,16 +82,15 @@ pub(super) fn draw(frame: &mut Frame, session: &Session) {
 
 fn title_lines(session: &Session) -> Vec<Line<'static>> {
     let watch = session.shown();
-    let mut title = vec![
-        " framelock monitor ".bold().reversed(),
-        format!(" {} ", session.title).into(),
-    ];
+    let mut title = vec![" framelock monitor ".bold().reversed()];
     if session.is_paused() {
         title.push(" PAUSED ".yellow().reversed());
     }
     if session.has_ended {
         title.push(" THE INPUT HAS ENDED ".cyan().reversed());
     }
+    // Last: a port's name may be longer than the terminal is wide.
+    title.push(format!(" {} ", session.title).into());
     let lock = match watch.lock() {
         _ if session.is_gone => " GONE     ".fg(VERMILLION),
         Lock::Silent => " SILENT   ".fg(VERMILLION),

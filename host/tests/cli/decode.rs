@@ -68,6 +68,10 @@ fn a_file_takes_the_frames_and_is_not_the_input() {
     assert_eq!(shown(&["decode", from, "-o", to], ""), "");
     let object = "{\"offset\":6,\"pitch\":127,\"roll\":200,\"yaw\":74}\n";
     assert_eq!(std::fs::read_to_string(&output).unwrap(), object);
+    let describe = ["decode", "--frame=sbus", "--describe"];
+    assert_eq!(shown(&[&describe[..], &["-o", to]].concat(), ""), "");
+    let description = std::fs::read_to_string(&output).unwrap();
+    assert_eq!(description, shown(&describe, ""));
     let told = complaint(run(&["decode", from, "--output", from], ""));
     assert!(
         told.contains("is the input: give --output another"),

@@ -154,6 +154,7 @@ fn numbers_are_in_hex_if_that_is_asked_for() {
 fn keys_change_what_is_shown() {
     let mut session = watched(false);
     session.press(' ');
+    shows(&mut session, 30, "0: PAUSED");
     shows(&mut session, 80, "0: PAUSED\n23: space goes on");
     session.press(' ');
     session.press('z');
