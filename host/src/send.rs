@@ -252,15 +252,14 @@ impl Arguments {
     fn check_line(&self, profile: Option<&Profile>) -> Result<()> {
         let (rate, baud) = (self.rate(), self.port.usual_baud());
         let is_held = profile.is_some_and(Profile::has_times) && self.rate.is_some();
-        if self.frame.has_setpoints() || is_held {
+        if self.frame.has_setpoints() {
             // Whatever the times of a profile are, it parks at the rate.
-            let longest = profile.map_or(self.frame.longest(), Profile::longest);
-            check_rate(rate.0.get().into(), longest, 0, baud, 1.0)?;
+            check_rate(rate.0.get().into(), self.frame.longest(), 0, baud, 1.0)?;
         }
-        match profile.filter(|_| !is_held) {
-            Some(profile) => profile.check_line_carries(rate, |bytes| time_on_line(bytes, baud)),
-            None => Ok(()),
-        }
+        let time_of = |bytes| time_on_line(bytes, baud);
+        profile.map_or(Ok(()), |profile| {
+            profile.check_line_carries(rate, is_held, time_of)
+        })
     }
 
     /// The profile, if there is one.
