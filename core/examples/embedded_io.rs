@@ -1,6 +1,6 @@
 //! Setpoints from anything that implements `Read` of `embedded-io`: most serial drivers do.
 //!
-//! `cargo run -p framelock --example embedded_io --features embedded-io-v0.7`
+//! `cargo run -p framelock-examples --bin embedded_io`
 
 use framelock::motion::Bin;
 use framelock::{LineEvent, Reader, Receiver};

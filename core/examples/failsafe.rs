@@ -1,6 +1,6 @@
 //! What the outputs do when setpoints stop coming, and when they come again.
 //!
-//! `cargo run -p framelock --example failsafe`
+//! `cargo run -p framelock-examples --bin failsafe`
 
 use core::num::NonZeroU32;
 

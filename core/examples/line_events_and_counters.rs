@@ -1,6 +1,6 @@
 //! Where every byte went, and what to do when the UART reports an error or the line falls silent.
 //!
-//! `cargo run -p framelock --example line_events_and_counters`
+//! `cargo run -p framelock-examples --bin line_events_and_counters`
 
 use framelock::motion::Bin;
 use framelock::{Line, LineEvent, Receiver};

@@ -1,6 +1,6 @@
 //! Frames of your own: one of fixed length, one whose header says how long it is.
 //!
-//! `cargo run -p framelock --example own_format`
+//! `cargo run -p framelock-examples --bin own_format`
 
 use framelock::{BufferedReceiver, Encode, FixedFormat, Format, Receiver, Shape};
 use framelock_formats::layout::{Checksum, Layout, Length, LengthField, Patterns};

@@ -1,6 +1,6 @@
 //! Bytes in, setpoints out.
 //!
-//! `cargo run -p framelock --example push_in_a_loop`
+//! `cargo run -p framelock-examples --bin push_in_a_loop`
 
 use framelock::Receiver;
 use framelock::motion::Bin;

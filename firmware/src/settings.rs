@@ -16,8 +16,11 @@ pub(crate) const BAUD: u32 = if cfg!(feature = "megabaud") {
 };
 
 /// What finds the frames. The receiver searches the bytes of a broken frame again (policy Rescan).
-#[cfg(not(feature = "discard"))]
+#[cfg(not(any(feature = "discard", feature = "bin-crc8")))]
 pub(crate) type Parser = framelock::Receiver<framelock::motion::Bin>;
+/// What finds the frames, which have a checksum.
+#[cfg(feature = "bin-crc8")]
+pub(crate) type Parser = framelock::Receiver<framelock::motion::BinCrc8>;
 /// What finds the frames. The lecture's machine throws a broken frame away (policy Discard).
 #[cfg(feature = "discard")]
 pub(crate) type Parser = framelock::can_go_deaf::Lecture;

@@ -6,11 +6,12 @@ use object::{Object, ObjectSection, SectionFlags, elf};
 use crate::firmware::{image, image_file};
 
 /// What each image may take of the flash, in bytes.
-pub(crate) const MOST_FLASH: [(&str, u64); 4] = [
+pub(crate) const MOST_FLASH: [(&str, u64); 5] = [
     ("default", 8 * 1024),
     ("megabaud", 8 * 1024),
     ("discard", 8 * 1024),
     ("small", 5_632),
+    ("bin-crc8", 8 * 1024),
 ];
 
 /// Bytes by section, summed up as the `size` program does.

@@ -1,7 +1,7 @@
 //! What is committed, for what is sent: always what the reference says.
 
 use crate::firmware::{Firmware, GAP, PAUSE, RESTART, frame, reference, setpoints};
-use framelock_proofs::reference::Policy;
+use framelock_proofs::reference::{BinCrc8, Format as _, Policy, whole_buffer};
 use nrf52840_emulator::MILLISECOND;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -31,6 +31,33 @@ fn the_lectures_second_example_is_saved_by_rescan_and_lost_by_discard() {
     let mut discard = Firmware::booted("discard");
     discard.send_and_wait(&SECOND, PAUSE);
     assert!(discard.commits().is_empty());
+}
+
+/// Each bit of a frame inverted in turn, between frames that are whole; then one of BIN.
+#[test]
+fn the_image_for_bin_crc8_takes_frames_whose_checksum_is_right_and_no_others() {
+    let sealed = |[pitch, roll, yaw]: [u8; 3]| {
+        let frame = |crc| [b'A', b'B', 0, pitch, roll, yaw, crc, b'\r'];
+        let mut frames = (0..=u8::MAX).map(frame);
+        let whole = |frame: &[u8; 8]| BinCrc8::fails_at(frame).is_none();
+        frames.find(whole).unwrap()
+    };
+    let mut stream = Vec::new();
+    for (place, bit) in (0..8).flat_map(|place| (0..8).map(move |bit| (place, bit))) {
+        let mut broken = sealed([place, bit, 0x55]);
+        broken[usize::from(place)] ^= 1 << bit;
+        stream.extend(broken);
+        stream.extend(sealed([bit, place, 0xAA]));
+    }
+    stream.extend(frame([1, 2, 3]));
+    let mut expected = Vec::new();
+    whole_buffer::<BinCrc8>(&stream, Policy::Rescan, |found| {
+        expected.extend(found.message());
+    });
+    assert_eq!(expected.len(), 64);
+    let mut firmware = Firmware::booted("bin-crc8");
+    firmware.send_and_wait(&stream, PAUSE);
+    assert_eq!(firmware.commits(), expected);
 }
 
 /// Three frames with a byte lost, another in its place, or one more, at every place.

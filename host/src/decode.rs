@@ -14,7 +14,7 @@ use framelock::{Discarded, Found, LineEvent};
 use serde::Serialize;
 
 use crate::clock::{Timestamps, time_of_day};
-use crate::frame::{Frame, Place};
+use crate::frame::{Frame, FrameParser, Place};
 use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
 use crate::interrupt;
 use crate::line::AnyLine;
@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = PolicyName::Rescan, hide_possible_values = true)]
     policy: PolicyName,
     /// The frames: a name, or a file that describes them [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
     frame: Frame,
     /// Write the frames' description and nothing else: to read it, or to begin one of your own with
     #[arg(long)]
@@ -50,6 +50,12 @@ pub(crate) struct Arguments {
     /// When each frame came, in seconds since the start; =unix counts from 1970
     #[arg(long, value_enum, value_name = "start|unix", num_args = 0..=1, require_equals = true, default_missing_value = "start", hide_possible_values = true)]
     timestamps: Option<Timestamps>,
+    /// Where they go, a file being replaced [default: standard output]
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Numbers in hex, of --format text
+    #[arg(long)]
+    hex: bool,
     /// At the end, or at Ctrl-C, write what became of every byte as a JSON object: to standard error,
     /// or to FILE, where - is standard output
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
@@ -253,7 +259,9 @@ impl<W: Write> Decoder<W> {
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.describe {
-        return Ok(Output::standard()?.write_all(arguments.frame.text.as_bytes())?);
+        return Ok(arguments
+            .output()?
+            .write_all(arguments.frame.text.as_bytes())?);
     }
     let input = Input::open(&arguments.source, &arguments.port)?;
     let of_time = [
@@ -272,12 +280,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut input = input.spelled(arguments.input);
     input.reconnects = arguments.reconnect;
-    let output = Output::standard()?;
+    let output = arguments.output()?;
     if output.is_file || arguments.format == OutputFormat::None {
         input.show_progress();
     }
     let progress = input.progress.clone();
     let mut decoder = Decoder::new(&arguments.frame, arguments.policy, arguments.format, output)?;
+    decoder.frame.is_hex = arguments.hex;
     decoder.timestamps = arguments.timestamps;
     decoder.idle_gap = arguments.idle_gap.map(Duration::from_millis);
     decoder.summary = arguments.summary()?;
@@ -307,6 +316,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
+    fn output(&self) -> Result<Output> {
+        let Some(path) = &self.output else {
+            return Output::standard();
+        };
+        Output::check_is_not(path, &self.source)?;
+        Output::create(path)
+    }
+
     /// Where the summary is to go, if there is to be one.
     fn summary(&self) -> Result<Option<Output>> {
         let path = self.summary.as_deref();

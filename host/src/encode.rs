@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use crate::frame::Frame;
+use crate::frame::{Frame, FrameParser};
 use crate::input::Input;
 use crate::output::{Output, note};
 use crate::rows::{InputFormat, rows};
@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "FILE", default_value = "-")]
     input: PathBuf,
     /// The frames: a name, or a file that describes them [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
     frame: Frame,
     /// How the values are written: csv, jsonl (JSON: an object per line, or an array of them), or
     /// auto, which tells them apart
@@ -46,10 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         let output = path.map_or_else(Output::standard, Output::create)?;
         return arguments.encode(input, output);
     };
-    if path.exists() && fs::canonicalize(path).ok() == fs::canonicalize(&arguments.input).ok() {
-        let name = path.display();
-        bail!("{name} is the input: give --output another name");
-    }
+    Output::check_is_not(path, &arguments.input)?;
     // Beside it, so that it can take its place.
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");

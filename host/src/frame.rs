@@ -2,14 +2,18 @@
 
 mod written;
 
+use std::ffi::OsStr;
 use std::fmt;
 use std::path::Path;
 
 use clap::ValueEnum;
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Encode, Format as _};
 use framelock_description::{Description, SHIPPED, read, shipped};
 use framelock_simulation::FrameFormat;
+
+use crate::output::harmless;
 
 pub(crate) use written::Place;
 
@@ -30,6 +34,8 @@ pub(crate) struct Frame {
     pub(crate) text: String,
     /// How each kind of frames is written.
     written: Vec<written::Kind>,
+    /// Whether people are shown numbers in hex.
+    pub(crate) is_hex: bool,
 }
 
 impl Frame {
@@ -47,6 +53,7 @@ impl Frame {
             written: written::kinds(&description),
             description,
             text,
+            is_hex: false,
         })
     }
 
@@ -85,6 +92,30 @@ impl Frame {
             }
             _ => None,
         }
+    }
+}
+
+/// Reads the option `--frame`.
+#[derive(Clone)]
+pub(crate) struct FrameParser;
+
+impl TypedValueParser for FrameParser {
+    type Value = Frame;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        name: &OsStr,
+    ) -> Result<Frame, clap::Error> {
+        let parser = StringValueParser::new();
+        let parser = parser.try_map(|name| Frame::named(&name).map_err(|why| harmless(&why)));
+        parser.parse_ref(command, argument, name)
+    }
+
+    /// What completions offer.
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(SHIPPED.iter().map(|(name, _)| name.into())))
     }
 }
 

@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use framelock_description::generate::{c, rust};
 
-use crate::frame::Frame;
+use crate::frame::{Frame, FrameParser};
 use crate::output::Output;
 
 /// Source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
@@ -15,7 +15,7 @@ use crate::output::Output;
 #[command(after_help = include_str!("help/generate.txt"))]
 pub(crate) struct Arguments {
     /// The frames: a name, or a file that describes them
-    #[arg(long, value_name = "NAME|FILE", value_parser = Frame::named)]
+    #[arg(long, value_name = "NAME|FILE", value_parser = FrameParser, hide_possible_values = true)]
     frame: Frame,
     /// The language: rust, without std, or c, C99 that is C++17 as well
     #[arg(long, value_enum, value_name = "LANGUAGE")]

@@ -85,7 +85,7 @@ impl<'a> Input<'a> {
             let file = standard::file(io::stdin()).context("cannot open standard input")?;
             ("standard input", file)
         } else {
-            if let Some(port) = serial::open_if_port(argument, options)? {
+            if let Some(port) = serial::open_or_wait(argument, options)? {
                 let open_port = OpenPort {
                     path: argument.to_owned(),
                     options: options.clone(),
@@ -212,14 +212,14 @@ fn spelled<'a>(text: impl Read + Send + 'a, spelling: Spelling) -> Box<dyn Read 
 }
 
 fn open_file(path: &Path) -> Result<File> {
-    const INSTEAD: &str = "name a file, a serial port, or - for standard input";
+    const INSTEAD: &str =
+        "name a file, a serial port (`framelock ports` lists them), or - for standard input";
     let name = path.display();
-    let file =
-        File::open(path).map_err(|error| anyhow!("cannot open {name}: {error}; {INSTEAD}"))?;
-    if file.metadata().is_ok_and(|metadata| metadata.is_dir()) {
+    // Opened, it is an error of another name on Windows.
+    if path.is_dir() {
         bail!("{name} is a directory; {INSTEAD}");
     }
-    Ok(file)
+    File::open(path).map_err(|error| anyhow!("cannot open {name}: {error}; {INSTEAD}"))
 }
 
 /// Bytes from where `file` stands to its end, if it is a regular one.

@@ -112,7 +112,9 @@ fn write_manual(name: Option<&str>) -> Result<()> {
     clap_mangen::Man::new(command)
         .source(source)
         .render(&mut page)?;
-    Ok(output::Output::standard()?.write_all(&page)?)
+    // What is aligned by blanks stays as it is.
+    let page = String::from_utf8_lossy(&page).replace(".SH EXTRA\n", ".SH EXAMPLES\n.nf\n");
+    Ok(output::Output::standard()?.write_all(page.as_bytes())?)
 }
 
 #[cfg(test)]
@@ -136,6 +138,18 @@ mod tests {
             if let Err(error) = parsed {
                 panic!("{command}: {error}");
             }
+        }
+    }
+
+    /// Then the documentation's test compiles it as it stands, and so does whoever pastes it into an empty program.
+    #[test]
+    fn the_readmes_rust_is_whole_programs() {
+        let readme = include_str!("../../README.md");
+        let programs = readme.split("\n```rust\n").skip(1);
+        assert_eq!(programs.clone().count(), 2);
+        for program in programs {
+            let (program, _) = program.split_once("\n```\n").unwrap_or_default();
+            assert!(program.contains("\nfn main() {\n"), "{program}");
         }
     }
 }

@@ -14,12 +14,12 @@ use anyhow::{Context, Result, bail};
 use framelock::motion::FailsafeParameters;
 use framelock_simulation::LEVEL;
 
-use crate::frame::Frame;
+use crate::frame::{Frame, FrameParser};
 use crate::input::Input;
 use crate::line::AnyLine;
 use crate::names::{PolicyName, name};
 use crate::numbers::whole;
-use crate::output::Output;
+use crate::output::{Output, harmless};
 use crate::screen;
 use crate::serial::PortOptions;
 use session::{Recording, Session};
@@ -38,8 +38,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = PolicyName::Rescan, hide_possible_values = true)]
     policy: PolicyName,
     /// The frames: a name, or a file that describes them [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
     frame: Frame,
+    /// Numbers in hex, as trace has them
+    #[arg(long)]
+    hex: bool,
     #[command(flatten)]
     port: PortOptions,
     /// End with an error when the port is gone, instead of waiting for it
@@ -74,8 +77,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         park: LEVEL.into(),
         ticks_per_unit: [MICROSECONDS_PER_UNIT; 3],
     };
-    let watch = Watch::new(arguments.frame.clone(), line, failsafe, idle_gap)
-        .context("--hold-after and --ramp-after")?;
+    let mut frame = arguments.frame.clone();
+    frame.is_hex = arguments.hex;
+    let watch =
+        Watch::new(frame, line, failsafe, idle_gap).context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;
     let mut input = Input::open(&arguments.line, &arguments.port)?;
     input.reconnects = !arguments.no_reconnect;
@@ -90,7 +95,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let outcome = live::run(&mut session, input);
     // However it ended, this was seen.
-    let told = session.finish().join("\n") + "\n";
+    let told = session.finish();
+    let told: String = told.iter().map(|line| harmless(line) + "\n").collect();
     let is_told = Output::standard()?.write_all(told.as_bytes());
     outcome?;
     Ok(is_told?)

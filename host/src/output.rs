@@ -1,10 +1,10 @@
 //! Where a stream goes: a file, standard output or a serial port.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 
 use crate::standard;
 
@@ -46,6 +46,15 @@ impl Output {
         Ok(Self::file(&name, file))
     }
 
+    /// That a file to be written is not what is read from.
+    pub(crate) fn check_is_not(path: &Path, input: &Path) -> Result<()> {
+        if path.exists() && fs::canonicalize(path).ok() == fs::canonicalize(input).ok() {
+            let name = path.display();
+            bail!("{name} is the input: give --output another name");
+        }
+        Ok(())
+    }
+
     pub(crate) fn standard() -> Result<Self> {
         let file = standard::file(io::stdout()).context("cannot open standard output")?;
         Ok(Self::file("standard output", file))
@@ -76,9 +85,30 @@ fn failure(error: io::Error, name: &str) -> io::Error {
     io::Error::new(error.kind(), told)
 }
 
+/// A line of text from anywhere, as a terminal may show it: what it would act on, or what turns the direction of
+/// writing, is escaped. (A frame's values are written so already.)
+pub(crate) fn harmless(text: &str) -> String {
+    let turns = ['\u{61C}', '\u{200E}', '\u{200F}'];
+    let is_harmful = |c: char| {
+        c.is_control()
+            || turns.contains(&c)
+            || ('\u{202A}'..='\u{202E}').contains(&c)
+            || ('\u{2066}'..='\u{2069}').contains(&c)
+    };
+    let mut harmless = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_harmful(c) {
+            harmless.extend(c.escape_unicode());
+        } else {
+            harmless.push(c);
+        }
+    }
+    harmless
+}
+
 /// Says something on standard error, which may be closed.
 pub(crate) fn note(text: &str) {
-    let _ = writeln!(io::stderr(), "framelock: {text}");
+    let _ = writeln!(io::stderr(), "framelock: {}", harmless(text));
 }
 
 /// Says on standard error what went wrong, if something did. It is nothing wrong if the reader of
@@ -91,4 +121,19 @@ pub(crate) fn exit_code(outcome: Result<()>) -> u8 {
     }
     note(&format!("{error:#}"));
     2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_acts_on_is_escaped_and_the_rest_is_as_it_was() {
+        let as_it_was = "Größe 7 µm: \"C:\\x\", e\u{301}";
+        assert_eq!(harmless(as_it_was), as_it_was);
+        assert_eq!(
+            harmless("\x1B[2J\u{9B}2J\x7F\n\u{202E}\u{2066}"),
+            "\\u{1b}[2J\\u{9b}2J\\u{7f}\\u{a}\\u{202e}\\u{2066}"
+        );
+    }
 }

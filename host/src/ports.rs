@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serialport::{SerialPortInfo, SerialPortType};
 
-use crate::output::{Output, note};
+use crate::output::{Output, harmless, note};
 use crate::serial::NO_PERMISSION;
 
 /// Runs `framelock ports`.
@@ -51,7 +51,8 @@ fn description(port: &SerialPortInfo) -> String {
         SerialPortType::PciPort => "PCI".into(),
         SerialPortType::Unknown => "built in".into(),
     };
-    format!("{:<14}  {what}", port.port_name)
+    // What it calls itself may be anything.
+    harmless(&format!("{:<14}  {what}", port.port_name))
 }
 
 #[cfg(unix)]
@@ -83,7 +84,7 @@ mod tests {
         let nameless = UsbPortInfo {
             serial_number: None,
             manufacturer: None,
-            product: Some("J-Link".into()),
+            product: Some("J-\x1BLink".into()),
             ..usb.clone()
         };
         for (port_type, expected) in [
@@ -93,7 +94,7 @@ mod tests {
             ),
             (
                 SerialPortType::UsbPort(nameless),
-                "/dev/ttyUSB0    USB 0403:6001  J-Link",
+                "/dev/ttyUSB0    USB 0403:6001  J-\\u{1b}Link",
             ),
             (SerialPortType::Unknown, "/dev/ttyUSB0    built in"),
         ] {

@@ -173,9 +173,7 @@ fn seconds(value: &Value) -> Result<Duration, String> {
 fn check_order(before: Option<&Row>, time: Option<Duration>) -> Result<(), String> {
     match before.map(|before| (before.time, time)) {
         Some((Some(before), Some(time))) if time < before => Err(format!(
-            "the time {} is before that of the row above, {}; times may not go back",
-            time.as_secs_f64(),
-            before.as_secs_f64()
+            "the time {time:?} is before that of the row above, {before:?}; times may not go back"
         )),
         Some((Some(_), None)) => Err("no time, but the rows above have one".into()),
         Some((None, Some(_))) => Err("a time, but the rows above have none".into()),

@@ -20,7 +20,7 @@ use framelock_simulation::{
     Axis, ByteFaults, FaultRates, Motion, Seed, Shape, check_rate, time_on_line,
 };
 
-use crate::frame::Frame;
+use crate::frame::{Frame, FrameParser};
 use crate::input::Input;
 use crate::interrupt;
 use crate::numbers::{number, probability, whole};
@@ -64,7 +64,7 @@ pub(crate) struct Arguments {
     seconds: Option<f64>,
     /// The frames: a name, or a file that describes them [default: bin]. Those other than bin and
     /// bin-crc8 are sent from a profile, and do not park
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
     frame: Frame,
     #[command(flatten)]
     port: PortOptions,
@@ -252,15 +252,14 @@ impl Arguments {
     fn check_line(&self, profile: Option<&Profile>) -> Result<()> {
         let (rate, baud) = (self.rate(), self.port.usual_baud());
         let is_held = profile.is_some_and(Profile::has_times) && self.rate.is_some();
-        if self.frame.has_setpoints() || is_held {
+        if self.frame.has_setpoints() {
             // Whatever the times of a profile are, it parks at the rate.
-            let longest = profile.map_or(self.frame.longest(), Profile::longest);
-            check_rate(rate.0.get().into(), longest, 0, baud, 1.0)?;
+            check_rate(rate.0.get().into(), self.frame.longest(), 0, baud, 1.0)?;
         }
-        match profile.filter(|_| !is_held) {
-            Some(profile) => profile.check_line_carries(rate, |bytes| time_on_line(bytes, baud)),
-            None => Ok(()),
-        }
+        let time_of = |bytes| time_on_line(bytes, baud);
+        profile.map_or(Ok(()), |profile| {
+            profile.check_line_carries(rate, is_held, time_of)
+        })
     }
 
     /// The profile, if there is one.
@@ -314,7 +313,7 @@ impl Arguments {
     fn open_line(&self, is_stopped: &Arc<AtomicBool>) -> Result<Output> {
         let name = self.line.to_string_lossy();
         if self.is_port() {
-            return match serial::open_if_port(&self.line, &self.port)? {
+            return match serial::open_or_wait(&self.line, &self.port)? {
                 Some(port) if self.no_reconnect => Ok(Output::new(&name, port)),
                 Some(port) => {
                     let is_stopped = Arc::clone(is_stopped);

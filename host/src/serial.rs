@@ -39,6 +39,9 @@ pub(crate) struct PortOptions {
     /// Its stop bits: 1 or 2 [default: 1]. SBUS has even parity and 2, at 100000
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
     stop_bits: Option<u8>,
+    /// Wait for a port that is not there yet
+    #[arg(long)]
+    wait: bool,
 }
 
 /// The names of parities.
@@ -61,6 +64,7 @@ impl PortOptions {
             ("--baud", self.baud.is_some()),
             ("--parity", self.parity.is_some()),
             ("--stop-bits", self.stop_bits.is_some()),
+            ("--wait", self.wait),
         ];
         match given.iter().find(|(_, is_given)| *is_given) {
             None => Ok(()),
@@ -214,6 +218,37 @@ impl<S: Fn() -> bool> Write for LastingPort<S> {
     }
 }
 
+/// Opens `path` if it is a serial port; if it is not there yet, and that is asked for, as soon as it is.
+pub(crate) fn open_or_wait(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
+    if options.wait && !is_there(path) {
+        let name = path.display();
+        note(&format!(
+            "waiting for {name}; `framelock ports` lists those that are there"
+        ));
+        while !is_there(path) {
+            std::thread::sleep(LOOK_EVERY);
+        }
+        // It is there before the system has said who may open it.
+        std::thread::sleep(LOOK_EVERY);
+    }
+    open_if_port(path, options)
+}
+
+#[cfg(unix)]
+fn is_there(path: &Path) -> bool {
+    path.exists()
+}
+
+/// A name means a port only while there is one.
+#[cfg(windows)]
+fn is_there(path: &Path) -> bool {
+    let name = path.to_string_lossy();
+    let ports = serialport::available_ports().unwrap_or_default();
+    ports
+        .iter()
+        .any(|port| port.port_name.eq_ignore_ascii_case(&name))
+}
+
 /// Opens `path` if it is a serial port.
 pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
     let Some(device) = device(path)? else {
@@ -237,7 +272,8 @@ pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<
     let port = port.map_err(|error| {
         anyhow!(
             "cannot open the serial port {name} at {options}: {error}; \
-             is it connected, not in use elsewhere, and the rate one that it can do?"
+             is it connected (`framelock ports` lists those that are), not in use elsewhere, and the rate one that it \
+             can do?"
         )
     })?;
     Ok(Some(Port { port, device }))

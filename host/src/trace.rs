@@ -12,7 +12,7 @@ use anyhow::{Error, Result, anyhow, bail};
 use framelock_description::hex;
 use framelock_simulation::FrameFormat;
 
-use crate::frame::Frame;
+use crate::frame::{Frame, FrameParser};
 use crate::input::{Input, Spelling};
 use crate::names::PolicyName;
 use crate::output::{Output, note};
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     policy: Machines,
     /// The frames: a name, or a file that describes them [default: bin]. Of others than bin each row has
     /// how many bytes are pending, the frames with their fields, and why bytes are discarded
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = Frame::named)]
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
     frame: Frame,
     /// How a file, port or pipe is written: bytes, or hex: text such as 41 42 00 or 0x41,0x42
     #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
@@ -82,7 +82,7 @@ const EXAMPLES: [[&str; 3]; 2] = [
         "41 42 00 7F C8 4A 0D",
     ],
     [
-        "The lecture's second example: two frames, and the line loses 7F and C8 of the first.",
+        "The lecture's second example: two frames; the line loses 7F and C8 of the first.",
         "41 42 00 7F C8 4A 0D 41 42 00 82 C4 4A 0D",
         "41 42 00 -- -- 4A 0D 41 42 00 82 C4 4A 0D",
     ],

@@ -25,7 +25,7 @@ pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 /// All that the tests run. The others share the first one's dependencies, so each takes a second or
 /// two. `discard` also leaves the debug port as it is; the last has single steps of the parsers, for the
 /// figures.
-pub(crate) const BUILDS: [Build; 7] = [
+pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
     (
@@ -34,6 +34,7 @@ pub(crate) const BUILDS: [Build; 7] = [
         &["--features=discard,leave-debug-port"],
     ),
     ("small", "framelock-firmware", &["--no-default-features"]),
+    ("bin-crc8", "framelock-firmware", &["--features=bin-crc8"]),
     ("self-test", "self-test", &[]),
     ("self-test-megabaud", "self-test", &["--features=megabaud"]),
     ("parser-steps", "parser-steps", &["--no-default-features"]),

@@ -222,7 +222,7 @@ impl Frame {
                 continue;
             };
             row.extend(b"   ");
-            append_field(row, field, content);
+            self.append_field(row, field, content);
         }
     }
 
@@ -241,27 +241,40 @@ impl Frame {
             .then(|| format!("{KIND} {}", kind.name));
         let fields = kind.shown(frame).map(|(field, content)| {
             let mut line = Vec::new();
-            append_field(&mut line, field, content);
+            self.append_field(&mut line, field, content);
             String::from_utf8_lossy(&line).into_owned()
         });
         name.into_iter().chain(fields).collect()
     }
-}
 
-/// The name, the values, numbers as wide as those of one byte, so that they stand in columns; and the unit.
-fn append_field(
-    row: &mut Vec<u8>,
-    field: &framelock_description::Field,
-    content: framelock_description::Content,
-) {
-    row.extend(field.name.as_bytes());
-    for value in content.values() {
-        row.push(b' ');
-        append_aligned(row, 3, |row| value.append_to(row));
+    /// The name, the values, numbers as wide as those of one byte, so that they stand in columns; and the unit.
+    fn append_field(
+        &self,
+        row: &mut Vec<u8>,
+        field: &framelock_description::Field,
+        content: framelock_description::Content,
+    ) {
+        row.extend(field.name.as_bytes());
+        for value in content.values() {
+            row.push(b' ');
+            match value {
+                Value::Unsigned(number) if self.is_hex => row.extend(self.number(number).bytes()),
+                value => append_aligned(row, 3, |row| value.append_to(row)),
+            }
+        }
+        if let Some(unit) = &field.unit {
+            row.push(b' ');
+            row.extend(unit.as_bytes());
+        }
     }
-    if let Some(unit) = &field.unit {
-        row.push(b' ');
-        row.extend(unit.as_bytes());
+
+    /// A number as people are shown it.
+    pub(crate) fn number(&self, number: u64) -> String {
+        if self.is_hex {
+            format!("{:>3}", format!("{number:02X}"))
+        } else {
+            format!("{number:>3}")
+        }
     }
 }
 

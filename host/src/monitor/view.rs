@@ -82,16 +82,15 @@ pub(super) fn draw(frame: &mut Frame, session: &Session) {
 
 fn title_lines(session: &Session) -> Vec<Line<'static>> {
     let watch = session.shown();
-    let mut title = vec![
-        " framelock monitor ".bold().reversed(),
-        format!(" {} ", session.title).into(),
-    ];
+    let mut title = vec![" framelock monitor ".bold().reversed()];
     if session.is_paused() {
         title.push(" PAUSED ".yellow().reversed());
     }
     if session.has_ended {
         title.push(" THE INPUT HAS ENDED ".cyan().reversed());
     }
+    // Last: a port's name may be longer than the terminal is wide.
+    title.push(format!(" {} ", session.title).into());
     let lock = match watch.lock() {
         _ if session.is_gone => " GONE     ".fg(VERMILLION),
         Lock::Silent => " SILENT   ".fg(VERMILLION),
@@ -117,14 +116,15 @@ fn title_lines(session: &Session) -> Vec<Line<'static>> {
 fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
     let Output { axes, phase } = watch.output();
     let demands = watch.now.setpoint.map(<[u8; 3]>::from);
-    let bar_width = width.saturating_sub(6 + 10);
+    let bar_width = width.saturating_sub(6 + 12);
     let mut lines = Vec::new();
     for (axis, ((name, _), output)) in AXES.into_iter().zip(axes).enumerate() {
         let demand = demands.and_then(|axes| axes.get(axis).copied());
-        let number = demand.map_or_else(|| "--".to_owned(), |demand| format!("{demand:02X}"));
+        let number = |value: u8| watch.frame.number(value.into());
+        let sent = demand.map_or_else(|| " --".to_owned(), number);
         let mut line = Line::from(format!("{name:<6}"));
         line.extend(bar(demand.unwrap_or(0), Some(output), bar_width));
-        line.push_span(format!(" {number} out {output:02X}"));
+        line.push_span(format!(" {sent} out {}", number(output)));
         lines.push(line);
     }
     let phase = Span::styled(phase_name(phase).to_uppercase(), phase_style(phase));
@@ -232,7 +232,7 @@ fn draw_chart(frame: &mut Frame, watch: &Watch, area: Rect) {
     let chart = Chart::new(datasets.collect())
         .block(Block::bordered().title(title))
         .x_axis(Axis::default().bounds([from, from + 10.0]))
-        .y_axis(demands.labels(["00", "80", "FF"]));
+        .y_axis(demands.labels([0, 128, 255].map(|demand| watch.frame.number(demand))));
     frame.render_widget(chart, area);
 }
 

@@ -32,41 +32,46 @@ impl Profile {
         })
     }
 
-    /// Bytes in its longest frame.
-    pub(super) fn longest(&self) -> usize {
-        self.frames.iter().map(Vec::len).max().unwrap_or_default()
-    }
-
     /// Whether it says when each frame is due.
     pub(super) fn has_times(&self) -> bool {
         self.times.is_some()
     }
 
-    /// That the line carries the frames as fast as they are due, by their times or else at a rate, given how long it takes for so many bytes. Some may be
-    /// due at once, as adapters deliver them: the line makes up for that.
+    /// That the line carries the frames as fast as they are due, by their times or else at a rate, each once or held
+    /// until the next, given how long it takes for so many bytes. Some may be due at once, as adapters deliver
+    /// them: the line makes up for that.
     pub(super) fn check_line_carries(
         &self,
         rate: Rate,
+        is_held: bool,
         time_of: impl Fn(usize) -> Duration,
     ) -> Result<()> {
+        let times = self.times.iter().flatten().copied();
+        let made_up = self.times.is_none().then(|| rate.dues());
+        let mut dues = times.chain(made_up.into_iter().flatten()).peekable();
         let mut free_at = Duration::ZERO;
-        let mut dues = rate.dues();
         for (index, frame) in self.frames.iter().enumerate() {
-            let time = self
-                .times
-                .as_ref()
-                .and_then(|times| times.get(index).copied());
-            let due = time.or_else(|| dues.next()).unwrap_or_default();
+            let due = dues.next().unwrap_or_default();
             let late = free_at.saturating_sub(due);
             if late > MOST_MADE_UP {
                 bail!(
                     "row {} of the profile would be {:.0} ms late, so long the line takes for those before it: \
-                     raise --baud, or give a --rate at which the profile is held",
+                     raise --baud, or hold the profile at a lower --rate",
                     index + 1,
                     late.as_secs_f64() * 1e3,
                 );
             }
-            free_at = free_at.max(due) + time_of(frame.len());
+            let until_next = dues
+                .peek()
+                .map_or(Duration::ZERO, |next| next.saturating_sub(due));
+            let count = if is_held {
+                rate.frames_in(until_next.as_secs_f64())
+            } else {
+                1
+            };
+            free_at = free_at
+                .max(due)
+                .saturating_add(time_of(frame.len()).saturating_mul(count));
         }
         Ok(())
     }
@@ -131,12 +136,29 @@ mod tests {
             let rows = rows.collect::<Vec<_>>().concat();
             let profile = Profile::read(Input::new("moves", rows.as_bytes()), &frame).unwrap();
             let told = profile
-                .check_line_carries(RATE, time_of)
+                .check_line_carries(RATE, false, time_of)
                 .err()
                 .map(|error| error.to_string());
             assert_eq!(told.is_none(), is_carried, "{told:?}");
             let expected = "row 37 of the profile would be 252 ms late";
             assert!(told.is_none_or(|told| told.starts_with(expected)));
+        }
+    }
+
+    #[test]
+    fn a_line_carries_what_is_held_by_what_each_row_takes() {
+        // A long frame for a moment, short ones for a second; and the other way round.
+        let frame = Frame::named("ubx").unwrap();
+        let time_of = |bytes: usize| Duration::from_millis(bytes as u64);
+        for (until, is_carried) in [("0.05", true), ("1", false)] {
+            let rows = format!(
+                "time,class,id,payload\n0,1,1,{}\n{until},1,1,\n2,1,1,\n",
+                "00".repeat(40)
+            );
+            let profile = Profile::read(Input::new("moves", rows.as_bytes()), &frame).unwrap();
+            // Of 48 ms and 8 ms, 10 ms apart.
+            let outcome = profile.check_line_carries(RATE, true, time_of);
+            assert_eq!(outcome.is_ok(), is_carried, "{outcome:?}");
         }
     }
 

@@ -29,6 +29,11 @@ fn what_is_received_is_written_in_every_format() {
             &format!("{header}6,127,200,74\n18,130,196,74\n"),
         ),
         (&["--format=text"], &CLEAN, text),
+        (
+            &["--format=text", "--hex"],
+            &CLEAN,
+            "byte          6   pitch  7F   roll  C8   yaw  4A\n",
+        ),
         (&["--format=none"], &both, ""),
         (&[], b"", ""),
         (&["--format=csv"], b"", header),
@@ -51,6 +56,28 @@ fn the_summary_is_apart_from_the_frames() {
     let option = format!("--summary={}", file.display());
     assert!(shown(&["decode", &option], CLEAN).starts_with("{\"offset\":6,"));
     assert_eq!(std::fs::read_to_string(file).unwrap(), summary);
+}
+
+#[test]
+fn a_file_takes_the_frames_and_is_not_the_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in", "out"].map(|name| folder.path().join(name));
+    std::fs::write(&input, CLEAN).unwrap();
+    std::fs::write(&output, "what was there before").unwrap();
+    let [from, to] = [&input, &output].map(|path| path.to_str().unwrap());
+    assert_eq!(shown(&["decode", from, "-o", to], ""), "");
+    let object = "{\"offset\":6,\"pitch\":127,\"roll\":200,\"yaw\":74}\n";
+    assert_eq!(std::fs::read_to_string(&output).unwrap(), object);
+    let describe = ["decode", "--frame=sbus", "--describe"];
+    assert_eq!(shown(&[&describe[..], &["-o", to]].concat(), ""), "");
+    let description = std::fs::read_to_string(&output).unwrap();
+    assert_eq!(description, shown(&describe, ""));
+    let told = complaint(run(&["decode", from, "--output", from], ""));
+    assert!(
+        told.contains("is the input: give --output another"),
+        "{told}"
+    );
+    assert_eq!(std::fs::read(input).unwrap(), CLEAN);
 }
 
 #[test]
@@ -303,10 +330,45 @@ mod at_a_serial_port {
     }
 
     #[test]
+    fn a_port_that_is_not_there_yet_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let name = folder.path().join("port");
+        let path = name.to_str().unwrap();
+        let (mut far_end, _near_end, port) = line();
+        for arguments in [
+            &["decode", path, "--wait", "--format=csv"][..],
+            &["send", path, "--wait", "--motion=step", "--rate=1000"],
+        ] {
+            let mut child = start(arguments);
+            let mut told = BufReader::new(child.stderr.take().unwrap()).lines();
+            let waiting = told.next().unwrap().unwrap();
+            assert!(
+                waiting.contains(&format!("waiting for {path}; ")),
+                "{waiting}"
+            );
+            symlink(&port, &name).unwrap();
+            if arguments[0] == "send" {
+                far_end.read_exact(&mut [0; 7]).unwrap();
+            } else {
+                let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+                assert_eq!(rows.next().unwrap().unwrap(), "offset,pitch,roll,yaw");
+                far_end.write_all(&CLEAN).unwrap();
+                assert_eq!(rows.next().unwrap().unwrap(), "6,127,200,74");
+            }
+            child.kill().unwrap();
+            child.wait().unwrap();
+            fs::remove_file(&name).unwrap();
+        }
+    }
+
+    #[test]
     fn a_port_in_use_is_told() {
         let mut session = decoding(&[]);
         let told = complaint(feed(start(&["decode", &session.port]), b""));
-        assert!(told.contains(&session.port), "{told}");
+        assert!(
+            told.contains(&session.port) && told.contains("`framelock ports` lists"),
+            "{told}"
+        );
         session.child.kill().unwrap();
         session.child.wait().unwrap();
     }

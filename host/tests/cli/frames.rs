@@ -2,6 +2,10 @@
 
 use std::fs;
 
+use rand::seq::IndexedRandom;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 use crate::process::{complaint, run, shown, text, written};
 
 /// Bytes in hex.
@@ -211,6 +215,63 @@ fn a_file_describes_frames_in_every_format() {
         told.contains("line 2: there is no frame of 8 bytes with these values"),
         "{told}"
     );
+}
+
+/// That a terminal acts on nothing in it, and shows it from left to right.
+fn is_harmless(text: &str) -> bool {
+    let is_harmful = |c: char| {
+        c.is_control() && c != '\n'
+            || matches!(c, '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
+    };
+    !text.chars().any(is_harmful)
+}
+
+#[test]
+fn nothing_from_the_wire_reaches_the_terminal_as_it_came() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lines.toml");
+    fs::write(&path, LINES).unwrap();
+    let frame = format!("--frame={}", path.display());
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let (harmful, frames) = (["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}"], 500);
+    let mut stream = Vec::new();
+    for _ in 0..frames {
+        stream.extend(b"#1");
+        for _ in 0..3 {
+            let piece = harmful.choose(&mut random).unwrap().as_bytes();
+            stream.extend(piece);
+            // Not the beginning of an end.
+            stream.push(random.random::<u8>().max(b'\r' + 1));
+        }
+        stream.extend(b"\r\n");
+    }
+    for arguments in [
+        &["decode", "--format=text"][..],
+        &["decode", "--format=csv"],
+        &["decode"],
+        &["trace", "-"],
+        &["trace", "-", "--format=jsonl"],
+    ] {
+        let shown = shown(&[arguments, &[&frame]].concat(), &stream);
+        assert!(is_harmless(&shown), "{arguments:?}: {shown:?}");
+        let escapes = shown.matches("x1B[2J").count();
+        assert!(escapes > frames / 2, "{arguments:?}: {escapes}");
+    }
+    // Errors quote what they were given.
+    for (arguments, input) in [
+        (&["decode", "--input=hex"][..], "41 \x1B[2J"),
+        (&["trace", "--input=hex", "-"], "41 \u{202E}"),
+        (&["encode"], "pitch,roll,yaw\n\x1B[2J,2,3\n"),
+        (
+            &["encode"],
+            "{\"pitch\":\"\\u001b[2J\",\"roll\":1,\"yaw\":2}\n",
+        ),
+        (&["decode", "no\x1B[2J"], ""),
+    ] {
+        let told = complaint(run(arguments, input));
+        let told = told.strip_prefix("framelock: ").unwrap();
+        assert!(is_harmless(told) && told.contains('\\'), "{told:?}");
+    }
 }
 
 #[test]

@@ -61,7 +61,7 @@ The lecture's first example: one frame, and the line loses nothing.
 
 {FIRST}
 
-The lecture's second example: two frames, and the line loses 7F and C8 of the first.
+The lecture's second example: two frames; the line loses 7F and C8 of the first.
 
   sent      41 42 00 7F C8 4A 0D 41 42 00 82 C4 4A 0D
   received  41 42 00 -- -- 4A 0D 41 42 00 82 C4 4A 0D
@@ -136,6 +136,8 @@ fn a_trace_fits_a_terminal_of_eighty_columns() {
         let too_long = shown.lines().find(|line| line.len() > 80);
         assert_eq!(too_long, None);
     }
+    let too_long = shown(&[]);
+    assert_eq!(too_long.lines().find(|line| line.len() > 80), None);
 }
 
 #[test]

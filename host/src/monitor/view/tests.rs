@@ -53,21 +53,21 @@ fn the_screen_is_what_was_watched() {
         " framelock monitor  /dev/ttyACM0, 115200 baud, bin, rescan                      ",
         " SEARCHING   50.0 frames/s      350 bytes/s   last frame 0.0 s ago              ",
         "┌ setpoint ────────────────────────────┐┌ counters ────────────────────────────┐",
-        "│pitch ████████████┃          95 out 95││bytes 1057  frames 150                │",
-        "│roll  █████┃                 40 out 40││discarded 3                           │",
-        "│yaw   ███████████████┃▌      C0 out C0││  no sync 2  broken sync 1            │",
+        "│pitch ███████████┃         149 out 149││bytes 1057  frames 150                │",
+        "│roll  ████┃                 64 out  64││discarded 3                           │",
+        "│yaw   ██████████████┃      192 out 192││  no sync 2  broken sync 1            │",
         "│failsafe LIVE                         ││  terminator 0  check 0  line 0       │",
         "│state    A  B  1  2 [3] 4  CR         ││resynchronised 0  idle gaps 0         │",
         "│                                      ││line errors: framing 0     break 0    │",
         "│                                      ││not recorded                          │",
         "└──────────────────────────────────────┘└──────────────────────────────────────┘",
         "┌ the last ten seconds: pitch roll yaw ────────────────────────────────────────┐",
-        "│FF│                                                                           │",
-        "│  │⠠⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤                                                    │",
-        "│  │                   ⢀⣀⠤⠤                                                    │",
-        "│80│            ⢀⣀⣀⠤⠔⠒⠉⠁                                                       │",
-        "│  │⠐⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒                                                    │",
-        "│00│⢀⡠⠤⠒⠊⠉                                                                     │",
+        "│255│                                                                          │",
+        "│   │⠠⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠄                                                   │",
+        "│   │                   ⣀⡠⠤⠄                                                   │",
+        "│128│            ⢀⣀⡠⠤⠒⠊⠉                                                       │",
+        "│   │⠐⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠂                                                   │",
+        "│  0│⢀⡠⠤⠒⠊⠉                                                                    │",
         "└──────────────────────────────────────────────────────────────────────────────┘",
         "┌ bytes discarded last, | where a frame was between ───────────────────────────┐",
         "│|41 7F 3F                                                                     │",
@@ -121,7 +121,7 @@ fn what_happens_is_shown() {
     let mut nothing = session(Path::new(""), false);
     let nothing_yet = "
         1: no frame yet
-        3: -- out 80│
+        3: -- out 128│
         7: state   [A] B
         8: this input reports none";
     shows(&mut nothing, 80, nothing_yet);
@@ -131,7 +131,7 @@ fn what_happens_is_shown() {
         1: SILENT
         1: 0.0 frames/s
         1: last frame 7.0 s ago
-        3: 95 out 80│
+        3: 149 out 128│
         6: │failsafe PARKED";
     shows(&mut silent, 80, silence);
     // Where there is little room, the newest discarded bytes are shown.
@@ -141,9 +141,20 @@ fn what_happens_is_shown() {
 }
 
 #[test]
+fn numbers_are_in_hex_if_that_is_asked_for() {
+    let mut bin = session_of("bin", Path::new(""), false).in_hex();
+    bin.receive(ms(1), b"AB\0\x95\x40\xC0\r");
+    shows(&mut bin, 80, "3: 95 out  80│\n4: 40 out  80│");
+    let mut sbus = session_of("sbus", Path::new(""), false).in_hex();
+    sbus.receive(ms(1), &SBUS);
+    shows(&mut sbus, 80, "5: │channel 3E0 3E0");
+}
+
+#[test]
 fn keys_change_what_is_shown() {
     let mut session = watched(false);
     session.press(' ');
+    shows(&mut session, 30, "0: PAUSED");
     shows(&mut session, 80, "0: PAUSED\n23: space goes on");
     session.press(' ');
     session.press('z');
