@@ -36,10 +36,20 @@ impl Layout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        match self.head(bytes) {
-            Ok(known) => self.body(&known, bytes, seen),
+        self.told(bytes, seen).unwrap_or_else(|verdict| verdict)
+    }
+
+    /// The same, as an error if the header says so.
+    #[inline(always)]
+    pub(crate) fn told(&self, bytes: &[u8], seen: usize) -> Result<Verdict, Verdict> {
+        let known = self.head(bytes)?;
+        Ok(match self.frame_of(&known, bytes, seen) {
+            Ok(frame) => match self.mismatch(&known, frame) {
+                Some(why) => Verdict::Reject(why),
+                None => Verdict::Frame(frame.len()),
+            },
             Err(verdict) => verdict,
-        }
+        })
     }
 
     /// Whether a frame may begin with this byte.
@@ -110,7 +120,7 @@ impl Layout<'_> {
             ),
             None => None,
         };
-        let extra = message.and_then(|message| message.extra);
+        let extra = message.and_then(|message| message.has_extra.then_some(message.extra));
         let appended = self
             .appendix
             .map_or(0, |appendix| appendix.appended_to(head));
@@ -149,18 +159,6 @@ impl Layout<'_> {
             appended,
             extra,
         })
-    }
-
-    /// What the bytes are whose header is known.
-    #[inline(always)]
-    pub(crate) fn body(&self, known: &Known, bytes: &[u8], seen: usize) -> Verdict {
-        match self.frame_of(known, bytes, seen) {
-            Ok(frame) => match self.mismatch(known, frame) {
-                Some(why) => Verdict::Reject(why),
-                None => Verdict::Frame(frame.len()),
-            },
-            Err(verdict) => verdict,
-        }
     }
 
     /// The frame whose header is known, right or wrong, if it is there in full.

@@ -93,10 +93,11 @@ fn known(code: &mut Code, known: &[Message]) {
     let known = known.iter().map(
         |Message {
              number,
-             extra,
              most,
+             extra,
+             has_extra,
          }| {
-            format!("layout::Message {{\nnumber: {number},\nextra: {extra:?},\nmost: {most},\n}}")
+            format!("layout::Message {{\nnumber: {number},\nmost: {most},\nextra: {extra},\nhas_extra: {has_extra},\n}}")
         },
     );
     list(code, "known: ", known, ",");
