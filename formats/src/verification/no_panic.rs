@@ -2,8 +2,8 @@
 
 use framelock::Format;
 
-use super::any_layout::any_checksum;
-use crate::layout::{Algorithm, Crc, Message, Table};
+use super::any_layout::{Parts, any_checksum, patterns};
+use crate::layout::{Algorithm, Crc, Layout, Message, Table};
 use crate::{Crsf, Ibus, Mavlink1, Mavlink2, Nmea, Rtcm, Sbus, SixAxes, Ubx};
 
 /// Up to `N` bytes.
@@ -42,6 +42,21 @@ fn in_a_crc() {
         let _ = Crc { table, ..crc }.update(kani::any(), &kani::any::<[u8; 17]>());
         kani::cover!(crc.reflected_in, "either");
     }
+}
+
+/// Any layout, but for its checksum: see [`in_checking`].
+#[kani::proof]
+#[kani::unwind(6)]
+fn in_sealing() {
+    let (mut bytes, ends) = kani::any::<([u8; 4], [[[u8; 1]; 2]; 2])>();
+    let parts = Parts::<1, 1>::any();
+    let layout = Layout {
+        sync: patterns(&ends[0]),
+        terminator: patterns(&ends[1]),
+        ..parts.layout()
+    };
+    let count = kani::any_where(|&count| count <= 4);
+    kani::cover!(layout.seal(&mut bytes[..count]), "sealed");
 }
 
 /// Bytes that are no frame among them.
