@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
-use super::{Item, c_layout, called, free, items, length, module, multiple, one_line};
+use super::{Item, c_layout, called, free, items, length, module, one_line};
 use crate::Description;
 use crate::field::{Class, Field};
 use crate::kind::Kind;
@@ -405,7 +405,7 @@ fn size(
             "if ({is_there}length < {least}) {{\nlength = {least};\n}}"
         );
     }
-    if let Some((factor, more)) = multiple(kind) {
+    if let Some((factor, more)) = kind.multiple() {
         add!(code, "/* It is {more} more than a multiple of {factor}. */");
         add!(
             code,
