@@ -56,10 +56,11 @@ impl Layout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn starts(&self, byte: u8) -> bool {
-        // All of them at once, not one after the other until one fits.
-        let is_it = |sync: &[u8]| sync.first() == Some(&byte);
-        let each = self.sync.each();
-        self.sync.length == 0 || each.fold(false, |any, sync| any | is_it(sync))
+        let Patterns { bytes, length } = self.sync;
+        let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
+        // Of a constant, five are five comparisons: a loop would be one for each byte of noise.
+        let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
+        length == 0 || is(0) || bytes.len() > length && is_other()
     }
 
     /// What the bytes up to the end of the header say, or why they are none.
