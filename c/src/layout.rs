@@ -180,6 +180,8 @@ pub extern "C" fn framelock_seal(
 }
 
 impl AsLayout for framelock_layout {
+    // Each question once in flash.
+    #[inline(never)]
     fn ask<T>(&self, question: impl FnOnce(&Layout) -> T) -> T {
         question(&self.layout().unwrap_or(Layout::NONE))
     }
