@@ -1,7 +1,7 @@
 //! Layouts in C, member by member: C++17 knows no other way.
 
 use framelock_formats::layout::{
-    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message,
+    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField,
     Messages, Number, Patterns, Written,
 };
 
@@ -23,15 +23,10 @@ pub(super) fn layouts(code: &mut Code, prefix: &str, kinds: &[(&str, &Layout)]) 
             fixed,
         );
         let known = layout.messages.map_or(&[][..], |messages| messages.known);
-        let known = known.iter();
-        let known = known.map(
-            |Message {
-                 number,
-                 most,
-                 extra,
-                 has_extra,
-             }| { format!("{{{number}, {most}, {extra}, {has_extra}}}") },
-        );
+        let known = known.iter().map(|it| {
+            let (most, extra, has_extra) = (it.most, it.extra, it.has_extra);
+            format!("{{{}, {most}, {extra}, {has_extra}}}", it.number)
+        });
         array(
             code,
             &format!("framelock_message {prefix}_{name}_known"),

@@ -90,16 +90,7 @@ fn known(code: &mut Code, known: &[Message]) {
         ARDUPILOTMEGA => return code.add("known: framelock_formats::ARDUPILOTMEGA,"),
         _ => {}
     }
-    let known = known.iter().map(
-        |Message {
-             number,
-             most,
-             extra,
-             has_extra,
-         }| {
-            format!("layout::Message {{\nnumber: {number},\nmost: {most},\nextra: {extra},\nhas_extra: {has_extra},\n}}")
-        },
-    );
+    let known = known.iter().map(|it| format!("layout::{it:#?}"));
     list(code, "known: ", known, ",");
 }
 
