@@ -132,7 +132,7 @@ typedef struct framelock_length {
 
 // Bits of one byte that are the same in each frame.
 typedef struct framelock_fixed_bits {
-  // The byte's place.
+  // The byte's place. In the header it is looked at before the rest of the frame is there.
   int16_t at;
   // Which of its bits.
   uint8_t mask;
@@ -148,6 +148,8 @@ typedef struct framelock_message {
   uint16_t most;
   // A byte that the checksum covers at the end, though it is not sent: MAVLink's `CRC_EXTRA`.
   uint8_t extra;
+  // Whether it does.
+  bool has_extra;
 } framelock_message;
 
 // The messages of a protocol, by a number in the header.
@@ -158,8 +160,6 @@ typedef struct framelock_messages {
   const struct framelock_message *known;
   // How many there are at `known`. 0: frames of any message.
   size_t count;
-  // Whether the checksum covers each message's `extra`.
-  bool has_extra;
 } framelock_messages;
 
 // How a checksum is computed.
@@ -346,6 +346,8 @@ typedef uint8_t framelock_phase;
 
 // Every axis is at park.
 #define FRAMELOCK_PARKED 5
+
+
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,7 +1,6 @@
 //! What a frame looks like, as C writes it down.
 
-use core::mem::offset_of;
-
+use framelock_formats::AsLayout;
 use framelock_formats::layout::{
     Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message,
     Messages, Number, Patterns, Table, Written,
@@ -24,7 +23,7 @@ pub struct framelock_layout {
     /// Bytes in the longest frame. It bounds memory, and how late a frame may come behind a false beginning.
     pub longest: usize,
     /// Bits that are the same in each frame, besides sync and terminator.
-    pub fixed: *const framelock_fixed_bits,
+    pub fixed: *const FixedBits,
     /// How many there are at `fixed`.
     pub fixed_count: usize,
     /// Which messages there are, if a frame of another is none.
@@ -34,7 +33,7 @@ pub struct framelock_layout {
     /// What a frame ends with.
     pub terminator: framelock_patterns,
     /// What is behind some frames.
-    pub appendix: framelock_appendix,
+    pub appendix: Appendix,
     /// NULL in yours. In the library's own layouts the rest of them: there, `longest` alone is yours to change.
     pub shipped: Option<&'static framelock_shipped_layout>,
 }
@@ -89,47 +88,15 @@ pub struct framelock_number {
     pub big_endian: bool,
 }
 
-/// Bits of one byte that are the same in each frame.
-#[repr(C)]
-pub struct framelock_fixed_bits {
-    /// The byte's place.
-    pub at: i16,
-    /// Which of its bits.
-    pub mask: u8,
-    /// What they are.
-    pub value: u8,
-}
-
-const _: () = assert!(
-    size_of::<framelock_fixed_bits>() == size_of::<FixedBits>()
-        && offset_of!(framelock_fixed_bits, at) == offset_of!(FixedBits, at)
-        && offset_of!(framelock_fixed_bits, mask) == offset_of!(FixedBits, mask)
-        && offset_of!(framelock_fixed_bits, value) == offset_of!(FixedBits, value),
-    "they are used as those of Rust"
-);
-
 /// The messages of a protocol, by a number in the header.
 #[repr(C)]
 pub struct framelock_messages {
     /// The number.
     pub number: framelock_number,
     /// What there is, by rising numbers: what is out of order may not be found.
-    pub known: *const framelock_message,
+    pub known: *const Message,
     /// How many there are at `known`. 0: frames of any message.
     pub count: usize,
-    /// Whether the checksum covers each message's `extra`.
-    pub has_extra: bool,
-}
-
-/// A message.
-#[repr(C)]
-pub struct framelock_message {
-    /// Its number.
-    pub number: u32,
-    /// The most that the length field says, without what its mask leaves out.
-    pub most: u16,
-    /// A byte that the checksum covers at the end, though it is not sent: MAVLink's `CRC_EXTRA`.
-    pub extra: u8,
 }
 
 /// How a checksum is computed.
@@ -194,17 +161,6 @@ pub struct framelock_crc {
     pub xor_out: u32,
 }
 
-/// Bytes behind some frames, which neither the length nor the checksum counts: MAVLink's signature.
-#[repr(C)]
-pub struct framelock_appendix {
-    /// The place of the byte, counted from the front, that says whether they are there.
-    pub at: usize,
-    /// They are if any of these bits is set.
-    pub mask: u8,
-    /// How many.
-    pub bytes: usize,
-}
-
 /// Makes `length` bytes a frame: writes sync, length, fixed bits, terminator and checksum, and leaves the rest as
 /// it is. Of several syncs or terminators it writes the first, unless one is there. Set the bits that announce an
 /// appendix before, and put it behind the frame.
@@ -220,25 +176,21 @@ pub extern "C" fn framelock_seal(
     let (Some(layout), Some(frame)) = (layout, bytes(frame, length)) else {
         return false;
     };
-    // The first time writes what of a message's number is fixed.
-    (0..2).any(|_| {
-        let message = layout.message(frame);
-        let layout = layout.layout(message.as_slice());
-        layout.is_some_and(|layout| layout.seal(frame))
-    })
+    layout.layout().is_some_and(|layout| layout.seal(frame))
+}
+
+impl AsLayout for framelock_layout {
+    // Each question once in flash.
+    #[inline(never)]
+    fn ask<T>(&self, question: impl FnOnce(&Layout) -> T) -> T {
+        question(&self.layout().unwrap_or(Layout::NONE))
+    }
 }
 
 impl framelock_layout {
-    /// What `ask` says of it, with no message but the one that `bytes` name; nothing if it has a pointer or a
-    /// constant that cannot be.
-    pub(crate) fn ask<T>(&self, bytes: &[u8], ask: impl FnOnce(&Layout) -> T) -> Option<T> {
-        let message = self.message(bytes);
-        self.layout(message.as_slice()).map(|layout| ask(&layout))
-    }
-
-    /// As Rust writes it, with these messages.
+    /// As Rust writes it; nothing if it has a pointer or a constant that cannot be.
     #[inline(never)]
-    fn layout<'a>(&self, known: &'a [Message]) -> Option<Layout<'a>> {
+    pub(crate) fn layout(&self) -> Option<Layout<'static>> {
         if let Some(Shipped(shipped)) = self.shipped {
             let longest = self.longest;
             return Some(Layout {
@@ -246,54 +198,22 @@ impl framelock_layout {
                 ..*shipped
             });
         }
+        let known = values(self.messages.known, self.messages.count)?;
         let number = self.messages.number.number();
-        self.messages.known()?;
         Some(Layout {
             sync: self.sync.patterns()?,
             length: self.length.length()?,
             shortest: self.shortest,
             longest: self.longest,
-            fixed: values(self.fixed.cast(), self.fixed_count)?,
-            messages: (self.messages.count > 0).then_some(Messages { number, known }),
+            fixed: values(self.fixed, self.fixed_count)?,
+            messages: (!known.is_empty()).then_some(Messages { number, known }),
             checksum: match self.checksum.algorithm {
                 FRAMELOCK_NO_CHECKSUM => None,
                 _ => Some(self.checksum.checksum()?),
             },
             terminator: self.terminator.patterns()?,
-            appendix: Some(Appendix {
-                at: self.appendix.at,
-                mask: self.appendix.mask,
-                bytes: self.appendix.bytes,
-            }),
+            appendix: Some(self.appendix),
         })
-    }
-
-    /// The message of yours that these bytes name, if there is such a one.
-    fn message(&self, bytes: &[u8]) -> Option<Message> {
-        let Number {
-            at,
-            bytes: n,
-            order,
-        } = self.messages.number.number();
-        let number = bytes.get(at..at.checked_add(n)?)?;
-        let add = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
-        let number = match order {
-            ByteOrder::Little => number.iter().rev().fold(0, add),
-            ByteOrder::Big => number.iter().fold(0, add),
-        };
-        let known = self.messages.known()?;
-        let place = known.binary_search_by_key(&number, |message| message.number);
-        known.get(place.ok()?).map(|message| Message {
-            number,
-            extra: self.messages.has_extra.then_some(message.extra),
-            most: message.most,
-        })
-    }
-}
-
-impl framelock_messages {
-    fn known(&self) -> Option<&'static [framelock_message]> {
-        values(self.known, self.count)
     }
 }
 

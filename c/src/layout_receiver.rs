@@ -3,8 +3,8 @@
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
 
-use framelock::{BufferedIn, DiscardReason, Format, Line, Verdict};
-use framelock_formats::{AnyOf, Layout};
+use framelock::{BufferedIn, Line};
+use framelock_formats::AnyOf;
 
 use crate::layout::framelock_layout;
 use crate::memory::{Content, Memory, bytes, values};
@@ -17,7 +17,7 @@ pub struct framelock_layout_receiver {
 }
 
 impl Memory for framelock_layout_receiver {
-    type Value = Line<BufferedIn<Layouts, &'static mut [u8]>>;
+    type Value = Line<BufferedIn<AnyOf<'static, framelock_layout>, &'static mut [u8]>>;
 }
 
 /// A frame that was received. Its bytes are there until the next call with that receiver.
@@ -47,10 +47,10 @@ pub extern "C" fn framelock_layout_receiver_init(
     let Some(receiver) = receiver else {
         return false;
     };
-    let layouts = values(layouts, count).map(Layouts);
-    let are_right = |layouts: &Layouts| layouts.0.iter().all(|one| one.ask(&[], |_| ()).is_some());
+    let layouts = values(layouts, count);
+    let are_right = |layouts: &&[framelock_layout]| layouts.iter().all(|it| it.layout().is_some());
     let layouts = layouts.filter(are_right).zip(bytes(buffer, size));
-    let built = layouts.and_then(|(layouts, buffer)| BufferedIn::within(layouts, buffer));
+    let built = layouts.and_then(|(layouts, buffer)| BufferedIn::within(AnyOf(layouts), buffer));
     let is_built = built.is_some();
     let content = built.map_or(Content::Nothing, |built| {
         Content::Something(Line::new(built))
@@ -96,7 +96,7 @@ pub extern "C" fn framelock_layout_receiver_line_event(
 ) {
     line_event(receiver, event, |one| {
         if let (Some(found), Some(frame)) = (found, one.message()) {
-            found(context, &frame);
+            found(context, &framelock_frame::new(frame));
         }
     });
 }
@@ -111,82 +111,23 @@ pub extern "C" fn framelock_layout_receiver_counters(
 }
 
 fn deliver(
-    found: Option<framelock_frame>,
+    found: Option<(usize, &[u8])>,
     frame: Option<&mut MaybeUninit<framelock_frame>>,
 ) -> bool {
     let is_found = found.is_some();
     if let (Some(found), Some(frame)) = (found, frame) {
-        frame.write(found);
+        frame.write(framelock_frame::new(found));
     }
     is_found
 }
 
-/// What [`AnyOf`] is, of layouts that stay as C has them: one at a time is made a [`Layout`] when it is asked, so
-/// there may be any number, and none takes RAM.
-pub(crate) struct Layouts(&'static [framelock_layout]);
-
-impl Format for Layouts {
-    const LONGEST: usize = usize::MAX;
-    type Message<'a> = framelock_frame;
-
-    fn longest(&self) -> usize {
-        let longest = self.0.iter().map(|layout| layout.longest);
-        longest.max().unwrap_or_default()
-    }
-
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        self.judge_on(bytes, 0)
-    }
-
-    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        let mut furthest = DiscardReason::NoSync;
-        for layout in self.0 {
-            // What is known of the first bytes is known of this layout, if none before it has them.
-            let seen = if furthest == DiscardReason::NoSync {
-                seen
-            } else {
-                0
-            };
-            let verdict = layout.ask(bytes, |layout| match layout.judge_on(bytes, seen) {
-                Verdict::Reject(why) if !has_header(layout, bytes) => Err(why),
-                verdict => Ok(verdict),
-            });
-            match verdict {
-                Some(Ok(verdict)) => return verdict,
-                Some(Err(why)) if how_far(why) > how_far(furthest) => furthest = why,
-                _ => {}
-            }
+impl framelock_frame {
+    fn new((layout, frame): (usize, &[u8])) -> Self {
+        let (bytes, length) = (frame.as_ptr(), frame.len());
+        Self {
+            bytes,
+            length,
+            layout,
         }
-        Verdict::Reject(furthest)
-    }
-
-    fn starts(&self, byte: u8) -> bool {
-        let mut layouts = self.0.iter();
-        layouts.any(|layout| layout.ask(&[], |layout| layout.starts(byte)) == Some(true))
-    }
-
-    fn decode(&self, frame: &[u8]) -> framelock_frame {
-        let is_of = |layout: &framelock_layout| {
-            layout.ask(frame, |layout| has_header(layout, frame)) == Some(true)
-        };
-        framelock_frame {
-            bytes: frame.as_ptr(),
-            length: frame.len(),
-            layout: self.0.iter().position(is_of).unwrap_or_default(),
-        }
-    }
-}
-
-/// Whether the bytes have the layout's whole header. Nothing has that of the first.
-fn has_header(layout: &Layout, bytes: &[u8]) -> bool {
-    AnyOf(&[Layout::NONE, *layout]).decode(bytes).0 == 1
-}
-
-/// How far on in a header it is found.
-const fn how_far(why: DiscardReason) -> u8 {
-    match why {
-        DiscardReason::NoSync => 0,
-        DiscardReason::BrokenSync => 1,
-        _ => 2,
     }
 }

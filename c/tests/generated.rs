@@ -275,7 +275,7 @@ fn in_c(cases: &[Case]) {
         name, description, ..
     } in cases
     {
-        let code = c(description, name, "framelock generate").unwrap();
+        let code = c(description, name, "framelock generate");
         let header = folder.path().join(format!("{name}.h"));
         fs::write(&header, &code).unwrap();
         writeln!(text, "#include \"{}\"", header.display()).unwrap();

@@ -27,21 +27,9 @@ const GNSS: &[Layout] = &[
 ];
 
 const MESSAGES: &[Message] = &[
-    Message {
-        number: 0,
-        extra: Some(50),
-        most: 9,
-    },
-    Message {
-        number: 30,
-        extra: Some(39),
-        most: 28,
-    },
-    Message {
-        number: 253,
-        extra: Some(83),
-        most: 54,
-    },
+    Message::with_extra(0, 50, 9),
+    Message::with_extra(30, 39, 28),
+    Message::with_extra(253, 83, 54),
 ];
 
 /// As in `layouts.c`: what no protocol has.

@@ -28,33 +28,35 @@ pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Resul
     let mut fields = fields.collect::<Result<Vec<_>, _>>()?;
     let messages = messages(written)?;
 
-    // What is there before the length is known, what is counted from the end, and both at least.
-    let mut header = sync.length;
-    if !matches!(length, Length::Delimiter) {
-        header = header.max(1);
-    }
-    let mut least = 0;
-    if let Length::Field(field) = &length {
-        header = header.max(field.number.end());
-        least = usize::try_from(field.plus).unwrap_or_default();
-    }
-    if let Some(messages) = &messages {
-        header = header.max(messages.number.end());
-    }
-    let appendix = written
-        .appendix
-        .as_ref()
-        .map(|entry| (entry, entry.get_ref().appendix()));
-    if let Some((entry, appendix)) = &appendix {
-        header = header.max(appendix.at + 1);
-        if !matches!(length, Length::Field(_)) || !(1..=LONGEST).contains(&appendix.bytes) {
+    let appendix = written.appendix.as_ref();
+    if let Some(entry) = appendix {
+        let bytes = entry.get_ref().appendix().bytes;
+        if !matches!(length, Length::Field(_)) || !(1..=LONGEST).contains(&bytes) {
             return wrong(
                 entry,
                 "an appendix has bytes, and its frames have a length_field",
             );
         }
-        fields.push(appended(entry.get_ref(), appendix.bytes)?);
+        fields.push(appended(entry.get_ref(), bytes)?);
     }
+    // What is there before the length is known, what is counted from the end, and both at least.
+    let layout = Layout {
+        sync: leaked(sync),
+        length,
+        messages,
+        terminator: leaked(terminator),
+        appendix: appendix.map(|entry| entry.get_ref().appendix()),
+        ..Layout::NONE
+    };
+    // A delimiter alone may be a frame.
+    let header = match length {
+        Length::Delimiter if sync.length == 0 && messages.is_none() => 0,
+        _ => layout.header(),
+    };
+    let least = match length {
+        Length::Field(field) => usize::try_from(field.plus).unwrap_or_default(),
+        _ => 0,
+    };
     let places = fields
         .iter()
         .filter(|field| !field.is_appended)
@@ -74,11 +76,9 @@ pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Resul
     let mut kind = Kind {
         name: name.to_owned(),
         layout: Layout {
-            length,
             shortest,
             longest,
-            appendix: appendix.map(|(_, appendix)| appendix),
-            ..Layout::NONE
+            ..layout
         },
         fields,
         header,
@@ -96,17 +96,14 @@ pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Resul
     }
     let checksum = written.checksum.as_ref().map(checksum).transpose()?;
     let fixed = fixed_bits(&kind.fields);
-    kind.layout = Layout {
-        sync: leaked(sync),
-        messages: messages.or_else(|| telling(&fixed, kind.header).filter(|_| is_one_of_many)),
-        fixed: fixed.leak(),
-        checksum: checksum.map(|checksum| Checksum {
-            algorithm: tabled(checksum.algorithm),
-            ..checksum
-        }),
-        terminator: leaked(terminator),
-        ..kind.layout
-    };
+    if is_one_of_many && messages.is_none() {
+        kind.layout.messages = telling(&fixed, kind.header);
+    }
+    kind.layout.fixed = fixed.leak();
+    kind.layout.checksum = checksum.map(|checksum| Checksum {
+        algorithm: tabled(checksum.algorithm),
+        ..checksum
+    });
     Ok(kind)
 }
 

@@ -83,7 +83,10 @@ impl Kind {
             // Nobody says what is in between, unless a field takes all that is left.
             let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
             let least = if takes_rest { 0 } else { self.layout.shortest };
-            self.whole(least.max(front + self.trailer))
+            let length = least.max(front + self.trailer);
+            let (factor, more) = self.multiple().unwrap_or((1, 0));
+            let missing = more - i64::try_from(length).unwrap_or_default();
+            length + usize::try_from(missing.rem_euclid(factor)).unwrap_or_default()
         };
         let mut frame = vec![0; length];
         // Of several the first, unless a field says which.
@@ -119,16 +122,6 @@ impl Kind {
             };
         }
         Err(self.why_not(&frame))
-    }
-
-    /// The bytes of a frame that has at least so many: its length field may count in greater steps.
-    fn whole(&self, length: usize) -> usize {
-        let Length::Field(field) = &self.layout.length else {
-            return length;
-        };
-        let missing = i64::from(field.plus) - i64::try_from(length).unwrap_or_default();
-        let missing = missing.rem_euclid(i64::from(field.factor.max(1)));
-        length + usize::try_from(missing).unwrap_or_default()
     }
 
     /// What is given for a field; nothing if it may be missing, and is.

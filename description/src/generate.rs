@@ -199,17 +199,6 @@ fn length<'a>(kind: &Kind, items: &'a [Item]) -> (usize, Vec<(&'a Item<'a>, usiz
     (start, longer.collect())
 }
 
-/// A frame's length if that is more than a multiple of a number: the number, and how much more.
-fn multiple(kind: &Kind) -> Option<(i64, i64)> {
-    match kind.layout.length {
-        Length::Field(field) if field.factor > 1 => {
-            let factor = field.factor.into();
-            Some((factor, i64::from(field.plus).rem_euclid(factor)))
-        }
-        _ => None,
-    }
-}
-
 /// Those of the functions, each with a blank line behind it, that code calls.
 fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);

@@ -1,7 +1,7 @@
 //! A kind of frames, and what its fields are in one.
 
 use framelock_formats::Layout;
-use framelock_formats::layout::Appendix;
+use framelock_formats::layout::{Appendix, Length};
 
 use crate::field::Field;
 use crate::value::Value;
@@ -40,6 +40,17 @@ impl Kind {
         fields.filter_map(move |field| Some((field, self.content(field, frame)?)))
     }
 
+    /// A frame's length if that is more than a multiple of a number: the number, and how much more.
+    pub(crate) fn multiple(&self) -> Option<(i64, i64)> {
+        match self.layout.length {
+            Length::Field(field) if field.factor > 1 => {
+                let factor = field.factor.into();
+                Some((factor, i64::from(field.plus).rem_euclid(factor)))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether a frame may be too short for a field.
     pub(crate) fn is_optional(&self, field: &Field) -> bool {
         let distance = usize::from(field.at.unsigned_abs());
@@ -50,11 +61,7 @@ impl Kind {
 
 /// What is appended to a frame, or all else of it.
 fn parted<'f>(frame: &'f [u8], appendix: &Appendix, is_appended: bool) -> &'f [u8] {
-    let bytes = match frame.get(appendix.at) {
-        Some(byte) if byte & appendix.mask != 0 => appendix.bytes,
-        _ => 0,
-    };
-    let place = frame.len().saturating_sub(bytes);
+    let place = frame.len().saturating_sub(appendix.appended_to(frame));
     let (alone, appended) = frame.split_at_checked(place).unwrap_or_default();
     if is_appended { appended } else { alone }
 }

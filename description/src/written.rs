@@ -349,8 +349,9 @@ pub(crate) fn sorted(
     let mut messages: Vec<Message> = rows
         .map(|(number, extra, most)| Message {
             number,
-            extra,
             most,
+            extra: extra.unwrap_or_default(),
+            has_extra: extra.is_some(),
         })
         .collect();
     messages.sort_by_key(|message| message.number);

@@ -25,12 +25,25 @@ use crate::layout::Layout;
 /// assert_eq!(found, [(0, b"$ab".to_vec()), (1, b"#c".to_vec())]);
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct AnyOf<'a>(
+pub struct AnyOf<'a, L = Layout<'a>>(
     /// The layouts, in the order in which they are asked.
-    pub &'a [Layout<'a>],
+    pub &'a [L],
 );
 
-impl Format for AnyOf<'_> {
+/// A [`Layout`]; or what is made one whenever it is asked, as the C library's structs are.
+pub trait AsLayout {
+    /// What `question` says of it.
+    fn ask<T>(&self, question: impl FnOnce(&Layout) -> T) -> T;
+}
+
+impl AsLayout for Layout<'_> {
+    #[inline(always)]
+    fn ask<T>(&self, question: impl FnOnce(&Layout) -> T) -> T {
+        question(self)
+    }
+}
+
+impl<L: AsLayout> Format for AnyOf<'_, L> {
     /// A receiver of these is made [`within`](framelock::BufferedIn::within) memory that is as long as the layouts
     /// say.
     const LONGEST: usize = usize::MAX;
@@ -39,7 +52,7 @@ impl Format for AnyOf<'_> {
 
     #[inline]
     fn longest(&self) -> usize {
-        let longest = self.0.iter().map(|layout| layout.longest);
+        let longest = self.0.iter().map(|it| it.ask(|layout| layout.longest));
         longest.max().unwrap_or_default()
     }
 
@@ -50,29 +63,14 @@ impl Format for AnyOf<'_> {
 
     #[inline]
     fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        let mut furthest = DiscardReason::NoSync;
-        for layout in self.0 {
-            // The first bytes were incomplete by this layout only if none before it begins like it.
-            let seen = if furthest == DiscardReason::NoSync {
-                seen
-            } else {
-                0
-            };
-            match layout.head(bytes) {
-                Ok(known) => return layout.body(&known, bytes, seen),
-                Err(Verdict::Reject(why)) if further_on(why) > further_on(furthest) => {
-                    furthest = why;
-                }
-                Err(Verdict::Reject(_)) => {}
-                Err(verdict) => return verdict,
-            }
-        }
-        Verdict::Reject(furthest)
+        first(self.0, seen, |it, seen| {
+            it.ask(|layout| layout.told(bytes, seen))
+        })
     }
 
     #[inline]
     fn starts(&self, byte: u8) -> bool {
-        self.0.iter().any(|layout| layout.starts(byte))
+        self.0.iter().any(|it| it.ask(|layout| layout.starts(byte)))
     }
 
     #[inline]
@@ -81,10 +79,37 @@ impl Format for AnyOf<'_> {
             return (0, frame);
         }
         // More bytes may have come before an earlier one rejected it, so that one may be incomplete here.
-        let is_known = |layout: &Layout| layout.head(frame).is_ok();
+        let is_known = |it: &L| it.ask(|layout| layout.head(frame).is_ok());
         let kind = self.0.iter().position(is_known);
         (kind.unwrap_or_default(), frame)
     }
+}
+
+/// What the first says that has such a header, or may have it yet; each is [`Layout::told`].
+#[inline(always)]
+pub(crate) fn first<L>(
+    all: &[L],
+    seen: usize,
+    told: impl Fn(&L, usize) -> Result<Verdict, Verdict>,
+) -> Verdict {
+    let mut furthest = DiscardReason::NoSync;
+    for one in all {
+        // The first bytes were incomplete by this one only if none before it begins like it.
+        let seen = if furthest == DiscardReason::NoSync {
+            seen
+        } else {
+            0
+        };
+        match told(one, seen) {
+            Err(Verdict::Reject(why)) => {
+                if further_on(why) > further_on(furthest) {
+                    furthest = why;
+                }
+            }
+            Ok(verdict) | Err(verdict) => return verdict,
+        }
+    }
+    Verdict::Reject(furthest)
 }
 
 /// How far on in a header it is found.

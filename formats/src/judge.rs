@@ -36,20 +36,31 @@ impl Layout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        match self.head(bytes) {
-            Ok(known) => self.body(&known, bytes, seen),
+        self.told(bytes, seen).unwrap_or_else(|verdict| verdict)
+    }
+
+    /// The same, as an error if the header says so.
+    #[inline(always)]
+    pub(crate) fn told(&self, bytes: &[u8], seen: usize) -> Result<Verdict, Verdict> {
+        let known = self.head(bytes)?;
+        Ok(match self.frame_of(&known, bytes, seen) {
+            Ok(frame) => match self.mismatch(&known, frame) {
+                Some(why) => Verdict::Reject(why),
+                None => Verdict::Frame(frame.len()),
+            },
             Err(verdict) => verdict,
-        }
+        })
     }
 
     /// Whether a frame may begin with this byte.
     #[inline(always)]
     #[must_use]
     pub fn starts(&self, byte: u8) -> bool {
-        // All of them at once, not one after the other until one fits.
-        let is_it = |sync: &[u8]| sync.first() == Some(&byte);
-        let each = self.sync.each();
-        self.sync.length == 0 || each.fold(false, |any, sync| any | is_it(sync))
+        let Patterns { bytes, length } = self.sync;
+        let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
+        // Of a constant, five are five comparisons: a loop would be one for each byte of noise.
+        let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
+        length == 0 || is(0) || bytes.len() > length && is_other()
     }
 
     /// What the bytes up to the end of the header say, or why they are none.
@@ -110,7 +121,7 @@ impl Layout<'_> {
             ),
             None => None,
         };
-        let extra = message.and_then(|message| message.extra);
+        let extra = message.and_then(|message| message.has_extra.then_some(message.extra));
         let appended = self
             .appendix
             .map_or(0, |appendix| appendix.appended_to(head));
@@ -149,18 +160,6 @@ impl Layout<'_> {
             appended,
             extra,
         })
-    }
-
-    /// What the bytes are whose header is known.
-    #[inline(always)]
-    pub(crate) fn body(&self, known: &Known, bytes: &[u8], seen: usize) -> Verdict {
-        match self.frame_of(known, bytes, seen) {
-            Ok(frame) => match self.mismatch(known, frame) {
-                Some(why) => Verdict::Reject(why),
-                None => Verdict::Frame(frame.len()),
-            },
-            Err(verdict) => verdict,
-        }
     }
 
     /// The frame whose header is known, right or wrong, if it is there in full.

@@ -208,6 +208,7 @@ pub enum ByteOrder {
 }
 
 /// Bits of one byte that are the same in each frame.
+#[repr(C)]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FixedBits {
     /// The byte's place. In the header it is looked at before the rest of the frame is there.
@@ -228,14 +229,17 @@ pub struct Messages<'a> {
 }
 
 /// A message.
+#[repr(C)]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Message {
     /// Its number.
     pub number: u32,
-    /// A byte that the checksum covers at the end, though it is not sent: MAVLink's `CRC_EXTRA`.
-    pub extra: Option<u8>,
     /// The most that the length field says, without what its mask leaves out.
     pub most: u16,
+    /// A byte that the checksum covers at the end, though it is not sent: MAVLink's `CRC_EXTRA`.
+    pub extra: u8,
+    /// Whether it does.
+    pub has_extra: bool,
 }
 
 impl Message {
@@ -244,13 +248,15 @@ impl Message {
     pub const fn with_extra(number: u32, extra: u8, most: u8) -> Self {
         Self {
             number,
-            extra: Some(extra),
             most: most as u16,
+            extra,
+            has_extra: true,
         }
     }
 }
 
 /// Bytes behind some frames, which neither the length nor the checksum counts: MAVLink's signature.
+#[repr(C)]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Appendix {
     /// The place of the byte, counted from the front, that says whether they are there.

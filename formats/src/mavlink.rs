@@ -103,8 +103,8 @@ pub const fn mavlink2(messages: &[Message]) -> Layout<'_> {
 ///
 /// /// HEARTBEAT and ATTITUDE of the dialect `common`: the extra byte of the CRC, and the longest payload.
 /// const MESSAGES: &[Message] = &[
-///     Message { number: 0, extra: Some(50), most: 9 },
-///     Message { number: 30, extra: Some(39), most: 28 },
+///     Message::with_extra(0, 50, 9),
+///     Message::with_extra(30, 39, 28),
 /// ];
 /// let receiver = BufferedReceiver::<_, 560>::new(Mavlink2(MESSAGES));
 /// ```

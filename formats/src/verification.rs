@@ -1,4 +1,4 @@
-//! Theorem 13g: whatever stands in a layout, it keeps the laws of [`Format`]; and nothing panics, in deciding, in
+//! Theorem 13g: whatever stands in a layout, it keeps the laws of [`Format`], alone and among others; and nothing panics, in deciding, in
 //! checking, in writing, or in decoding the shipped formats, whatever the bytes are.
 //!
 //! Each harness of the laws takes any bytes, and asks about the first of them twice: about `some`, and about
@@ -6,5 +6,6 @@
 //! checksum.
 
 mod any_layout;
+mod any_of;
 mod laws;
 mod no_panic;

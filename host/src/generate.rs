@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     );
     let code = match language {
         Language::Rust => rust(&frame.description, &name, &command),
-        Language::C => c(&frame.description, &name, &command).map_err(anyhow::Error::msg)?,
+        Language::C => c(&frame.description, &name, &command),
     };
     let mut output = output
         .as_deref()

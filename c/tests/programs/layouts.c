@@ -64,7 +64,7 @@ static const framelock_layout own_gnss[] = {
     },
 };
 
-static const framelock_message messages[] = {{0, 9, 50}, {30, 28, 39}, {253, 54, 83}};
+static const framelock_message messages[] = {{0, 9, 50, true}, {30, 28, 39, true}, {253, 54, 83, true}};
 static const framelock_fixed_bits mavlink_fixed[] = {{2, 0xFE, 0}};
 #define MAVLINK_CRC                                                                                     \
     {                                                                                                   \
@@ -78,7 +78,7 @@ static const framelock_layout own_mavlink[] = {
         .length = {.kind = FRAMELOCK_LENGTH_FIELD, .number = {.at = 1, .bytes = 1}, .plus = 8},
         .shortest = 8,
         .longest = 263,
-        .messages = {.number = {.at = 5, .bytes = 1}, .known = messages, .count = 3, .has_extra = true},
+        .messages = {.number = {.at = 5, .bytes = 1}, .known = messages, .count = 3},
         .checksum = MAVLINK_CRC,
     },
     {
@@ -88,7 +88,7 @@ static const framelock_layout own_mavlink[] = {
         .longest = 280,
         .fixed = mavlink_fixed,
         .fixed_count = 1,
-        .messages = {.number = {.at = 7, .bytes = 3}, .known = messages, .count = 3, .has_extra = true},
+        .messages = {.number = {.at = 7, .bytes = 3}, .known = messages, .count = 3},
         .checksum = MAVLINK_CRC,
         .appendix = {.at = 2, .mask = 1, .bytes = 13},
     },

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
-use super::{Item, c_layout, called, free, items, length, module, multiple, one_line};
+use super::{Item, c_layout, called, free, items, length, module, one_line};
 use crate::Description;
 use crate::field::{Class, Field};
 use crate::kind::Kind;
@@ -41,10 +41,8 @@ struct Named<'a> {
 }
 
 /// The header that receives and makes a description's frames. `name` is what it is called, `command` what made it.
-///
-/// # Errors
-/// That in C its layout cannot be said.
-pub fn c(description: &Description, name: &str, command: &str) -> Result<String, String> {
+#[must_use]
+pub fn c(description: &Description, name: &str, command: &str) -> String {
     let prefix = &module(name);
     let taken = KEYWORDS.iter().chain(OTHERS);
     let mut taken: HashSet<String> = taken.map(|&name| name.to_owned()).collect();
@@ -74,7 +72,7 @@ pub fn c(description: &Description, name: &str, command: &str) -> Result<String,
     let mut code = Code::default();
     head(&mut code, description, prefix, &one_line(command));
     let layouts = kinds.iter().map(|kind| (&*kind.name, &kind.kind.layout));
-    c_layout::layouts(&mut code, prefix, &layouts.collect::<Vec<_>>())?;
+    c_layout::layouts(&mut code, prefix, &layouts.collect::<Vec<_>>());
     for kind in &kinds {
         structure(&mut code, kind);
     }
@@ -87,7 +85,7 @@ pub fn c(description: &Description, name: &str, command: &str) -> Result<String,
     code.text += functions.text.trim_start();
     code.add("");
     code.add("#endif");
-    Ok(code.text)
+    code.text
 }
 
 fn head(code: &mut Code, description: &Description, name: &str, command: &str) {
@@ -407,7 +405,7 @@ fn size(
             "if ({is_there}length < {least}) {{\nlength = {least};\n}}"
         );
     }
-    if let Some((factor, more)) = multiple(kind) {
+    if let Some((factor, more)) = kind.multiple() {
         add!(code, "/* It is {more} more than a multiple of {factor}. */");
         add!(
             code,

@@ -1,18 +1,14 @@
 //! Layouts in C, member by member: C++17 knows no other way.
 
 use framelock_formats::layout::{
-    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message,
+    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField,
     Messages, Number, Patterns, Written,
 };
 
 use super::code::{Code, add};
 
 /// What the layouts point to, each by the name of its kind; then the layouts themselves.
-pub(super) fn layouts(
-    code: &mut Code,
-    prefix: &str,
-    kinds: &[(&str, &Layout)],
-) -> Result<(), String> {
+pub(super) fn layouts(code: &mut Code, prefix: &str, kinds: &[(&str, &Layout)]) {
     for (name, layout) in kinds {
         for (of, patterns) in [("sync", layout.sync), ("terminator", layout.terminator)] {
             let bytes = patterns.bytes.iter().map(|byte| format!("{byte:#04X}"));
@@ -27,21 +23,10 @@ pub(super) fn layouts(
             fixed,
         );
         let known = layout.messages.map_or(&[][..], |messages| messages.known);
-        let with_extra = known
-            .iter()
-            .filter(|message| message.extra.is_some())
-            .count();
-        if with_extra != 0 && with_extra != known.len() {
-            return Err("in C all messages of a frame have an extra byte, or none has".into());
-        }
-        let known = known.iter();
-        let known = known.map(
-            |Message {
-                 number,
-                 extra,
-                 most,
-             }| { format!("{{{number}, {most}, {}}}", extra.unwrap_or_default()) },
-        );
+        let known = known.iter().map(|it| {
+            let (most, extra, has_extra) = (it.most, it.extra, it.has_extra);
+            format!("{{{}, {most}, {extra}, {has_extra}}}", it.number)
+        });
         array(
             code,
             &format!("framelock_message {prefix}_{name}_known"),
@@ -56,7 +41,6 @@ pub(super) fn layouts(
         layout(code, &format!("{prefix}_{name}"), it);
     }
     code.add("};");
-    Ok(())
 }
 
 fn array(code: &mut Code, what: &str, values: impl Iterator<Item = String>) {
@@ -152,11 +136,10 @@ fn place(number: &Number) -> String {
 
 fn messages(name: &str, messages: Option<&Messages>) -> String {
     let Some(Messages { number, known }) = messages else {
-        return "{{0, 0, false}, NULL, 0, false}".into();
+        return "{{0, 0, false}, NULL, 0}".into();
     };
-    let has_extra = known.iter().any(|message| message.extra.is_some());
     format!(
-        "{{{}, {}, {has_extra}}}",
+        "{{{}, {}}}",
         place(number),
         pointer(name, "known", known.len())
     )

@@ -6,7 +6,7 @@ use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
 use super::rust_layout::{layout, list};
-use super::{Item, called, free, items, length, module, multiple, one_line, words};
+use super::{Item, called, free, items, length, module, one_line, words};
 use crate::Description;
 use crate::field::{Class, Field};
 use crate::kind::Kind;
@@ -390,7 +390,7 @@ fn size(code: &mut Code, kind: &Kind, items: &[Item]) {
             longer.collect::<String>()
         }),
     }
-    if let Some((factor, more)) = multiple(kind) {
+    if let Some((factor, more)) = kind.multiple() {
         add!(code, "// It is {more} more than a multiple of {factor}.");
         add!(
             code,

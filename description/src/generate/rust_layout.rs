@@ -90,15 +90,7 @@ fn known(code: &mut Code, known: &[Message]) {
         ARDUPILOTMEGA => return code.add("known: framelock_formats::ARDUPILOTMEGA,"),
         _ => {}
     }
-    let known = known.iter().map(
-        |Message {
-             number,
-             extra,
-             most,
-         }| {
-            format!("layout::Message {{\nnumber: {number},\nextra: {extra:?},\nmost: {most},\n}}")
-        },
-    );
+    let known = known.iter().map(|it| format!("layout::{it:#?}"));
     list(code, "known: ", known, ",");
 }
 

@@ -110,7 +110,7 @@ const TABLED: Layout = Layout {
 /// CRC extra of a message.
 fn extra(id: u32) -> Option<u8> {
     let known = DIALECT.iter().find(|known| known.number == id)?;
-    known.extra
+    Some(known.extra)
 }
 
 fn frame(payload: &mut Payload) -> Vec<u8> {

@@ -23,8 +23,9 @@ impl<const F: usize, const M: usize> Parts<F, M> {
             }),
             messages: core::array::from_fn(|_| Message {
                 number: kani::any(),
-                extra: kani::any::<bool>().then(kani::any),
                 most: kani::any(),
+                extra: kani::any(),
+                has_extra: kani::any(),
             }),
         }
     }

@@ -10,7 +10,13 @@ use crate::judge::Known;
 use crate::layout::{Layout, Length, LengthField, Messages, Number, Patterns};
 
 /// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
-fn assert_lawful(early: Verdict, late: Verdict, some: usize, more: usize, longest: usize) {
+pub(super) fn assert_lawful(
+    early: Verdict,
+    late: Verdict,
+    some: usize,
+    more: usize,
+    longest: usize,
+) {
     match early {
         Verdict::Frame(length) => {
             assert!(1 <= length && length <= some && length <= longest);
@@ -33,7 +39,7 @@ fn assert_lawful(early: Verdict, late: Verdict, some: usize, more: usize, longes
 }
 
 /// Two numbers of bytes, neither above `most` or `longest`.
-fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
+pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     let most = most.min(longest);
     let some = kani::any_where(|&some| 1 <= some && some <= most);
     (some, kani::any_where(|&more| some <= more && more <= most))

@@ -2,8 +2,8 @@
 
 use framelock::Format;
 
-use super::any_layout::any_checksum;
-use crate::layout::{Algorithm, Checksum, Crc, Message, Table};
+use super::any_layout::{Parts, any_checksum, patterns};
+use crate::layout::{Algorithm, Checksum, Crc, Layout, Message, Table};
 use crate::{Crsf, Ibus, Mavlink1, Mavlink2, Nmea, Rtcm, Sbus, SixAxes, Ubx};
 
 /// Up to `N` bytes.
@@ -56,6 +56,21 @@ fn in_a_crc() {
         let _ = Crc { table, ..crc }.update(kani::any(), &kani::any::<[u8; 17]>());
         kani::cover!(crc.reflected_in, "either");
     }
+}
+
+/// Any layout, but for its checksum: see [`in_checking`].
+#[kani::proof]
+#[kani::unwind(5)]
+fn in_sealing() {
+    let (mut bytes, ends) = kani::any::<([u8; 3], [[u8; 1]; 2])>();
+    let parts = Parts::<1, 1>::any();
+    let layout = Layout {
+        sync: patterns(&ends),
+        terminator: patterns(&ends),
+        ..parts.layout()
+    };
+    let count = kani::any_where(|&count| count <= 3);
+    kani::cover!(layout.seal(&mut bytes[..count]), "sealed");
 }
 
 /// Bytes that are no frame among them.

@@ -89,9 +89,7 @@ pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
     signed[2] = 1;
     let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
     let known = DIALECT.iter().find(|known| known.number == id);
-    let extra = known
-        .and_then(|known| known.extra)
-        .expect("a known message");
+    let extra = known.expect("a known message").extra;
     let crc = mavlink_core::calculate_crc(&signed[1..], extra);
     signed.extend(crc.to_le_bytes());
     signed.extend([7, 1, 2, 3, 4, 5, 6, 0xA, 0xB, 0xC, 0xD, 0xE, 0xF]);

@@ -21,7 +21,7 @@ impl Dialect for Known {
 
     fn extra_crc(&self, message_id: u32) -> Option<u8> {
         let place = MESSAGES.binary_search_by_key(&message_id, |message| message.number);
-        MESSAGES.get(place.ok()?)?.extra
+        Some(MESSAGES.get(place.ok()?)?.extra)
     }
 
     fn decode(&self, _: MavlinkVersion, _: u32, _: &[u8]) -> Result<(), ParserError> {
