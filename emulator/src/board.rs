@@ -52,6 +52,7 @@ pub struct Board {
     /// Of the core, as its last step left it: looking there takes a lock.
     pc: u32,
     exception: u16,
+    in_it_block: bool,
     asleep: bool,
     booted: bool,
     steps: u32,
@@ -89,6 +90,7 @@ impl Board {
             lines: 0,
             pc: 0,
             exception: 0,
+            in_it_block: false,
             asleep: false,
             booted: false,
             steps: 0,
@@ -217,6 +219,7 @@ impl Board {
     fn see_core(&mut self) -> u16 {
         let registers = self.core.regs();
         self.pc = registers.r.last().copied().unwrap_or_default();
+        self.in_it_block = registers.xpsr & xpsr::IT_MASK != 0;
         // The mask leaves nine bits.
         self.exception = u16::try_from(registers.xpsr & xpsr::EXCEPTION).unwrap_or_default();
         self.exception
@@ -306,6 +309,11 @@ impl Board {
         drop(chip);
         if bit {
             self.reset_for(ResetCause::Watchdog);
+            return Ok(());
+        }
+        if self.in_it_block {
+            // Where rsemu is interrupted in an IT block it forgets the condition: the interrupt waits for the end.
+            self.quiet_until = self.now;
             return Ok(());
         }
         let changed = lines ^ self.lines;

@@ -41,7 +41,8 @@
 //!
 //! **A register that is not modelled is an error**, which names address, peripheral and program
 //! counter: never silently zero. That holds for the peripherals' address range; the core's own
-//! (`0xE000_0000`) is answered by `rsemu`, where unknown registers read as zero.
+//! (`0xE000_0000`) is answered by `rsemu`, where unknown registers read as zero. An interrupt that comes in an IT
+//! block waits for its end, four instructions at most: `rsemu` would forget the condition.
 //!
 //! # Time
 //!

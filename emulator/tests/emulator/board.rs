@@ -34,9 +34,13 @@ fn sleep_until_timer0() -> Vec<u16> {
     main
 }
 
-/// Handler: clears COMPARE[0], counts in RAM.
+/// Sleeps between the ticks.
 pub(crate) fn ticking() -> Board {
-    let main = sleep_until_timer0();
+    ticking_in(&sleep_until_timer0())
+}
+
+/// Handler: clears COMPARE[0], counts in RAM.
+fn ticking_in(main: &[u16]) -> Board {
     let mut handler = Vec::new();
     handler.extend(load(0, COMPARE0));
     handler.push(0x2100); // movs r1, #0
@@ -59,7 +63,7 @@ pub(crate) fn ticking() -> Board {
             function: true,
         },
     ];
-    let image = Image::of_code(program(&main, &handler), symbols);
+    let image = Image::of_code(program(main, &handler), symbols);
     let mut board = Board::new(image).unwrap();
     board.run_for(100).unwrap();
     // Every 100 us.
@@ -92,6 +96,25 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
         assert_eq!(activation.cycles, 10 + 3 + (12 + 8) + (10 + 8));
     }
     assert_eq!(activations[1].at - activations[0].at, 100 * MICROSECOND);
+}
+
+/// What a condition skips stays skipped where an interrupt comes between.
+#[test]
+fn an_interrupt_in_an_it_block_changes_nothing() {
+    let mut main = Vec::new();
+    main.extend(load(0, NVIC_ISER0));
+    main.extend(load(1, 1 << 8));
+    main.push(0x6001); // str r1, [r0]
+    main.extend(load(6, RAM_START + 4));
+    main.extend([0x2500, 0x2401]); // movs r5, #0; movs r4, #1: not zero
+    main.extend([0xBF01, 0x3501, 0x3501, 0x3501, 0x3501]); // itttt eq; addeq r5, #1 (4 times)
+    main.extend([0x6035, 0xE7F8]); // str r5, [r6]; b to the itttt
+    let mut board = ticking_in(&main);
+    for _ in 0..500 {
+        board.run_for(101 * MICROSECOND).unwrap();
+    }
+    assert!(board.word("TICKS").unwrap() > 500);
+    assert_eq!(board.memory().word(RAM_START + 4), Some(0));
 }
 
 #[test]
