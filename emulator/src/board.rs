@@ -52,7 +52,8 @@ pub struct Board {
     /// Of the core, as its last step left it: looking there takes a lock.
     pc: u32,
     exception: u16,
-    in_it_block: bool,
+    /// Not 0 in an IT block.
+    it_state: u32,
     asleep: bool,
     booted: bool,
     steps: u32,
@@ -90,7 +91,7 @@ impl Board {
             lines: 0,
             pc: 0,
             exception: 0,
-            in_it_block: false,
+            it_state: 0,
             asleep: false,
             booted: false,
             steps: 0,
@@ -219,7 +220,7 @@ impl Board {
     fn see_core(&mut self) -> u16 {
         let registers = self.core.regs();
         self.pc = registers.r.last().copied().unwrap_or_default();
-        self.in_it_block = registers.xpsr & xpsr::IT_MASK != 0;
+        self.it_state = registers.xpsr & xpsr::IT_MASK;
         // The mask leaves nine bits.
         self.exception = u16::try_from(registers.xpsr & xpsr::EXCEPTION).unwrap_or_default();
         self.exception
@@ -311,7 +312,7 @@ impl Board {
             self.reset_for(ResetCause::Watchdog);
             return Ok(());
         }
-        if self.in_it_block {
+        if self.it_state != 0 {
             // Where rsemu is interrupted in an IT block it forgets the condition: the interrupt waits for the end.
             self.quiet_until = self.now;
             return Ok(());
