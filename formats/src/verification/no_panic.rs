@@ -23,7 +23,7 @@ fn any_extra() -> Option<u8> {
 }
 
 #[kani::proof]
-#[kani::unwind(9)]
+#[kani::unwind(5)]
 fn in_checking() {
     let bytes: [u8; 3] = kani::any();
     kani::cover!(any_small_checksum().is_right(&bytes, any_extra()), "right");
