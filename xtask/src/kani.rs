@@ -1,6 +1,6 @@
 //! Kani itself: whether it is set up, and what it answers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead as _, BufReader};
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
@@ -42,25 +42,18 @@ pub(crate) fn version() -> Result<String> {
     Ok(format!("Kani {version}"))
 }
 
-/// The names of all harnesses.
+/// The names of all harnesses. Kani writes them to a file in the current folder, whatever one asks.
 pub(crate) fn list(root: &Path, target: &Path) -> Result<Vec<String>> {
-    // Kani writes a file in the current folder.
-    let mut kani = cargo_in(target);
-    kani.args([
-        "kani",
-        "list",
-        "--quiet",
-        "--format=json",
-        "--manifest-path",
-    ]);
-    kani.arg(root.join("Cargo.toml"))
+    let mut kani = cargo_in(root);
+    kani.args(["kani", "list", "--quiet", "--format=json"])
         .env("CARGO_TARGET_DIR", target);
     ensure!(
         kani.status()?.success(),
         "Kani lists nothing; it says why above"
     );
-    let list = fs::read(target.join("kani-list.json"))?;
-    let list: List = serde_json::from_slice(&list)?;
+    let file = root.join("kani-list.json");
+    let list: List = serde_json::from_slice(&fs::read(&file)?)?;
+    fs::remove_file(file)?;
     Ok(list.standard_harnesses.into_values().flatten().collect())
 }
 
@@ -77,25 +70,36 @@ pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answe
     for name in names {
         command.args(["--harness", name]);
     }
-    let mut answers = answers(&lines_of_group(command)?);
+    let lines = lines_of_group(command)?;
+    let mut answers = answers(&lines);
+    // `Complete - 170 successfully verified harnesses, 1 failures, 171 total.`
+    let sum = lines
+        .iter()
+        .find_map(|line| line.strip_prefix("Complete - "));
+    let sum = sum.context("Kani did not come to its end; it says why above")?;
+    let total = format!(" {} total.", answers.len());
     ensure!(
-        !answers.is_empty(),
-        "Kani checked nothing; it says why above"
+        sum.ends_with(&total),
+        "not all of Kani's reports were read: {sum}"
     );
+    // Kani has taken all that contain a name, also where one has it.
+    let mut wanted = BTreeSet::new();
+    for name in names {
+        let all = || answers.keys();
+        let mut chosen: Vec<&String> = all().filter(|one| is_called(one, name)).collect();
+        if chosen.is_empty() {
+            chosen = all().filter(|one| one.contains(name.as_str())).collect();
+        }
+        ensure!(!chosen.is_empty(), "no harness is called {name}");
+        wanted.extend(chosen.into_iter().cloned());
+    }
     for (harness, answer) in &mut answers {
         harness.clone_into(&mut answer.harness);
         if answer.verdict.is_empty() {
             answer.fail("error", "Kani did not report on it");
         }
     }
-    // Kani has taken all that contain a name, also where one has it.
-    let harnesses: Vec<String> = answers.keys().cloned().collect();
-    let is_exact = |name: &String| harnesses.iter().any(|one| is_called(one, name));
-    let is_wanted = |harness: &str| {
-        let mut names = names.iter();
-        names.len() == 0 || names.any(|name| is_called(harness, name) || !is_exact(name))
-    };
-    answers.retain(|harness, _| is_wanted(harness));
+    answers.retain(|harness, _| names.is_empty() || wanted.contains(harness));
     Ok(answers.into_values().collect())
 }
 
