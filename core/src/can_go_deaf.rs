@@ -33,8 +33,7 @@ pub enum State {
 }
 
 impl State {
-    /// Every state, in the order of the frame: in the one at index `n`, which is also its number as in
-    /// `state as usize`, `n` bytes of a frame have been taken.
+    /// Every state, in the order of the frame: in state `n`, also by `as usize`, `n` bytes of a frame have been taken.
     pub const ALL: [Self; 7] = [
         Self::SyncA,
         Self::SyncB,

@@ -24,8 +24,8 @@
 //! | type | what it is | bytes of state |
 //! |---|---|---|
 //! | [`Receiver`] | the receiver: any [`FixedFormat`] of up to 16 bytes | 8 (16 for frames above 8 bytes) |
-//! | [`BufferedReceiver`] | the receiver of frames of any other length: a [`Format`] | buffer + 12 |
-//! | [`Line`] | a receiver at the end of a line: counts where each byte went, takes line events | + 15 words |
+//! | [`BufferedReceiver`] | the receiver of frames of any other length: a [`Format`] | buffer + 3 words |
+//! | [`Line`] | a receiver at the end of a line: counts where each byte went, takes line events | + 18 words |
 //! | `Reader` | messages from an `embedded-io` source | + the buffer |
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
 //! | [`can_go_deaf`] | the lecture's machine, literally: seven states | 4 |

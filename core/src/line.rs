@@ -38,7 +38,7 @@ macro_rules! counters {
         impl $name {
             const ZERO: Self = Self { $($counter: 0),* };
 
-            /// All of them.
+            /// All of them together.
             #[must_use]
             pub const fn total(&self) -> usize {
                 0_usize$(.wrapping_add(self.$counter))*

@@ -69,6 +69,7 @@ fn line() {
         events.idle,
     ] = kani::any();
     let _ = counters.discarded.total();
+    let _ = counters.events.total();
     let mut line = Line::resumed(any_lecture(), counters);
     line.push(kani::any());
     line.line_event(any_line_event(), |_| ());

@@ -34,7 +34,7 @@ impl Encode for Bin {
 /// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes, for those who control both ends.
 ///
 /// The checksum is [`crc8`] of the four bytes between sync and checksum: no error of one to three
-/// bits in those five bytes goes unnoticed.
+/// bits in those five bytes goes unnoticed. The reserved byte is sent as 0.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum BinCrc8 {}
 

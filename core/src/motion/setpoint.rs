@@ -23,7 +23,7 @@ pub struct Setpoint {
 }
 
 impl From<[u8; 3]> for Setpoint {
-    /// In the order of the frame: pitch, roll, yaw.
+    /// In the order of the frame, there and back: pitch, roll, yaw.
     fn from([pitch, roll, yaw]: [u8; 3]) -> Self {
         Self { pitch, roll, yaw }
     }

@@ -11,3 +11,4 @@ mod protocol_findings;
 mod reader;
 mod receiver_rule;
 mod shape;
+mod size;
