@@ -52,10 +52,14 @@ pub(crate) fn clippy(workspace: &Workspace, _: &mut Report) -> Result<()> {
 
 /// Unit and integration tests, and each benchmark once, untimed.
 pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let mut cargo = workspace.cargo();
-    cargo.args(["test", "--workspace", "--all-targets", "--all-features"]);
+    let mut cargo = workspace.cargo_test();
     // These need the firmware's images, and have a stage of their own.
-    cargo.args(["--no-fail-fast", "--exclude", firmware::TESTS]);
+    cargo.args([
+        "--all-targets",
+        "--no-fail-fast",
+        "--exclude",
+        firmware::TESTS,
+    ]);
     run_tests(&mut cargo, &mut report.tests)
 }
 
@@ -68,21 +72,16 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
 
 /// Code that is generated from many random descriptions.
 pub(crate) fn generated(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let mut cargo = workspace.cargo();
-    cargo.args(["test", "--package", FOR_C, "--test", "c", "--"]);
-    cargo.args(["--ignored", "many_random_descriptions"]);
+    let mut cargo = workspace.cargo_test();
+    cargo.args(["--test", "c", "--", "--ignored", "many_random_descriptions"]);
     run_tests(&mut cargo, &mut report.tests)
 }
 
 /// The examples in the documentation, and that it builds without warnings.
 pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    run_tests(workspace.cargo_test().arg("--doc"), &mut report.tests)?;
     let libraries = [CORE, FORMATS, "framelock-proofs", "framelock-simulation"];
-    let packages = &libraries.map(|library| ["--package", library]).concat();
-    let mut cargo = workspace.cargo();
-    cargo
-        .args(["test", "--doc", "--all-features"])
-        .args(packages);
-    run_tests(&mut cargo, &mut report.tests)?;
+    let packages = libraries.map(|library| ["--package", library]).concat();
     let sh = workspace.shell()?;
     cmd!(sh, "cargo doc --no-deps --all-features {packages...}")
         .env("RUSTDOCFLAGS", "-Dwarnings")

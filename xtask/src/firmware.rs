@@ -96,18 +96,21 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
         debian::install(sh, &["gcc-arm-none-eabi"]).context("there is no arm-none-eabi-gcc")?;
     }
     let library = checks::library_for_c(workspace, &Compiler::of(&[TARGET])?)?;
-    let mut formats = workspace.cargo();
-    formats.args(["test", "--package", "framelock-rivals", "--benches", "--"]);
-    let compared = formats
-        .args(["--figures", "formats/FIGURES.txt"])
-        .status()?;
+    let mut formats = workspace.cargo_test();
+    formats.args([
+        "--bench",
+        "rivals",
+        "--",
+        "--figures",
+        "formats/FIGURES.txt",
+    ]);
+    let compared = formats.status()?;
     ensure!(
         compared.success(),
         "the formats' costs are not as written down: see above"
     );
-    let mut in_c = workspace.cargo();
-    in_c.args(["test", "--package", checks::FOR_C, "--test", "c", "--"]);
-    in_c.args(["--ignored", "a_chip_does"]);
+    let mut in_c = workspace.cargo_test();
+    in_c.args(["--test", "c", "--", "--ignored", "a_chip_does"]);
     report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)
 }
 
@@ -136,8 +139,8 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
         let cargo = cmd!(sh, "cargo build --locked --release --target-dir target");
         compiler.with(sh, cargo.env_remove("RUSTFLAGS"))
     };
-    let mut tests = workspace.cargo();
-    tests.args(["test", "--package", TESTS, "--test", "examples"]);
+    let mut tests = workspace.cargo_test();
+    tests.args(["--test", "examples"]);
     if compiler.is_debian {
         // Built with plain `cargo`.
         tests.args(["--", "--skip", "the_guides_commands"]);
@@ -172,8 +175,8 @@ fn tests(workspace: &Workspace, root: &Path) -> Result<Command> {
     for build in &BUILDS {
         build_image(workspace, root, &compiler, build)?;
     }
-    let mut tests = workspace.cargo();
-    tests.args(["test", "--package", TESTS, "--test", "firmware"]);
+    let mut tests = workspace.cargo_test();
+    tests.args(["--test", "firmware"]);
     tests.env("FRAMELOCK_IMAGES", images(workspace, root));
     Ok(tests)
 }

@@ -39,6 +39,14 @@ impl Workspace {
         cargo_in(&self.root)
     }
 
+    /// Tests of all packages: cargo chooses the features of what they have in common by the packages that it is given,
+    /// and would compile it again for others.
+    pub(crate) fn cargo_test(&self) -> Command {
+        let mut cargo = self.cargo();
+        cargo.args(["test", "--workspace", "--all-features"]);
+        cargo
+    }
+
     /// A shell in the root.
     pub(crate) fn shell(&self) -> Result<Shell> {
         let sh = Shell::new()?;
