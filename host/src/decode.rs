@@ -280,7 +280,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut input = input.spelled(arguments.input);
     input.reconnects = arguments.reconnect;
-    let output = arguments.output()?;
+    let mut output = arguments.output()?;
+    if arguments.format == OutputFormat::Text {
+        output = output.of_rows();
+    }
     if output.is_file || arguments.format == OutputFormat::None {
         input.show_progress();
     }

@@ -90,7 +90,11 @@ const EXAMPLES: [[&str; 3]; 2] = [
 
 /// Runs `framelock trace`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let mut out = BufWriter::new(Output::standard()?);
+    let mut output = Output::standard()?;
+    if arguments.format == Format::Text {
+        output = output.of_rows();
+    }
+    let mut out = BufWriter::new(output);
     let mut print = |heading: &str, input| {
         write!(out, "{heading}")?;
         if arguments.frame.setpoints != Some(FrameFormat::Bin) {
