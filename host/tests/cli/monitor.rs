@@ -85,6 +85,29 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
 }
 
 #[test]
+fn a_port_that_is_not_there_yet_is_waited_for() {
+    let directory = tempfile::tempdir().unwrap();
+    let (mut far_end, _near_end, port) = line();
+    let arguments = [
+        "port",
+        "--wait",
+        "--hold-after=1000000",
+        "--ramp-after=1000000",
+    ];
+    let mut monitor = AtTerminal::monitor(&arguments, "", directory.path());
+    let before = monitor.wait_for("waiting for port; ");
+    assert!(!before.contains(ENTER), "the view comes with the port");
+    symlink(port, directory.path().join("port")).unwrap();
+    monitor.wait_for("help");
+    far_end.write_all(&CLEAN).unwrap();
+    monitor.wait_for("LOCKED");
+    monitor.type_key("q");
+    let (behind, code) = monitor.end();
+    assert_eq!(code, Some(0), "{behind}");
+    assert!(behind.contains("bytes 7, frames 1,"), "{behind}");
+}
+
+#[test]
 fn every_way_out_leaves_the_terminal_and_the_port_as_they_were() {
     for way in ["q", "\x1b", "\x03", "-TERM", "-INT", "-HUP", "unplugged"] {
         let (mut monitor, far_end, near_end, port) = watching(Path::new("/"), &["--no-reconnect"]);
