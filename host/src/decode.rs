@@ -231,6 +231,17 @@ impl<W: Write> Decoder<W> {
         Ok(output.flush()?)
     }
 
+    /// Writes what stands above the first frame.
+    fn begin(&mut self) -> Result<()> {
+        if self.format == OutputFormat::Csv {
+            let has_time = self.timestamps.is_some();
+            self.frame.append_csv_header(&mut self.rows, has_time);
+            self.output.write_all(&self.rows)?;
+            self.rows.clear();
+        }
+        Ok(())
+    }
+
     fn summary(&self) -> Summary {
         let counters = self.line.counters();
         let length = self.frame.has_setpoints().then(|| self.frame.longest());
@@ -341,21 +352,7 @@ impl Arguments {
 /// Decodes `input` to its end: writes each frame no later than the next byte is waited for. At the end nothing more
 /// will come for what is pending.
 fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
-    {
-        let Decoder {
-            format,
-            output,
-            frame,
-            rows,
-            timestamps,
-            ..
-        } = &mut *lock(decoder);
-        if *format == OutputFormat::Csv {
-            frame.append_csv_header(rows, timestamps.is_some());
-            output.write_all(rows)?;
-            rows.clear();
-        }
-    }
+    lock(decoder).begin()?;
     for_each_arrival(input, |arrival| lock(decoder).arrive(&arrival))?;
     let mut decoder = lock(decoder);
     decoder.take(Step::Silence)?;
@@ -367,6 +364,19 @@ fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
     } = &mut *decoder;
     refused.hint(frame, *settled, true);
     Ok(())
+}
+
+/// The rows of a stream, in each format of text.
+pub(crate) fn texts(frame: &Frame, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
+    let formats = [OutputFormat::Text, OutputFormat::Csv, OutputFormat::Jsonl];
+    let rows = formats.into_iter().map(|format| {
+        let mut decoder = Decoder::new(frame, PolicyName::Rescan, format, Vec::new())?;
+        decoder.begin()?;
+        decoder.take(Step::Bytes(stream))?;
+        decoder.take(Step::Silence)?;
+        Ok(decoder.output)
+    });
+    rows.collect()
 }
 
 /// What is in there is whole, even after a panic.

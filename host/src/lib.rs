@@ -30,6 +30,7 @@ mod send;
 mod serial;
 mod simulate;
 mod standard;
+pub mod texts;
 mod trace;
 mod view_parts;
 

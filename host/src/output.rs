@@ -159,7 +159,11 @@ pub(crate) fn harmless(text: &str) -> String {
 
 /// Says something on standard error, which may be closed.
 pub(crate) fn note(text: &str) {
-    let _ = writeln!(io::stderr(), "framelock: {}", harmless(text));
+    let _ = writeln!(io::stderr(), "{}", message(text));
+}
+
+pub(crate) fn message(text: &str) -> String {
+    format!("framelock: {}", harmless(text))
 }
 
 /// Says on standard error what went wrong, if something did. It is nothing wrong if the reader of

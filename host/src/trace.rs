@@ -72,6 +72,29 @@ impl Machines {
             Self::Rescan | Self::Both => PolicyName::Rescan,
         }
     }
+
+    fn print(
+        self,
+        frame: &Frame,
+        format: Format,
+        input: Input,
+        out: &mut impl Write,
+    ) -> Result<()> {
+        if frame.setpoints == Some(FrameFormat::Bin) {
+            return table::print(self.policies(), format, input, out);
+        }
+        stream::print(frame, self.of_any_frames(), format, input, out)
+    }
+}
+
+/// The rows of a stream, in each format.
+pub(crate) fn texts(frame: &Frame, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
+    let rows = [Format::Text, Format::Jsonl].into_iter().map(|format| {
+        let mut out = Vec::new();
+        Machines::Both.print(frame, format, Input::new("", stream), &mut out)?;
+        Ok(out)
+    });
+    rows.collect()
 }
 
 /// The lecture's two worked examples: what the line does, what is sent and what is received.
@@ -95,18 +118,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         output = output.of_rows();
     }
     let mut out = BufWriter::new(output);
+    let (frame, machines, format) = (&arguments.frame, arguments.policy, arguments.format);
     let mut print = |heading: &str, input| {
         write!(out, "{heading}")?;
-        if arguments.frame.setpoints != Some(FrameFormat::Bin) {
-            let policy = arguments.policy.of_any_frames();
-            return stream::print(&arguments.frame, policy, arguments.format, input, &mut out);
-        }
-        table::print(
-            arguments.policy.policies(),
-            arguments.format,
-            input,
-            &mut out,
-        )
+        machines.print(frame, format, input, &mut out)
     };
     match (hex::parse(&arguments.source), &*arguments.source) {
         (_, []) => {

@@ -28,4 +28,5 @@ mod recordings;
 #[cfg(target_os = "linux")]
 mod send;
 mod simulate;
+mod terminal;
 mod trace;
