@@ -164,7 +164,7 @@ impl<W: Write> Decoder<W> {
             Arrival::Bytes(bytes) => {
                 self.heard = self.idle_gap.map(|_| Instant::now());
                 self.take(Step::Bytes(bytes))?;
-                self.refused.hint(&self.frame, self.settled, false);
+                self.hint(false);
             }
             Arrival::Gone(error) => {
                 note(&format!("{}: {error}; waiting for it", time_of_day()));
@@ -191,44 +191,43 @@ impl<W: Write> Decoder<W> {
 
     /// Receives, and writes the frames that there are.
     fn take(&mut self, step: Step) -> Result<()> {
-        let Self {
-            line,
-            frame,
-            format,
-            output,
-            rows,
-            settled,
-            refused,
-            ..
-        } = self;
         let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());
         let settle = |found: Found<&[u8]>| {
-            *settled += found.bytes();
+            self.settled += found.bytes();
             let bytes = match found {
                 Found::Frame { message, .. } => message,
-                Found::Discarded { count, why } => return refused.discarded(count, why),
+                Found::Discarded { count, why } => return self.refused.discarded(count, why),
             };
-            refused.frame();
-            let offset = *settled - 1;
-            format.append(rows, &Place { offset, time }, frame, bytes);
-            if rows.len() >= CHUNK_LENGTH && outcome.is_ok() {
-                outcome = output.write_all(rows);
-                rows.clear();
+            self.refused.frame();
+            let offset = self.settled - 1;
+            let place = Place { offset, time };
+            self.format
+                .append(&mut self.rows, &place, &self.frame, bytes);
+            if self.rows.len() >= CHUNK_LENGTH && outcome.is_ok() {
+                outcome = self.output.write_all(&self.rows);
+                self.rows.clear();
             }
         };
         match step {
             // Nobody asks where they are, nor why one is refused: these have no header.
-            Step::Bytes(bytes) if *format == OutputFormat::None && frame.has_setpoints() => {
-                line.feed(bytes, |_| ());
+            Step::Bytes(bytes)
+                if self.format == OutputFormat::None && self.frame.has_setpoints() =>
+            {
+                self.line.feed(bytes, |_| ());
             }
-            Step::Bytes(bytes) => line.feed(bytes, settle),
-            Step::Silence => line.line_event(LineEvent::Idle, settle),
+            Step::Bytes(bytes) => self.line.feed(bytes, settle),
+            Step::Silence => self.line.line_event(LineEvent::Idle, settle),
         }
         outcome?;
-        output.write_all(rows)?;
-        rows.clear();
-        Ok(output.flush()?)
+        self.write()
+    }
+
+    /// Writes what is not written yet.
+    fn write(&mut self) -> Result<()> {
+        self.output.write_all(&self.rows)?;
+        self.rows.clear();
+        Ok(self.output.flush()?)
     }
 
     /// Writes what stands above the first frame.
@@ -236,10 +235,12 @@ impl<W: Write> Decoder<W> {
         if self.format == OutputFormat::Csv {
             let has_time = self.timestamps.is_some();
             self.frame.append_csv_header(&mut self.rows, has_time);
-            self.output.write_all(&self.rows)?;
-            self.rows.clear();
         }
-        Ok(())
+        self.write()
+    }
+
+    fn hint(&mut self, is_end: bool) {
+        self.refused.hint(&self.frame, self.settled, is_end);
     }
 
     fn summary(&self) -> Summary {
@@ -356,13 +357,7 @@ fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
     for_each_arrival(input, |arrival| lock(decoder).arrive(&arrival))?;
     let mut decoder = lock(decoder);
     decoder.take(Step::Silence)?;
-    let Decoder {
-        refused,
-        frame,
-        settled,
-        ..
-    } = &mut *decoder;
-    refused.hint(frame, *settled, true);
+    decoder.hint(true);
     Ok(())
 }
 

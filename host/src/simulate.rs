@@ -72,9 +72,6 @@ pub(crate) enum OutputFormat {
 }
 
 /// Runs `framelock simulate`.
-///
-/// # Errors
-/// A parameter is out of its range or contradicts another, or what came of it cannot be written.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(Command::Report(arguments)) = &arguments.command {
         return report::run(arguments);

@@ -65,14 +65,6 @@ impl Machines {
         }
     }
 
-    /// The lecture's machine knows one frame only: of others, both are the receiver.
-    const fn of_any_frames(self) -> PolicyName {
-        match self {
-            Self::Discard => PolicyName::Discard,
-            Self::Rescan | Self::Both => PolicyName::Rescan,
-        }
-    }
-
     fn print(
         self,
         frame: &Frame,
@@ -80,10 +72,12 @@ impl Machines {
         input: Input,
         out: &mut impl Write,
     ) -> Result<()> {
-        if frame.setpoints == Some(FrameFormat::Bin) {
-            return table::print(self.policies(), format, input, out);
+        match (frame.setpoints, self.policies()) {
+            (Some(FrameFormat::Bin), policies) => table::print(policies, format, input, out),
+            // The lecture's machine knows no other frame, so both are the receiver.
+            (_, &[.., policy]) => stream::print(frame, policy, format, input, out),
+            (_, []) => Ok(()),
         }
-        stream::print(frame, self.of_any_frames(), format, input, out)
     }
 }
 

@@ -16,9 +16,6 @@ pub(super) struct Experiment {
 
 impl Experiment {
     /// The parameters at every point.
-    ///
-    /// # Errors
-    /// A parameter is out of its range or contradicts another.
     pub(super) fn points(&self) -> anyhow::Result<Vec<Parameters>> {
         sweep::points(self.parameters, &self.sweeps)
     }

@@ -171,9 +171,6 @@ impl Axis {
 
 impl Chart {
     /// Writes the chart as SVG.
-    ///
-    /// # Errors
-    /// The file cannot be written.
     pub(super) fn write(&self, path: &Path) -> Result<()> {
         let mut svg = String::new();
         self.draw(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())?;

@@ -28,9 +28,6 @@ pub(super) struct Arguments {
 }
 
 /// Writes the figures.
-///
-/// # Errors
-/// If they cannot be written.
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let directory = &arguments.directory;
     fs::create_dir_all(directory)
