@@ -4,7 +4,7 @@
 use std::io::Write as _;
 use std::time::Duration;
 
-use framelock_description::{Column, Content, Description, Field, KIND, Value};
+use framelock_description::{Column, Description, Field, KIND, Value};
 
 use super::Frame;
 
@@ -179,51 +179,46 @@ impl Frame {
             row.extend(b"   length ");
             append_aligned(row, 3, |row| append_number(row, frame.len()));
         }
-        let Some((kind, _)) = self.kind(frame) else {
-            return;
-        };
-        if self.description.has_kinds() {
-            row.extend(b"   kind ");
-            row.extend(kind.name.as_bytes());
-        }
-        for (field, content) in kind.shown(frame) {
-            row.extend(b"   ");
-            self.append_field(row, field, content);
-        }
+        self.append_fields(row, frame, b"   ");
     }
 
     /// A frame's fields, a line for each.
     pub(crate) fn lines(&self, frame: &[u8]) -> Vec<String> {
-        let Some(kind) = self
-            .kind(frame)
-            .map(|(kind, _)| kind)
-            .filter(|_| !frame.is_empty())
-        else {
-            return Vec::new();
-        };
-        let has_kinds = self.description.has_kinds();
-        let name = has_kinds.then(|| format!("{KIND} {}", kind.name));
-        let fields = kind.shown(frame).map(|(field, content)| {
-            let mut line = Vec::new();
-            self.append_field(&mut line, field, content);
-            String::from_utf8_lossy(&line).into_owned()
-        });
-        name.into_iter().chain(fields).collect()
+        let mut text = Vec::new();
+        if !frame.is_empty() {
+            self.append_fields(&mut text, frame, b"\n");
+        }
+        let text = String::from_utf8_lossy(&text);
+        text.lines().skip(1).map(str::to_owned).collect()
     }
 
-    /// The name, the values, numbers as wide as those of one byte, so that they stand in columns; and the unit.
-    fn append_field(&self, row: &mut Vec<u8>, field: &Field, content: Content) {
-        row.extend(field.name.as_bytes());
-        for value in content.values() {
-            row.push(b' ');
-            match value {
-                Value::Unsigned(number) if self.is_hex => row.extend(self.number(number).bytes()),
-                value => append_aligned(row, 3, |row| value.append_to(row)),
+    /// Appends a frame's kind and its fields with `between` in front of each: the name, the values, numbers as wide as
+    /// those of one byte, so that they stand in columns, and the unit.
+    fn append_fields(&self, row: &mut Vec<u8>, frame: &[u8], between: &[u8]) {
+        let Some((kind, _)) = self.kind(frame) else {
+            return;
+        };
+        if self.description.has_kinds() {
+            for part in [between, KIND.as_bytes(), b" ", kind.name.as_bytes()] {
+                row.extend(part);
             }
         }
-        if let Some(unit) = &field.unit {
-            row.push(b' ');
-            row.extend(unit.as_bytes());
+        for (field, content) in kind.shown(frame) {
+            row.extend(between);
+            row.extend(field.name.as_bytes());
+            for value in content.values() {
+                row.push(b' ');
+                match value {
+                    Value::Unsigned(number) if self.is_hex => {
+                        row.extend(self.number(number).bytes());
+                    }
+                    value => append_aligned(row, 3, |row| value.append_to(row)),
+                }
+            }
+            if let Some(unit) = &field.unit {
+                row.push(b' ');
+                row.extend(unit.as_bytes());
+            }
         }
     }
 
