@@ -28,7 +28,7 @@ mod rows;
 pub mod screen;
 mod send;
 mod serial;
-mod simulate;
+pub mod simulate;
 mod standard;
 pub mod texts;
 mod trace;

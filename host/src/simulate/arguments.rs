@@ -60,7 +60,7 @@ struct Others {
 }
 
 /// A whole number as an option has it.
-pub(super) fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
+fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
     text.parse()
         .map_err(|_| "a whole number is wanted, such as 7")
 }
