@@ -164,7 +164,7 @@ impl<W: Write> Decoder<W> {
             Arrival::Bytes(bytes) => {
                 self.heard = self.idle_gap.map(|_| Instant::now());
                 self.take(Step::Bytes(bytes))?;
-                self.refused.hint(&self.frame, self.settled, false);
+                self.hint(false);
             }
             Arrival::Gone(error) => {
                 note(&format!("{}: {error}; waiting for it", time_of_day()));
@@ -191,44 +191,56 @@ impl<W: Write> Decoder<W> {
 
     /// Receives, and writes the frames that there are.
     fn take(&mut self, step: Step) -> Result<()> {
-        let Self {
-            line,
-            frame,
-            format,
-            output,
-            rows,
-            settled,
-            refused,
-            ..
-        } = self;
         let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());
         let settle = |found: Found<&[u8]>| {
-            *settled += found.bytes();
+            self.settled += found.bytes();
             let bytes = match found {
                 Found::Frame { message, .. } => message,
-                Found::Discarded { count, why } => return refused.discarded(count, why),
+                Found::Discarded { count, why } => return self.refused.discarded(count, why),
             };
-            refused.frame();
-            let offset = *settled - 1;
-            format.append(rows, &Place { offset, time }, frame, bytes);
-            if rows.len() >= CHUNK_LENGTH && outcome.is_ok() {
-                outcome = output.write_all(rows);
-                rows.clear();
+            self.refused.frame();
+            let offset = self.settled - 1;
+            let place = Place { offset, time };
+            self.format
+                .append(&mut self.rows, &place, &self.frame, bytes);
+            if self.rows.len() >= CHUNK_LENGTH && outcome.is_ok() {
+                outcome = self.output.write_all(&self.rows);
+                self.rows.clear();
             }
         };
         match step {
             // Nobody asks where they are, nor why one is refused: these have no header.
-            Step::Bytes(bytes) if *format == OutputFormat::None && frame.has_setpoints() => {
-                line.feed(bytes, |_| ());
+            Step::Bytes(bytes)
+                if self.format == OutputFormat::None && self.frame.has_setpoints() =>
+            {
+                self.line.feed(bytes, |_| ());
             }
-            Step::Bytes(bytes) => line.feed(bytes, settle),
-            Step::Silence => line.line_event(LineEvent::Idle, settle),
+            Step::Bytes(bytes) => self.line.feed(bytes, settle),
+            Step::Silence => self.line.line_event(LineEvent::Idle, settle),
         }
         outcome?;
-        output.write_all(rows)?;
-        rows.clear();
-        Ok(output.flush()?)
+        self.write()
+    }
+
+    /// Writes what is not written yet.
+    fn write(&mut self) -> Result<()> {
+        self.output.write_all(&self.rows)?;
+        self.rows.clear();
+        Ok(self.output.flush()?)
+    }
+
+    /// Writes what stands above the first frame.
+    fn begin(&mut self) -> Result<()> {
+        if self.format == OutputFormat::Csv {
+            let has_time = self.timestamps.is_some();
+            self.frame.append_csv_header(&mut self.rows, has_time);
+        }
+        self.write()
+    }
+
+    fn hint(&mut self, is_end: bool) {
+        self.refused.hint(&self.frame, self.settled, is_end);
     }
 
     fn summary(&self) -> Summary {
@@ -280,7 +292,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut input = input.spelled(arguments.input);
     input.reconnects = arguments.reconnect;
-    let output = arguments.output()?;
+    let mut output = arguments.output()?;
+    if arguments.format == OutputFormat::Text {
+        output = output.of_rows();
+    }
     if output.is_file || arguments.format == OutputFormat::None {
         input.show_progress();
     }
@@ -338,32 +353,25 @@ impl Arguments {
 /// Decodes `input` to its end: writes each frame no later than the next byte is waited for. At the end nothing more
 /// will come for what is pending.
 fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
-    {
-        let Decoder {
-            format,
-            output,
-            frame,
-            rows,
-            timestamps,
-            ..
-        } = &mut *lock(decoder);
-        if *format == OutputFormat::Csv {
-            frame.append_csv_header(rows, timestamps.is_some());
-            output.write_all(rows)?;
-            rows.clear();
-        }
-    }
+    lock(decoder).begin()?;
     for_each_arrival(input, |arrival| lock(decoder).arrive(&arrival))?;
     let mut decoder = lock(decoder);
     decoder.take(Step::Silence)?;
-    let Decoder {
-        refused,
-        frame,
-        settled,
-        ..
-    } = &mut *decoder;
-    refused.hint(frame, *settled, true);
+    decoder.hint(true);
     Ok(())
+}
+
+/// The rows of a stream, in each format of text.
+pub(crate) fn texts(frame: &Frame, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
+    let formats = [OutputFormat::Text, OutputFormat::Csv, OutputFormat::Jsonl];
+    let rows = formats.into_iter().map(|format| {
+        let mut decoder = Decoder::new(frame, PolicyName::Rescan, format, Vec::new())?;
+        decoder.begin()?;
+        decoder.take(Step::Bytes(stream))?;
+        decoder.take(Step::Silence)?;
+        Ok(decoder.output)
+    });
+    rows.collect()
 }
 
 /// What is in there is whole, even after a panic.

@@ -24,10 +24,6 @@ pub(crate) use arguments::Arguments;
 use demonstration::Demonstration;
 
 /// Runs `framelock demo`.
-///
-/// # Errors
-/// If the frames do not fit on the line, or if the terminal, standard output or the file fails. That
-/// the reader of the output has gone is no error.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut demonstration = Demonstration::new(arguments.clone())?;
     if let Some(path) = &arguments.record {

@@ -46,6 +46,11 @@ impl Frame {
             None if !Path::new(name).exists() => return Err(no_such_frame()),
             None => read(Path::new(name))?,
         };
+        Self::described(name, text)
+    }
+
+    /// The format that this text describes.
+    pub(crate) fn described(name: &str, text: String) -> Result<Self, String> {
         let description = Description::parse(name, &text)?;
         Ok(Self {
             name: name.to_owned(),

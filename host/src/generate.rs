@@ -40,14 +40,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     } = arguments;
     let path = Path::new(&frame.name);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let language_name = match language {
-        Language::Rust => "rust",
-        Language::C => "c",
-    };
-    let command = format!(
-        "framelock generate --frame {} --language {language_name}",
-        frame.name
-    );
+    let language_name = crate::names::name(language);
+    let command = format!("framelock generate --frame {frame} --language {language_name}");
     let code = match language {
         Language::Rust => rust(&frame.description, &name, &command),
         Language::C => c(&frame.description, &name, &command),

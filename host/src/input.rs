@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::output::note;
-use crate::serial::{self, Device, PortOptions};
+use crate::serial::{self, Device, Port, PortOptions};
 use crate::{hex, standard};
 
 /// Bytes read or written at a time: enough that calls of the operating system cost little.
@@ -86,13 +86,8 @@ impl<'a> Input<'a> {
             ("standard input", file)
         } else {
             if let Some(port) = serial::open_or_wait(argument, options)? {
-                let open_port = OpenPort {
-                    path: argument.to_owned(),
-                    options: options.clone(),
-                    device: port.device.clone(),
-                };
-                let mut input = Self::new(&path, port);
-                input.port = Some(open_port);
+                let mut input = Self::new(&path, io::empty());
+                input.read_port(argument.to_owned(), options.clone(), port);
                 return Ok(input);
             }
             (&*path, open_file(argument)?)
@@ -129,6 +124,10 @@ impl<'a> Input<'a> {
         self.reader = Box::new(io::empty());
         let OpenPort { path, options, .. } = self.port.take()?;
         let port = serial::reopen(&path, &options, || false)?;
+        Some(self.read_port(path, options, port))
+    }
+
+    fn read_port(&mut self, path: PathBuf, options: PortOptions, port: Port) -> Device {
         let device = port.device.clone();
         self.reader = spelled(port, self.spelling);
         self.port = Some(OpenPort {
@@ -136,7 +135,7 @@ impl<'a> Input<'a> {
             options,
             device: device.clone(),
         });
-        Some(device)
+        device
     }
 
     /// Shows how far the input has been read, if it has a size and standard error is a terminal;

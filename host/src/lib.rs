@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Result, anyhow};
 use clap::builder::{Resettable, StyledStr};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use framelock_description::SHIPPED;
 
 mod clock;
 mod decode;
@@ -27,8 +28,9 @@ mod rows;
 pub mod screen;
 mod send;
 mod serial;
-mod simulate;
+pub mod simulate;
 mod standard;
+pub mod texts;
 mod trace;
 mod view_parts;
 
@@ -96,7 +98,17 @@ pub fn run() -> ExitCode {
 fn write_completions(shell: clap_complete::Shell) -> Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut CommandLine::command(), "framelock", &mut script);
-    Ok(output::Output::standard()?.write_all(&script)?)
+    let mut script = String::from_utf8(script)?;
+    // Behind --frame a file may come too. Clap offers either names or files; bash adds files by itself.
+    let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+    if let (names, Some(last)) = (names.join(" "), names.last()) {
+        let of_zsh = format!("{{compadd {names}; _files -g \"*.toml\"}}");
+        let of_fish = format!("{last}\\t''\n(__fish_complete_suffix .toml)\"");
+        script = script
+            .replace(&format!("({names})"), &of_zsh)
+            .replace(&format!("{last}\\t''\""), &of_fish);
+    }
+    Ok(output::Output::standard()?.write_all(script.as_bytes())?)
 }
 
 fn write_manual(name: Option<&str>) -> Result<()> {

@@ -1,10 +1,12 @@
 //! Where a stream goes: a file, standard output or a serial port.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
+use ratatui::crossterm::terminal::size;
+use unicode_truncate::UnicodeTruncateStr;
 
 use crate::standard;
 
@@ -16,6 +18,7 @@ pub(crate) struct Output {
     writer: Box<dyn Write + Send>,
     /// What is written to a terminal, or a pipe to one, is torn by what is shown meanwhile.
     pub(crate) is_file: bool,
+    is_terminal: bool,
 }
 
 impl Output {
@@ -25,14 +28,25 @@ impl Output {
             name: name.to_owned(),
             writer: Box::new(writer),
             is_file: false,
+            is_terminal: false,
         }
     }
 
     pub(crate) fn file(name: &str, file: File) -> Self {
         Self {
             is_file: file.metadata().is_ok_and(|metadata| metadata.is_file()),
+            is_terminal: file.is_terminal(),
             ..Self::new(name, file)
         }
+    }
+
+    /// For rows of text: a terminal is given no more of one than it is wide.
+    pub(crate) fn of_rows(mut self) -> Self {
+        if self.is_terminal {
+            let (terminal, row) = (self.writer, Vec::new());
+            self.writer = Box::new(Rows { terminal, row });
+        }
+        self
     }
 
     /// Creates `path`, where `-` is standard output; a file is replaced.
@@ -58,6 +72,43 @@ impl Output {
     pub(crate) fn standard() -> Result<Self> {
         let file = standard::file(io::stdout()).context("cannot open standard output")?;
         Ok(Self::file("standard output", file))
+    }
+}
+
+/// Rows on their way to a terminal.
+struct Rows {
+    terminal: Box<dyn Write + Send>,
+    /// What of the next one has come.
+    row: Vec<u8>,
+}
+
+impl Write for Rows {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let columns = size().map_or(0, |(columns, _)| usize::from(columns));
+        let mut rows = String::new();
+        for piece in bytes.split_inclusive(|&byte| byte == b'\n') {
+            self.row.extend(piece);
+            if let Some(row) = self.row.strip_suffix(b"\n") {
+                rows += &cut(&String::from_utf8_lossy(row), columns);
+                rows.push('\n');
+                self.row.clear();
+            }
+        }
+        self.terminal.write_all(rows.as_bytes())?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.terminal.flush()
+    }
+}
+
+/// A row within so many columns; `>` says that it goes on. A terminal without any does not say how wide it is.
+fn cut(row: &str, columns: usize) -> String {
+    let (beginning, _) = row.unicode_truncate(columns.saturating_sub(1));
+    match row.unicode_truncate(columns).0 {
+        whole if columns == 0 || whole.len() == row.len() => row.to_owned(),
+        _ => format!("{beginning}>"),
     }
 }
 
@@ -108,7 +159,11 @@ pub(crate) fn harmless(text: &str) -> String {
 
 /// Says something on standard error, which may be closed.
 pub(crate) fn note(text: &str) {
-    let _ = writeln!(io::stderr(), "framelock: {}", harmless(text));
+    let _ = writeln!(io::stderr(), "{}", message(text));
+}
+
+pub(crate) fn message(text: &str) -> String {
+    format!("framelock: {}", harmless(text))
 }
 
 /// Says on standard error what went wrong, if something did. It is nothing wrong if the reader of
@@ -126,6 +181,22 @@ pub(crate) fn exit_code(outcome: Result<()>) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_are_cut_to_the_columns_that_they_take() {
+        for (row, columns, expected) in [
+            ("payload 0102", 12, "payload 0102"),
+            ("payload 0102", 11, "payload 01>"),
+            ("payload 0102", 0, "payload 0102"),
+            ("µ°ééé", 4, "µ°é>"),
+            // Two columns each.
+            ("速度速度", 8, "速度速度"),
+            ("速度速度", 6, "速度>"),
+            ("payload", 1, ">"),
+        ] {
+            assert_eq!(cut(row, columns), expected);
+        }
+    }
 
     #[test]
     fn what_a_terminal_acts_on_is_escaped_and_the_rest_is_as_it_was() {

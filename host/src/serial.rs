@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Result, anyhow};
-use clap::ValueEnum;
 use serialport::{Parity, StopBits};
 
 use crate::clock::time_of_day;
@@ -34,22 +33,14 @@ pub(crate) struct PortOptions {
     #[arg(long, value_name = "RATE", value_parser = baud)]
     baud: Option<u32>,
     /// Its parity bit: none, even or odd [default: none]
-    #[arg(long, value_enum, value_name = "PARITY", hide_possible_values = true)]
-    parity: Option<ParityName>,
+    #[arg(long, value_name = "PARITY", value_parser = ["none", "even", "odd"], hide_possible_values = true)]
+    parity: Option<String>,
     /// Its stop bits: 1 or 2 [default: 1]. SBUS has even parity and 2, at 100000
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
     stop_bits: Option<u8>,
     /// Wait for a port that is not there yet
     #[arg(long)]
     wait: bool,
-}
-
-/// The names of parities.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-enum ParityName {
-    None,
-    Even,
-    Odd,
 }
 
 fn baud(text: &str) -> Result<u32, String> {
@@ -85,12 +76,16 @@ impl PortOptions {
         u32::try_from(baud).unwrap_or(u32::MAX).max(1)
     }
 
-    fn parity(&self) -> ParityName {
-        self.parity.unwrap_or(ParityName::None)
+    fn parity(&self) -> Parity {
+        match self.parity.as_deref() {
+            Some("even") => Parity::Even,
+            Some("odd") => Parity::Odd,
+            _ => Parity::None,
+        }
     }
 
     pub(crate) fn has_parity(&self) -> bool {
-        self.parity() != ParityName::None
+        self.parity() != Parity::None
     }
 }
 
@@ -99,9 +94,9 @@ impl fmt::Display for PortOptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} baud", self.baud())?;
         let parity = match self.parity() {
-            ParityName::None => 'N',
-            ParityName::Even => 'E',
-            ParityName::Odd => 'O',
+            Parity::None => 'N',
+            Parity::Even => 'E',
+            Parity::Odd => 'O',
         };
         match (parity, self.stop_bits.unwrap_or(1)) {
             ('N', 1) => Ok(()),
@@ -256,11 +251,7 @@ pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<
     };
     let name = path.to_string_lossy();
     let port = serialport::new(name.clone(), options.baud())
-        .parity(match options.parity() {
-            ParityName::None => Parity::None,
-            ParityName::Even => Parity::Even,
-            ParityName::Odd => Parity::Odd,
-        })
+        .parity(options.parity())
         .stop_bits(match options.stop_bits {
             Some(2) => StopBits::Two,
             _ => StopBits::One,

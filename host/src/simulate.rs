@@ -1,22 +1,23 @@
-//! What a faulty line does to the system: many trials of `framelock_simulation`, in numbers and
-//! figures.
+//! What a faulty line does to the system: many trials of `framelock_simulation`, in numbers. What is public is for the
+//! figures of docs/line-faults.md, which `examples/figures` draws.
 
 mod arguments;
 mod experiment;
-mod figures;
 mod output;
-mod plot;
-mod report;
 mod sweep;
 
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::ValueEnum;
+use clap::{Args as _, FromArgMatches as _, ValueEnum};
+use framelock_simulation::Parameters;
 
 use crate::output::Output;
+pub use crate::view_parts::phase_name;
 use arguments::Experiment;
+pub use experiment::{Point, run_all};
+pub use output::{rows, write_csv};
 
 /// What a faulty line does: a line simulated bit by bit, the lecture's machine at its end
 /// (discard, which keeps nothing of a broken frame) and the receiver (rescan, which searches it),
@@ -24,13 +25,9 @@ use arguments::Experiment;
 #[derive(clap::Args)]
 #[command(
     after_help = include_str!("help/simulate.txt"),
-    args_conflicts_with_subcommands = true,
     max_term_width = 80
 )]
 pub(crate) struct Arguments {
-    #[command(subcommand)]
-    command: Option<Command>,
-
     #[command(flatten)]
     experiment: Experiment,
 
@@ -55,11 +52,6 @@ pub(crate) struct Arguments {
     output: PathBuf,
 }
 
-#[derive(clap::Subcommand)]
-enum Command {
-    Report(report::Arguments),
-}
-
 /// How results are written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum OutputFormat {
@@ -71,21 +63,25 @@ pub(crate) enum OutputFormat {
     Json,
 }
 
-/// Runs `framelock simulate`.
+/// The parameters that options of `framelock simulate` mean.
 ///
 /// # Errors
-/// A parameter is out of its range or contradicts another, or what came of it cannot be written.
+/// They are none, or contradict each other.
+pub fn parameters(options: &str) -> Result<Vec<Parameters>> {
+    let command = Experiment::augment_args(clap::Command::new("run").no_binary_name(true));
+    let matches = command.try_get_matches_from(options.split_whitespace())?;
+    Experiment::from_arg_matches(&matches)?.points()
+}
+
+/// Runs `framelock simulate`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    if let Some(Command::Report(arguments)) = &arguments.command {
-        return report::run(arguments);
-    }
     let points = arguments.experiment.points()?;
     // Before the work, so that it is not in vain.
     let mut out = BufWriter::new(Output::create(&arguments.output)?);
-    let points = experiment::run(points)?;
+    let points = run_all(points)?;
     match arguments.format {
         OutputFormat::Text => output::write_text(&mut out, &arguments.experiment.sweeps, &points),
-        OutputFormat::Csv => output::write_csv(&mut out, &points),
+        OutputFormat::Csv => write_csv(&mut out, &points),
         OutputFormat::Json => output::write_json(&mut out, &arguments.experiment.sweeps, &points),
     }?;
     Ok(out.flush()?)

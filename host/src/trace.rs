@@ -65,13 +65,30 @@ impl Machines {
         }
     }
 
-    /// The lecture's machine knows one frame only: of others, both are the receiver.
-    const fn of_any_frames(self) -> PolicyName {
-        match self {
-            Self::Discard => PolicyName::Discard,
-            Self::Rescan | Self::Both => PolicyName::Rescan,
+    fn print(
+        self,
+        frame: &Frame,
+        format: Format,
+        input: Input,
+        out: &mut impl Write,
+    ) -> Result<()> {
+        match (frame.setpoints, self.policies()) {
+            (Some(FrameFormat::Bin), policies) => table::print(policies, format, input, out),
+            // The lecture's machine knows no other frame, so both are the receiver.
+            (_, &[.., policy]) => stream::print(frame, policy, format, input, out),
+            (_, []) => Ok(()),
         }
     }
+}
+
+/// The rows of a stream, in each format.
+pub(crate) fn texts(frame: &Frame, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
+    let rows = [Format::Text, Format::Jsonl].into_iter().map(|format| {
+        let mut out = Vec::new();
+        Machines::Both.print(frame, format, Input::new("", stream), &mut out)?;
+        Ok(out)
+    });
+    rows.collect()
 }
 
 /// The lecture's two worked examples: what the line does, what is sent and what is received.
@@ -90,19 +107,15 @@ const EXAMPLES: [[&str; 3]; 2] = [
 
 /// Runs `framelock trace`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let mut out = BufWriter::new(Output::standard()?);
+    let mut output = Output::standard()?;
+    if arguments.format == Format::Text {
+        output = output.of_rows();
+    }
+    let mut out = BufWriter::new(output);
+    let (frame, machines, format) = (&arguments.frame, arguments.policy, arguments.format);
     let mut print = |heading: &str, input| {
         write!(out, "{heading}")?;
-        if arguments.frame.setpoints != Some(FrameFormat::Bin) {
-            let policy = arguments.policy.of_any_frames();
-            return stream::print(&arguments.frame, policy, arguments.format, input, &mut out);
-        }
-        table::print(
-            arguments.policy.policies(),
-            arguments.format,
-            input,
-            &mut out,
-        )
+        machines.print(frame, format, input, &mut out)
     };
     match (hex::parse(&arguments.source), &*arguments.source) {
         (_, []) => {

@@ -64,7 +64,8 @@ pub(crate) fn emphasised(count: u64, color: Color) -> Span<'static> {
 }
 
 /// What a phase is called.
-pub(crate) const fn phase_name(phase: Phase) -> &'static str {
+#[must_use]
+pub const fn phase_name(phase: Phase) -> &'static str {
     match phase {
         Phase::Live => "live",
         Phase::Approach => "approach",

@@ -20,6 +20,7 @@ mod outcome;
 mod parser;
 mod reader;
 mod stream;
+mod terminal;
 
 pub use failsafe::{Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
@@ -28,13 +29,14 @@ pub use framing::{AnyFormat, framing};
 pub use parser::parser;
 pub use reader::reader;
 pub use stream::{Stream, StreamStep};
+pub use terminal::{LINES, is_harmless, terminal};
 
 use arbitrary::{Arbitrary, Unstructured};
 
 /// A fuzz target: what it does with the fuzzer's bytes.
 pub type Target = fn(&[u8]);
 
-/// Every target by name.
+/// Every target by name, but for `terminal`: the command line, which it is about, is compiled for its own tests only.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes| structured(bytes, parser)),
     ("faults", |bytes| structured(bytes, faults)),

@@ -4,7 +4,7 @@
 use std::io::Write as _;
 use std::time::Duration;
 
-use framelock_description::{Description, KIND, Value};
+use framelock_description::{Column, Description, Field, KIND, Value};
 
 use super::Frame;
 
@@ -20,14 +20,8 @@ pub(crate) struct Place {
 pub(super) struct Kind {
     /// The fields that frames differ in, each by its number, with what is in front of its value in JSON.
     fields: Vec<(usize, Vec<u8>)>,
-    /// What the columns hold: the value of a field, or each of an array; or so many empty ones.
-    cells: Vec<Cell>,
-}
-
-#[derive(Clone, Copy)]
-enum Cell {
-    Field(usize),
-    Empty(usize),
+    /// What the columns hold: the value of a field, or each of an array, if it has one; and how many columns they are.
+    cells: Vec<(Option<usize>, usize)>,
 }
 
 /// How the kinds of a description are written.
@@ -37,31 +31,21 @@ pub(super) fn kinds(description: &Description) -> Vec<Kind> {
         let shown = fields.filter(|(_, field)| field.constant.is_none());
         let keys =
             shown.map(|(number, field)| (number, format!(",\"{}\":", field.name).into_bytes()));
-        let mut cells = Vec::new();
-        let mut columns = description
+        let columns = description
             .columns
-            .iter()
-            .skip(usize::from(description.has_kinds()));
-        while let Some(column) = columns.next() {
-            let name = column.array.as_ref().unwrap_or(&column.name);
-            let is_it = |field: &framelock_description::Field| {
-                field.name == *name && field.constant.is_none()
-            };
-            let of_array = |other: &&framelock_description::Column| {
-                other.array.is_some() && other.array == column.array
-            };
-            let count = 1 + columns.clone().take_while(of_array).count();
-            columns.by_ref().take(count - 1).for_each(drop);
-            cells.push(
-                kind.fields
-                    .iter()
-                    .position(is_it)
-                    .map_or(Cell::Empty(count), Cell::Field),
-            );
-        }
+            .get(usize::from(description.has_kinds())..);
+        let arrays = columns
+            .unwrap_or_default()
+            .chunk_by(|one, next| one.array.is_some() && one.array == next.array);
+        let cells = arrays.filter_map(|columns| {
+            let Column { name, array, .. } = columns.first()?;
+            let name = array.as_ref().unwrap_or(name);
+            let is_it = |field: &Field| field.name == *name && field.constant.is_none();
+            Some((kind.fields.iter().position(is_it), columns.len()))
+        });
         Kind {
             fields: keys.collect(),
-            cells,
+            cells: cells.collect(),
         }
     });
     kinds.collect()
@@ -115,31 +99,19 @@ impl Frame {
             row.push(b',');
             append_cell(row, &Value::Text(kind.name.as_bytes()));
         }
-        for cell in &written.cells {
-            let empty = match *cell {
-                Cell::Empty(count) => count,
-                Cell::Field(number) => {
-                    let Some(field) = kind.fields.get(number) else {
-                        continue;
-                    };
-                    match kind.content(field, frame) {
-                        Some(content) if !field.is_array() => {
-                            row.push(b',');
-                            append_cell(row, &content.value());
-                            continue;
-                        }
-                        Some(content) => {
-                            for value in content.values() {
-                                row.push(b',');
-                                append_cell(row, &value);
-                            }
-                            continue;
-                        }
-                        None => field.values(),
-                    }
+        for &(number, columns) in &written.cells {
+            let field = number.and_then(|number| kind.fields.get(number));
+            match field.and_then(|field| kind.content(field, frame)) {
+                Some(content) if columns == 1 => {
+                    row.push(b',');
+                    append_cell(row, &content.value());
                 }
-            };
-            row.extend(std::iter::repeat_n(b',', empty));
+                Some(content) => content.values().for_each(|value| {
+                    row.push(b',');
+                    append_cell(row, &value);
+                }),
+                None => row.extend(std::iter::repeat_n(b',', columns)),
+            }
         }
         row.push(b'\n');
     }
@@ -207,64 +179,46 @@ impl Frame {
             row.extend(b"   length ");
             append_aligned(row, 3, |row| append_number(row, frame.len()));
         }
-        let Some((kind, written)) = self.kind(frame) else {
-            return;
-        };
-        if self.description.has_kinds() {
-            row.extend(b"   kind ");
-            row.extend(kind.name.as_bytes());
-        }
-        for (number, _) in &written.fields {
-            let Some(field) = kind.fields.get(*number) else {
-                continue;
-            };
-            let Some(content) = kind.content(field, frame) else {
-                continue;
-            };
-            row.extend(b"   ");
-            self.append_field(row, field, content);
-        }
+        self.append_fields(row, frame, b"   ");
     }
 
     /// A frame's fields, a line for each.
     pub(crate) fn lines(&self, frame: &[u8]) -> Vec<String> {
-        let Some(kind) = self
-            .kind(frame)
-            .map(|(kind, _)| kind)
-            .filter(|_| !frame.is_empty())
-        else {
-            return Vec::new();
-        };
-        let name = self
-            .description
-            .has_kinds()
-            .then(|| format!("{KIND} {}", kind.name));
-        let fields = kind.shown(frame).map(|(field, content)| {
-            let mut line = Vec::new();
-            self.append_field(&mut line, field, content);
-            String::from_utf8_lossy(&line).into_owned()
-        });
-        name.into_iter().chain(fields).collect()
+        let mut text = Vec::new();
+        if !frame.is_empty() {
+            self.append_fields(&mut text, frame, b"\n");
+        }
+        let text = String::from_utf8_lossy(&text);
+        text.lines().skip(1).map(str::to_owned).collect()
     }
 
-    /// The name, the values, numbers as wide as those of one byte, so that they stand in columns; and the unit.
-    fn append_field(
-        &self,
-        row: &mut Vec<u8>,
-        field: &framelock_description::Field,
-        content: framelock_description::Content,
-    ) {
-        row.extend(field.name.as_bytes());
-        for value in content.values() {
-            row.push(b' ');
-            match value {
-                Value::Unsigned(number) if self.is_hex => row.extend(self.number(number).bytes()),
-                value => append_aligned(row, 3, |row| value.append_to(row)),
+    /// Appends a frame's kind and its fields with `between` in front of each: the name, the values, numbers as wide as
+    /// those of one byte, so that they stand in columns, and the unit.
+    fn append_fields(&self, row: &mut Vec<u8>, frame: &[u8], between: &[u8]) {
+        let Some((kind, _)) = self.kind(frame) else {
+            return;
+        };
+        if self.description.has_kinds() {
+            for part in [between, KIND.as_bytes(), b" ", kind.name.as_bytes()] {
+                row.extend(part);
             }
         }
-        if let Some(unit) = &field.unit {
-            row.push(b' ');
-            row.extend(unit.as_bytes());
+        for (field, content) in kind.shown(frame) {
+            row.extend(between);
+            row.extend(field.name.as_bytes());
+            for value in content.values() {
+                row.push(b' ');
+                match value {
+                    Value::Unsigned(number) if self.is_hex => {
+                        row.extend(self.number(number).bytes());
+                    }
+                    value => append_aligned(row, 3, |row| value.append_to(row)),
+                }
+            }
+            if let Some(unit) = &field.unit {
+                row.push(b' ');
+                row.extend(unit.as_bytes());
+            }
         }
     }
 

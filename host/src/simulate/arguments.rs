@@ -16,9 +16,6 @@ pub(super) struct Experiment {
 
 impl Experiment {
     /// The parameters at every point.
-    ///
-    /// # Errors
-    /// A parameter is out of its range or contradicts another.
     pub(super) fn points(&self) -> anyhow::Result<Vec<Parameters>> {
         sweep::points(self.parameters, &self.sweeps)
     }
@@ -63,7 +60,7 @@ struct Others {
 }
 
 /// A whole number as an option has it.
-pub(super) fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
+fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
     text.parse()
         .map_err(|_| "a whole number is wanted, such as 7")
 }

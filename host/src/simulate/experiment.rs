@@ -9,13 +9,18 @@ use framelock_simulation::{Parameters, Tally};
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// One set of parameters, and what came of it.
-pub(super) struct Point {
-    pub(super) parameters: Parameters,
-    pub(super) tally: Tally,
+pub struct Point {
+    /// What was simulated.
+    pub parameters: Parameters,
+    /// What came of it.
+    pub tally: Tally,
 }
 
 /// Runs them one after the other, with progress on a terminal.
-pub(super) fn run(points: Vec<Parameters>) -> Result<Vec<Point>> {
+///
+/// # Errors
+/// Parameters contradict each other.
+pub fn run_all(points: Vec<Parameters>) -> Result<Vec<Point>> {
     let trials = points.iter().map(|point| u64::from(point.trials)).sum();
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} trials, {eta} left");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());

@@ -56,7 +56,8 @@ fn result(point: &Point, receiver: &ReceiverTally) -> Value {
 }
 
 /// Each receiver of a point, with its parameters and its line.
-pub(super) fn rows(point: &Point) -> Vec<Value> {
+#[must_use]
+pub fn rows(point: &Point) -> Vec<Value> {
     let receivers = point.tally.receivers.iter();
     let rows = receivers.map(|receiver| {
         let has_rule = receiver.kind.has_idle_gap;
@@ -101,8 +102,11 @@ pub(super) fn write_json(
 /// The columns of CSV behind the parameters, and where in the JSON of a row each is.
 const COLUMNS: &str = include_str!("tables/columns.txt");
 
-/// A row for each point and receiver, with all parameters in front.
-pub(super) fn write_csv(out: &mut impl Write, points: &[Point]) -> io::Result<()> {
+/// Writes a row for each point and receiver, with all parameters in front.
+///
+/// # Errors
+/// They cannot be written.
+pub fn write_csv(out: &mut impl Write, points: &[Point]) -> io::Result<()> {
     let numbers = Parameters::NUMBERS.iter().map(|number| number.name);
     let parameters = ["seed", "frame", "payload", "unreported"].into_iter();
     let parameters = parameters.chain(numbers).map(|name| {

@@ -87,9 +87,6 @@ fn finite(text: &str) -> Result<f64> {
 }
 
 /// The parameters at every point; of two sweeps, each value of the first with each of the second.
-///
-/// # Errors
-/// If there are too many points, or the same parameter is swept twice.
 pub(super) fn points(base: Parameters, sweeps: &[Sweep]) -> Result<Vec<Parameters>> {
     let count = sweeps.len();
     ensure!(count <= 2, "two parameters can be swept, not {count}");

@@ -8,6 +8,7 @@ use framelock::motion::{Bin, BinCrc8, Setpoint};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::frames::described;
 use crate::process::{CLEAN, complaint, run, shown, start, text, written};
 
 /// The frames; it must succeed, and have nothing to complain of.
@@ -43,6 +44,25 @@ fn what_is_decoded_can_be_encoded_again() {
         let rows = shown(&["decode", "--frame=bin-crc8", "--format=csv"], checked);
         assert!(encoded(&["--input-format=csv"], rows) == stream, "{format}");
     }
+}
+
+/// Clause F1: it means nothing, so no row has it. A description of one's own may.
+#[test]
+fn the_reserved_byte_is_taken_whatever_it_is_and_sent_as_zero() {
+    let reserved = |byte: u8| [b'A', b'B', byte, 0x7F, 0xC8, 0x4A, b'\r'];
+    let stream = (0..=255).flat_map(reserved).collect::<Vec<u8>>();
+    let rows = shown(&["decode"], &stream);
+    assert_eq!(rows.lines().count(), 256);
+    assert!(encoded(&[], &rows) == reserved(0).repeat(256));
+    let checked = encoded(&["--frame=bin-crc8"], &rows);
+    assert!(checked == BinCrc8::encode([127, 200, 74].into()).repeat(256));
+
+    let bin = shown(&["decode", "--describe"], "");
+    let fields = "fields = [{ name = 'reserved', at = 2, type = 'u8' },";
+    let (_folder, frame) = described(&bin.replace("fields = [", fields));
+    let rows = shown(&["decode", &frame], &stream);
+    assert!(rows.ends_with("\"reserved\":255,\"pitch\":127,\"roll\":200,\"yaw\":74}\n"));
+    assert!(encoded(&[&frame], rows) == stream);
 }
 
 #[test]

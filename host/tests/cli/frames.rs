@@ -2,11 +2,18 @@
 
 use std::fs;
 
-use rand::seq::IndexedRandom;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use framelock_fuzz_oracles::LINES;
 
 use crate::process::{complaint, run, shown, text, written};
+
+/// A file that describes frames, in a folder that is to be kept, as an option.
+pub(crate) fn described(text: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.toml");
+    fs::write(&path, text).unwrap();
+    let frame = format!("--frame={}", path.display());
+    (folder, frame)
+}
 
 /// Bytes in hex.
 fn bytes(hex: &str) -> Vec<u8> {
@@ -169,23 +176,9 @@ fn what_always_is_the_same_is_checked() {
     }
 }
 
-/// Lines of text, each a number and a note.
-const LINES: &str = r#"
-    sync = "23"
-    terminator = "0D 0A"
-    longest = 40
-    fields = [
-        { name = "number", at = 1, type = "u8" },
-        { name = "note", at = 2, type = "text" },
-    ]
-"#;
-
 #[test]
 fn a_file_describes_frames_in_every_format() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("lines.toml");
-    fs::write(&path, LINES).unwrap();
-    let frame = format!("--frame={}", path.display());
+    let (_folder, frame) = described(LINES);
     let stream = b"#1a, \"b\"\r\n#2#\r\n#";
     for (arguments, expected) in [
         (
@@ -215,63 +208,6 @@ fn a_file_describes_frames_in_every_format() {
         told.contains("line 2: there is no frame of 8 bytes with these values"),
         "{told}"
     );
-}
-
-/// That a terminal acts on nothing in it, and shows it from left to right.
-fn is_harmless(text: &str) -> bool {
-    let is_harmful = |c: char| {
-        c.is_control() && c != '\n'
-            || matches!(c, '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
-    };
-    !text.chars().any(is_harmful)
-}
-
-#[test]
-fn nothing_from_the_wire_reaches_the_terminal_as_it_came() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("lines.toml");
-    fs::write(&path, LINES).unwrap();
-    let frame = format!("--frame={}", path.display());
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    let (harmful, frames) = (["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}"], 500);
-    let mut stream = Vec::new();
-    for _ in 0..frames {
-        stream.extend(b"#1");
-        for _ in 0..3 {
-            let piece = harmful.choose(&mut random).unwrap().as_bytes();
-            stream.extend(piece);
-            // Not the beginning of an end.
-            stream.push(random.random::<u8>().max(b'\r' + 1));
-        }
-        stream.extend(b"\r\n");
-    }
-    for arguments in [
-        &["decode", "--format=text"][..],
-        &["decode", "--format=csv"],
-        &["decode"],
-        &["trace", "-"],
-        &["trace", "-", "--format=jsonl"],
-    ] {
-        let shown = shown(&[arguments, &[&frame]].concat(), &stream);
-        assert!(is_harmless(&shown), "{arguments:?}: {shown:?}");
-        let escapes = shown.matches("x1B[2J").count();
-        assert!(escapes > frames / 2, "{arguments:?}: {escapes}");
-    }
-    // Errors quote what they were given.
-    for (arguments, input) in [
-        (&["decode", "--input=hex"][..], "41 \x1B[2J"),
-        (&["trace", "--input=hex", "-"], "41 \u{202E}"),
-        (&["encode"], "pitch,roll,yaw\n\x1B[2J,2,3\n"),
-        (
-            &["encode"],
-            "{\"pitch\":\"\\u001b[2J\",\"roll\":1,\"yaw\":2}\n",
-        ),
-        (&["decode", "no\x1B[2J"], ""),
-    ] {
-        let told = complaint(run(arguments, input));
-        let told = told.strip_prefix("framelock: ").unwrap();
-        assert!(is_harmless(told) && told.contains('\\'), "{told:?}");
-    }
 }
 
 #[test]
@@ -337,10 +273,7 @@ fn send_takes_rows_and_its_faults_any_frame() {
 
 #[test]
 fn what_only_setpoints_have_is_told_and_mistakes_in_files_have_a_place() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("my.toml");
-    fs::write(&path, "sync = '24'\nlength = 4\nlenght = 5\n").unwrap();
-    let my = format!("--frame={}", path.display());
+    let (_folder, my) = described("sync = '24'\nlength = 4\nlenght = 5\n");
     for (arguments, told) in [
         (
             &["decode", "--frame=sbsu"][..],

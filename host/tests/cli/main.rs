@@ -10,6 +10,8 @@
     allow(dead_code, unused_imports, reason = "for tests that need Linux")
 )]
 
+#[cfg(target_os = "linux")]
+mod at_terminal;
 mod decode;
 mod demo;
 mod encode;
@@ -26,4 +28,5 @@ mod recordings;
 #[cfg(target_os = "linux")]
 mod send;
 mod simulate;
+mod terminal;
 mod trace;

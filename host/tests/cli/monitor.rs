@@ -5,115 +5,14 @@ use std::fs::{self, File};
 use std::io::{Read, Write as _};
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use framelock_host::screen::Screen;
-use rustix::termios::{InputModes, Termios, tcgetattr};
+use rustix::termios::{InputModes, tcgetattr};
 
+use crate::at_terminal::{AtTerminal, CONTROLLING, ENTER, PROGRAM};
 use crate::process::{CLEAN, framelock, text};
-use crate::pseudo_terminal::{line, terminal};
-
-const PROGRAM: &str = env!("CARGO_BIN_EXE_framelock");
-
-/// How a terminal is told to show the view, and to show what was there before with its cursor.
-const ENTER: &str = "\x1b[?1049h";
-const LEAVE: &str = "\x1b[?1049l";
-const SHOW_CURSOR: &str = "\x1b[?25h";
-
-/// How `setsid` makes a terminal the controlling one.
-const CONTROLLING: [&str; 2] = ["--ctty", "--wait"];
-
-/// A program at a terminal of 80 columns and 24 rows.
-struct AtTerminal {
-    /// What the user sees and types at.
-    user: File,
-    near_end: File,
-    settings: Termios,
-    child: Child,
-    seen: String,
-}
-
-/// What of a terminal's settings a view changes.
-fn modes(settings: &Termios) -> String {
-    format!(
-        "{:?} {:?} {:?} {:?}",
-        settings.input_modes, settings.output_modes, settings.local_modes, settings.control_modes
-    )
-}
-
-impl AtTerminal {
-    /// Runs a command with the terminal as its standard streams, but for what the shell redirects.
-    fn start(setsid: &[&str], command: &[&str], redirected: &str, directory: &Path) -> Self {
-        let (user, near_end) = terminal(80, 24);
-        let stream = || Stdio::from(near_end.try_clone().unwrap());
-        let child = Command::new("setsid")
-            .args(setsid)
-            .args(["sh", "-c", &format!("exec \"$0\" \"$@\" {redirected}")])
-            .args(command)
-            .current_dir(directory)
-            .env("TERM", "xterm-256color")
-            .stdin(stream())
-            .stdout(stream())
-            .stderr(stream())
-            .spawn();
-        Self {
-            user,
-            settings: tcgetattr(&near_end).unwrap(),
-            near_end,
-            child: child.unwrap(),
-            seen: String::new(),
-        }
-    }
-
-    fn monitor(arguments: &[&str], redirected: &str, directory: &Path) -> Self {
-        let command = [&[PROGRAM, "monitor"], arguments].concat();
-        Self::start(&CONTROLLING, &command, redirected, directory)
-    }
-
-    /// Reads the screen until the text is there, or for ever; gives all that came.
-    fn wait_for(&mut self, text: &str) -> String {
-        while !self.seen.contains(text) {
-            let mut bytes = [0; 4096];
-            let length = self.user.read(&mut bytes).unwrap();
-            assert_ne!(length, 0);
-            self.seen += &String::from_utf8_lossy(&bytes[..length]);
-        }
-        std::mem::take(&mut self.seen)
-    }
-
-    fn type_key(&mut self, key: &str) {
-        self.user.write_all(key.as_bytes()).unwrap();
-    }
-
-    /// Waits for the end: the terminal must be as before. Gives all that came, and the exit code.
-    fn finish(mut self) -> (String, Option<i32>) {
-        let status = self.child.wait().unwrap();
-        let settings = tcgetattr(&self.near_end).unwrap();
-        assert_eq!(modes(&settings), modes(&self.settings));
-        self.near_end.write_all(b"END").unwrap();
-        (self.wait_for("END"), status.code())
-    }
-
-    /// Waits for the end of a view. Gives what stands on the terminal then, and the exit code.
-    fn end(self) -> (String, Option<i32>) {
-        let (all, code) = self.finish();
-        let (view, behind) = all.rsplit_once(LEAVE).expect("the view is left");
-        assert!(!behind.contains(ENTER));
-        assert!(view.contains(SHOW_CURSOR) || behind.contains(SHOW_CURSOR));
-        (behind.to_owned(), code)
-    }
-
-    /// Signals the program itself: `setsid --wait` forks if it leads a group.
-    fn signal(&self, name: &str) {
-        let id = self.child.id().to_string();
-        let children = format!("/proc/{id}/task/{id}/children");
-        let children = fs::read_to_string(children).unwrap_or_default();
-        let program = children.split_whitespace().next().unwrap_or(&id);
-        let kill = Command::new("kill").args([name, program]).status();
-        assert!(kill.unwrap().success());
-    }
-}
+use crate::pseudo_terminal::line;
 
 /// A monitor that has seen a frame, the line's far end and near end, and the port's name.
 fn watching(directory: &Path, arguments: &[&str]) -> (AtTerminal, File, File, String) {
@@ -183,6 +82,29 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
     ] {
         assert!(behind.contains(told), "{behind}");
     }
+}
+
+#[test]
+fn a_port_that_is_not_there_yet_is_waited_for() {
+    let directory = tempfile::tempdir().unwrap();
+    let (mut far_end, _near_end, port) = line();
+    let arguments = [
+        "port",
+        "--wait",
+        "--hold-after=1000000",
+        "--ramp-after=1000000",
+    ];
+    let mut monitor = AtTerminal::monitor(&arguments, "", directory.path());
+    let before = monitor.wait_for("waiting for port; ");
+    assert!(!before.contains(ENTER), "the view comes with the port");
+    symlink(port, directory.path().join("port")).unwrap();
+    monitor.wait_for("help");
+    far_end.write_all(&CLEAN).unwrap();
+    monitor.wait_for("LOCKED");
+    monitor.type_key("q");
+    let (behind, code) = monitor.end();
+    assert_eq!(code, Some(0), "{behind}");
+    assert!(behind.contains("bytes 7, frames 1,"), "{behind}");
 }
 
 #[test]

@@ -35,13 +35,13 @@ fn colour(name: &str) -> RGBColor {
 
 /// One axis, from one value to another.
 #[derive(Deserialize)]
-pub(super) struct Axis {
-    pub(super) label: String,
-    pub(super) from: f64,
-    pub(super) to: f64,
+pub(crate) struct Axis {
+    pub(crate) label: String,
+    pub(crate) from: f64,
+    pub(crate) to: f64,
     /// Powers of ten are equally far apart.
     #[serde(default)]
-    pub(super) is_logarithmic: bool,
+    pub(crate) is_logarithmic: bool,
     /// What stands where a logarithmic axis begins, if that is where zero is drawn.
     zero: Option<String>,
     /// A value holds to the middle between it and the next.
@@ -50,8 +50,8 @@ pub(super) struct Axis {
     /// At most this many labels.
     labels: usize,
     /// Where in a row of results its values are, and by how much they are multiplied.
-    pub(super) value: String,
-    pub(super) scale: Option<f64>,
+    pub(crate) value: String,
+    pub(crate) scale: Option<f64>,
 }
 
 /// How a series is drawn.
@@ -67,16 +67,16 @@ enum Mark {
 }
 
 #[derive(Deserialize)]
-pub(super) struct Series {
+pub(crate) struct Series {
     colour: String,
     mark: Mark,
     /// Where in a row its values are, if not where the axis says.
-    pub(super) value: Option<String>,
+    pub(crate) value: Option<String>,
     /// The values that a row must have to be of this series.
     #[serde(flatten)]
-    pub(super) select: Map<String, Value>,
+    pub(crate) select: Map<String, Value>,
     #[serde(skip)]
-    pub(super) places: Vec<Place>,
+    pub(crate) places: Vec<Place>,
 }
 
 /// Words in the chart, which begin at a place; behind a line if they have a colour.
@@ -91,34 +91,34 @@ struct Label {
 
 /// A place in the chart, and the interval of its value.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) low: f64,
-    pub(super) high: f64,
+pub(crate) struct Place {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
 }
 
 /// A part of the x axis with a name of its own, at the upper or the lower end of the chart.
 #[derive(Clone)]
-pub(super) struct Band {
-    pub(super) from: f64,
-    pub(super) to: f64,
-    pub(super) name: &'static str,
-    pub(super) is_shaded: bool,
+pub(crate) struct Band {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    pub(crate) name: &'static str,
+    pub(crate) is_shaded: bool,
 }
 
 /// A chart.
 #[derive(Deserialize)]
-pub(super) struct Chart {
+pub(crate) struct Chart {
     title: String,
     /// What it was measured with.
-    pub(super) subtitle: String,
-    pub(super) x: Axis,
-    pub(super) y: Axis,
-    pub(super) series: Vec<Series>,
+    pub(crate) subtitle: String,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) series: Vec<Series>,
     labels: Vec<Label>,
     #[serde(skip)]
-    pub(super) bands: Vec<Band>,
+    pub(crate) bands: Vec<Band>,
     /// Names of the places 0, 1, 2, ... of the x axis, if they have names instead of numbers.
     #[serde(default)]
     places: Vec<String>,
@@ -129,7 +129,7 @@ type Drawing<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Coordinates>;
 type Page<'b> = DrawingArea<SVGBackend<'b>, Shift>;
 
 impl Place {
-    pub(super) fn new(x: f64, y: f64) -> Self {
+    pub(crate) fn new(x: f64, y: f64) -> Self {
         let (low, high) = (y, y);
         Self { x, y, low, high }
     }
@@ -171,14 +171,11 @@ impl Axis {
 
 impl Chart {
     /// Writes the chart as SVG.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub(super) fn write(&self, path: &Path) -> Result<()> {
+    pub(crate) fn write(&self, path: &Path) -> Result<()> {
         let mut svg = String::new();
         self.draw(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())?;
         // The style replaces colours where the reader's pages are dark.
-        let style = concat!(">\n", include_str!("tables/figures.css"));
+        let style = concat!(">\n", include_str!("figures.css"));
         Ok(fs::write(path, svg.replacen('>', style, 1))?)
     }
 

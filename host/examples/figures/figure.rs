@@ -1,25 +1,21 @@
 //! The figures of the report. What each measures, as options of `framelock simulate`, and how it is
-//! drawn is in `tables/figures.json`.
+//! drawn is in `figures.json`.
 
 use std::time::Duration;
 
 use anyhow::{Context, Result};
-use clap::{Args, Command, FromArgMatches};
 use framelock::motion::{Phase, Setpoint};
+use framelock_host::simulate::{Point, parameters, phase_name, rows, run_all};
 use framelock_simulation::{Event, FrameFormat, Parameters, run, theory};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::arguments::Experiment;
-use super::experiment::{self, Point};
-use super::output::rows;
-use super::plot::{Axis, Band, Chart, Place, Series};
-use crate::view_parts::phase_name;
+use crate::plot::{Axis, Band, Chart, Place, Series};
 
 /// A figure: its runs, and its chart without values.
 #[derive(Deserialize)]
-pub(super) struct Figure {
-    pub(super) name: String,
+pub(crate) struct Figure {
+    pub(crate) name: String,
     runs: Vec<String>,
     /// The outputs in the course of a single trial are drawn, and not what came of many.
     #[serde(default)]
@@ -28,28 +24,28 @@ pub(super) struct Figure {
 }
 
 /// All figures.
-pub(super) fn all() -> Result<Vec<Figure>> {
-    serde_json::from_str(include_str!("tables/figures.json")).context("the figures' file")
+pub(crate) fn all() -> Result<Vec<Figure>> {
+    serde_json::from_str(include_str!("figures.json")).context("the figures' file")
 }
 
 impl Figure {
     /// Measures it with `effort` per cent of the trials, and draws it.
-    pub(super) fn measure(mut self, seed: u64, effort: u32) -> Result<(Vec<Point>, Chart)> {
+    pub(crate) fn measure(mut self, seed: u64, effort: u32) -> Result<(Vec<Point>, Chart)> {
         let mut runs = Vec::new();
-        let mut parameters = Vec::new();
+        let mut all = Vec::new();
         for (number, options) in self.runs.iter().enumerate() {
-            for point in parsed(options)? {
+            for point in parameters(options)? {
                 runs.push(number);
                 // At least two: one has no interval.
                 let trials = (point.trials.saturating_mul(effort) / 100).max(2.min(point.trials));
-                parameters.push(Parameters {
+                all.push(Parameters {
                     seed,
                     trials,
                     ..point
                 });
             }
         }
-        let points = experiment::run(parameters)?;
+        let points = run_all(all)?;
         let first = points.first().context("a figure without runs")?;
         let rows: Vec<_> = if self.is_watched {
             self.looks(first)?
@@ -120,13 +116,6 @@ impl Figure {
         });
         Ok(rows.collect())
     }
-}
-
-/// The parameters that options of `framelock simulate` mean.
-fn parsed(options: &str) -> Result<Vec<Parameters>> {
-    let command = Experiment::augment_args(Command::new("run").no_binary_name(true));
-    let matches = command.try_get_matches_from(options.split_whitespace())?;
-    Experiment::from_arg_matches(&matches)?.points()
 }
 
 fn rows_of_run(run: usize, point: &Point) -> Vec<Value> {

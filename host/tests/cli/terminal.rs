@@ -1,0 +1,90 @@
+//! Nothing from the wire reaches a terminal as it came.
+
+use std::fs;
+use std::path::Path;
+
+use framelock_fuzz_oracles::{LINES, is_harmless, terminal};
+use framelock_host::texts::Texts;
+use rand::seq::IndexedRandom;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::frames::described;
+use crate::process::{complaint, run, shown};
+
+/// What a terminal acts on, in pieces of UTF-8 and not.
+const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u{200F}"];
+
+fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
+    let mut bytes = HARMFUL.choose(random).unwrap().as_bytes().to_vec();
+    // Not the beginning of an end.
+    bytes.push(random.random::<u8>().max(b'\r' + 1));
+    bytes
+}
+
+/// What is fuzzed, on the fuzzer's corpus and on random bytes: every frame in every format of text.
+#[test]
+fn no_text_that_is_made_of_a_stream_is_acted_on() {
+    let all = Texts::all(LINES).unwrap();
+    let (mut longest, mut escapes) = (0, 0);
+    let mut check = |bytes: &[u8]| {
+        terminal(bytes, |number, stream| {
+            let texts = all[number % all.len()].of(stream).unwrap();
+            longest = longest.max(texts.len());
+            escapes += texts.concat().matches("x1B[2J").count();
+            texts
+        });
+    };
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/terminal");
+    for entry in fs::read_dir(corpus).unwrap() {
+        check(&fs::read(entry.unwrap().path()).unwrap());
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    for frames in (0..=u8::MAX).cycle().take(2_000) {
+        let pieces = (0..random.random_range(0..6)).map(|_| harmful(&mut random));
+        let bytes = pieces.collect::<Vec<_>>().concat();
+        check(&[&[frames], &bytes[..]].concat());
+    }
+    // Rows, traces and errors, of which each tells what it was given.
+    assert!(longest > 6 && escapes > 500, "{longest} {escapes}");
+}
+
+#[test]
+fn nothing_from_the_wire_reaches_the_terminal_as_it_came() {
+    let (_folder, frame) = described(LINES);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let frames = 500;
+    let mut stream = Vec::new();
+    for _ in 0..frames {
+        stream.extend(b"#1");
+        (0..3).for_each(|_| stream.extend(harmful(&mut random)));
+        stream.extend(b"\r\n");
+    }
+    for arguments in [
+        &["decode", "--format=text"][..],
+        &["decode", "--format=csv"],
+        &["decode"],
+        &["trace", "-"],
+        &["trace", "-", "--format=jsonl"],
+    ] {
+        let shown = shown(&[arguments, &[&frame]].concat(), &stream);
+        assert!(is_harmless(&shown), "{arguments:?}: {shown:?}");
+        let escapes = shown.matches("x1B[2J").count();
+        assert!(escapes > frames / 2 - 50, "{arguments:?}: {escapes}");
+    }
+    // Errors quote what they were given.
+    for (arguments, input) in [
+        (&["decode", "--input=hex"][..], "41 \x1B[2J"),
+        (&["trace", "--input=hex", "-"], "41 \u{202E}"),
+        (&["encode"], "pitch,roll,yaw\n\x1B[2J,2,3\n"),
+        (
+            &["encode"],
+            "{\"pitch\":\"\\u001b[2J\",\"roll\":1,\"yaw\":2}\n",
+        ),
+        (&["decode", "no\x1B[2J"], ""),
+    ] {
+        let told = complaint(run(arguments, input));
+        let told = told.strip_prefix("framelock: ").unwrap();
+        assert!(is_harmless(told) && told.contains('\\'), "{told:?}");
+    }
+}
