@@ -231,7 +231,11 @@ struct Discarded {
 impl Discarded {
     fn watched(watched: u8) -> Self {
         let (count, why) = (0, None);
-        Self { watched, count, why }
+        Self {
+            watched,
+            count,
+            why,
+        }
     }
 
     fn add(&mut self, why: DiscardReason) {
