@@ -171,21 +171,20 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
                 return None;
             }
         }
-        let length = self.push_and_decide(byte, discarded)?;
-        Some((length, self.message(length)))
+        self.push_and_decide(byte, discarded)
     }
 
-    /// The length of the frame that the byte completes.
-    // Apart, so that a byte that is only stored, or starts nothing, saves few registers.
+    /// The frame that the byte completes.
+    // Apart, and last, so that a byte that is only stored, or starts nothing, saves few registers.
     #[inline(never)]
     fn push_and_decide(
         &mut self,
         byte: u8,
         discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<usize> {
+    ) -> Option<(usize, F::Message<'_>)> {
         self.store(&[byte]);
         match self.next(discarded) {
-            Decision::Frame(length) => Some(length),
+            Decision::Frame(length) => Some((length, self.message(length))),
             Decision::Discarded | Decision::Waiting => None,
         }
     }
