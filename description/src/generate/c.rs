@@ -99,9 +99,10 @@ fn head(code: &mut Code, description: &Description, name: &str, command: &str) {
 * Save it as {name}.h, beside framelock.h. To receive:
 *
 *   static framelock_layout_receiver receiver;
+*   static framelock_made_layout made[{count}];
 *   static uint8_t buffer[2 * {upper}_LONGEST];
 *
-*   framelock_layout_receiver_init(&receiver, {name}_layouts, {count}, buffer, sizeof buffer);
+*   framelock_layout_receiver_init(&receiver, {name}_layouts, made, {count}, buffer, sizeof buffer);
 *
 *   if (framelock_layout_receiver_push(&receiver, byte, &frame)) {{
 *       {name}_decode(&frame, &message);
