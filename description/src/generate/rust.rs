@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use framelock::Format as _;
 use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
@@ -86,8 +87,7 @@ fn camel(name: &str) -> String {
 }
 
 fn head(code: &mut Code, description: &Description, name: &str, command: &str) {
-    let longest = description.kinds.iter().map(|kind| kind.layout.longest);
-    let longest = longest.max().unwrap_or_default();
+    let longest = description.format().longest();
     add!(
         code,
         "//! Frames of `{name}`, made by `{command}`.
