@@ -171,20 +171,21 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
                 return None;
             }
         }
-        self.push_and_decide(byte, discarded)
+        let length = self.push_and_decide(byte, discarded)?;
+        Some((length, self.message(length)))
     }
 
-    /// The frame that the byte completes.
-    // Apart, and last, so that a byte that is only stored, or starts nothing, saves few registers.
+    /// The length of the frame that the byte completes.
+    // Apart, so that a byte that is only stored, or starts nothing, saves few registers.
     #[inline(never)]
     fn push_and_decide(
         &mut self,
         byte: u8,
         discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, F::Message<'_>)> {
+    ) -> Option<usize> {
         self.store(&[byte]);
         match self.next(discarded) {
-            Decision::Frame(length) => Some((length, self.message(length))),
+            Decision::Frame(length) => Some(length),
             Decision::Discarded | Decision::Waiting => None,
         }
     }

@@ -45,9 +45,8 @@ impl Format for Ibus {
     fn decode(&self, frame: &[u8]) -> [u16; 18] {
         let mut channels = [0; 18];
         // A length that is known spares a PC half the time.
-        let Some(words) = frame.get(2..).and_then(<[u8]>::first_chunk::<28>) else {
-            return channels;
-        };
+        let words = frame.get(2..).and_then(<[u8]>::first_chunk::<28>);
+        let words = words.unwrap_or(&[0; 28]);
         let (standard, further) = channels.split_at_mut(14);
         for (channel, word) in standard.iter_mut().zip(words.chunks_exact(2)) {
             if let &[low, high] = word {
