@@ -283,12 +283,7 @@ fn each(count: usize, statement: &str) -> String {
 }
 
 fn encode(code: &mut Code, named: &Named) {
-    let Named {
-        items,
-        prefix,
-        number,
-        ..
-    } = named;
+    let (items, prefix, number) = (&named.items, named.prefix, named.number);
     let [_, signature] = signatures(&named.functions, &named.type_name);
     code.add(&signature);
     size(code, named);
@@ -338,14 +333,8 @@ bool is_same = true;"
             ),
         };
         let has = format!("again.has_{name} == message->has_{name} && (!again.has_{name} || (");
-        add!(
-            code,
-            "is_same = is_same && {};",
-            match needs {
-                Some(_) => format!("{has}{same}))"),
-                None => same,
-            }
-        );
+        let same = needs.map_or(same.clone(), |_| format!("{has}{same}))"));
+        add!(code, "is_same = is_same && {same};");
     }
     add!(code, "return is_same ? {whole} : 0;\n}}");
 }
