@@ -7,8 +7,8 @@
 // the answer is false or FRAMELOCK_NO_OUTPUT. Only where a setpoint or a frame would be written, NULL means: do not
 // write it.
 //
-// Layouts, all that they point to, and buffers must stay for as long as a receiver uses them: layouts unchanged,
-// buffers untouched.
+// What layouts point to, made layouts and buffers must stay for as long as a receiver uses them: the first unchanged,
+// the others untouched.
 //
 // Interrupts: two functions must not work on the same receiver or failsafe at once. Call them from one
 // interrupt, or mask that interrupt while the main loop calls them.
@@ -245,6 +245,11 @@ typedef struct framelock_layout_receiver {
   size_t opaque[26];
 } framelock_layout_receiver;
 
+// Room for a layout as a receiver asks it: made once, not for each byte.
+typedef struct framelock_made_layout {
+  size_t opaque[36];
+} framelock_made_layout;
+
 // A frame that was received. Its bytes are there until the next call with that receiver.
 typedef struct framelock_frame {
   // All of it, from the sync to the end.
@@ -437,12 +442,13 @@ bool framelock_seal(const struct framelock_layout *layout,
                     size_t length);
 
 // Begins to receive frames of `count` layouts; the first that has a frame's header says the rest. All counters
-// are 0.
+// are 0. `made` is room for as many layouts, which the receiver uses from now on.
 //
 // The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has
 // a pointer or a constant that cannot be, it returns false, and the receiver is not initialised.
 bool framelock_layout_receiver_init(struct framelock_layout_receiver *receiver,
                                     const struct framelock_layout *layouts,
+                                    struct framelock_made_layout *made,
                                     size_t count,
                                     uint8_t *buffer,
                                     size_t size);

@@ -50,7 +50,7 @@ pub const FRAMELOCK_PARKED: framelock_phase = 5;
 /// failsafe is not initialised.
 #[unsafe(no_mangle)]
 pub extern "C" fn framelock_failsafe_init(
-    failsafe: Option<&mut MaybeUninit<framelock_failsafe>>,
+    failsafe: Option<&mut framelock_failsafe>,
     parameters: Option<&framelock_failsafe_parameters>,
     now: u32,
 ) -> bool {
@@ -71,8 +71,7 @@ pub extern "C" fn framelock_failsafe_init(
         Failsafe::new(parameters, now).ok()
     });
     let is_built = built.is_some();
-    let content = built.map_or(Content::Nothing, Content::Something);
-    framelock_failsafe::write(failsafe, content);
+    failsafe.write(built.map_or(Content::Nothing, Content::Something));
     is_built
 }
 

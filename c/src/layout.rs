@@ -1,13 +1,15 @@
 //! What a frame looks like, as C writes it down.
 
-use framelock_formats::AsLayout;
+use core::borrow::Borrow;
+use core::mem::MaybeUninit;
+
 use framelock_formats::layout::{
     Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message,
     Messages, Number, Patterns, Table, Written,
 };
 
 use crate::layout::framelock_shipped_layout as Shipped;
-use crate::memory::{bytes, values};
+use crate::memory::{Memory, values, values_mut};
 
 /// What a frame looks like. What you leave out is 0, and means that there is none.
 ///
@@ -40,6 +42,12 @@ pub struct framelock_layout {
 
 /// What one of the library's own layouts is.
 pub struct framelock_shipped_layout(pub(crate) Layout<'static>);
+
+/// Room for a layout as a receiver asks it: made once, not for each byte.
+#[repr(C)]
+pub struct framelock_made_layout {
+    opaque: [MaybeUninit<usize>; 36],
+}
 
 /// What a frame begins or ends with: some bytes, or one of several sequences of the same length.
 #[repr(C)]
@@ -173,17 +181,19 @@ pub extern "C" fn framelock_seal(
     frame: *mut u8,
     length: usize,
 ) -> bool {
-    let (Some(layout), Some(frame)) = (layout, bytes(frame, length)) else {
+    let (Some(layout), Some(frame)) = (layout, values_mut(frame, length)) else {
         return false;
     };
     layout.layout().is_some_and(|layout| layout.seal(frame))
 }
 
-impl AsLayout for framelock_layout {
-    // Each question once in flash.
-    #[inline(never)]
-    fn ask<T>(&self, question: impl FnOnce(&Layout) -> T) -> T {
-        question(&self.layout().unwrap_or(Layout::NONE))
+impl Memory for framelock_made_layout {
+    type Value = Layout<'static>;
+}
+
+impl Borrow<Layout<'static>> for framelock_made_layout {
+    fn borrow(&self) -> &Layout<'static> {
+        self.value().unwrap_or(&Layout::NONE)
     }
 }
 

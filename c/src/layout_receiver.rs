@@ -6,8 +6,8 @@ use core::mem::MaybeUninit;
 use framelock::{BufferedIn, Line};
 use framelock_formats::AnyOf;
 
-use crate::layout::framelock_layout;
-use crate::memory::{Content, Memory, bytes, values};
+use crate::layout::{framelock_layout, framelock_made_layout};
+use crate::memory::{Content, Memory, values, values_mut};
 use crate::receiver::{count, framelock_counters, framelock_line_event, line_event};
 
 /// A receiver of frames of any layouts.
@@ -17,7 +17,7 @@ pub struct framelock_layout_receiver {
 }
 
 impl Memory for framelock_layout_receiver {
-    type Value = Line<BufferedIn<AnyOf<'static, framelock_layout>, &'static mut [u8]>>;
+    type Value = Line<BufferedIn<AnyOf<'static, framelock_made_layout>, &'static mut [u8]>>;
 }
 
 /// A frame that was received. Its bytes are there until the next call with that receiver.
@@ -32,14 +32,15 @@ pub struct framelock_frame {
 }
 
 /// Begins to receive frames of `count` layouts; the first that has a frame's header says the rest. All counters
-/// are 0.
+/// are 0. `made` is room for as many layouts, which the receiver uses from now on.
 ///
 /// The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has
 /// a pointer or a constant that cannot be, it returns false, and the receiver is not initialised.
 #[unsafe(no_mangle)]
 pub extern "C" fn framelock_layout_receiver_init(
-    receiver: Option<&mut MaybeUninit<framelock_layout_receiver>>,
+    receiver: Option<&mut framelock_layout_receiver>,
     layouts: *const framelock_layout,
+    made: *mut framelock_made_layout,
     count: usize,
     buffer: *mut u8,
     size: usize,
@@ -47,16 +48,26 @@ pub extern "C" fn framelock_layout_receiver_init(
     let Some(receiver) = receiver else {
         return false;
     };
-    let layouts = values(layouts, count);
-    let are_right = |layouts: &&[framelock_layout]| layouts.iter().all(|it| it.layout().is_some());
-    let layouts = layouts.filter(are_right).zip(bytes(buffer, size));
+    let layouts = make(layouts, made, count).zip(values_mut(buffer, size));
     let built = layouts.and_then(|(layouts, buffer)| BufferedIn::within(AnyOf(layouts), buffer));
     let is_built = built.is_some();
-    let content = built.map_or(Content::Nothing, |built| {
+    receiver.write(built.map_or(Content::Nothing, |built| {
         Content::Something(Line::new(built))
-    });
-    Memory::write(receiver, content);
+    }));
     is_built
+}
+
+/// The layouts, made; nothing if one cannot be.
+fn make(
+    layouts: *const framelock_layout,
+    made: *mut framelock_made_layout,
+    count: usize,
+) -> Option<&'static [framelock_made_layout]> {
+    let made = values_mut(made, count)?;
+    for (layout, made) in values(layouts, count)?.iter().zip(&mut *made) {
+        made.write(Content::Something(layout.layout()?));
+    }
+    Some(made)
 }
 
 /// Takes the next byte. If that leads to a frame, says which and returns true. If not, leaves `frame` as it is and

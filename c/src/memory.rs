@@ -46,10 +46,11 @@ pub(crate) trait Memory: Sized {
         }
     }
 
-    fn write(memory: &mut MaybeUninit<Self>, content: Content<Self::Value>) {
+    /// The struct has nothing but `MaybeUninit`s, so C need not have written to it before.
+    fn write(&mut self, content: Content<Self::Value>) {
         const { Self::FITS };
         // SAFETY: it has room here, and is aligned: FITS. What was here need not be dropped: FITS.
-        unsafe { memory.as_mut_ptr().cast::<Content<_>>().write(content) }
+        unsafe { ptr::from_mut(self).cast::<Content<_>>().write(content) }
     }
 }
 
@@ -72,9 +73,9 @@ pub(crate) fn values<T>(first: *const T, count: usize) -> Option<&'static [T]> {
     }
 }
 
-/// So many bytes of C's, to write to; nothing if they are at NULL.
-pub(crate) fn bytes(first: *mut u8, count: usize) -> Option<&'static mut [u8]> {
-    // SAFETY: the header asks for so many bytes there, and that nobody else touches them while this function
-    // runs, or a receiver uses them.
+/// So many bytes of C's, or structs of `MaybeUninit`s, to write to; nothing if they are at NULL.
+pub(crate) fn values_mut<T>(first: *mut T, count: usize) -> Option<&'static mut [T]> {
+    // SAFETY: the header asks for so many there, and that nobody else touches them while this function runs, or a
+    // receiver uses them.
     (!first.is_null()).then(|| unsafe { slice::from_raw_parts_mut(first, count) })
 }

@@ -116,7 +116,7 @@ pub const FRAMELOCK_IDLE_LINE: framelock_line_event = 4;
 
 /// Begins to receive. All counters are 0.
 #[unsafe(no_mangle)]
-pub extern "C" fn framelock_receiver_init(receiver: Option<&mut MaybeUninit<framelock_receiver>>) {
+pub extern "C" fn framelock_receiver_init(receiver: Option<&mut framelock_receiver>) {
     init(receiver);
 }
 
@@ -152,9 +152,7 @@ pub extern "C" fn framelock_receiver_counters(
 
 /// As `framelock_receiver_init`.
 #[unsafe(no_mangle)]
-pub extern "C" fn framelock_crc8_receiver_init(
-    receiver: Option<&mut MaybeUninit<framelock_crc8_receiver>>,
-) {
+pub extern "C" fn framelock_crc8_receiver_init(receiver: Option<&mut framelock_crc8_receiver>) {
     init(receiver);
 }
 
@@ -188,11 +186,9 @@ pub extern "C" fn framelock_crc8_receiver_counters(
 
 // All of the above, for any receiver.
 
-fn init<F: FixedFormat>(
-    receiver: Option<&mut MaybeUninit<impl Memory<Value = Line<Receiver<F>>>>>,
-) {
+fn init<F: FixedFormat>(receiver: Option<&mut impl Memory<Value = Line<Receiver<F>>>>) {
     if let Some(receiver) = receiver {
-        Memory::write(receiver, Content::Something(Line::new(Receiver::new())));
+        receiver.write(Content::Something(Line::new(Receiver::new())));
     }
 }
 

@@ -110,10 +110,9 @@ impl Kind {
         }
         frame.extend(appended);
         if self.layout.seal(&mut frame) {
-            return match written
-                .iter()
-                .find(|(field, wanted)| !is_there(field, wanted, &frame, length))
-            {
+            let alone = frame.get(..length).unwrap_or_default();
+            let mut written = written.iter();
+            return match written.find(|(field, wanted)| !is_there(field, wanted, alone)) {
                 Some((field, _)) => Err(format!(
                     "{} cannot be that: the description says what stands in its place",
                     field.name
@@ -199,26 +198,11 @@ fn put(field: &Field, wanted: &Wanted, frame: &mut [u8]) {
     }
 }
 
-/// Whether a field is what it was to be, of a frame of that length without its appendix.
-fn is_there(field: &Field, wanted: &Wanted, frame: &[u8], length: usize) -> bool {
-    let from = index(field.at, length).unwrap_or_default();
-    let frame = frame.get(from..length).unwrap_or_default();
-    match wanted {
-        Wanted::Bytes(bytes) => frame.starts_with(bytes),
-        Wanted::Bits(values) => {
-            let mut is_there = true;
-            field.each_bit(0, |place, number, of_value| {
-                let wanted = values
-                    .get(number)
-                    .is_some_and(|bits| bits >> of_value & 1 == 1);
-                let is_set = frame
-                    .get(place / 8)
-                    .is_some_and(|byte| byte >> (place % 8) & 1 == 1);
-                is_there &= wanted == is_set;
-            });
-            is_there
-        }
-    }
+/// Whether a field is what it was to be, in a frame without its appendix.
+fn is_there(field: &Field, wanted: &Wanted, frame: &[u8]) -> bool {
+    let mut again = frame.to_vec();
+    put(field, wanted, &mut again);
+    again == frame
 }
 
 /// A value in a message: what was not meant to be a number may be long.

@@ -3,7 +3,7 @@
 use toml::Spanned;
 
 use crate::build::LONGEST;
-use crate::field::{Class, Field, Known, Type};
+use crate::field::{Class, Field, Type};
 use crate::written::{AppendixEntry, FieldEntry, Problem, Values, wrong};
 
 /// Names that rows have besides the fields.
@@ -33,16 +33,9 @@ fn column_name(name: &Spanned<String>) -> Result<String, Problem> {
 pub(crate) fn appended(entry: &AppendixEntry, bytes: usize) -> Result<Field, Problem> {
     Ok(Field {
         name: column_name(&entry.name)?,
-        at: 0,
-        kind: Type::Bytes,
         count: Some(bytes),
-        mask: None,
-        scale: None,
-        unit: None,
-        constant: None,
-        margin: 0,
         is_appended: true,
-        known: Known::default(),
+        ..Field::default()
     })
 }
 
@@ -104,10 +97,7 @@ pub(crate) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
         mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
         scale: entry.scale.as_ref().map(|scale| scale.get_ref().0.clone()),
         unit: entry.unit.as_ref().map(|unit| unit.get_ref().clone()),
-        constant: None,
-        margin: 0,
-        is_appended: false,
-        known: Known::default(),
+        ..Field::default()
     };
     if let Some(value) = &entry.value
         && let Values::One(number) = *value.get_ref()

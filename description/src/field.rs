@@ -10,7 +10,7 @@ use crate::value::{Scale, Value};
 use crate::{hex, text};
 
 /// A field of a frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Default, Debug)]
 pub struct Field {
     /// What it is called.
     pub name: String,
@@ -47,7 +47,7 @@ pub(crate) struct Known {
 }
 
 /// What a field is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub enum Type {
     /// A number of whole bytes.
     Number(Number),
@@ -59,6 +59,7 @@ pub enum Type {
         width: usize,
     },
     /// Bytes, shown in hex.
+    #[default]
     Bytes,
     /// Text.
     Text,

@@ -1,5 +1,7 @@
 //! Frames of several layouts on one line.
 
+use core::borrow::Borrow;
+
 use framelock::{DiscardReason, Format, Verdict};
 
 use crate::layout::Layout;
@@ -26,24 +28,11 @@ use crate::layout::Layout;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct AnyOf<'a, L = Layout<'a>>(
-    /// The layouts, in the order in which they are asked.
+    /// The layouts, in the order in which they are asked; or what holds one each, as the C library's memory does.
     pub &'a [L],
 );
 
-/// A [`Layout`]; or what is made one whenever it is asked, as the C library's structs are.
-pub trait AsLayout {
-    /// What `question` says of it.
-    fn ask<T>(&self, question: impl FnOnce(&Layout) -> T) -> T;
-}
-
-impl AsLayout for Layout<'_> {
-    #[inline(always)]
-    fn ask<T>(&self, question: impl FnOnce(&Layout) -> T) -> T {
-        question(self)
-    }
-}
-
-impl<L: AsLayout> Format for AnyOf<'_, L> {
+impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
     /// A receiver of these is made [`within`](framelock::BufferedIn::within) memory that is as long as the layouts
     /// say.
     const LONGEST: usize = usize::MAX;
@@ -52,7 +41,7 @@ impl<L: AsLayout> Format for AnyOf<'_, L> {
 
     #[inline]
     fn longest(&self) -> usize {
-        let longest = self.0.iter().map(|it| it.ask(|layout| layout.longest));
+        let longest = self.0.iter().map(|it| it.borrow().longest);
         longest.max().unwrap_or_default()
     }
 
@@ -63,14 +52,12 @@ impl<L: AsLayout> Format for AnyOf<'_, L> {
 
     #[inline]
     fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        first(self.0, seen, |it, seen| {
-            it.ask(|layout| layout.told(bytes, seen))
-        })
+        first(self.0, seen, |it, seen| it.borrow().told(bytes, seen))
     }
 
     #[inline]
     fn starts(&self, byte: u8) -> bool {
-        self.0.iter().any(|it| it.ask(|layout| layout.starts(byte)))
+        self.0.iter().any(|it| it.borrow().starts(byte))
     }
 
     #[inline]
@@ -79,7 +66,7 @@ impl<L: AsLayout> Format for AnyOf<'_, L> {
             return (0, frame);
         }
         // More bytes may have come before an earlier one rejected it, so that one may be incomplete here.
-        let is_known = |it: &L| it.ask(|layout| layout.head(frame).is_ok());
+        let is_known = |it: &L| it.borrow().head(frame).is_ok();
         let kind = self.0.iter().position(is_known);
         (kind.unwrap_or_default(), frame)
     }

@@ -31,26 +31,19 @@ impl fmt::Display for BrokenLaw {
             4 => "`starts` says that none begins with this byte",
             _ => "`judge_on` says something else than `judge`",
         };
-        let Self {
-            law,
-            from,
-            length,
-            verdict,
-            ..
-        } = self;
+        let (law, from, length, verdict) = (self.law, self.from, self.length, self.verdict);
         write!(
             f,
-            "law {law} is broken: of the {length} bytes from offset {from} on it says {verdict:?}, but {what}"
+            "law {law} is broken: of the {length} bytes from offset {from} on it says "
         )?;
-        match self.changed {
-            Some((place, byte)) => {
-                write!(
-                    f,
-                    " (with the byte at offset {place} changed to {byte:#04X})"
-                )
-            }
-            None => Ok(()),
+        write!(f, "{verdict:?}, but {what}")?;
+        if let Some((place, byte)) = self.changed {
+            write!(
+                f,
+                " (with the byte at offset {place} changed to {byte:#04X})"
+            )?;
         }
+        Ok(())
     }
 }
 

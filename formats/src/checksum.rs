@@ -2,9 +2,6 @@
 
 use crate::layout::{Algorithm, Checksum, Written, index};
 
-/// As bytes of a frame: four, or twice as many digits.
-type Text = [u8; 8];
-
 impl Checksum<'_> {
     /// Whether a frame has the right one. `extra` is covered behind the frame's own bytes.
     #[inline(always)]
@@ -34,12 +31,15 @@ impl Checksum<'_> {
         let (Some(place), Some(covered)) = (place, self.covered(frame)) else {
             return false;
         };
-        let text = self.text(self.algorithm.of(covered, extra));
+        let sum = self.algorithm.of(covered, extra);
         let Some(stored) = frame.get_mut(place) else {
             return false;
         };
-        for (byte, text) in stored.iter_mut().zip(text) {
-            *byte = text;
+        let lowest_first = sum.to_le_bytes().into_iter().take(self.bytes);
+        match self.written {
+            Written::Little => fill(stored, lowest_first),
+            Written::Big => fill(stored, lowest_first.rev()),
+            Written::Hex => fill(stored, lowest_first.rev().flat_map(digits)),
         }
         true
     }
@@ -64,37 +64,22 @@ impl Checksum<'_> {
             .contains(&self.bytes)
             .then(|| at..at.wrapping_add(bytes))
     }
+}
 
-    /// Its lowest bytes, as they are written.
-    fn text(&self, sum: u32) -> Text {
-        let mut text = [0; 8];
-        let lowest_first = sum.to_le_bytes();
-        let kept = lowest_first.get(..self.bytes).unwrap_or_default();
-        match self.written {
-            Written::Little => {
-                for (text, byte) in text.iter_mut().zip(kept) {
-                    *text = *byte;
-                }
-            }
-            Written::Big => {
-                for (text, byte) in text.iter_mut().zip(kept.iter().rev()) {
-                    *text = *byte;
-                }
-            }
-            Written::Hex => {
-                let digits = kept.iter().rev().flat_map(|byte| [byte >> 4, byte & 15]);
-                for (text, digit) in text.iter_mut().zip(digits) {
-                    let from = if digit < 10 {
-                        b'0'
-                    } else {
-                        b'A'.wrapping_sub(10)
-                    };
-                    *text = digit.wrapping_add(from);
-                }
-            }
-        }
-        text
-    }
+/// The hexadecimal digits of a byte.
+fn digits(byte: u8) -> [u8; 2] {
+    [byte >> 4, byte & 15].map(|digit| match digit {
+        0..10 => digit.wrapping_add(b'0'),
+        _ => digit.wrapping_add(b'A' - 10),
+    })
+}
+
+/// Writes bytes to a place, as far as it has room for them.
+pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
+    place
+        .iter_mut()
+        .zip(bytes)
+        .for_each(|(byte, it)| *byte = it);
 }
 
 impl Algorithm<'_> {

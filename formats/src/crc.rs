@@ -109,27 +109,41 @@ impl Crc<'_> {
         })
     }
 
+    /// Four words at once: of the last, the tables for as many bytes behind it are the first four.
     #[inline(never)]
     fn sixteens(&self, tables: &[[u32; 256]; 16], register: u32, bytes: &[u8]) -> u32 {
-        let [one, .., fourth, third, second, first] = tables;
+        let word = |bytes: &[u8]| {
+            let four = bytes.first_chunk().copied().unwrap_or_default();
+            if self.reflected_in {
+                u32::from_le_bytes(four)
+            } else {
+                u32::from_be_bytes(four)
+            }
+        };
+        let of_word = |word: u32, tables: &[[u32; 256]]| {
+            let [a, b, c, d] = if self.reflected_in {
+                word.to_le_bytes()
+            } else {
+                word.to_be_bytes()
+            };
+            let of = |table: usize, byte| tables.get(table).map_or(0, |table| entry(table, byte));
+            (of(3, a) ^ of(2, b)) ^ (of(1, c) ^ of(0, d))
+        };
         let (mut register, mut rest) = (register, bytes);
         while let Some((sixteen, behind)) = rest.split_first_chunk::<16>() {
-            let Some((four, twelve)) = sixteen.split_first_chunk() else {
-                break;
-            };
-            // Last those that wait for the register.
-            let others = twelve.iter().rev().zip(tables);
-            let sum = others.fold(0, |sum, (byte, table)| sum ^ entry(table, *byte));
-            let [a, b, c, d] = if self.reflected_in {
-                (u32::from_le_bytes(*four) ^ register).to_le_bytes()
-            } else {
-                (u32::from_be_bytes(*four) ^ register).to_be_bytes()
-            };
-            let [a, b] = [entry(first, a), entry(second, b)];
-            let [c, d] = [entry(third, c), entry(fourth, d)];
-            register = sum ^ (a ^ b) ^ (c ^ d);
+            let (first, others) = sixteen.split_at(4);
+            let others = others.chunks_exact(4).rev().zip(tables.chunks_exact(4));
+            let others = others.fold(0, |sum, (four, tables)| sum ^ of_word(word(four), tables));
+            // Last the one that waits for the register.
+            let last_tables = tables.get(12..).unwrap_or_default();
+            register = others ^ of_word(word(first) ^ register, last_tables);
             rest = behind;
         }
+        while let Some((four, behind)) = rest.split_first_chunk::<4>() {
+            register = of_word(word(four) ^ register, tables);
+            rest = behind;
+        }
+        let [one, ..] = tables;
         self.run(register, rest, |byte| entry(one, byte))
     }
 

@@ -44,19 +44,19 @@ impl Format for Ibus {
     #[inline]
     fn decode(&self, frame: &[u8]) -> [u16; 18] {
         let mut channels = [0; 18];
+        // A length that is known spares a PC half the time.
+        let words = frame.get(2..).and_then(<[u8]>::first_chunk::<28>);
+        let words = words.unwrap_or(&[0; 28]);
         let (standard, further) = channels.split_at_mut(14);
-        let words = frame.chunks_exact(2).skip(1);
-        for (channel, word) in standard.iter_mut().zip(words) {
+        for (channel, word) in standard.iter_mut().zip(words.chunks_exact(2)) {
             if let &[low, high] = word {
-                *channel = u16::from_le_bytes([low, high]);
+                *channel = u16::from_le_bytes([low, high]) & 0x0FFF;
             }
         }
-        for (channel, three) in further.iter_mut().zip(standard.chunks_exact(3)) {
-            let upper = three.iter().rev();
-            *channel = upper.fold(0, |bits, word| bits << 4 | word >> 12);
-        }
-        for channel in standard {
-            *channel &= 0x0FFF;
+        for (channel, three) in further.iter_mut().zip(words.chunks_exact(6)) {
+            if let &[_, first, _, second, _, third] = three {
+                *channel = u16::from_le_bytes([first >> 4 | second & 0xF0, third >> 4]);
+            }
         }
         channels
     }

@@ -100,7 +100,7 @@ mod ubx;
 #[cfg(kani)]
 mod verification;
 
-pub use any_of::{AnyOf, AsLayout};
+pub use any_of::AnyOf;
 pub use check::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 pub use crsf::{CRSF, Crsf, CrsfMessage, address as crsf_address};
 pub use dialects::{ARDUPILOTMEGA, COMMON};

@@ -152,26 +152,18 @@ impl Format for Mavlink1<'_> {
 
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> MavlinkMessage<'a> {
-        match *frame {
-            [
-                _,
-                _,
-                sequence,
-                system,
-                component,
-                id,
-                ref payload @ ..,
-                _,
-                _,
-            ] => MavlinkMessage {
-                sequence,
-                system,
-                component,
-                id: id.into(),
-                payload,
-                signature: None,
-            },
-            _ => MavlinkMessage::default(),
+        let Some((&[_, _, sequence, system, component, id], rest)) = frame.split_first_chunk()
+        else {
+            return MavlinkMessage::default();
+        };
+        let (payload, _) = rest.split_last_chunk::<2>().unwrap_or((&[], &[0, 0]));
+        MavlinkMessage {
+            sequence,
+            system,
+            component,
+            id: id.into(),
+            payload,
+            signature: None,
         }
     }
 }
@@ -187,28 +179,18 @@ impl Format for Mavlink2<'_> {
         let Some((head, tail)) = parts else {
             return MavlinkMessage::default();
         };
-        match *head {
-            [
-                _,
-                _,
-                _,
-                _,
-                sequence,
-                system,
-                component,
-                a,
-                b,
-                c,
-                ref payload @ ..,
-            ] => MavlinkMessage {
-                sequence,
-                system,
-                component,
-                id: u32::from_le_bytes([a, b, c, 0]),
-                payload,
-                signature: signature(frame, tail),
-            },
-            _ => MavlinkMessage::default(),
+        let Some((&[_, _, _, _, sequence, system, component, a, b, c], payload)) =
+            head.split_first_chunk()
+        else {
+            return MavlinkMessage::default();
+        };
+        MavlinkMessage {
+            sequence,
+            system,
+            component,
+            id: u32::from_le_bytes([a, b, c, 0]),
+            payload,
+            signature: signature(frame, tail),
         }
     }
 }

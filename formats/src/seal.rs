@@ -2,6 +2,7 @@
 
 use framelock::Verdict;
 
+use crate::checksum::fill;
 use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 
 impl Layout<'_> {
@@ -52,9 +53,7 @@ impl Patterns<'_> {
         };
         if !self.are(place) {
             // Of a layout that contradicts itself they have different lengths.
-            for (byte, it) in place.iter_mut().zip(first) {
-                *byte = *it;
-            }
+            fill(place, first.iter().copied());
         }
     }
 }

@@ -48,11 +48,12 @@ static inline void receive(const char *name, const framelock_layout *layouts, si
                            void (*found)(void *, const framelock_frame *))
 {
     static framelock_layout_receiver receiver;
+    static framelock_made_layout made_layouts[20];
     framelock_frame frame;
     framelock_counters counters;
     size_t length = next_stream();
     frames = 0;
-    if (!framelock_layout_receiver_init(&receiver, layouts, count, buffer, 2 * longest)) {
+    if (!framelock_layout_receiver_init(&receiver, layouts, made_layouts, count, buffer, 2 * longest)) {
         abort();
     }
     for (size_t i = 0; i < length; i++) {

@@ -151,6 +151,7 @@ static void say_counters(const framelock_counters *now)
 bool take(uint8_t *steps, size_t length)
 {
     static framelock_layout_receiver receiver;
+    static framelock_made_layout made[3];
     static uint8_t buffer[2100];
     static char pushed = 'b', polled = 'p', at_event = 'e';
     const framelock_layout *layouts = lines[steps[0]].layouts;
@@ -163,7 +164,8 @@ bool take(uint8_t *steps, size_t length)
     shipped_gnss[2] = framelock_rtcm_layout;
     shipped_mavlink[0] = framelock_mavlink1_common_layout;
     shipped_mavlink[1] = framelock_mavlink2_ardupilotmega_layout;
-    if (!framelock_layout_receiver_init(&receiver, layouts, lines[steps[0]].count, buffer, sizeof buffer)) {
+    if (!framelock_layout_receiver_init(&receiver, layouts, made, lines[steps[0]].count, buffer,
+                                        sizeof buffer)) {
         return false;
     }
     for (size_t at = 1; at < length; at++) {

@@ -20,6 +20,7 @@ static bool is_delivered(framelock_receiver *to, framelock_setpoint *setpoint)
 }
 
 static framelock_layout_receiver layout_receiver;
+static framelock_made_layout made[2];
 static uint8_t buffer[14];
 static size_t at_event;
 static framelock_layout nothing;
@@ -33,7 +34,7 @@ static void found(void *context, const framelock_frame *whole)
 /* Whether the receiver begins with that layout. */
 static bool begins(const framelock_layout *layout)
 {
-    return framelock_layout_receiver_init(&layout_receiver, layout, 1, buffer, sizeof buffer);
+    return framelock_layout_receiver_init(&layout_receiver, layout, made, 1, buffer, sizeof buffer);
 }
 
 static void layouts(void)
@@ -52,13 +53,14 @@ static void layouts(void)
     assert(!framelock_layout_receiver_counters(NULL, &counters));
 
     assert(begins(&layout));
-    assert(!framelock_layout_receiver_init(NULL, &layout, 1, buffer, sizeof buffer));
+    assert(!framelock_layout_receiver_init(NULL, &layout, made, 1, buffer, sizeof buffer));
     assert(!begins(NULL));
     assert(!framelock_layout_receiver_push(&layout_receiver, 'A', &whole));
-    assert(!framelock_layout_receiver_init(&layout_receiver, NULL, 0, buffer, sizeof buffer));
-    assert(!framelock_layout_receiver_init(&layout_receiver, &layout, 1, NULL, sizeof buffer));
-    assert(!framelock_layout_receiver_init(&layout_receiver, &layout, 1, buffer, 6));
-    assert(framelock_layout_receiver_init(&layout_receiver, &layout, 1, buffer, 7));
+    assert(!framelock_layout_receiver_init(&layout_receiver, NULL, NULL, 0, buffer, sizeof buffer));
+    assert(!framelock_layout_receiver_init(&layout_receiver, &layout, NULL, 1, buffer, sizeof buffer));
+    assert(!framelock_layout_receiver_init(&layout_receiver, &layout, made, 1, NULL, sizeof buffer));
+    assert(!framelock_layout_receiver_init(&layout_receiver, &layout, made, 1, buffer, 6));
+    assert(framelock_layout_receiver_init(&layout_receiver, &layout, made, 1, buffer, 7));
     assert(!begins(&nothing));
 
     /* One's own: what cannot be. */
@@ -98,7 +100,7 @@ static void layouts(void)
     two[0].longest = 9;
     two[0].terminator = two[0].sync;
     two[1] = framelock_bin_layout;
-    assert(framelock_layout_receiver_init(&layout_receiver, two, 2, buffer, sizeof buffer));
+    assert(framelock_layout_receiver_init(&layout_receiver, two, made, 2, buffer, sizeof buffer));
     assert(!framelock_layout_receiver_push(&layout_receiver, '<', NULL));
     for (size_t at = 0; at < 7; at++) {
         assert(!framelock_layout_receiver_push(&layout_receiver, (uint8_t)frame[at], NULL));

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use framelock::Format as _;
 use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
@@ -83,14 +84,12 @@ pub fn c(description: &Description, name: &str, command: &str) -> String {
     let helpers = concat!(include_str!("helpers.h.txt"), "\n").replace("PREFIX", prefix);
     code.text += &called(&functions.text, &helpers);
     code.text += functions.text.trim_start();
-    code.add("");
-    code.add("#endif");
+    code.add("\n#endif");
     code.text
 }
 
 fn head(code: &mut Code, description: &Description, name: &str, command: &str) {
-    let longest = description.kinds.iter().map(|kind| kind.layout.longest);
-    let longest = longest.max().unwrap_or_default();
+    let longest = description.format().longest();
     let (upper, count) = (name.to_ascii_uppercase(), description.kinds.len());
     add!(
         code,
@@ -99,9 +98,10 @@ fn head(code: &mut Code, description: &Description, name: &str, command: &str) {
 * Save it as {name}.h, beside framelock.h. To receive:
 *
 *   static framelock_layout_receiver receiver;
+*   static framelock_made_layout made[{count}];
 *   static uint8_t buffer[2 * {upper}_LONGEST];
 *
-*   framelock_layout_receiver_init(&receiver, {name}_layouts, {count}, buffer, sizeof buffer);
+*   framelock_layout_receiver_init(&receiver, {name}_layouts, made, {count}, buffer, sizeof buffer);
 *
 *   if (framelock_layout_receiver_push(&receiver, byte, &frame)) {{
 *       {name}_decode(&frame, &message);
@@ -109,30 +109,23 @@ fn head(code: &mut Code, description: &Description, name: &str, command: &str) {
 *
 * To send: {name}_encode(&message, bytes, sizeof bytes) gives the length of the frame that it writes. */
 #ifndef {upper}_H
-#define {upper}_H"
+#define {upper}_H
+
+#include <string.h>
+
+#include \"framelock.h\"
+
+/* Bytes in the longest frame. */
+#define {upper}_LONGEST {longest}
+
+"
     );
-    code.add("");
-    code.add("#include <string.h>");
-    code.add("");
-    code.add("#include \"framelock.h\"");
-    code.add("");
-    add!(
-        code,
-        "/* Bytes in the longest frame. */\n#define {upper}_LONGEST {longest}"
-    );
-    code.add("");
 }
 
 fn structure(code: &mut Code, named: &Named) {
-    let Named {
-        type_name, items, ..
-    } = named;
-    code.add("");
-    add!(
-        code,
-        "/* What a frame says. */\ntypedef struct {type_name} {{"
-    );
-    for Item { field, name, needs } in items {
+    let name = &named.type_name;
+    add!(code, "\n/* What a frame says. */\ntypedef struct {name} {{");
+    for Item { field, name, needs } in &named.items {
         add!(code, "/* {} */", field.told());
         if needs.is_some() {
             add!(code, "bool has_{name};");
@@ -144,10 +137,10 @@ fn structure(code: &mut Code, named: &Named) {
             (false, None) => add!(code, "{} {name};", number(field)),
         }
     }
-    if items.is_empty() {
+    if named.items.is_empty() {
         code.add("char nothing;");
     }
-    add!(code, "}} {type_name};");
+    add!(code, "}} {name};");
 }
 
 /// The smallest type that holds a value.
@@ -161,105 +154,98 @@ fn number(field: &Field) -> String {
 
 /// The message of a description with several kinds, and its functions.
 fn any_kind(code: &mut Code, functions: &mut Code, prefix: &str, kinds: &[Named]) {
-    let upper = |name: &str| format!("{prefix}_{name}").to_ascii_uppercase();
-    code.add("");
-    code.add("/* The kinds, in the order in which they are tried. */\nenum {");
-    for Named { name, .. } in kinds {
-        add!(code, "{},", upper(name));
-    }
-    code.add("};");
-    code.add("");
+    let of_each = |text: &dyn Fn(&str, &str) -> String| {
+        let upper = |name: &str| format!("{prefix}_{name}").to_ascii_uppercase();
+        let each = kinds
+            .iter()
+            .map(|kind| text(&upper(&kind.name), &kind.name));
+        each.collect::<String>()
+    };
+    let constants = of_each(&|upper, _| format!("{upper},\n"));
+    let members = of_each(&|_, name| format!("{prefix}_{name} {name};\n"));
     add!(
         code,
-        "/* What a frame says, of any kind. */\ntypedef struct {prefix}_message {{"
-    );
-    code.add("size_t kind;\nunion {");
-    for Named {
-        name, type_name, ..
-    } in kinds
-    {
-        add!(code, "{type_name} {name};");
-    }
-    add!(code, "}} of;\n}} {prefix}_message;");
+        "
+/* The kinds, in the order in which they are tried. */
+enum {{
+{constants}}};
 
-    functions.add("");
-    functions.add(DECODE);
+/* What a frame says, of any kind. */
+typedef struct {prefix}_message {{
+size_t kind;
+union {{
+{members}}} of;
+}} {prefix}_message;"
+    );
+    let decode = of_each(&|upper, name| {
+        let call = format!("{prefix}_{name}_decode(received, &message->of.{name});");
+        format!("if (message->kind == {upper}) {{\n{call}\n}}\n")
+    });
+    let encode = of_each(&|upper, name| {
+        let call = format!("{prefix}_{name}_encode(&message->of.{name}, frame, size);");
+        format!("if (message->kind == {upper}) {{\nreturn {call}\n}}\n")
+    });
+    let [decoder, encoder] = signatures(prefix, &format!("{prefix}_message"));
     add!(
         functions,
-        "static inline void {prefix}_decode(const framelock_frame *received, {prefix}_message *message)\n{{"
+        "{decoder}
+memset(message, 0, sizeof *message);
+message->kind = received->layout;
+{decode}}}
+{encoder}
+{encode}return 0;
+}}"
     );
-    functions.add("memset(message, 0, sizeof *message);\nmessage->kind = received->layout;");
-    for Named { name, .. } in kinds {
-        add!(functions, "if (message->kind == {}) {{", upper(name));
-        add!(
-            functions,
-            "{prefix}_{name}_decode(received, &message->of.{name});\n}}"
-        );
-    }
-    functions.add("}");
-    functions.add("");
-    functions.add(ENCODE);
-    add!(
-        functions,
-        "static inline size_t {prefix}_encode(const {prefix}_message *message, uint8_t *frame, size_t size)\n{{"
-    );
-    for Named { name, .. } in kinds {
-        add!(functions, "if (message->kind == {}) {{", upper(name));
-        add!(
-            functions,
-            "return {prefix}_{name}_encode(&message->of.{name}, frame, size);\n}}"
-        );
-    }
-    functions.add("return 0;\n}");
 }
 
-const DECODE: &str = "/* The values of a frame that was received. */";
-const ENCODE: &str = "\
+/// How the functions of a type begin.
+fn signatures(functions: &str, of: &str) -> [String; 2] {
+    let decode = format!(
+        "
+/* The values of a frame that was received. */
+static inline void {functions}_decode(const framelock_frame *received, {of} *message)
+{{"
+    );
+    let encode = format!(
+        "
 /* Writes the frame that says it to `frame`, and returns its length; 0 if there are fewer than so many bytes, or no such
-* frame. */";
+* frame. */
+static inline size_t {functions}_encode(const {of} *message, uint8_t *frame, size_t size)
+{{"
+    );
+    [decode, encode]
+}
 
 fn decode(code: &mut Code, named: &Named) {
-    let Named {
-        type_name,
-        functions,
-        kind,
-        ..
-    } = named;
-    code.add("");
-    code.add(DECODE);
-    add!(
-        code,
-        "static inline void {functions}_decode(const framelock_frame *received, {type_name} *message)\n{{"
-    );
-    if named.items.is_empty() {
-        code.add("(void)received;");
+    let [signature, _] = signatures(&named.functions, &named.type_name);
+    code.add(&signature);
+    code.add(if named.items.is_empty() {
+        "(void)received;"
     } else {
-        code.add("const uint8_t *frame = received->bytes;\nsize_t length = received->length;");
-        code.add("(void)length;");
-    }
+        "const uint8_t *frame = received->bytes;\nsize_t length = received->length;\n(void)length;"
+    });
     code.add("memset(message, 0, sizeof *message);");
-    if let Some(Appendix { at, mask, bytes }) = kind.layout.appendix {
+    if let Some(Appendix { at, mask, bytes }) = named.kind.layout.appendix {
+        let is_there = format!("(frame[{at}] & {mask:#04X}) != 0");
         add!(
             code,
-            "const size_t appended = (frame[{at}] & {mask:#04X}) != 0 ? {bytes} : 0;"
+            "const size_t appended = {is_there} ? {bytes} : 0;\nlength -= appended;"
         );
-        code.add("length -= appended;");
     }
     for Item { field, name, needs } in &named.items {
         let statement = value(field, name, named.prefix);
-        if let Some(needs) = needs {
-            let is_there = if field.is_appended {
-                "appended > 0".into()
-            } else {
-                format!("length >= {needs}")
-            };
-            add!(
-                code,
-                "message->has_{name} = {is_there};\nif (message->has_{name}) {{\n{statement}\n}}"
-            );
-        } else {
-            code.add(&statement);
-        }
+        let is_there = match needs {
+            None => {
+                code.add(&statement);
+                continue;
+            }
+            Some(_) if field.is_appended => "appended > 0".into(),
+            Some(needs) => format!("length >= {needs}"),
+        };
+        add!(
+            code,
+            "message->has_{name} = {is_there};\nif (message->has_{name}) {{\n{statement}\n}}"
+        );
     }
     code.add("}");
 }
@@ -286,116 +272,82 @@ fn value(field: &Field, name: &str, prefix: &str) -> String {
             };
             match count {
                 None => format!("message->{name} = {value};"),
-                Some(count) => format!(
-                    "for (size_t i = 0; i < {count}; i++) {{\nmessage->{name}[i] = {value};\n}}"
-                ),
+                Some(count) => each(count, &format!("message->{name}[i] = {value};")),
             }
         }
     }
 }
 
+fn each(count: usize, statement: &str) -> String {
+    format!("for (size_t i = 0; i < {count}; i++) {{\n{statement}\n}}")
+}
+
 fn encode(code: &mut Code, named: &Named) {
-    let Named {
-        type_name,
-        functions,
-        kind,
-        items,
-        prefix,
-        ..
-    } = named;
-    code.add("");
-    code.add(ENCODE);
-    add!(
-        code,
-        "static inline size_t {functions}_encode(const {type_name} *message, uint8_t *frame, size_t size)\n{{"
-    );
+    let (items, prefix, number) = (&named.items, named.prefix, named.number);
+    let [_, signature] = signatures(&named.functions, &named.type_name);
+    code.add(&signature);
     size(code, named);
-    let appended = items
-        .iter()
-        .find(|item| item.field.is_appended)
-        .zip(kind.layout.appendix);
+    let appended = items.iter().find(|item| item.field.is_appended);
     let mut whole = "length";
-    if let Some((item, Appendix { bytes, .. })) = appended {
+    if let Some((Item { name, .. }, it)) = appended.zip(named.kind.layout.appendix) {
         whole = "whole";
+        let (at, lowest, bytes) = (it.at, it.mask & it.mask.wrapping_neg(), it.bytes);
         add!(
             code,
-            "const size_t whole = length + (message->has_{} ? {bytes} : 0);",
-            item.name
+            "const size_t whole = length + (message->has_{name} ? {bytes} : 0);
+if (size < whole) {{
+return 0;
+}}
+memset(frame, 0, whole);
+if (message->has_{name}) {{
+frame[{at}] |= {lowest:#04X};
+memcpy(frame + length, message->{name}, {bytes});
+}}"
         );
-    }
-    add!(
-        code,
-        "if (size < {whole}) {{\nreturn 0;\n}}\nmemset(frame, 0, {whole});"
-    );
-    if let Some((Item { name, .. }, Appendix { at, mask, bytes })) = appended {
-        add!(
-            code,
-            "if (message->has_{name}) {{\nframe[{at}] |= {:#04X};",
-            mask & mask.wrapping_neg()
-        );
-        add!(
-            code,
-            "memcpy(frame + length, message->{name}, {bytes});\n}}"
-        );
+    } else {
+        code.add("if (size < length) {\nreturn 0;\n}\nmemset(frame, 0, length);");
     }
     for item in items.iter().filter(|item| !item.field.is_appended) {
         put(code, item, prefix);
     }
-    add!(
-        code,
-        "if (!framelock_seal(&{prefix}_layouts[{}], frame, {whole})) {{\nreturn 0;\n}}",
-        named.number
-    );
+    let seal = format!("framelock_seal(&{prefix}_layouts[{number}], frame, {whole})");
+    add!(code, "if (!{seal}) {{\nreturn 0;\n}}");
     if items.is_empty() {
-        code.add("(void)message;");
-        add!(code, "return {whole};\n}}");
+        add!(code, "(void)message;\nreturn {whole};\n}}");
         return;
     }
+    let (functions, type_name) = (&named.functions, &named.type_name);
     add!(
         code,
-        "const framelock_frame made = {{frame, {whole}, {}}};",
-        named.number
-    );
-    add!(
-        code,
-        "{type_name} again;\n{functions}_decode(&made, &again);\nbool is_same = true;"
+        "const framelock_frame made = {{frame, {whole}, {number}}};
+{type_name} again;
+{functions}_decode(&made, &again);
+bool is_same = true;"
     );
     for Item { field, name, needs } in items {
         let same = match field.length() {
             Some(_) => format!("memcmp(&again.{name}, &message->{name}, sizeof again.{name}) == 0"),
             None => format!(
-                "again.{name}_length == message->{name}_length &&\n\
-                 (again.{name}_length == 0 || memcmp(again.{name}, message->{name}, again.{name}_length) == 0)"
+                "again.{name}_length == message->{name}_length &&
+(again.{name}_length == 0 || memcmp(again.{name}, message->{name}, again.{name}_length) == 0)"
             ),
         };
-        let same = match needs {
-            Some(_) => format!(
-                "again.has_{name} == message->has_{name} && (!again.has_{name} || ({same}))"
-            ),
-            None => same,
-        };
+        let has = format!("again.has_{name} == message->has_{name} && (!again.has_{name} || (");
+        let same = needs.map_or(same.clone(), |_| format!("{has}{same}))"));
         add!(code, "is_same = is_same && {same};");
     }
     add!(code, "return is_same ? {whole} : 0;\n}}");
 }
 
 /// The length of the frame, without what is appended.
-fn size(
-    code: &mut Code,
-    Named {
-        kind,
-        items,
-        prefix,
-        ..
-    }: &Named,
-) {
-    let (start, longer) = length(kind, items);
+fn size(code: &mut Code, named: &Named) {
+    let (start, longer) = length(named.kind, &named.items);
     add!(code, "size_t length = {start};");
     for (Item { field, name, needs }, least) in longer {
         let is_there = needs.map_or(String::new(), |_| format!("message->has_{name} && "));
         let mut least = least.to_string();
         if field.length().is_none() {
-            let upper = prefix.to_ascii_uppercase();
+            let upper = named.prefix.to_ascii_uppercase();
             let is_long = format!("{is_there}message->{name}_length > {upper}_LONGEST");
             add!(code, "if ({is_long}) {{\nreturn 0;\n}}");
             least = format!("{least} + message->{name}_length");
@@ -405,38 +357,31 @@ fn size(
             "if ({is_there}length < {least}) {{\nlength = {least};\n}}"
         );
     }
-    if let Some((factor, more)) = kind.multiple() {
+    if let Some((factor, more)) = named.kind.multiple() {
+        let up_to = factor + more;
         add!(code, "/* It is {more} more than a multiple of {factor}. */");
-        add!(
-            code,
-            "length += ({} - length % {factor}) % {factor};",
-            factor + more
-        );
+        add!(code, "length += ({up_to} - length % {factor}) % {factor};");
     }
 }
 
 /// Writes a field into `frame`.
 fn put(code: &mut Code, Item { field, name, needs }: &Item, prefix: &str) {
     let end = |distance| format!("length - {distance}");
-    let begin = format!("{prefix}_");
-    let one = if field.is_array() {
-        format!("message->{name}[i]")
-    } else {
-        format!("message->{name}")
-    };
+    let begin = &format!("{prefix}_");
+    let index = if field.is_array() { "[i]" } else { "" };
+    let one = format!("message->{name}{index}");
     let mut put = match number(field).as_str() {
         _ if field.is_text() => {
-            let count = field
-                .count
-                .map_or(format!("message->{name}_length"), |count| count.to_string());
+            let length = format!("message->{name}_length");
+            let count = field.count.map_or(length, |count| count.to_string());
             format!("{begin}put(frame, {}, {one}, {count});", field.place(end))
         }
-        "uint64_t" => field.writing(&begin, &one, end),
-        "float" => field.writing(&begin, &format!("{begin}bits_of({one})"), end),
-        _ => field.writing(&begin, &format!("(uint64_t){one}"), end),
+        "uint64_t" => field.writing(begin, &one, end),
+        "float" => field.writing(begin, &format!("{begin}bits_of({one})"), end),
+        _ => field.writing(begin, &format!("(uint64_t){one}"), end),
     };
     if let (Some(count), false) = (field.count, field.is_text()) {
-        put = format!("for (size_t i = 0; i < {count}; i++) {{\n{put}\n}}");
+        put = each(count, &put);
     }
     if needs.is_some() {
         put = format!("if (message->has_{name}) {{\n{put}\n}}");

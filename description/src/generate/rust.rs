@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use framelock::Format as _;
 use framelock_formats::layout::Appendix;
 
 use super::code::{Code, add};
@@ -86,8 +87,7 @@ fn camel(name: &str) -> String {
 }
 
 fn head(code: &mut Code, description: &Description, name: &str, command: &str) {
-    let longest = description.kinds.iter().map(|kind| kind.layout.longest);
-    let longest = longest.max().unwrap_or_default();
+    let longest = description.format().longest();
     add!(
         code,
         "//! Frames of `{name}`, made by `{command}`.
@@ -110,27 +110,29 @@ clippy::unreadable_literal,
 reason = \"names, numbers and what is used are not this module's to say\"
 )]"
     );
-    code.add("");
     code.add(if description.has_kinds() {
-        "use framelock::{Format, Verdict};
+        "
+use framelock::{Format, Verdict};
 use framelock_formats::layout::{self, Layout};
 use framelock_formats::{AnyOf, judged_by};"
     } else {
-        "use framelock::Format;
+        "
+use framelock::Format;
 use framelock_formats::judged_by;
 use framelock_formats::layout::{self, Layout};"
     });
-    code.add("");
     add!(
         code,
-        "/// Bytes in the longest frame.
+        "
+/// Bytes in the longest frame.
 pub const LONGEST: usize = {longest};
 
 /// For a receiver.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Frames;"
+pub struct Frames;
+
+"
     );
-    code.add("");
 }
 
 /// What a receiver asks.
@@ -196,15 +198,11 @@ const ENCODE: &str = "\
 /// or no such frame.
 pub fn encode(&self, into: &mut [u8]) -> Option<usize> {";
 
-fn structure(
-    code: &mut Code,
-    Named {
-        name, of, items, ..
-    }: &Named,
-) {
+fn structure(code: &mut Code, named: &Named) {
+    let (name, of) = (&named.name, named.of);
     code.add("\n/// What a frame says.\n#[derive(Clone, PartialEq, Debug)]");
     add!(code, "pub struct {name}{of} {{");
-    for Item { field, name, needs } in items {
+    for Item { field, name, needs } in &named.items {
         let one = number(field);
         let all = match field.count {
             Some(count) => format!("[{one}; {count}]"),
@@ -229,37 +227,28 @@ fn number(field: &Field) -> String {
     }
 }
 
-fn decode(
-    code: &mut Code,
-    Named {
-        kind, of, items, ..
-    }: &Named,
-) {
-    let lifetime = if of.is_empty() { "" } else { "'a " };
-    let unused = if items.is_empty() { "_" } else { "" };
+fn decode(code: &mut Code, named: &Named) {
+    let lifetime = if named.of.is_empty() { "" } else { "'a " };
+    let unused = if named.items.is_empty() { "_" } else { "" };
     code.add("/// The values of a frame that was received.\n#[must_use]");
     add!(
         code,
         "pub fn decode({unused}frame: &{lifetime}[u8]) -> Self {{"
     );
-    if let Some(Appendix { at, mask, bytes }) = kind.layout.appendix {
+    if let Some(Appendix { at, mask, bytes }) = named.kind.layout.appendix {
         add!(
             code,
-            "let is_appended = le(frame, {at}, 1) & {mask:#04X} != 0;"
+            "let is_appended = le(frame, {at}, 1) & {mask:#04X} != 0;
+let appended = if is_appended {{ {bytes} }} else {{ 0 }};
+let end = frame.len().saturating_sub(appended);
+let (frame, appended) = frame.split_at_checked(end).unwrap_or_default();"
         );
-        add!(
-            code,
-            "let appended = if is_appended {{ {bytes} }} else {{ 0 }};"
-        );
-        code.add("let end = frame.len().saturating_sub(appended);");
-        code.add("let (frame, appended) = frame.split_at_checked(end).unwrap_or_default();");
     }
     code.add("Self {");
-    for item in items {
+    for item in &named.items {
         add!(code, "{}: {},", item.name, value(item));
     }
-    code.add("}\n}");
-    code.add("");
+    code.add("}\n}\n\n");
 }
 
 /// What a field is in `frame`.
@@ -296,49 +285,38 @@ fn value(Item { field, needs, .. }: &Item) -> String {
 }
 
 fn encode(code: &mut Code, named: &Named, is_one_of_many: bool) {
-    let Named {
-        kind, name, items, ..
-    } = named;
+    let (items, name) = (&named.items, &named.name);
     code.add(ENCODE);
-    size(code, kind, items);
-    let mut whole = "length";
+    size(code, named.kind, items);
     let appended = items.iter().find(|item| item.field.is_appended);
-    if let Some((item, Appendix { bytes, .. })) = appended.zip(kind.layout.appendix) {
+    let mut whole = "length";
+    if let Some((Item { name, .. }, it)) = appended.zip(named.kind.layout.appendix) {
         whole = "whole";
-        add!(code, "let appended = self.{}.as_ref();", item.name);
+        let (at, lowest, bytes) = (it.at, it.mask & it.mask.wrapping_neg(), it.bytes);
         add!(
             code,
-            "let whole = length + appended.map_or(0, |_| {bytes});"
+            "let appended = self.{name}.as_ref();
+let whole = length + appended.map_or(0, |_| {bytes});
+let frame = into.get_mut(..whole)?;
+frame.fill(0);
+if let Some(appended) = appended {{
+put(frame, {at}, &[{lowest:#04X}]);
+put(frame, length, appended);
+}}"
         );
+    } else {
+        code.add("let frame = into.get_mut(..length)?;\nframe.fill(0);");
     }
-    add!(
-        code,
-        "let frame = into.get_mut(..{whole})?;\nframe.fill(0);"
-    );
-    if let Some(Appendix { at, mask, .. }) = kind.layout.appendix {
-        code.add("if let Some(appended) = appended {");
-        add!(
-            code,
-            "put(frame, {at}, &[{:#04X}]);",
-            mask & mask.wrapping_neg()
-        );
-        code.add("put(frame, length, appended);\n}");
+    for item in items.iter().filter(|item| !item.field.is_appended) {
+        put(code, item);
     }
-    items
-        .iter()
-        .filter(|item| !item.field.is_appended)
-        .for_each(|item| put(code, item));
     code.add("if !Self::LAYOUT.seal(frame) {\nreturn None;\n}");
     if is_one_of_many {
+        let judged = format!("Frames.judge(frame) != Verdict::Frame({whole})");
         code.add("// Headers of other kinds may be tried before.");
-        add!(
-            code,
-            "if Frames.judge(frame) != Verdict::Frame({whole}) {{\nreturn None;\n}}"
-        );
-        add!(
-            code,
-            "let Message::{name}(again) = Frames.decode(frame) else {{\nreturn None;\n}};"
-        );
+        add!(code, "if {judged} {{\nreturn None;\n}}");
+        let again = format!("let Message::{name}(again) = Frames.decode(frame)");
+        add!(code, "{again} else {{\nreturn None;\n}};");
     } else {
         add!(code, "let again = {name}::decode(frame);");
     }
@@ -392,10 +370,10 @@ fn size(code: &mut Code, kind: &Kind, items: &[Item]) {
     }
     if let Some((factor, more)) = kind.multiple() {
         add!(code, "// It is {more} more than a multiple of {factor}.");
+        let up_to = factor + more;
         add!(
             code,
-            "let length = length + ({} - length % {factor}) % {factor};",
-            factor + more
+            "let length = length + ({up_to} - length % {factor}) % {factor};"
         );
     }
 }

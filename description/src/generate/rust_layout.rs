@@ -1,9 +1,6 @@
 //! A layout in Rust.
 
-use framelock_formats::layout::{
-    Algorithm, Appendix, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message, Number,
-    Patterns,
-};
+use framelock_formats::layout::{Algorithm, Checksum, Layout, Length, Number, Patterns};
 use framelock_formats::{ARDUPILOTMEGA, COMMON};
 
 use super::code::{Code, add};
@@ -12,43 +9,44 @@ use super::code::{Code, add};
 pub(super) fn layout(code: &mut Code, layout: &Layout) {
     code.add("/// What a frame looks like.\npub const LAYOUT: Layout<'static> = Layout {");
     patterns(code, "sync", &layout.sync);
-    match layout.length {
-        Length::Field(LengthField {
-            number,
-            mask,
-            factor,
-            plus,
-        }) => {
+    match &layout.length {
+        Length::Field(it) => {
+            let (mask, factor, plus) = (it.mask, it.factor, it.plus);
             code.add("length: layout::Length::Field(layout::LengthField {");
-            place(code, &number);
-            add!(
-                code,
-                "mask: {mask:#X},\nfactor: {factor},\nplus: {plus},\n}}),"
-            );
+            code.add(&number(&it.number));
+            add!(code, "mask: {mask:#X},\nfactor: {factor},");
+            add!(code, "plus: {plus},\n}}),");
         }
         other => add!(code, "length: layout::Length::{other:?},"),
     }
-    let Layout {
-        shortest, longest, ..
-    } = layout;
+    let (shortest, longest) = (layout.shortest, layout.longest);
     add!(code, "shortest: {shortest},\nlongest: {longest},");
     if !layout.fixed.is_empty() {
-        let fixed = layout.fixed.iter().map(|FixedBits { at, mask, value }| {
+        let fixed = layout.fixed.iter().map(|it| {
+            let (at, mask, value) = (it.at, it.mask, it.value);
             format!("layout::FixedBits {{\nat: {at},\nmask: {mask:#04X},\nvalue: {value:#04X},\n}}")
         });
         list(code, "fixed: ", fixed, ",");
     }
     if let Some(messages) = &layout.messages {
-        code.add("messages: Some(layout::Messages {");
-        place(code, &messages.number);
-        known(code, messages.known);
+        let number = number(&messages.number);
+        add!(code, "messages: Some(layout::Messages {{\n{number}");
+        match messages.known {
+            COMMON => code.add("known: framelock_formats::COMMON,"),
+            ARDUPILOTMEGA => code.add("known: framelock_formats::ARDUPILOTMEGA,"),
+            known => {
+                let known = known.iter().map(|it| format!("layout::{it:#?}"));
+                list(code, "known: ", known, ",");
+            }
+        }
         code.add("}),");
     }
     if let Some(it) = &layout.checksum {
         checksum(code, it);
     }
     patterns(code, "terminator", &layout.terminator);
-    if let Some(Appendix { at, mask, bytes }) = layout.appendix {
+    if let Some(it) = &layout.appendix {
+        let (at, mask, bytes) = (it.at, it.mask, it.bytes);
         code.add("appendix: Some(layout::Appendix {");
         add!(code, "at: {at},\nmask: {mask:#04X},\nbytes: {bytes},\n}}),");
     }
@@ -75,68 +73,41 @@ pub(super) fn list(code: &mut Code, name: &str, values: impl Iterator<Item = Str
     }
 }
 
-fn place(code: &mut Code, number: &Number) {
-    let Number { at, bytes, order } = number;
-    add!(
-        code,
-        "number: layout::Number {{\nat: {at},\nbytes: {bytes},"
-    );
-    add!(code, "order: layout::ByteOrder::{order:?},\n}},");
+fn number(number: &Number) -> String {
+    let number = format!("number: layout::{number:#?},");
+    number.replace("order: ", "order: layout::ByteOrder::")
 }
 
-fn known(code: &mut Code, known: &[Message]) {
-    match known {
-        COMMON => return code.add("known: framelock_formats::COMMON,"),
-        ARDUPILOTMEGA => return code.add("known: framelock_formats::ARDUPILOTMEGA,"),
-        _ => {}
-    }
-    let known = known.iter().map(|it| format!("layout::{it:#?}"));
-    list(code, "known: ", known, ",");
-}
-
-fn checksum(code: &mut Code, checksum: &Checksum) {
-    code.add("checksum: Some(layout::Checksum {");
-    if let Algorithm::Crc(Crc {
-        width,
-        polynomial,
-        initial,
-        reflected_in,
-        reflected_out,
-        xor_out,
-        ..
-    }) = checksum.algorithm
-    {
-        code.add("algorithm: layout::Algorithm::Crc(layout::Crc {");
-        add!(
-            code,
-            "width: {width},\npolynomial: {polynomial:#X},\ninitial: {initial:#X},"
-        );
-        add!(
-            code,
-            "reflected_in: {reflected_in},\nreflected_out: {reflected_out},"
-        );
-        add!(
-            code,
-            "xor_out: {xor_out:#X},\ntable: layout::Table::None,\n}}),"
-        );
-    } else {
-        add!(
-            code,
-            "algorithm: layout::Algorithm::{:?},",
-            checksum.algorithm
-        );
-    }
-    let Checksum {
-        bytes,
-        written,
-        at,
-        from,
-        to,
-        ..
-    } = checksum;
+fn checksum(code: &mut Code, it: &Checksum) {
+    let algorithm = match &it.algorithm {
+        Algorithm::Crc(crc) => {
+            let (width, polynomial, initial) = (crc.width, crc.polynomial, crc.initial);
+            let (reflected_in, reflected_out) = (crc.reflected_in, crc.reflected_out);
+            format!(
+                "Crc(layout::Crc {{
+width: {width},
+polynomial: {polynomial:#X},
+initial: {initial:#X},
+reflected_in: {reflected_in},
+reflected_out: {reflected_out},
+xor_out: {:#X},
+table: layout::Table::None,
+}})",
+                crc.xor_out
+            )
+        }
+        sum => format!("{sum:?}"),
+    };
+    let (bytes, written, at, from, to) = (it.bytes, it.written, it.at, it.from, it.to);
     add!(
         code,
-        "bytes: {bytes},\nwritten: layout::Written::{written:?},"
+        "checksum: Some(layout::Checksum {{
+algorithm: layout::Algorithm::{algorithm},
+bytes: {bytes},
+written: layout::Written::{written:?},
+at: {at},
+from: {from},
+to: {to},
+}}),"
     );
-    add!(code, "at: {at},\nfrom: {from},\nto: {to},\n}}),");
 }
