@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  cargo xtask mutants --by harnesses -- --file core/src/line.rs  one file's, against the theorems
+  cargo xtask mutants --by harnesses -- --re core/src/line.rs    one file's, against the theorems
   cargo xtask mutants --by harnesses -- --shard 0/8              an eighth of them
   cargo xtask mutants --by harnesses -- --iterate                only those that were not noticed before
 
