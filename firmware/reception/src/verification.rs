@@ -2,6 +2,7 @@
 //!
 //! * S1. Bytes are handed on in order, each once, and none that is spoilt.
 //! * S2. If a byte was lost, spoilt or dropped, an event is reported before any later byte is handed on.
+//! * S3. What is reported has happened: the causes that ERRORSRC has, a gap, an ENDRX that was lost.
 //! * L1. A round takes the byte whose ENDRX has come: it is handed on, or dropped behind a report. It reports
 //!   a gap, once. It leaves a transfer open, and of the events that wake none but what the chip does next.
 //! * L2. After the last error, at most [`chip::FIFO`] bytes come out before it hears again: it does with the
@@ -44,6 +45,7 @@
 mod chip;
 mod invariant;
 mod liveness;
+mod reports;
 mod safety;
 
 /// The reception with times of the model: see [`chip::Chip::time`].
