@@ -111,8 +111,13 @@ impl Kind {
         frame.extend(appended);
         if self.layout.seal(&mut frame) {
             let alone = frame.get(..length).unwrap_or_default();
-            let mut written = written.iter();
-            return match written.find(|(field, wanted)| !is_there(field, wanted, alone)) {
+            // What is there already changes nothing if it is written again.
+            let mut again = alone.to_vec();
+            let is_missing = |(field, wanted): &&(&Field, Wanted)| {
+                put(field, wanted, &mut again);
+                again != alone
+            };
+            return match written.iter().find(is_missing) {
                 Some((field, _)) => Err(format!(
                     "{} cannot be that: the description says what stands in its place",
                     field.name
@@ -196,13 +201,6 @@ fn put(field: &Field, wanted: &Wanted, frame: &mut [u8]) {
             }
         }),
     }
-}
-
-/// Whether a field is what it was to be, in a frame without its appendix.
-fn is_there(field: &Field, wanted: &Wanted, frame: &[u8]) -> bool {
-    let mut again = frame.to_vec();
-    put(field, wanted, &mut again);
-    again == frame
 }
 
 /// A value in a message: what was not meant to be a number may be long.

@@ -34,9 +34,8 @@ impl fmt::Display for BrokenLaw {
         let (law, from, length, verdict) = (self.law, self.from, self.length, self.verdict);
         write!(
             f,
-            "law {law} is broken: of the {length} bytes from offset {from} on it says "
+            "law {law} is broken: of the {length} bytes from offset {from} on it says {verdict:?}, but {what}"
         )?;
-        write!(f, "{verdict:?}, but {what}")?;
         if let Some((place, byte)) = self.changed {
             write!(
                 f,

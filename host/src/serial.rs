@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Result, anyhow};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serialport::{Parity, StopBits};
 
 use crate::clock::time_of_day;
@@ -33,14 +34,22 @@ pub(crate) struct PortOptions {
     #[arg(long, value_name = "RATE", value_parser = baud)]
     baud: Option<u32>,
     /// Its parity bit: none, even or odd [default: none]
-    #[arg(long, value_name = "PARITY", value_parser = ["none", "even", "odd"], hide_possible_values = true)]
-    parity: Option<String>,
+    #[arg(long, value_name = "PARITY", value_parser = parity(), hide_possible_values = true)]
+    parity: Option<Parity>,
     /// Its stop bits: 1 or 2 [default: 1]. SBUS has even parity and 2, at 100000
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
     stop_bits: Option<u8>,
     /// Wait for a port that is not there yet
     #[arg(long)]
     wait: bool,
+}
+
+fn parity() -> impl TypedValueParser<Value = Parity> {
+    PossibleValuesParser::new(["none", "even", "odd"]).map(|name| match name.as_str() {
+        "even" => Parity::Even,
+        "odd" => Parity::Odd,
+        _ => Parity::None,
+    })
 }
 
 fn baud(text: &str) -> Result<u32, String> {
@@ -77,11 +86,7 @@ impl PortOptions {
     }
 
     fn parity(&self) -> Parity {
-        match self.parity.as_deref() {
-            Some("even") => Parity::Even,
-            Some("odd") => Parity::Odd,
-            _ => Parity::None,
-        }
+        self.parity.unwrap_or(Parity::None)
     }
 
     pub(crate) fn has_parity(&self) -> bool {
