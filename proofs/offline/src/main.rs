@@ -11,7 +11,6 @@ mod translate;
 
 use std::collections::BTreeSet;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
@@ -52,8 +51,8 @@ struct Arguments {
     #[arg(long)]
     anew: bool,
 
-    /// Start no more harnesses once one has failed.
-    #[arg(long)]
+    /// End with the first harness that fails, whatever else still runs.
+    #[arg(long, conflicts_with = "format")]
     fail_fast: bool,
 
     /// How the results are written.
@@ -141,19 +140,17 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
     let kept = Kept::new(&sources.target, &cbmc, arguments.anew)?;
     let limit = Duration::from_secs(arguments.timeout);
     let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs);
-    let has_failed = AtomicBool::new(false);
     let check = |harness: &Harness| {
-        if arguments.fail_fast && has_failed.load(Ordering::Relaxed) {
-            return None;
-        }
         let answer = cbmc::check(&cbmc, &module, harness, &kept, limit);
         show(&answer, arguments.format);
-        has_failed.fetch_or(answer.verdict != Verdict::Proved, Ordering::Relaxed);
-        Some(answer)
+        if arguments.fail_fast && answer.verdict != Verdict::Proved {
+            process::end_all(1);
+        }
+        answer
     };
     let answers: Vec<Answer> = pool
         .build()?
-        .install(|| harnesses.par_iter().filter_map(check).collect());
+        .install(|| harnesses.par_iter().map(check).collect());
     let proved = |answer: &&Answer| answer.verdict == Verdict::Proved;
     let count = answers.iter().filter(proved).count();
     if arguments.format == Format::Json {

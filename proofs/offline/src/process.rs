@@ -26,13 +26,16 @@ fn end(group: Pid) {
 
 /// From now on, Ctrl-C and a request to terminate end what runs, and then the prover.
 pub(crate) fn end_with_the_prover() -> Result<()> {
-    ctrlc::set_handler(|| {
-        // Kept until the end, so that nothing new is started.
-        let running = running();
-        running.iter().copied().for_each(end);
-        std::process::exit(130);
-    })?;
+    ctrlc::set_handler(|| end_all(130))?;
     Ok(())
+}
+
+/// Ends what runs, and the prover with that exit code.
+pub(crate) fn end_all(code: i32) -> ! {
+    // Kept until the end, so that nothing new is started.
+    let running = running();
+    running.iter().copied().for_each(end);
+    std::process::exit(code);
 }
 
 /// Runs it, and returns how it ended; `None` if it was not done within the limit and was ended.
