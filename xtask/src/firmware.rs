@@ -10,7 +10,7 @@ use xshell::{Cmd, Shell, cmd};
 
 use crate::bare_metal::Compiler;
 use crate::report::{self, Report, TestCount};
-use crate::workspace::Workspace;
+use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
 use crate::{checks, debian};
 
 /// The nRF52840's processor: a Cortex-M4F.
@@ -152,12 +152,9 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
 }
 
-/// What `cargo clippy` does, but over `cargo build`, which has the dependencies already. Clippy
-/// optimises less: the image is built again. It goes with its own toolchain's compiler only.
+/// Clippy optimises less: the image is built again.
 fn lint(build: Cmd) -> Cmd {
-    build
-        .env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
-        .env("CLIPPY_ARGS", "-Dwarnings")
+    build.args(CLIPPY).envs([NO_WARNINGS])
 }
 
 /// Whether that one test, which may be one that takes long, passes on the images of the sources at `root`.

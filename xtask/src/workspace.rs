@@ -11,6 +11,13 @@ use xshell::{Shell, cmd};
 /// The package that microcontrollers use, in the folder `core`.
 pub(crate) const CORE: &str = "framelock";
 
+/// What `cargo clippy` does, but over any command that compiles: clippy's compiler is rustc with more lints. It goes with
+/// its own toolchain only. In an option, since a program that is run would hand a variable on to the cargo that it runs.
+pub(crate) const CLIPPY: [&str; 2] = ["--config", "build.rustc-workspace-wrapper='clippy-driver'"];
+
+/// With that, a warning is an error.
+pub(crate) const NO_WARNINGS: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings");
+
 pub(crate) struct Workspace {
     pub(crate) root: PathBuf,
     pub(crate) target_directory: PathBuf,
@@ -40,10 +47,12 @@ impl Workspace {
     }
 
     /// Tests of all packages: cargo chooses the features of what they have in common by the packages that it is given,
-    /// and would compile it again for others.
+    /// and would compile it again for others. Clippy compiles them, as [`CLIPPY`] says: what it has looked at need not
+    /// be compiled again to be run.
     pub(crate) fn cargo_test(&self) -> Command {
         let mut cargo = self.cargo();
         cargo.args(["test", "--workspace", "--all-features"]);
+        cargo.args(CLIPPY).envs([NO_WARNINGS]);
         cargo
     }
 

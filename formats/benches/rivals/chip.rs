@@ -90,11 +90,13 @@ pub(crate) struct Programs {
 }
 
 impl Programs {
-    /// All of them, or those that are named.
+    /// All of them, the rivals' among them, or those of framelock's that are named.
     pub(crate) fn build(names: &[&str]) -> Result<Self, Box<dyn Error>> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip");
+        let rivals = names.is_empty().then_some("--all-features");
         let status = Command::new(env!("CARGO"))
             .args(["build", "--release", "--locked"])
+            .args(rivals)
             .args(names.iter().flat_map(|name| ["--bin", name]))
             .current_dir(&folder)
             // Cargo sets them for benchmarks; the programs are another target's.
