@@ -87,12 +87,12 @@ fn byte_is_placed<P: OfSetpoints>(parser: P) {
     kani::cover!(!committed && placed > 1, "bytes are discarded");
 }
 
-/// What was pending is placed.
+/// What was pending is placed, and nothing is reported of no bytes.
 fn event_places_what_is_pending<P: OfSetpoints>(parser: P) {
     let start = kani::any();
     let mut line = any_line(parser, start);
     let before = line.pending();
-    line.line_event(any_line_event(), |_| ());
+    line.line_event(any_line_event(), |found| assert!(found.bytes() > 0));
     assert!(line.counters().bytes == start && line.pending() == 0);
     assert!(before == usize::from(placed_by::<P>(line.counters(), start)));
     kani::cover!(before == P::LENGTH - 1, "bytes are discarded");
@@ -198,70 +198,97 @@ fn any_found() -> Found<()> {
     }
 }
 
-/// Two, so that the second may be the first frame after a loss; by each of the line's functions.
-#[kani::proof]
-#[kani::unwind(9)]
-fn each_report_is_counted() {
-    let reports = [any_found(), any_found()];
-    let is_frame = |found| matches!(found, Found::Frame { .. });
-    let [first, second] = reports.map(is_frame);
+/// A counter of bytes: of those in frames, or of those that are discarded for the reason that it returns with it.
+fn any_place(counters: &Counters) -> (Option<DiscardReason>, usize) {
+    let discarded = &counters.discarded;
+    match kani::any::<u8>() {
+        0 => (Some(DiscardReason::NoSync), discarded.no_sync),
+        1 => (Some(DiscardReason::BrokenSync), discarded.broken_sync),
+        2 => (Some(DiscardReason::Header), discarded.header),
+        3 => (Some(DiscardReason::TooLong), discarded.too_long),
+        4 => (
+            Some(DiscardReason::UnknownMessage),
+            discarded.unknown_message,
+        ),
+        5 => (Some(DiscardReason::Check), discarded.check),
+        6 => (Some(DiscardReason::Terminator), discarded.terminator),
+        7 => (Some(DiscardReason::LineEvent), discarded.line_event),
+        _ => (None, counters.frame_bytes),
+    }
+}
+
+/// What a line counts while it `reports` a frame or a loss of no bytes, then anything, which may so be the first frame
+/// after a loss: whether that is so is returned.
+fn two_are_counted(
+    reports: [Found<()>; 2],
+    bytes: usize,
+    report: impl FnOnce(&mut Line<Reports<2>>) -> usize,
+) -> bool {
     let start = kani::any();
     let mut line = any_line(Reports(reports), start);
-    let (mut frames, mut bytes) = (0, 0);
-    let function: u8 = kani::any();
-    match function {
-        0 | 1 => {
-            // A byte brings one frame at most, and it comes last.
-            kani::assume(!first);
-            bytes = usize::from(function == 0);
-            let found = if function == 0 {
-                line.push(0)
-            } else {
-                line.poll()
-            };
-            frames += usize::from(found.is_some());
-        }
-        2 => line.line_event(any_line_event(), |found| {
-            frames += usize::from(is_frame(found));
-        }),
-        _ => {
-            bytes = 1;
-            line.feed(&[0], |found| frames += usize::from(is_frame(found)));
-        }
-    }
+    let frames = report(&mut line);
     let counters = line.counters();
     assert!(counters.bytes == start.wrapping_add(bytes));
     assert!(counters.frames == start.wrapping_add(frames));
+    let [first, second] = reports.map(is_frame);
     assert!(frames == usize::from(first) + usize::from(second));
     let is_loss_ended = !first && second;
     let resynchronisations = start.wrapping_add(usize::from(is_loss_ended));
     assert!(counters.resynchronisations == resynchronisations);
-    // Each for its own reason.
-    let discarded_as = |found, reason| match found {
-        Found::Discarded { count, why } if Some(why) == reason => count,
-        Found::Frame { length, .. } if reason.is_none() => length,
+    // Each for its own reason: one is watched, which may be any.
+    let (watched, counter) = any_place(counters);
+    let more = match reports[1] {
+        Found::Discarded { count, why } if Some(why) == watched => count,
+        Found::Frame { length, .. } if watched.is_none() => length,
         _ => 0,
     };
-    let of_reason = |reason| {
-        let [first, second] = reports.map(|found| discarded_as(found, reason));
-        start.wrapping_add(first + second)
+    assert!(counter == start.wrapping_add(more));
+    is_loss_ended
+}
+
+fn is_frame(found: Found<()>) -> bool {
+    matches!(found, Found::Frame { .. })
+}
+
+/// By each of the line's functions.
+#[kani::proof]
+#[kani::unwind(9)]
+fn each_report_is_counted() {
+    let nothing = if kani::any() {
+        let (length, message) = (0, ());
+        Found::Frame { length, message }
+    } else {
+        let (count, why) = (0, DiscardReason::NoSync);
+        Found::Discarded { count, why }
     };
-    let discarded = &counters.discarded;
-    assert!(counters.frame_bytes == of_reason(None));
-    assert!(discarded.no_sync == of_reason(Some(DiscardReason::NoSync)));
-    assert!(discarded.broken_sync == of_reason(Some(DiscardReason::BrokenSync)));
-    assert!(discarded.header == of_reason(Some(DiscardReason::Header)));
-    assert!(discarded.too_long == of_reason(Some(DiscardReason::TooLong)));
-    assert!(discarded.unknown_message == of_reason(Some(DiscardReason::UnknownMessage)));
-    assert!(discarded.check == of_reason(Some(DiscardReason::Check)));
-    assert!(discarded.terminator == of_reason(Some(DiscardReason::Terminator)));
-    assert!(discarded.line_event == of_reason(Some(DiscardReason::LineEvent)));
-    kani::cover!(frames == 2, "frames");
+    let (first, reports) = (is_frame(nothing), [nothing, any_found()]);
+    let function: u8 = kani::any();
+    // A byte brings one frame at most, and it comes last.
+    kani::assume(function > 1 || !first);
+    let is_loss_ended = match function {
+        0 => two_are_counted(reports, 1, |line| usize::from(line.push(0).is_some())),
+        1 => two_are_counted(reports, 0, |line| usize::from(line.poll().is_some())),
+        2 => two_are_counted(reports, 0, |line| {
+            let mut frames = 0;
+            line.line_event(any_line_event(), |found| {
+                frames += usize::from(is_frame(found));
+            });
+            frames
+        }),
+        _ => two_are_counted(reports, 1, |line| {
+            let mut frames = 0;
+            line.feed(&[0], |found| {
+                frames += usize::from(is_frame(found));
+            });
+            frames
+        }),
+    };
     kani::cover!(
         is_loss_ended && function == 0,
         "a frame after a loss, pushed"
     );
     kani::cover!(is_loss_ended && function == 2, "with a line event");
+    kani::cover!(first && function == 3, "a frame is fed");
 }
 
 /// Each for its own kind, and nothing else counts them.

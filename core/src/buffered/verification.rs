@@ -25,7 +25,8 @@
 //! * `give_back` leaves nothing pending, and a slice that begins where the pending bytes did.
 //!
 //! `feed` is a loop of them. It ends where the format has said `Incomplete` of what is pending, or would:
-//! there the reference stops as well. The loop itself is this argument in words.
+//! there the reference stops as well. [`reference`] runs its loops on a few bytes; that they do the same
+//! on more is this argument in words.
 //!
 //! **13b: no law is needed** for this: nothing panics, every call ends, fewer than `LONGEST` bytes are
 //! pending after it, and each byte is in exactly one event or pending. Each step keeps the invariant but

@@ -5,9 +5,38 @@
 //! [`steps`](super::steps).
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
-use crate::Found;
 use crate::any_format::any_up_to;
 use crate::buffered::Decision;
+use crate::{BufferedIn, Format, Found, Verdict};
+
+/// Its longest frame has so many bytes.
+struct Longest(usize);
+
+impl Format for Longest {
+    const LONGEST: usize = usize::MAX;
+    type Message<'a> = ();
+
+    fn longest(&self) -> usize {
+        self.0
+    }
+
+    fn judge(&self, _: &[u8]) -> Verdict {
+        Verdict::Frame(self.0)
+    }
+
+    fn decode(&self, _: &[u8]) {}
+}
+
+/// There is a receiver in memory that holds the longest frame, and in no other; nor of frames without bytes.
+#[kani::proof]
+fn memory_holds_the_longest_frame() {
+    let longest = kani::any();
+    let mut memory = [0; 3];
+    let memory = &mut memory[..any_up_to(3)];
+    let is_held = (1..=memory.len()).contains(&longest);
+    assert!(BufferedIn::within(Longest(longest), memory).is_some() == is_held);
+    kani::cover!(is_held, "it does");
+}
 
 /// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
 fn something_is_decided<const L: usize, const N: usize>() {

@@ -5,7 +5,7 @@
 
 use super::byte;
 use crate::any_format::{Row, any_up_to};
-use crate::{BufferedReceiver, DiscardReason, Format, Found, Verdict};
+use crate::{BufferedReceiver, DiscardReason, Format, Found, Parser, Verdict};
 
 /// What was found at each place: nothing, a frame and its length, or a drop and its reason.
 struct Log<const P: usize> {
@@ -90,14 +90,15 @@ fn no_frame_is_passed_over_of_4() {
 const LONGEST: usize = 4;
 
 /// 0 may begin the longest frame, and never does; 1 is a frame; anything else is none.
-struct FalseBeginning;
+#[derive(Clone)]
+struct FalseBeginning<const L: usize>;
 
-impl Format for FalseBeginning {
-    const LONGEST: usize = LONGEST;
+impl<const L: usize> Format for FalseBeginning<L> {
+    const LONGEST: usize = L;
     type Message<'a> = ();
     fn judge(&self, bytes: &[u8]) -> Verdict {
         match bytes[0] {
-            0 if bytes.len() < LONGEST => Verdict::Incomplete { at_least: LONGEST },
+            0 if bytes.len() < L => Verdict::Incomplete { at_least: L },
             1 => Verdict::Frame(1),
             _ => Verdict::Reject(DiscardReason::Check),
         }
@@ -110,8 +111,8 @@ impl Format for FalseBeginning {
 #[kani::proof]
 #[kani::unwind(8)]
 fn latest_delivery() {
-    let mut fed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
-    let mut pushed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
+    let mut fed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning::<LONGEST>);
+    let mut pushed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning::<LONGEST>);
     let mut place = 0;
     while place < LONGEST + 1 {
         let mut frames = 0;
@@ -126,12 +127,33 @@ fn latest_delivery() {
     kani::cover!(fed.pending() == 0, "all is decided");
 }
 
+/// 13a, its loops run: behind a false beginning each byte of a slice is decided about in its turn, but for those
+/// behind a 0 that may still begin a frame.
+#[kani::proof]
+#[kani::unwind(4)]
+fn feed_goes_on() {
+    let slice: [u8; 2] = kani::any();
+    let mut receiver = BufferedReceiver::<_, 2>::new(FalseBeginning::<2>);
+    assert!(receiver.push(0).is_none());
+    let bytes = [0, slice[0], slice[1]];
+    let mut decided = 0;
+    receiver.feed(&slice, |found| {
+        assert!(found.bytes() == 1);
+        assert!(found.message().is_some() == (bytes[decided] == 1));
+        decided += 1;
+    });
+    assert!(receiver.pending() == usize::from(slice[1] == 0));
+    assert!(decided == 3 - receiver.pending());
+    kani::cover!(slice == [1, 1], "frames behind a false beginning");
+    kani::cover!(receiver.pending() == 1, "another false beginning");
+}
+
 /// 13c: behind a false beginning `poll` goes on, past bytes that it discards, to the next frame or to what must
 /// wait.
 #[kani::proof]
 #[kani::unwind(8)]
 fn poll_goes_on() {
-    let mut receiver = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
+    let mut receiver = BufferedReceiver::<_, LONGEST>::new(FalseBeginning::<LONGEST>);
     let behind: [u8; LONGEST - 1] = kani::any();
     assert!(receiver.push(0).is_none());
     let (mut place, mut expected) = (0, behind.len());
@@ -144,8 +166,10 @@ fn poll_goes_on() {
         place += 1;
     }
     let mut discarded = 0;
-    let found = receiver.poll_with(|count, _| discarded += count).is_some();
+    let found = Parser::poll_with(&mut receiver.clone(), |count, _| discarded += count);
+    let found = found.is_some();
     assert!(discarded == expected);
+    assert!(receiver.poll().is_some() == found);
     assert!(found == (expected < behind.len() && behind[expected] == 1));
     assert!(receiver.pending() == behind.len() - expected - usize::from(found));
     kani::cover!(found && expected == 2, "a frame behind two bytes");
@@ -156,7 +180,7 @@ fn poll_goes_on() {
 #[kani::proof]
 #[kani::unwind(8)]
 fn line_event_goes_on() {
-    let mut receiver = BufferedReceiver::<_, LONGEST>::new(FalseBeginning);
+    let mut receiver = BufferedReceiver::<_, LONGEST>::new(FalseBeginning::<LONGEST>);
     let behind: [u8; LONGEST - 2] = kani::any();
     assert!(receiver.push(0).is_none());
     assert!(receiver.push(behind[0]).is_none() && receiver.push(behind[1]).is_none());
