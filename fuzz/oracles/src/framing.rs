@@ -136,7 +136,10 @@ pub(crate) fn as_the_reference<F, const N: usize>(
 
         for slice in stretch.iter().map(StreamStep::bytes) {
             match slice {
-                &[byte] => drop(line.push(byte)),
+                &[byte] => {
+                    let _ = line.push(byte);
+                    while byte % 2 == 1 && line.poll().is_some() {}
+                }
                 slice => line.feed(slice, |_| ()),
             }
         }

@@ -18,15 +18,17 @@ mod formats;
 mod framing;
 mod outcome;
 mod parser;
+mod protocol;
 mod reader;
 mod stream;
 mod terminal;
 
 pub use failsafe::{Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
-pub use formats::{Fault, FormatLine, FormatStep, Protocol, formats};
+pub use formats::{Fault, FormatLine, FormatStep, formats};
 pub use framing::{AnyFormat, framing};
 pub use parser::parser;
+pub use protocol::Protocol;
 pub use reader::reader;
 pub use stream::{Stream, StreamStep};
 pub use terminal::{LINES, is_harmless, terminal};

@@ -1,0 +1,266 @@
+//! The shipped formats once more, bit by bit: what a frame of each begins and ends with, and its checksum.
+#![allow(
+    clippy::cast_possible_truncation,
+    reason = "sums are taken modulo 256, lengths fit"
+)]
+
+use framelock_formats::layout::{Layout, Message};
+use framelock_formats::{CRSF, IBUS, NMEA, RTCM, SBUS, SIX_AXES, UBX, mavlink1, mavlink2};
+
+/// The shipped formats.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[allow(missing_docs, reason = "the names are the protocols'")]
+pub enum Protocol {
+    Sbus,
+    Ibus,
+    Crsf,
+    Ubx,
+    Mavlink1,
+    Mavlink2,
+    Nmea,
+    Rtcm,
+    SixAxes,
+}
+
+/// HEARTBEAT, ATTITUDE, and two with the longest payload.
+pub(crate) const DIALECT: &[Message] = &[
+    Message::with_extra(0, 50, 9),
+    Message::with_extra(0x03, 7, 255),
+    Message::with_extra(30, 39, 28),
+    Message::with_extra(0x01_02_03, 7, 255),
+];
+
+fn definition(id: u32) -> Option<(u8, u8)> {
+    match id {
+        0 => Some((50, 9)),
+        30 => Some((39, 28)),
+        0x03 | 0x01_02_03 => Some((7, 255)),
+        _ => None,
+    }
+}
+
+impl Protocol {
+    /// What framelock says of it.
+    fn layout(self) -> Layout<'static> {
+        match self {
+            Self::Sbus => SBUS,
+            Self::Ibus => IBUS,
+            Self::Crsf => CRSF,
+            Self::Ubx => UBX,
+            Self::Mavlink1 => mavlink1(DIALECT),
+            Self::Mavlink2 => mavlink2(DIALECT),
+            Self::Nmea => NMEA,
+            Self::Rtcm => RTCM,
+            Self::SixAxes => SIX_AXES,
+        }
+    }
+
+    /// A frame with one byte spoilt that the layout knows is itself again, once it is sealed.
+    pub(crate) fn is_sealed(self, frame: &[u8]) {
+        if self.begins(frame) != Some(frame.len()) {
+            return;
+        }
+        let known = match self {
+            Self::Sbus => 0,
+            Self::Mavlink2 => 10 + usize::from(frame[1]),
+            Self::Nmea => frame.len() - 3,
+            _ => frame.len() - 1,
+        };
+        let mut sealed = frame.to_vec();
+        sealed[known] ^= 0x55;
+        assert!(self.layout().seal(&mut sealed), "{frame:02X?}");
+        assert_eq!(sealed, frame);
+    }
+
+    /// The length of the frame that the bytes begin with.
+    pub(crate) fn begins(self, bytes: &[u8]) -> Option<usize> {
+        let &first = bytes.first()?;
+        let &second = bytes.get(1)?;
+        let length = match self {
+            Self::Sbus => 25,
+            Self::Ibus => 32,
+            Self::Crsf => usize::from(second) + 2,
+            Self::Ubx => usize::from(*bytes.get(4)?) + 256 * usize::from(*bytes.get(5)?) + 8,
+            Self::Mavlink2 if *bytes.get(2)? == 1 => usize::from(second) + 25,
+            Self::Mavlink2 => usize::from(second) + 12,
+            Self::Mavlink1 => usize::from(second) + 8,
+            Self::Nmea => bytes.windows(2).skip(1).position(|two| two == b"\r\n")? + 3,
+            Self::Rtcm => usize::from(second) * 256 + usize::from(*bytes.get(2)?) + 6,
+            Self::SixAxes => 16,
+        };
+        let frame = bytes.get(..length)?;
+        let is_one = match self {
+            Self::Sbus => {
+                let is_sbus2 = frame[24] & 0x0F == 4 && frame[24] < 0x40;
+                first == 0x0F && frame[23] < 16 && (frame[24] == 0 || is_sbus2)
+            }
+            Self::Ibus => [first, second] == [0x20, 0x40] && frame[30..] == Self::sum(&frame[..30]),
+            Self::Crsf => {
+                [0xC8, 0x00, 0xEA, 0xEC, 0xEE].contains(&first)
+                    && (4..=64).contains(&length)
+                    && Self::crc8(&frame[2..length - 1]) == frame[length - 1]
+            }
+            Self::Ubx => {
+                [first, second] == [0xB5, 0x62]
+                    && length <= 64
+                    && Self::fletcher(&frame[2..length - 2]) == frame[length - 2..]
+            }
+            Self::Mavlink2 => {
+                let end = usize::from(second) + 10;
+                let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
+                let known = definition(id).filter(|&(_, longest)| second <= longest);
+                first == 0xFD
+                    && frame[2] <= 1
+                    && known.is_some_and(|(extra, _)| {
+                        Self::crc16(&[&frame[1..end], &[extra]].concat()) == frame[end..end + 2]
+                    })
+            }
+            Self::Mavlink1 => {
+                let end = usize::from(second) + 6;
+                let known = definition(frame[5].into()).filter(|&(_, longest)| second <= longest);
+                first == 0xFE
+                    && known.is_some_and(|(extra, _)| {
+                        Self::crc16(&[&frame[1..end], &[extra]].concat()) == frame[end..]
+                    })
+            }
+            Self::Nmea => {
+                let digits = |end: usize| std::str::from_utf8(&frame[end - 2..end]).ok();
+                b"$!".contains(&first)
+                    && (7..=128).contains(&length)
+                    && frame[length - 5] == b'*'
+                    && frame[length - 4..length - 2]
+                        .iter()
+                        .all(u8::is_ascii_hexdigit)
+                    && digits(length - 2).and_then(|it| u8::from_str_radix(it, 16).ok())
+                        == Some(Self::xor(&frame[1..length - 5]))
+            }
+            Self::Rtcm => {
+                first == 0xD3
+                    && length <= 1029
+                    && Self::crc24(&frame[..length - 3]) == frame[length - 3..]
+            }
+            Self::SixAxes => [first, second] == [0xFF; 2] && frame[14..] == [0x0A, 0x0D],
+        };
+        is_one.then_some(length)
+    }
+
+    /// A frame with these bytes in it, as far as they fit, and zeros where there are too few.
+    pub(crate) fn frame(self, bytes: &[u8]) -> Vec<u8> {
+        let filled = |length: usize| {
+            let mut filled = bytes.to_vec();
+            filled.resize(length, 0);
+            filled
+        };
+        let at_most = |length: usize| &bytes[..bytes.len().min(length)];
+        match self {
+            Self::Sbus => [&[0x0F], &filled(22)[..], &[bytes.len() as u8 & 15, 0x14]].concat(),
+            Self::Ibus => {
+                let checked = [&[0x20, 0x40], &filled(28)[..]].concat();
+                [&checked[..], &Self::sum(&checked)].concat()
+            }
+            Self::Crsf => {
+                let checked = [&[0x16], at_most(60)].concat();
+                let head = [0xC8, checked.len() as u8 + 1];
+                [&head, &checked[..], &[Self::crc8(&checked)]].concat()
+            }
+            Self::Ubx => {
+                let payload = at_most(56);
+                let checked = [&[1, 7, payload.len() as u8, 0], payload].concat();
+                [&[0xB5, 0x62], &checked[..], &Self::fletcher(&checked)].concat()
+            }
+            Self::Mavlink2 => {
+                let payload = at_most(255);
+                let is_signed = payload.first().is_some_and(|&first| first >= 128);
+                let (length, flags) = (payload.len() as u8, u8::from(is_signed));
+                let checked = [&[length, flags, 0, 9, 1, 1, 3, 2, 1], payload].concat();
+                let crc = Self::crc16(&[&checked[..], &[7]].concat());
+                let signature = [0xFD; 13];
+                let signature = if is_signed { &signature[..] } else { &[] };
+                [&[0xFD], &checked[..], &crc, signature].concat()
+            }
+            Self::Mavlink1 => {
+                let payload = at_most(255);
+                let checked = [&[payload.len() as u8, 9, 1, 1, 3], payload].concat();
+                let crc = Self::crc16(&[&checked[..], &[7]].concat());
+                [&[0xFE], &checked[..], &crc].concat()
+            }
+            Self::Nmea => {
+                let text: Vec<u8> = at_most(100).iter().map(|byte| b' ' + byte % 95).collect();
+                let check = format!("*{:02X}\r\n", Self::xor(&text));
+                [b"$", &text[..], check.as_bytes()].concat()
+            }
+            Self::Rtcm => {
+                let payload = at_most(255);
+                let checked = [&[0xD3, 0, payload.len() as u8], payload].concat();
+                [&checked[..], &Self::crc24(&checked)].concat()
+            }
+            Self::SixAxes => [&[0xFF, 0xFF], &filled(12)[..], &[0x0A, 0x0D]].concat(),
+        }
+    }
+
+    fn sum(bytes: &[u8]) -> [u8; 2] {
+        let sum: u16 = bytes.iter().copied().map(u16::from).sum();
+        (0xFFFF - sum).to_le_bytes()
+    }
+
+    fn crc8(bytes: &[u8]) -> u8 {
+        let mut register = 0_u8;
+        for byte in bytes {
+            register ^= byte;
+            for _ in 0..8 {
+                let carry = register & 0x80 != 0;
+                register <<= 1;
+                if carry {
+                    register ^= 0xD5;
+                }
+            }
+        }
+        register
+    }
+
+    fn xor(bytes: &[u8]) -> u8 {
+        bytes.iter().fold(0, |xor, byte| xor ^ byte)
+    }
+
+    fn crc24(bytes: &[u8]) -> [u8; 3] {
+        let mut register = 0_u32;
+        for &byte in bytes {
+            register ^= u32::from(byte) << 16;
+            for _ in 0..8 {
+                register <<= 1;
+                if register >> 24 == 1 {
+                    register ^= 0x0186_4CFB;
+                }
+            }
+        }
+        [
+            (register >> 16) as u8,
+            (register >> 8) as u8,
+            register as u8,
+        ]
+    }
+
+    fn fletcher(bytes: &[u8]) -> [u8; 2] {
+        let (mut a, mut b) = (0_u32, 0_u32);
+        for &byte in bytes {
+            a += u32::from(byte);
+            b += a;
+        }
+        [a as u8, b as u8]
+    }
+
+    fn crc16(bytes: &[u8]) -> [u8; 2] {
+        let mut register = 0xFFFF_u16;
+        for &byte in bytes {
+            register ^= u16::from(byte);
+            for _ in 0..8 {
+                let carry = register & 1 != 0;
+                register >>= 1;
+                if carry {
+                    register ^= 0x8408;
+                }
+            }
+        }
+        register.to_le_bytes()
+    }
+}
