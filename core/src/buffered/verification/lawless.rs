@@ -5,9 +5,9 @@
 //! [`steps`](super::steps).
 
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
-use crate::any_format::any_up_to;
+use crate::any_format::{any_up_to, any_verdict};
 use crate::buffered::Decision;
-use crate::{BufferedIn, Format, Found, Verdict};
+use crate::{BufferedIn, DiscardReason, Format, Found, Verdict};
 
 /// Its longest frame has so many bytes.
 struct Longest(usize);
@@ -36,6 +36,30 @@ fn memory_holds_the_longest_frame() {
     let is_held = (1..=memory.len()).contains(&longest);
     assert!(BufferedIn::within(Longest(longest), memory).is_some() == is_held);
     kani::cover!(is_held, "it does");
+}
+
+/// It says this of any bytes.
+struct Says(Verdict);
+
+impl Format for Says {
+    const LONGEST: usize = 1;
+    type Message<'a> = ();
+
+    fn judge(&self, _: &[u8]) -> Verdict {
+        self.0
+    }
+
+    fn decode(&self, _: &[u8]) {}
+}
+
+/// A format that does not say itself which bytes start a frame: those that it does not reject for that reason.
+#[kani::proof]
+fn what_is_not_rejected_starts() {
+    let verdict = any_verdict();
+    let starts = Says(verdict).starts(kani::any());
+    assert!(starts == (verdict != Verdict::Reject(DiscardReason::NoSync)));
+    kani::cover!(!starts, "it does not");
+    kani::cover!(starts, "it does");
 }
 
 /// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
