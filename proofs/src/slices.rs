@@ -2,13 +2,13 @@
 //! their reasons, and what is pending are the same as byte by byte (R5).
 //!
 //! For receivers of every format of one to eight bytes: `core/src/window/verification.rs` has the
-//! proof. Here is the lecture's machine.
+//! proof, and [`receiver_is_its_window`] shows that `Receiver`'s functions are its. Here is the lecture's machine.
 
 use framelock::can_go_deaf::Lecture;
-use framelock::motion::Setpoint;
-use framelock::{DiscardReason, Found};
+use framelock::motion::{Bin, Setpoint};
+use framelock::{DiscardReason, Found, Receiver};
 
-use crate::states::{OfSetpoints, any_lecture};
+use crate::states::{OfSetpoints, any_lecture, any_receiver};
 
 /// What becomes of a slice of `N` bytes: which byte gave which setpoint, and how many bytes were
 /// discarded for each reason.
@@ -72,4 +72,23 @@ fn slice_is_its_bytes<P: OfSetpoints, const N: usize>(parser: P) {
 #[kani::unwind(9)]
 fn lecture() {
     slice_is_its_bytes::<Lecture, 4>(any_lecture());
+}
+
+/// From any state a byte that is pushed with what it discards comes to the same as one that is pushed; at the start so
+/// does one that is fed alone.
+#[kani::proof]
+#[kani::unwind(9)]
+fn receiver_is_its_window() {
+    let receiver = any_receiver::<Bin, 7>();
+    let byte = kani::any();
+    let (mut pushed, mut told) = (receiver, Clone::clone(&receiver));
+    let setpoint = pushed.push(byte);
+    let frame = told.push_with(byte, |_, _| ());
+    assert!(frame == setpoint.map(|setpoint| (7, setpoint)));
+    assert!(told.pending() == pushed.pending());
+    let (mut fed, mut discarded) = (Receiver::<Bin>::new(), 0);
+    fed.feed(&[byte], |found| discarded += found.bytes());
+    assert!(fed.pending() + discarded == 1);
+    kani::cover!(setpoint.is_some(), "a frame");
+    kani::cover!(fed.pending() == 1, "a first byte");
 }

@@ -7,7 +7,7 @@
 use super::{Any, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::{any_up_to, any_verdict};
 use crate::buffered::Decision;
-use crate::{BufferedIn, DiscardReason, Format, Found, Verdict};
+use crate::{BufferedIn, BufferedReceiver, DiscardReason, Format, Found, Line, Verdict};
 
 /// Its longest frame has so many bytes.
 struct Longest(usize);
@@ -39,6 +39,7 @@ fn memory_holds_the_longest_frame() {
 }
 
 /// It says this of any bytes.
+#[derive(Clone)]
 struct Says(Verdict);
 
 impl Format for Says {
@@ -60,6 +61,19 @@ fn what_is_not_rejected_starts() {
     assert!(starts == (verdict != Verdict::Reject(DiscardReason::NoSync)));
     kani::cover!(!starts, "it does not");
     kani::cover!(starts, "it does");
+}
+
+/// What is left of a push is found by `poll`, called by itself or by a line.
+#[kani::proof]
+#[kani::unwind(3)]
+fn what_is_left_is_found() {
+    let verdict = any_verdict();
+    let mut receiver = BufferedReceiver::<_, 1>::new(Says(verdict));
+    receiver.store(&[0]);
+    let is_frame = verdict == Verdict::Frame(1);
+    assert!(receiver.clone().poll().is_some() == is_frame);
+    assert!(Line::new(receiver).poll().is_some() == is_frame);
+    kani::cover!(is_frame, "a frame");
 }
 
 /// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
