@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
-use crate::firmware::test_passes;
+use crate::firmware::{self, test_passes};
 use crate::machine_code;
 use crate::prove::{Engine, Prover};
 use crate::report::Report;
@@ -16,7 +16,14 @@ use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";
 const FIRMWARE: &str = "firmware/seeded-bugs.toml";
-/// The packages of the copy for the proofs.
+/// The folders of the copy for the proofs, and its packages.
+const PROOFS_FOLDERS: &[&str] = &[
+    "core",
+    "proofs",
+    "formats",
+    "firmware/reception",
+    "fuzz/oracles",
+];
 const PROOFS_MEMBERS: &[&str] = &[
     "core",
     "proofs",
@@ -132,14 +139,16 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
             continue;
         }
         println!("\n=== {} ===", bug.mistake);
-        // The firmware is a workspace of its own; the reception is a member of the one around it.
-        let (folder, with, members): (_, &[&str], &[&str]) = match bug.test {
-            Some(_) => ("firmware", &[], &["core", "firmware/reception"]),
-            None => ("proofs", &["firmware/reception"], PROOFS_MEMBERS),
+        let copies = workspace.target_directory.join("bugs");
+        let copy = if bug.test.is_some() {
+            let copy = copies.join("firmware");
+            firmware::copy(workspace, &copy)?;
+            copy
+        } else {
+            let copy = copies.join("proofs");
+            workspace.copy(&copy, PROOFS_FOLDERS, PROOFS_MEMBERS)?;
+            copy
         };
-        let copy = workspace.target_directory.join("bugs").join(folder);
-        let folders = [&["core", "formats", folder, "fuzz/oracles"], with].concat();
-        workspace.copy(&copy, &folders, members)?;
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);

@@ -168,14 +168,27 @@ pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Res
 
 /// The tests, of the images of the sources at `root`, which are built now.
 fn tests(workspace: &Workspace, root: &Path) -> Result<Command> {
+    let images = build_images(workspace, root)?;
+    let mut tests = workspace.cargo_test();
+    tests.args(["--test", "firmware"]);
+    tests.env("FRAMELOCK_IMAGES", images);
+    Ok(tests)
+}
+
+/// A copy of the firmware's sources, to put mistakes into. It is a workspace of its own; the reception is a
+/// member of the one around it.
+pub(crate) fn copy(workspace: &Workspace, to: &Path) -> Result<()> {
+    let folders = ["core", "formats", "firmware", "fuzz/oracles"];
+    workspace.copy(to, &folders, &["core", "firmware/reception"])
+}
+
+/// Builds all images of the sources at `root`; returns their folder.
+pub(crate) fn build_images(workspace: &Workspace, root: &Path) -> Result<PathBuf> {
     let compiler = Compiler::of(&[TARGET])?;
     for build in &BUILDS {
         build_image(workspace, root, &compiler, build)?;
     }
-    let mut tests = workspace.cargo_test();
-    tests.args(["--test", "firmware"]);
-    tests.env("FRAMELOCK_IMAGES", images(workspace, root));
-    Ok(tests)
+    Ok(images(workspace, root))
 }
 
 /// Builds an image of the sources at `root`, and keeps it under its own name: the next would

@@ -12,6 +12,7 @@ mod fuzz;
 mod kani;
 mod machine_code;
 mod mutants;
+mod mutated_firmware;
 mod prove;
 mod report;
 mod theorems;

@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use xshell::cmd;
 
 use crate::answer::Answer;
+use crate::mutated_firmware;
 use crate::prove::{Engine, OFFLINE_PROVER, Prover};
 use crate::report::Report;
 use crate::workspace::{CORE, Workspace};
@@ -32,8 +33,9 @@ Examples:
   cargo xtask mutants --by harnesses -- --re core/src/line.rs    one file's, against the theorems
   cargo xtask mutants --by harnesses -- --shard 0/8              an eighth of them
   cargo xtask mutants --by harnesses -- --iterate                only those that were not noticed before
+  cargo xtask mutants --by images -- --file src/receive.rs       a file of the firmware's, in the emulator
 
-What came of it is in target/mutants-by-tests and target/mutants-by-harnesses.";
+What came of it is in target/mutants-by-tests, -by-harnesses and -by-images.";
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum By {
@@ -41,6 +43,8 @@ enum By {
     Tests,
     /// The theorems' harnesses, by the offline prover: those that the change reaches.
     Harnesses,
+    /// The firmware's tests, which run its images in the emulator. The reception is left out: it has harnesses.
+    Images,
 }
 
 pub(crate) fn mutants(arguments: &Arguments) -> Result<ExitCode> {
@@ -63,6 +67,10 @@ fn run(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> 
             OFFLINE_PROVER,
             "mutants-by-harnesses",
         ),
+        By::Images => {
+            let output = workspace.target_directory.join("mutants-by-images");
+            return mutated_firmware::run(workspace, &sh, &output, more);
+        }
     };
     if *by == By::Harnesses {
         // cargo-mutants tries the tests of what it changes before, and not these.

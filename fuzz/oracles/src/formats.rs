@@ -117,7 +117,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
         stream.extend(step.slices(protocol).into_iter().map(StreamStep::Slice));
         match step {
             FormatStep::Silence => stream.push(StreamStep::Event(LineEvent::Idle)),
-            FormatStep::Frame(bytes, ..) => protocol.is_sealed(&protocol.frame(bytes)),
+            FormatStep::Frame(bytes, ..) => protocol.seals_again(&protocol.frame(bytes)),
             FormatStep::Slice(_) => {}
         }
     }

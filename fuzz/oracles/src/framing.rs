@@ -138,6 +138,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             match slice {
                 &[byte] => {
                     let _ = line.push(byte);
+                    // Between the slices what is left may be polled, or not.
                     while byte % 2 == 1 && line.poll().is_some() {}
                 }
                 slice => line.feed(slice, |_| ()),

@@ -56,7 +56,7 @@ impl Protocol {
     }
 
     /// A frame with one byte spoilt that the layout knows is itself again, once it is sealed.
-    pub(crate) fn is_sealed(self, frame: &[u8]) {
+    pub(crate) fn seals_again(self, frame: &[u8]) {
         if self.begins(frame) != Some(frame.len()) {
             return;
         }
