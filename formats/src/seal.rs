@@ -13,32 +13,33 @@ impl Layout<'_> {
     /// Says whether it is a frame then. It is none if no frame has so many bytes, if there is no such message, or
     /// if a terminator stands where none may.
     pub fn seal(&self, frame: &mut [u8]) -> bool {
-        let whole = frame.len();
+        self.write(frame);
+        self.judge(frame) == Verdict::Frame(frame.len())
+    }
+
+    pub(crate) fn write(&self, frame: &mut [u8]) {
         self.sync.write(frame, 0);
         let appended = self
             .appendix
             .map_or(0, |appendix| appendix.appended_to(frame));
-        let Some(frame_alone) = whole
-            .checked_sub(appended)
-            .and_then(|end| frame.get_mut(..end))
-        else {
-            return false;
+        let end = frame.len().checked_sub(appended);
+        let Some(frame) = end.and_then(|end| frame.get_mut(..end)) else {
+            return;
         };
         if let Length::Field(field) = &self.length {
-            field.write(frame_alone);
+            field.write(frame);
         }
         for bits in self.fixed {
-            let place = index(bits.at, frame_alone.len());
-            if let Some(byte) = place.and_then(|at| frame_alone.get_mut(at)) {
+            let place = index(bits.at, frame.len());
+            if let Some(byte) = place.and_then(|at| frame.get_mut(at)) {
                 *byte = *byte & !bits.mask | bits.value & bits.mask;
             }
         }
-        let end = frame_alone.len().saturating_sub(self.terminator.length);
-        self.terminator.write(frame_alone, end);
-        if let (Some(checksum), Ok(known)) = (&self.checksum, self.head(frame_alone)) {
-            checksum.write(frame_alone, known.extra);
+        let end = frame.len().saturating_sub(self.terminator.length);
+        self.terminator.write(frame, end);
+        if let (Some(checksum), Ok(known)) = (&self.checksum, self.head(frame)) {
+            checksum.write(frame, known.extra);
         }
-        self.judge(frame) == Verdict::Frame(whole)
     }
 }
 
