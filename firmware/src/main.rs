@@ -97,7 +97,7 @@ fn main() -> ! {
         line_break.update(pins.receive.is_low() == Ok(true));
         lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
         leds.show(now, lock.held, COUNTERS.line_errors(), output.phase);
-        watchdog.feed(receives, now);
+        watchdog.feed(receives);
         if now.wrapping_sub(logged_at) >= LOG_EVERY {
             logged_at = now;
             telemetry::log();

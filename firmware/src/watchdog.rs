@@ -5,11 +5,9 @@ use nrf52840_hal::wdt::{self, WatchdogHandle, count::One, handles::Hdl0};
 
 use crate::settings::WATCHDOG;
 
-/// Fed by the main loop only, while the receiver works and the failsafe's time advances.
-pub(crate) struct Watchdog {
-    handle: WatchdogHandle<Hdl0>,
-    fed_at: u32,
-}
+/// Fed by the main loop only, while the receiver works. If the failsafe's clock stands still no tick wakes the main
+/// loop.
+pub(crate) struct Watchdog(WatchdogHandle<Hdl0>);
 
 impl Watchdog {
     /// From here on it bites, and nothing but a reset ends it. It goes on in sleep, and halts with a
@@ -26,14 +24,13 @@ impl Watchdog {
             })
             .or_else(wdt::Watchdog::try_recover::<One>);
         let (handle,) = parts.ok()?.handles;
-        Some(Self { handle, fed_at: 0 })
+        Some(Self(handle))
     }
 
-    /// Feeds it four times in its time, if the receiver works, and the failsafe's clock has moved.
-    pub(crate) fn feed(&mut self, receiver_works: bool, now: u32) {
-        if receiver_works && now.wrapping_sub(self.fed_at) >= WATCHDOG * 1_000 / 4 {
-            self.fed_at = now;
-            self.handle.pet();
+    /// Once a tick: feeds it if the receiver works.
+    pub(crate) fn feed(&mut self, receiver_works: bool) {
+        if receiver_works {
+            self.0.pet();
         }
     }
 }

@@ -81,6 +81,20 @@ fn with_the_setting_off_nothing_is_written() {
 }
 
 #[test]
+fn the_one_word_of_uicr_that_is_erased_is_written_and_counts() {
+    for erased in 0..UICR.len() {
+        let mut firmware = Firmware::on_an_erased_chip("default");
+        let mut written = UICR.to_vec();
+        written.remove(erased);
+        firmware.write_uicr(written);
+        firmware.run_for(5 * MILLISECOND);
+        assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
+        assert_eq!(causes(&mut firmware), [ResetCause::Soft]);
+        assert!(firmware.board.debug_port_is_open());
+    }
+}
+
+#[test]
 fn what_someone_else_wrote_to_uicr_stays() {
     let mut firmware = Firmware::on_an_erased_chip("default");
     let [reset, again, protection] = UICR.map(|(word, _)| word);
@@ -97,6 +111,18 @@ fn the_instruction_cache_is_on() {
     assert!(!firmware.board.instruction_cache_is_on());
     firmware.run_for(3 * MILLISECOND);
     assert!(firmware.board.instruction_cache_is_on());
+}
+
+/// Frames come, the failsafe's time does not advance: no tick wakes the main loop, and nobody feeds the watchdog.
+#[test]
+fn with_a_clock_that_stands_still_the_watchdog_resets_the_chip() {
+    const TIMER0_TASKS_STOP: u32 = 0x4000_8004;
+    let mut firmware = Firmware::booted("default");
+    firmware.board.set_register(TIMER0_TASKS_STOP, 1).unwrap();
+    for _ in 0..40 {
+        firmware.send_and_wait(&frame([1, 2, 3]), 10 * MILLISECOND);
+    }
+    assert_eq!(causes(&mut firmware), [ResetCause::Watchdog]);
 }
 
 #[test]

@@ -5,46 +5,51 @@ use nrf52840_emulator::{LineSymbol, MILLISECOND};
 use crate::firmware::{Firmware, RATES, RESTART, frame};
 use crate::outputs::{pulse, pulses};
 
+#[test]
+fn a_second_of_framing_errors_starves_nobody() {
+    starves_nobody(LineSymbol::BadStop(0x55), 11);
+}
+
+#[test]
+#[ignore = "takes a quarter of a minute"]
+fn a_second_of_breaks_starves_nobody() {
+    starves_nobody(LineSymbol::Break(10), 11);
+    starves_nobody(LineSymbol::Break(12), 13);
+}
+
 /// A second of them at each rate that is offered, on a core that is half as fast as the model: no reset, the
 /// failsafe advances in time, and a fifth of the processor is left. Then frames are taken again.
-#[test]
-fn a_second_of_errors_starves_nobody() {
+fn starves_nobody(symbol: LineSymbol, bits: u64) {
     for rate in RATES {
-        for (symbol, bits) in [
-            (LineSymbol::BadStop(0x55), 11),
-            (LineSymbol::Break(10), 11),
-            (LineSymbol::Break(12), 13),
-        ] {
-            let (baud, _) = rate;
-            let what = format!("{symbol:?}, {baud} baud");
-            let mut firmware = Firmware::booted_at(rate, 200);
-            // Outputs approach the demand within half a second.
-            for _ in 0..60 {
-                firmware.send_and_wait(&frame([255; 3]), 10 * MILLISECOND);
-            }
-            let began = firmware.board.now();
-            let handled = handlers(&mut firmware);
-            let symbols = vec![symbol; usize::try_from(baud / bits).unwrap()];
-            let end = firmware.board.send_symbols(&symbols);
-            // The failsafe holds for half a second; from then on to park takes as long.
-            firmware.board.run_until(began + 450 * MILLISECOND).unwrap();
-            assert_eq!(pitch(&mut firmware), pulse(255), "{what}");
-            firmware.board.run_until(end).unwrap();
-            assert!(pitch(&mut firmware) < pulse(140), "{what}");
-            assert_eq!(firmware.board.trace().resets, [], "{what}");
-            let span = firmware.board.now() - began;
-            let share = (handlers(&mut firmware) - handled) * 100 / span;
-            assert!(share <= 80, "{what}: handlers take {share} %");
-            assert!(firmware.counter("framing") > 100, "{what}");
-
-            firmware.commits();
-            firmware.run_for(RESTART);
-            // Also right behind the next error.
-            firmware.board.send_symbols(&[LineSymbol::BadStop(0xFF)]);
-            firmware.board.send_symbols(&[LineSymbol::Idle(30)]);
-            firmware.send_and_wait(&frame([1, 2, 3]), MILLISECOND);
-            assert_eq!(firmware.commits(), [[1, 2, 3]], "{what}");
+        let (baud, _) = rate;
+        let what = format!("{symbol:?}, {baud} baud");
+        let mut firmware = Firmware::booted_at(rate, 200);
+        // Outputs approach the demand within half a second.
+        for _ in 0..60 {
+            firmware.send_and_wait(&frame([255; 3]), 10 * MILLISECOND);
         }
+        let began = firmware.board.now();
+        let handled = handlers(&mut firmware);
+        let symbols = vec![symbol; usize::try_from(baud / bits).unwrap()];
+        let end = firmware.board.send_symbols(&symbols);
+        // The failsafe holds for half a second; from then on to park takes as long.
+        firmware.board.run_until(began + 450 * MILLISECOND).unwrap();
+        assert_eq!(pitch(&mut firmware), pulse(255), "{what}");
+        firmware.board.run_until(end).unwrap();
+        assert!(pitch(&mut firmware) < pulse(140), "{what}");
+        assert_eq!(firmware.board.trace().resets, [], "{what}");
+        let span = firmware.board.now() - began;
+        let share = (handlers(&mut firmware) - handled) * 100 / span;
+        assert!(share <= 80, "{what}: handlers take {share} %");
+        assert!(firmware.counter("framing") > 100, "{what}");
+
+        firmware.commits();
+        firmware.run_for(RESTART);
+        // Also right behind the next error.
+        firmware.board.send_symbols(&[LineSymbol::BadStop(0xFF)]);
+        firmware.board.send_symbols(&[LineSymbol::Idle(30)]);
+        firmware.send_and_wait(&frame([1, 2, 3]), MILLISECOND);
+        assert_eq!(firmware.commits(), [[1, 2, 3]], "{what}");
     }
 }
 

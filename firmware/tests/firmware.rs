@@ -83,7 +83,7 @@ impl Firmware {
     }
 
     /// Writes words of UICR, as a debugger does.
-    pub(crate) fn write_uicr(&mut self, words: [(u32, u32); 3]) {
+    pub(crate) fn write_uicr(&mut self, words: impl IntoIterator<Item = (u32, u32)>) {
         self.board.set_register(NVMC_CONFIG, 1).unwrap();
         for (word, value) in words {
             self.board.set_register(word, value).unwrap();

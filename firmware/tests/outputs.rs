@@ -109,12 +109,26 @@ fn after_a_silence_the_demand_is_approached_and_then_followed() {
 }
 
 #[test]
+fn led1_goes_out_with_a_dropped_byte_and_comes_back_with_a_frame() {
+    let mut firmware = Firmware::booted("default");
+    drive(&mut firmware, [1, 2, 3], 100);
+    assert_eq!(firmware.leds(), [true, false, false]);
+    firmware.send_and_wait(b"?", 10 * MILLISECOND);
+    assert_eq!(firmware.leds(), [false; 3]);
+    firmware.send_and_wait(&frame([1, 2, 3]), 10 * MILLISECOND);
+    assert_eq!(firmware.leds(), [true, false, false]);
+}
+
+#[test]
 fn led2_shows_an_error_for_a_moment() {
     let mut firmware = Firmware::booted("default");
-    firmware.board.send_symbols(&[LineSymbol::BadStop(0)]);
-    firmware.run_for(20 * MILLISECOND);
-    assert!(firmware.leds()[1]);
-    firmware.run_for(200 * MILLISECOND);
+    for _ in 0..2 {
+        assert!(!firmware.leds()[1]);
+        firmware.board.send_symbols(&[LineSymbol::BadStop(0)]);
+        firmware.run_for(20 * MILLISECOND);
+        assert!(firmware.leds()[1]);
+        firmware.run_for(200 * MILLISECOND);
+    }
     assert!(!firmware.leds()[1]);
 }
 
@@ -156,6 +170,22 @@ fn a_tick_is_not_slept_through_whenever_it_comes() {
         assert_eq!(firmware.counter("framing"), n);
     }
     assert!(firmware.board.trace().resets.is_empty());
+}
+
+/// The processor is taken away for longer than a tick, wherever the main loop is: the tick that it asks for behind
+/// that is over, and is not waited for.
+#[test]
+fn a_tick_that_is_over_already_is_not_waited_for() {
+    const TIMER0: u16 = 16 + 8;
+    let mut firmware = Firmware::booted("default");
+    for place in 0..150 {
+        let board = &mut firmware.board;
+        let end = board.now() + 3 * MILLISECOND;
+        let ticks = board.run(end, |board| board.exception() == TIMER0);
+        assert!(ticks.unwrap(), "{place}");
+        board.hold_off(board.now() + 3 * place, 5 * MILLISECOND);
+        firmware.run_for(6 * MILLISECOND);
+    }
 }
 
 /// What a wild pointer or a stack overflow leads to: the pulse under way is ended, and no other begins.
@@ -211,7 +241,10 @@ fn the_log_tells_of_boot_lock_and_counters() {
         assert!(log.contains(part), "{part:?} is missing in: {log}");
     }
     firmware.run_for(1_100 * MILLISECOND);
-    let log = firmware.log("default").join("\n");
+    let log = firmware.log("default");
+    let counted = log.iter().filter(|line| line.contains("bytes 140 "));
+    assert_eq!(counted.count(), 1, "once a second: {log:#?}");
+    let log = log.join("\n");
     for part in ["lock lost", "frames 20 ", "skipped 0 restarts 0 unserved 0"] {
         assert!(log.contains(part), "{part:?} is missing in: {log}");
     }
