@@ -54,18 +54,26 @@ fn from_power_on_the_servos_are_parked() {
 
 #[test]
 fn silence_holds_then_ramps_then_parks() {
+    parks_in_silence(&mut Firmware::booted("default"));
+}
+
+/// No pulse is cut if the PWM begins a new period at once, whenever it is given new widths.
+#[test]
+fn it_does_on_a_chip_whose_seqstart_cuts_periods() {
     let mut firmware = Firmware::booted("default");
-    drive(&mut firmware, [0, 255, 64], 1_500);
+    firmware.assume(|all| all.start_cuts_period = true);
+    parks_in_silence(&mut firmware);
+}
+
+fn parks_in_silence(firmware: &mut Firmware) {
+    drive(firmware, [0, 255, 64], 1_500);
     let demand = [pulse(0), pulse(255), pulse(64)];
     assert_eq!(firmware.leds(), [true, false, false]);
     let silent_from = firmware.board.now();
-    assert_eq!(
-        pulses(&mut firmware, silent_from - 40 * MILLISECOND)[0],
-        demand
-    );
+    assert_eq!(pulses(firmware, silent_from - 40 * MILLISECOND)[0], demand);
 
     firmware.run_for(450 * MILLISECOND);
-    let held = pulses(&mut firmware, silent_from);
+    let held = pulses(firmware, silent_from);
     assert!(
         held.len() >= 22 && held.iter().all(|widths| *widths == demand),
         "held"
@@ -74,7 +82,7 @@ fn silence_holds_then_ramps_then_parks() {
 
     let ramp_from = firmware.board.now();
     firmware.run_for(700 * MILLISECOND);
-    let ramp = pulses(&mut firmware, ramp_from);
+    let ramp = pulses(firmware, ramp_from);
     for pair in ramp.windows(2) {
         for (before, after) in pair[0].iter().zip(pair[1]) {
             // The full travel in a second is 20 us of pulse in a period; a unit is 4.

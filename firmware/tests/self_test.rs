@@ -90,6 +90,8 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
         // Framing and break.
         assert_eq!(outcome.long_break, [2, 12]);
         assert_eq!(outcome.period[1], 0);
+        let [with, without] = outcome.cycles;
+        assert!(with == without && (10..=30).contains(&with), "{with}");
         assert_eq!(outcome.frames, [sent, sent, 0]);
         assert_eq!(outcome.commits, sent as usize);
         for (number, parts) in [
@@ -144,19 +146,54 @@ fn under_each_assumption_it_says_what_this_chip_does() {
     }
 }
 
-/// What the reception takes for granted, and this chip does not do, it says.
+/// What the specification leaves open it finds out.
 #[test]
-fn a_chip_that_stores_too_slowly_is_not_fine() {
-    let slow = Assumptions {
-        start_lag: 300,
-        ..Assumptions::default()
-    };
-    let outcome = self_test("self-test-megabaud", slow, true);
-    assert!(
-        says(&outcome, "3 of 5 bytes", "NOT FINE"),
-        "{:#?}",
-        outcome.log
-    );
+fn what_an_overrun_drops_and_what_seqstart_does_it_says() {
+    for open in [false, true] {
+        let assumptions = Assumptions {
+            overrun_drops_oldest: open,
+            start_cuts_period: open,
+            ..Assumptions::default()
+        };
+        let outcome = self_test("self-test-megabaud", assumptions, true);
+        let oldest = if open { TIMES } else { 0 };
+        assert_eq!(outcome.overruns, [TIMES, 6, oldest]);
+        let [started, at_once] = outcome.period;
+        let expected = if open { 20_000 } else { 10_000 };
+        assert!(started.abs_diff(expected) < 100, "{started}");
+        assert_eq!(at_once, u32::from(open));
+    }
+}
+
+/// What the firmware takes for granted, and this chip does not do, it says.
+#[test]
+fn a_chip_that_does_less_is_not_fine() {
+    let usual = Assumptions::default();
+    for (assumptions, parts) in [
+        (
+            Assumptions {
+                start_lag: 300,
+                ..usual
+            },
+            &["3 of 5 bytes"][..],
+        ),
+        (
+            Assumptions { fifo: 3, ..usual },
+            &["3 of 5 bytes", "5 of 16 overruns"],
+        ),
+        (
+            Assumptions {
+                slowness: 1_300,
+                ..usual
+            },
+            &["9 cycles of the parser", "2 frames sent"],
+        ),
+    ] {
+        let outcome = self_test("self-test-megabaud", assumptions, true);
+        for part in parts {
+            assert!(says(&outcome, part, "NOT FINE"), "{:#?}", outcome.log);
+        }
+    }
 }
 
 /// As after flashing it over the firmware, which leaves the watchdog running.
