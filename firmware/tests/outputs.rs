@@ -59,7 +59,7 @@ fn silence_holds_then_ramps_then_parks() {
 
 /// No pulse is cut if the PWM begins a new period at once, whenever it is given new widths.
 #[test]
-fn it_does_on_a_chip_whose_seqstart_cuts_periods() {
+fn silence_parks_too_where_seqstart_cuts_periods() {
     let mut firmware = Firmware::booted("default");
     firmware.assume(|all| all.start_cuts_period = true);
     parks_in_silence(&mut firmware);

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{BufRead as _, BufReader, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -27,45 +27,8 @@ struct Mutant {
     name: String,
     /// In `firmware/`.
     file: String,
-    replacement: String,
-    span: Span,
-}
-
-#[derive(Deserialize)]
-struct Span {
-    start: Place,
-    end: Place,
-}
-
-/// Both count from one; a column is a character.
-#[derive(Deserialize)]
-struct Place {
-    line: usize,
-    column: usize,
-}
-
-impl Mutant {
-    fn of(&self, source: &str) -> Result<String> {
-        let [start, end] = [&self.span.start, &self.span.end].map(|place| place.of(source));
-        let before = source.get(..start.context("it begins nowhere")?);
-        let behind = source.get(end.context("it ends nowhere")?..);
-        let (before, behind) = before.zip(behind).context("it is no text")?;
-        Ok([before, &self.replacement, behind].concat())
-    }
-}
-
-impl Place {
-    /// The byte at which it stands.
-    fn of(&self, source: &str) -> Option<usize> {
-        let mut lines = source.split_inclusive('\n');
-        let above = lines
-            .by_ref()
-            .take(self.line - 1)
-            .map(str::len)
-            .sum::<usize>();
-        let in_line = lines.next()?.char_indices().map(|(at, _)| at);
-        Some(above + in_line.take(self.column).last()?)
-    }
+    /// Of that file.
+    diff: String,
 }
 
 /// All of them, or those that `more`, which is for cargo-mutants, chooses. What was noticed before, as the file in
@@ -90,7 +53,7 @@ pub(crate) fn run(workspace: &Workspace, sh: &Shell, output: &Path, more: &[Stri
     let copy = output.join("copy");
     firmware::copy(workspace, &copy)?;
     let images = firmware::build_images(workspace, &copy)?;
-    let tests = Tests::of(workspace, &images)?;
+    let tests = Tests::of(workspace, images)?;
     let mut missed = Vec::new();
     for (number, mutant) in mutants.iter().enumerate() {
         if before.lines().any(|name| name == mutant.name) {
@@ -98,8 +61,8 @@ pub(crate) fn run(workspace: &Workspace, sh: &Shell, output: &Path, more: &[Stri
         }
         firmware::copy(workspace, &copy)?;
         let file = copy.join("firmware").join(&mutant.file);
-        let changed = mutant.of(&fs::read_to_string(&file)?);
-        fs::write(&file, changed.with_context(|| mutant.name.clone())?)?;
+        let patch = cmd!(sh, "patch --quiet {file}").stdin(&mutant.diff);
+        patch.quiet().run()?;
         let of_self_test = OF_SELF_TEST.contains(&mutant.file.as_str());
         let only = if of_self_test { "self_test::" } else { "" };
         let says = if firmware::build_images(workspace, &copy).is_err() {
@@ -121,82 +84,53 @@ pub(crate) fn run(workspace: &Workspace, sh: &Shell, output: &Path, more: &[Stri
 /// The firmware's tests but those of figures: each change changes how many bytes and cycles the firmware takes.
 struct Tests {
     program: PathBuf,
-    folder: PathBuf,
     images: PathBuf,
-    /// The half of them that takes least, a quarter, and the rest.
-    names: [Vec<String>; 3],
+    /// Those that take least come first.
+    names: Vec<String>,
 }
 
 impl Tests {
-    /// All have to pass, one after the other.
-    fn of(workspace: &Workspace, images: &Path) -> Result<Self> {
-        let mut tests = Self {
-            program: test_program(workspace)?,
-            folder: workspace.root.join("firmware/tests"),
-            images: images.to_owned(),
-            names: Default::default(),
-        };
-        let list = tests
-            .command()
+    /// All have to pass.
+    fn of(workspace: &Workspace, images: PathBuf) -> Result<Self> {
+        let program = test_program(workspace)?;
+        let list = Command::new(&program)
             .args(["--list", "--format=terse"])
             .output()?;
         let list = String::from_utf8(list.stdout)?;
-        let all = list.lines().filter_map(|line| line.strip_suffix(": test"));
+        let names = list.lines().filter_map(|line| line.strip_suffix(": test"));
+        let names = names.filter(|name| !name.starts_with("figures::"));
+        let mut tests = Self {
+            program,
+            images,
+            names: names.map(str::to_owned).collect(),
+        };
         let mut timed = Vec::new();
-        for name in all.filter(|name| !name.starts_with("figures::")) {
+        for name in &tests.names {
             let began = Instant::now();
-            let passes = first_failed(tests.command().args(["--exact", name]))?.is_none();
-            ensure!(passes, "without any change {name} fails");
-            timed.push((began.elapsed(), name.to_owned()));
+            ensure!(tests.passes(name)?, "without any change {name} fails");
+            timed.push((began.elapsed(), name.clone()));
         }
         timed.sort_unstable();
-        let mut names = timed.into_iter().map(|(_, name)| name);
-        let count = names.len();
-        let parts = [count / 2, count / 4, count];
-        tests.names = parts.map(|part| names.by_ref().take(part).collect());
+        tests.names = timed.into_iter().map(|(_, name)| name).collect();
         Ok(tests)
     }
 
-    fn command(&self) -> Command {
-        let mut command = Command::new(&self.program);
-        command.current_dir(&self.folder);
-        command.env("FRAMELOCK_IMAGES", &self.images);
-        command
+    fn passes(&self, name: &str) -> Result<bool> {
+        let mut test = Command::new(&self.program);
+        test.args(["--exact", name]);
+        test.env("FRAMELOCK_IMAGES", &self.images);
+        Ok(test.output()?.status.success())
     }
 
     /// Of those whose names begin with `only`.
-    fn first_to_fail(&self, only: &str) -> Result<Option<String>> {
-        for names in &self.names {
-            let names: Vec<_> = names.iter().filter(|name| name.starts_with(only)).collect();
-            // Without a name all would run.
-            if !names.is_empty() {
-                let failed = first_failed(self.command().arg("--exact").args(names))?;
-                if failed.is_some() {
-                    return Ok(failed);
-                }
+    fn first_to_fail(&self, only: &str) -> Result<Option<&str>> {
+        for name in self.names.iter().filter(|name| name.starts_with(only)) {
+            if !self.passes(name)? {
+                return Ok(Some(name));
             }
         }
         Ok(None)
     }
-}
-
-/// The first test that fails; the rest is not waited for.
-fn first_failed(tests: &mut Command) -> Result<Option<String>> {
-    let mut tests = tests.stdout(Stdio::piped()).stderr(Stdio::null()).spawn()?;
-    for line in BufReader::new(tests.stdout.take().context("it is piped")?).lines() {
-        let line = line?;
-        let failed = line
-            .strip_prefix("test ")
-            .and_then(|line| line.strip_suffix(" ... FAILED"));
-        if let Some(test) = failed {
-            tests.kill()?;
-            tests.wait()?;
-            return Ok(Some(test.to_owned()));
-        }
-    }
-    let status = tests.wait()?;
-    // An overflowing stack, for one, ends all tests at once.
-    Ok((!status.success()).then(|| status.to_string()))
 }
 
 /// The program of the firmware's tests.
