@@ -299,14 +299,13 @@ impl Board {
     fn settle(&mut self) -> Result<()> {
         self.shared.touched.store(false, Relaxed);
         let mut chip = self.shared.chip();
-        chip.advance(self.now);
+        self.quiet_until = chip.advance(self.now);
         if let Some(refusal) = chip.refusal.clone() {
             drop(chip);
             return Err(self.refused(refusal, self.pc));
         }
         let bit = std::mem::take(&mut chip.peripherals.watchdog.own.bit);
         let lines = chip.interrupts();
-        self.quiet_until = chip.next();
         drop(chip);
         if bit {
             self.reset_for(ResetCause::Watchdog);

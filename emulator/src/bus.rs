@@ -17,7 +17,7 @@ pub(crate) struct Shared {
     chip: Mutex<Chip>,
     /// The instant at which the instruction under way began.
     pub(crate) now: AtomicU64,
-    /// Whether the core has used a register since the board last looked.
+    /// Whether the core has written a register, or was refused one, since the board last looked.
     pub(crate) touched: AtomicBool,
 }
 
@@ -82,10 +82,14 @@ struct Window {
 impl Window {
     /// The chip at the instant of the access.
     fn chip(&self) -> MutexGuard<'_, Chip> {
-        self.shared.touched.store(true, Relaxed);
         let mut chip = self.shared.chip();
         chip.now = self.shared.now.load(Relaxed);
         chip
+    }
+
+    /// Has the board look at the chip.
+    fn touch(&self) {
+        self.shared.touched.store(true, Relaxed);
     }
 
     fn address(&self, offset: u64) -> u32 {
@@ -95,6 +99,7 @@ impl Window {
 
     /// Registers are words.
     fn not_a_word(&self, address: u32, access: Access) -> BusError {
+        self.touch();
         self.chip().refusal.get_or_insert(Refusal::Unmodelled {
             access,
             peripheral: "part of a register",
@@ -113,7 +118,10 @@ impl MemOps for Window {
         if attributes.is_fetch() {
             return Err(BusError::Protected);
         }
-        let value = self.chip().read(address).ok_or(BusError::Unassigned)?;
+        let Some(value) = self.chip().read(address) else {
+            self.touch();
+            return Err(BusError::Unassigned);
+        };
         *into = value.to_le_bytes();
         Ok(())
     }
@@ -124,6 +132,7 @@ impl MemOps for Window {
             return Err(self.not_a_word(address, Access::Write(0)));
         };
         let value = u32::from_le_bytes(from);
+        self.touch();
         self.chip()
             .write(address, value)
             .ok_or(BusError::Unassigned)

@@ -322,14 +322,15 @@ impl Chip {
             .min_by_key(|(at, _)| *at)
     }
 
-    /// When something happens next without the core.
-    pub(crate) fn next(&mut self) -> u64 {
-        self.due().map_or(u64::MAX, |(at, _)| at)
-    }
-
-    /// Lets everything happen that is due up to and including that instant.
-    pub(crate) fn advance(&mut self, to: u64) {
-        while let Some((at, base)) = self.due().filter(|(at, _)| *at <= to) {
+    /// Lets everything happen that is due up to and including that instant; returns when something happens
+    /// next without the core.
+    pub(crate) fn advance(&mut self, to: u64) -> u64 {
+        let mut next = u64::MAX;
+        while let Some((at, base)) = self.due() {
+            if at > to {
+                next = at;
+                break;
+            }
             // What noise made happen in the past happens now.
             self.now = self.now.max(at);
             self.act(base, |peripheral, context| {
@@ -342,6 +343,7 @@ impl Chip {
             }
         }
         self.now = to;
+        next
     }
 
     /// A bit for each interrupt line that is up: number n of the vector table, which is bits 12 to

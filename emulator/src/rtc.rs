@@ -49,14 +49,6 @@ impl Rtc {
         self.count.wrapping_add(counts) & MASK
     }
 
-    /// The first instant after `seen` at which the count becomes that value.
-    fn becomes(&self, value: u32) -> u64 {
-        let more = value.wrapping_sub(self.at(self.seen)).wrapping_sub(1) & MASK;
-        let counts = self.counts(self.seen) + u64::from(more) + 1;
-        let count = CYCLES_PER_SECOND * (u64::from(self.prescaler) + 1);
-        self.since + (counts * count).div_ceil(HERTZ)
-    }
-
     /// Makes `now` the instant from which it counts on.
     fn rebase(&mut self, count: u32, now: u64) {
         self.count = count;
@@ -107,9 +99,16 @@ impl Peripheral for Rtc {
     }
 
     fn next(&self) -> Option<u64> {
+        if !self.running {
+            return None;
+        }
+        // The next count is one that it becomes, and so on.
+        let count = self.at(self.seen).wrapping_add(1);
         let values = self.compare.iter().chain(&[0]);
-        let next = values.map(|value| self.becomes(*value)).min();
-        next.filter(|_| self.running)
+        let more = values.map(|value| value.wrapping_sub(count) & MASK).min()?;
+        let counts = self.counts(self.seen) + u64::from(more) + 1;
+        let cycles = CYCLES_PER_SECOND * (u64::from(self.prescaler) + 1);
+        Some(self.since + (counts * cycles).div_ceil(HERTZ))
     }
 
     fn advance(&mut self, context: &mut Context) {

@@ -71,12 +71,19 @@ fn end(run: &Run) -> Value {
     view(run, run.bytes(), 0..0)["machines"].take()
 }
 
-/// The bytes that arrive up to a position.
-fn received(run: &Run, position: usize) -> Vec<u8> {
-    let view = view(run, 0, 0..position);
+/// What arrives of each byte on the line.
+fn arrivals(run: &Run) -> Vec<Option<u8>> {
+    let view = view(run, 0, 0..run.bytes());
     let cells = view["cells"].as_array().unwrap().iter();
-    let received = cells.filter_map(|cell| cell["received"].as_u64());
-    received.map(|byte| u8::try_from(byte).unwrap()).collect()
+    let received = cells.map(|cell| cell["received"].as_u64());
+    received
+        .map(|byte| Some(u8::try_from(byte?).unwrap()))
+        .collect()
+}
+
+/// The bytes that arrive up to a position.
+fn received(arrivals: &[Option<u8>], position: usize) -> Vec<u8> {
+    arrivals.iter().take(position).copied().flatten().collect()
 }
 
 /// The counters of fresh machines that take those bytes.
@@ -147,8 +154,9 @@ fn each_preset_shows_what_it_says() {
 fn the_counters_are_those_of_the_machines_at_every_position_of_every_preset() {
     for address in addresses() {
         let run = decoded(&address);
+        let arrivals = arrivals(&run);
         for position in 0..=run.bytes() {
-            let expected = counters(&address, &received(&run, position));
+            let expected = counters(&address, &received(&arrivals, position));
             assert_eq!(
                 shown(&view(&run, position, 0..0)),
                 expected,
@@ -214,7 +222,7 @@ fn losses_cost_what_the_simulation_says() {
 #[test]
 fn the_current_setpoint_is_that_of_the_last_frame() {
     let run = decoded("frames=30");
-    let bytes = received(&run, run.bytes());
+    let bytes = received(&arrivals(&run), run.bytes());
     for (position, frame) in (7..).step_by(7).zip(bytes.chunks(7)) {
         for machine in view(&run, position, 0..0)["machines"].as_array().unwrap() {
             let [pitch, roll, yaw] = [frame[3], frame[4], frame[5]];
@@ -228,15 +236,10 @@ fn the_current_setpoint_is_that_of_the_last_frame() {
 fn back_and_forth_ends_where_it_was() {
     for address in addresses() {
         let run = decoded(&address);
-        let there: Vec<Value> = (0..=run.bytes() + 32)
-            .map(|to| view(&run, to, 0..40))
-            .collect();
+        let positions = 0..=run.bytes() + 32;
+        let there: Vec<String> = positions.map(|to| run.view(to, 0, 40)).collect();
         for (position, seen) in there.iter().enumerate().rev() {
-            assert_eq!(
-                view(&run, position, 0..40),
-                *seen,
-                "{address}&at={position}"
-            );
+            assert_eq!(run.view(position, 0, 40), *seen, "{address}&at={position}");
         }
     }
 }
@@ -277,11 +280,12 @@ fn a_long_recording_is_shown_as_if_byte_by_byte() {
     for frame in ["frame=bin", "frame=bin-crc8", "frame=crsf"] {
         let address = format!("{frame}&file=40000&edits=3d.9000i41.20000f40");
         let run = decoded_file(&address, &file);
+        let arrivals = arrivals(&run);
         for position in [
             0, 1, 5, 16_383, 16_384, 16_385, 17_400, 20_007, 32_768, 40_001,
         ] {
             let view = view(&run, position, position.saturating_sub(20)..position);
-            let bytes = received(&run, position);
+            let bytes = received(&arrivals, position);
             assert_eq!(
                 shown(&view),
                 counters(frame, &bytes),
@@ -310,7 +314,7 @@ fn edits_are_done_and_undone() {
         run = decoded(&run.edited(place, action, value));
         (
             run.with("").unwrap(),
-            received(&run, 6),
+            received(&arrivals(&run), 6),
             view(&run, 14, 0..14),
         )
     };

@@ -11,6 +11,8 @@ use anyhow::{Context, Result};
 use clap::Parser;
 use framelock_host::simulate::write_csv;
 
+use crate::plot::Chart;
+
 /// Every figure of docs/line-faults.md, as SVG and CSV
 #[derive(Parser)]
 struct Arguments {
@@ -28,13 +30,16 @@ struct Arguments {
 }
 
 fn main() -> Result<()> {
-    write(&Arguments::parse())
+    write(&Arguments::parse())?;
+    Ok(())
 }
 
-fn write(arguments: &Arguments) -> Result<()> {
+/// Writes them, and returns what it has drawn.
+fn write(arguments: &Arguments) -> Result<Vec<Chart>> {
     let directory = &arguments.directory;
     fs::create_dir_all(directory)
         .with_context(|| format!("cannot make the directory {}", directory.display()))?;
+    let mut charts = Vec::new();
     for figure in figure::all()? {
         let path = directory.join(&figure.name).with_extension("svg");
         let cannot_write = || format!("cannot write the figure {}", path.display());
@@ -43,8 +48,9 @@ fn write(arguments: &Arguments) -> Result<()> {
         write_csv(&mut BufWriter::new(table), &points).with_context(cannot_write)?;
         chart.write(&path).with_context(cannot_write)?;
         println!("{}", path.display());
+        charts.push(chart);
     }
-    Ok(())
+    Ok(charts)
 }
 
 #[cfg(test)]
@@ -56,8 +62,9 @@ mod tests {
     )]
 
     use super::*;
+    use crate::plot::Place;
 
-    /// With a hundredth of the trials: the files, not the figures in them.
+    /// With a hundredth of the trials: the files, in which every series shows something on its axes.
     #[test]
     fn one_command_writes_every_figure_of_the_report() {
         let folder = tempfile::tempdir().unwrap();
@@ -68,12 +75,22 @@ mod tests {
             "--effort=1",
             "--seed=4",
         ];
-        write(&Arguments::try_parse_from(arguments).unwrap()).unwrap();
+        let charts = write(&Arguments::try_parse_from(arguments).unwrap()).unwrap();
         let linked = include_str!("../../../docs/line-faults.md");
         let names = figure::all().unwrap().into_iter().map(|figure| figure.name);
         let names: Vec<String> = names.collect();
         assert_eq!(names.len(), linked.matches("](figures/").count());
-        for name in names {
+        assert_eq!(names.len(), charts.len());
+        for (name, chart) in names.into_iter().zip(charts) {
+            for series in &chart.series {
+                assert!(!series.places.is_empty(), "{name} {:?}", series.select);
+                for Place { x, y, .. } in &series.places {
+                    assert!((chart.x.from..=chart.x.to).contains(x), "{name} {x}");
+                    let is_zero = chart.y.is_logarithmic && *y == 0.0;
+                    let is_on_axis = (chart.y.from..=chart.y.to).contains(y);
+                    assert!(is_zero || is_on_axis, "{name} {y}");
+                }
+            }
             let path = directory.join(&name).with_extension("svg");
             let svg = fs::read_to_string(&path).unwrap();
             assert!(svg.starts_with("<svg "), "{name}");
