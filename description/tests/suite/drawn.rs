@@ -19,8 +19,13 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
         Some(match (&*column.name, column.is_text) {
             ("kind", _) => kind.name.clone().into(),
             ("address", _) => (*[0xC8, 0, 0xEA, 0xEC, 0xEE].choose(random).unwrap()).into(),
-            ("start", _) => char::from(sync[0]).to_string().into(),
-            ("end", _) => end[0].into(),
+            ("start", _) => sync
+                .first()
+                .copied()
+                .map(char::from)
+                .map(String::from)
+                .into(),
+            ("end", _) => end.first().copied().into(),
             ("sentence", _) => (*["GPTXT,01", "a\\\\\\x1B\\xFF", "\\x20 \\x20"]
                 .choose(random)
                 .unwrap())

@@ -7,6 +7,7 @@
     reason = "a panic fails the test"
 )]
 
+mod agreement;
 mod drawn;
 mod keys;
 mod random;

@@ -1,86 +1,15 @@
-//! Random descriptions and random frames of the shipped ones, against the reference: frames come out, whatever is
-//! around them and however the stream is cut, and values make the frame again that they are of.
+//! Random descriptions, random frames of the shipped ones, and the fuzzer's corpus, against the reference.
 
-use framelock::{BufferedIn, Format, Found, Verdict};
+use std::fs;
+use std::path::Path;
+
 use framelock_description::{Description, SHIPPED};
 use framelock_formats::check_laws;
-use framelock_proofs::reference::framed;
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::drawn::{description, frames, noisy, values};
-
-/// What becomes of the bytes of a stream, each frame as the place at which it begins.
-type Events = Vec<Found<usize>>;
-
-/// What a receiver makes of a stream that is cut anywhere; byte by byte if `most` is 1.
-fn received(
-    description: &Description,
-    stream: &[u8],
-    most: usize,
-    random: &mut ChaCha8Rng,
-) -> Events {
-    let format = description.format();
-    let mut receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]).unwrap();
-    let (mut rest, mut settled, mut events) = (stream, 0, vec![]);
-    let mut note = |found: Found<(usize, &[u8])>| {
-        let count = found.bytes();
-        events.push(found.map(|_| settled));
-        settled += count;
-    };
-    while !rest.is_empty() {
-        let (piece, behind) = rest.split_at(random.random_range(1..=most.min(rest.len())));
-        rest = behind;
-        receiver.feed(piece, &mut note);
-    }
-    receiver.line_event(note);
-    one_by_one(&events)
-}
-
-/// Discarded bytes one by one: in how many pieces they are told depends on the cuts.
-fn one_by_one(events: &[Found<usize>]) -> Events {
-    let each = events.iter().flat_map(|event| match *event {
-        Found::Frame { .. } => vec![*event],
-        Found::Discarded { count, why } => vec![Found::Discarded { count: 1, why }; count],
-    });
-    each.collect()
-}
-
-/// Whatever the stream and however it is cut, what the reference makes of it comes out; and of frames alone, each.
-fn agrees_with_the_reference(
-    description: &Description,
-    text: &str,
-    random: &mut ChaCha8Rng,
-) -> usize {
-    let frames = frames(description, random);
-    for frame in &frames {
-        assert_eq!(
-            description.format().judge(frame),
-            Verdict::Frame(frame.len())
-        );
-        let again = description.encode(&values(description, frame));
-        assert_eq!(again.as_ref(), Ok(frame), "{text}\n{frame:02X?}");
-    }
-    let clean = received(description, &frames.concat(), 20, random);
-    let whole: Vec<usize> = clean
-        .iter()
-        .filter_map(|event| event.message().map(|_| event.bytes()))
-        .collect();
-    let lengths: Vec<usize> = frames.iter().map(Vec::len).collect();
-    assert_eq!(whole, lengths, "{text}");
-
-    let stream = noisy(&frames, random);
-    let mut expected = Events::new();
-    framed(&description.format(), &stream, true, |event| {
-        expected.push(event);
-    });
-    let expected = one_by_one(&expected);
-    for most in [1, 20, stream.len().max(1)] {
-        let told = received(description, &stream, most, random);
-        assert_eq!(told, expected, "{text}\n{stream:02X?}");
-    }
-    frames.len()
-}
+use crate::agreement::{agrees_with_the_reference, is_refused_or_agrees};
+use crate::drawn::{description, frames};
 
 #[test]
 fn shipped_frames_come_out_and_their_values_make_them_again() {
@@ -138,4 +67,19 @@ fn described_frames_come_out_and_their_values_make_them_again() {
         right > 200 && without_sync > 8 && in_all > 5_000,
         "{right} {without_sync} {in_all}"
     );
+}
+
+/// What `cargo xtask fuzz description` tries.
+#[test]
+fn texts_of_the_corpus_are_refused_or_agree() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/description");
+    let (mut refused, mut frames) = (0, 0);
+    for entry in fs::read_dir(corpus).unwrap() {
+        let text = fs::read(entry.unwrap().path()).unwrap();
+        match is_refused_or_agrees(&String::from_utf8_lossy(&text)) {
+            Some(count) => frames += count,
+            None => refused += 1,
+        }
+    }
+    assert!(refused > 30 && frames > 80, "{refused} {frames}");
 }

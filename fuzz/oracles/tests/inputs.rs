@@ -43,9 +43,9 @@ proptest! {
 /// So that none is forgotten: what is fuzzed is what is replayed.
 #[test]
 fn every_target_is_in_the_manifest_and_every_corpus_has_a_target() {
-    // The last is replayed by the command line's tests.
-    let names = TARGETS.iter().map(|&(name, _)| name).chain(["terminal"]);
-    let names: Vec<&str> = names.collect();
+    // The last are replayed by the tests of the command line and of descriptions.
+    let names = TARGETS.iter().map(|&(name, _)| name);
+    let names: Vec<&str> = names.chain(["terminal", "description"]).collect();
     let manifest = include_str!("../../Cargo.toml");
     let fuzzed = manifest.split("[[bin]]\nname = \"").skip(1);
     let fuzzed: Vec<&str> = fuzzed.filter_map(|rest| rest.split('"').next()).collect();

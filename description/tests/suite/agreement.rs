@@ -1,0 +1,109 @@
+//! That frames come out of what a text describes, whatever is around them and however the stream is cut, and that
+//! values make the frame again that they are of. For texts at random, and for the fuzzer's.
+
+use framelock::{BufferedIn, Format, Found, Verdict};
+use framelock_description::Description;
+use framelock_proofs::reference::framed;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::drawn::{frames, noisy, values};
+
+/// The reference takes long with longer frames.
+const LONGEST: usize = 300;
+
+/// Any text is refused with a place in it, or describes frames that come out; returns how many did, if it describes
+/// some.
+pub(crate) fn is_refused_or_agrees(text: &str) -> Option<usize> {
+    match Description::parse("any.toml", text) {
+        Ok(description) if description.format().longest() <= LONGEST => {
+            let mut random = ChaCha8Rng::seed_from_u64(1);
+            Some(agrees_with_the_reference(&description, text, &mut random))
+        }
+        Ok(_) => Some(0),
+        Err(why) => {
+            let mut parts = why.split(':').skip(1).map(str::parse);
+            let place = (parts.next(), parts.next());
+            let (Some(Ok(line)), Some(Ok(column))) = place else {
+                panic!("{why}");
+            };
+            let lines: Vec<&str> = text.split('\n').collect();
+            let is_there = (1..=lines.len()).contains(&line);
+            let length = lines.get(line - 1).map_or(0, |line| line.chars().count());
+            assert!(is_there && (1..=length + 1).contains(&column), "{why}");
+            None
+        }
+    }
+}
+
+/// What becomes of the bytes of a stream, each frame as the place at which it begins.
+type Events = Vec<Found<usize>>;
+
+/// What a receiver makes of a stream that is cut anywhere; byte by byte if `most` is 1.
+fn received(
+    description: &Description,
+    stream: &[u8],
+    most: usize,
+    random: &mut ChaCha8Rng,
+) -> Events {
+    let format = description.format();
+    let mut receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]).unwrap();
+    let (mut rest, mut settled, mut events) = (stream, 0, vec![]);
+    let mut note = |found: Found<(usize, &[u8])>| {
+        let count = found.bytes();
+        events.push(found.map(|_| settled));
+        settled += count;
+    };
+    while !rest.is_empty() {
+        let (piece, behind) = rest.split_at(random.random_range(1..=most.min(rest.len())));
+        rest = behind;
+        receiver.feed(piece, &mut note);
+    }
+    receiver.line_event(note);
+    one_by_one(&events)
+}
+
+/// Discarded bytes one by one: in how many pieces they are told depends on the cuts.
+fn one_by_one(events: &[Found<usize>]) -> Events {
+    let each = events.iter().flat_map(|event| match *event {
+        Found::Frame { .. } => vec![*event],
+        Found::Discarded { count, why } => vec![Found::Discarded { count: 1, why }; count],
+    });
+    each.collect()
+}
+
+/// Whatever the stream and however it is cut, what the reference makes of it comes out; and of frames alone, each.
+pub(crate) fn agrees_with_the_reference(
+    description: &Description,
+    text: &str,
+    random: &mut ChaCha8Rng,
+) -> usize {
+    let frames = frames(description, random);
+    for frame in &frames {
+        assert_eq!(
+            description.format().judge(frame),
+            Verdict::Frame(frame.len())
+        );
+        let again = description.encode(&values(description, frame));
+        assert_eq!(again.as_ref(), Ok(frame), "{text}\n{frame:02X?}");
+    }
+    let clean = received(description, &frames.concat(), 20, random);
+    let whole: Vec<usize> = clean
+        .iter()
+        .filter_map(|event| event.message().map(|_| event.bytes()))
+        .collect();
+    let lengths: Vec<usize> = frames.iter().map(Vec::len).collect();
+    assert_eq!(whole, lengths, "{text}");
+
+    let stream = noisy(&frames, random);
+    let mut expected = Events::new();
+    framed(&description.format(), &stream, true, |event| {
+        expected.push(event);
+    });
+    let expected = one_by_one(&expected);
+    for most in [1, 20, stream.len().max(1)] {
+        let told = received(description, &stream, most, random);
+        assert_eq!(told, expected, "{text}\n{stream:02X?}");
+    }
+    frames.len()
+}
