@@ -39,7 +39,7 @@ What came of it is in target/mutants-by-tests, -by-harnesses and -by-images.";
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum By {
-    /// The core's tests.
+    /// The tests of the core and of the formats.
     Tests,
     /// The theorems' harnesses, by the offline prover: those that the change reaches.
     Harnesses,
@@ -61,10 +61,14 @@ pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
 fn run(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> {
     let sh = workspace.shell_with("cargo-mutants", CARGO_MUTANTS)?;
     let (config, tested, output) = match by {
-        By::Tests => (".cargo/mutants.toml", CORE, "mutants-by-tests"),
+        By::Tests => (
+            ".cargo/mutants.toml",
+            &[CORE, "framelock-formats"][..],
+            "mutants-by-tests",
+        ),
         By::Harnesses => (
             "proofs/mutants.toml",
-            OFFLINE_PROVER,
+            &[OFFLINE_PROVER][..],
             "mutants-by-harnesses",
         ),
         By::Images => {
@@ -79,9 +83,12 @@ fn run(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> 
         ensure!(all, "without any change some harness fails");
     }
     let output = workspace.target_directory.join(output);
+    let tested = tested
+        .iter()
+        .flat_map(|package| ["--test-package", *package]);
     let mutants = cmd!(
         sh,
-        "cargo mutants --workspace --config {config} --test-package {tested} --output {output} {more...}"
+        "cargo mutants --workspace --config {config} {tested...} --output {output} {more...}"
     );
     let status = Command::from(mutants).status()?;
     // 3: some mutant's tests do not come to an end, which is noticed as well.

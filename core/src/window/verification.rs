@@ -357,6 +357,7 @@ fn slice_is_pushed<const LENGTH: usize>(
         &bytes,
         |_| true,
         |found| {
+            assert!(found.bytes() > 0);
             known += found.bytes();
             if let Found::Frame { .. } = found {
                 frames[known - pending - 1] = true;

@@ -98,30 +98,37 @@ fn any_of_three() {
     );
 }
 
+/// A layout of which nothing is told but its syncs of one byte.
+fn of_syncs<'a>(syncs: &'a [u8], no_bits: &'a [FixedBits; 0]) -> Layout<'a> {
+    Layout {
+        sync: Patterns {
+            bytes: syncs,
+            length: 1,
+        },
+        length: Length::Fixed,
+        shortest: 0,
+        longest: 1,
+        fixed: no_bits,
+        messages: None,
+        checksum: None,
+        terminator: Patterns::one(&syncs[..0]),
+        appendix: None,
+    }
+}
+
 /// How long [`AnyOf`] says that its frames are, and what it says that they begin with.
 #[kani::proof]
 #[kani::unwind(5)]
 fn any_of_two_layouts() {
-    let (bytes, syncs) = kani::any::<([u8; 3], [[u8; 1]; 2])>();
-    let fixed = [FixedBits {
-        at: 0,
-        mask: 0,
-        value: 0,
-    }];
+    let (bytes, syncs, no_bits) = (kani::any::<[u8; 3]>(), kani::any::<[[u8; 1]; 2]>(), []);
     let layout = |sync| Layout {
-        sync: Patterns::one(sync),
         length: if kani::any() {
             Length::Fixed
         } else {
             Length::Field(LengthField::byte(1))
         },
-        shortest: 0,
         longest: any_up_to(3),
-        fixed: &fixed[..0],
-        messages: None,
-        checksum: None,
-        terminator: Patterns::one(&bytes[..0]),
-        appendix: None,
+        ..of_syncs(sync, &no_bits)
     };
     let [one, other] = &syncs;
     let format = AnyOf(&[layout(one), layout(other)]);
@@ -136,4 +143,17 @@ fn any_of_two_layouts() {
         kind == 1 && verdict == Verdict::Frame(bytes.len()),
         "a frame of the second"
     );
+}
+
+/// A frame may begin with the first byte of each sync, and with no other: of two layouts, one with six syncs.
+#[kani::proof]
+#[kani::unwind(8)]
+fn starts_are_those_of_the_syncs() {
+    let (syncs, byte) = kani::any::<([u8; 7], u8)>();
+    let (no_bits, (six, other)) = ([], syncs.split_at(6));
+    let format = AnyOf(&[of_syncs(six, &no_bits), of_syncs(other, &no_bits)]);
+    let begins = syncs.map(|first| first == byte);
+    assert!(format.starts(byte) == begins.contains(&true));
+    kani::cover!(begins[5] && !begins[..5].contains(&true), "the sixth");
+    kani::cover!(begins[6] && !begins[..6].contains(&true), "the other's");
 }

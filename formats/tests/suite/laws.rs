@@ -2,10 +2,11 @@
 //! them, each byte changed to every other.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{Encode as _, Format};
+use framelock::{DiscardReason, Encode as _, Format, Verdict};
+use framelock_formats::layout::{Layout, Length, LengthField, Patterns};
 use framelock_formats::{
-    BIN, BIN_CRC8, Crsf, CrsfMessage, Ibus, Mavlink2, MavlinkMessage, Sbus, SbusMessage, Ubx,
-    UbxMessage, check_laws,
+    AnyOf, BIN, BIN_CRC8, Crsf, CrsfMessage, Ibus, Mavlink2, MavlinkMessage, Sbus, SbusMessage,
+    Ubx, UbxMessage, check_laws,
 };
 
 use crate::{DIALECT, frame};
@@ -112,5 +113,51 @@ fn bin_and_bin_crc8() {
         (bin_crc8[0], bin_crc8[1], bin_crc8[6], bin_crc8[7]) = (0, 0, 0, 0);
         assert!(BIN.seal(&mut bin) && BIN_CRC8.seal(&mut bin_crc8));
         assert_eq!((bin, bin_crc8), (sent, sent_crc8));
+    }
+}
+
+/// Of a byte that tells the length and something else, sealing writes the bits of the length.
+#[test]
+fn what_is_not_of_the_length_stays_as_it_is() {
+    let layout = Layout {
+        sync: Patterns::one(&[0x24]),
+        length: Length::Field(LengthField {
+            mask: 0x3F,
+            ..LengthField::byte(1)
+        }),
+        shortest: 2,
+        longest: 20,
+        ..Layout::NONE
+    };
+    let mut frame = [0, 0x95, 1, 2, 3];
+    assert!(layout.seal(&mut frame));
+    assert_eq!(frame, [0x24, 0x85, 1, 2, 3]);
+}
+
+/// Of several layouts, the first of those that come furthest with a beginning.
+#[test]
+fn the_reason_is_that_of_the_layout_that_comes_furthest() {
+    let layout = |sync| Layout {
+        sync: Patterns::one(sync),
+        length: Length::Field(LengthField::byte(2)),
+        longest: 10,
+        ..Layout::NONE
+    };
+    let other = layout(&[0x55, 0x01]);
+    let half = layout(&[0x24, 0x02]);
+    let too_long = layout(&[0x24, 0x01]);
+    let too_short = Layout {
+        shortest: 250,
+        longest: 300,
+        ..too_long
+    };
+    for (layouts, why) in [
+        ([other, half, other], DiscardReason::BrokenSync),
+        ([half, too_long, other], DiscardReason::TooLong),
+        ([too_long, half, too_short], DiscardReason::TooLong),
+        ([too_short, too_long, half], DiscardReason::Header),
+    ] {
+        let verdict = AnyOf(&layouts).judge(&[0x24, 0x01, 200]);
+        assert_eq!(verdict, Verdict::Reject(why));
     }
 }

@@ -18,6 +18,18 @@ fn channels() -> impl Strategy<Value = [u16; 16]> {
     prop::array::uniform16(0_u16..2048)
 }
 
+/// With the polynomial of a CRC of sixteen bits.
+const OF_24_BITS: crc::Algorithm<u32> = crc::Algorithm {
+    width: 24,
+    poly: 0x1021,
+    init: 0,
+    refin: true,
+    refout: true,
+    xorout: 0,
+    check: 0,
+    residue: 0,
+};
+
 proptest! {
     #[test]
     fn sbus(channels in channels(), [a, b, frame_lost, failsafe]: [bool; 4]) {
@@ -52,27 +64,58 @@ proptest! {
 
     #[test]
     fn crcs_with_and_without_tables(bytes in prop::collection::vec(any::<u8>(), 0..=40)) {
-        let reflected = Crc {
+        let of_sixteen_bits = |polynomial, reflected| Crc {
             width: 16,
-            polynomial: 0x1021,
+            polynomial,
             initial: 0xFFFF,
-            reflected_in: true,
-            reflected_out: true,
+            reflected_in: reflected,
+            reflected_out: reflected,
             ..Crc::ZERO
         };
-        let straight = Crc {
+        let of_32_bits = Crc {
             width: 32,
             polynomial: 0x04C1_1DB7,
             initial: u32::MAX,
             xor_out: u32::MAX,
             ..Crc::ZERO
         };
-        let expected = crc::Crc::<u16>::new(&crc::CRC_16_MCRF4XX).checksum(&bytes).into();
-        let expected_straight = crc::Crc::<u32>::new(&crc::CRC_32_BZIP2).checksum(&bytes);
-        for (crc, expected) in [(reflected, expected), (straight, expected_straight)] {
+        let of_24_bits = Crc { width: 24, initial: 0, ..of_sixteen_bits(0x1021, true) };
+        let expected = |theirs| crc::Crc::<u16>::new(theirs).checksum(&bytes).into();
+        for (crc, expected) in [
+            (of_sixteen_bits(0x1021, true), expected(&crc::CRC_16_MCRF4XX)),
+            (of_sixteen_bits(0x8005, true), expected(&crc::CRC_16_MODBUS)),
+            (of_sixteen_bits(0x1021, false), expected(&crc::CRC_16_IBM_3740)),
+            (of_24_bits, crc::Crc::<u32>::new(&OF_24_BITS).checksum(&bytes)),
+            (of_32_bits, crc::Crc::<u32>::new(&crc::CRC_32_BZIP2).checksum(&bytes)),
+        ] {
             let (words, sixteens) = (crc.table_of_words(), crc.table_of_sixteens());
             for table in [Table::None, Table::Words(&words), Table::Sixteens(&sixteens)] {
                 prop_assert_eq!(Algorithm::Crc(Crc { table, ..crc }).of(&bytes, None), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn crcs_of_eight_bits(bytes in prop::collection::vec(any::<u8>(), 0..=40), extra in any::<u8>()) {
+        let all = [&bytes[..], &[extra]].concat();
+        for (polynomial, reflected, theirs) in [
+            (0x31, false, &crc::CRC_8_NRSC_5),
+            (0x07, true, &crc::CRC_8_ROHC),
+        ] {
+            let crc = Crc {
+                width: 8,
+                polynomial,
+                initial: 0xFF,
+                reflected_in: reflected,
+                reflected_out: reflected,
+                ..Crc::ZERO
+            };
+            let (narrow, words) = (crc.table_of_bytes(), crc.table_of_words());
+            let expected = crc::Crc::<u8>::new(theirs);
+            for table in [Table::None, Table::Bytes(&narrow), Table::Words(&words)] {
+                let algorithm = Algorithm::Crc(Crc { table, ..crc });
+                prop_assert_eq!(algorithm.of(&bytes, None), expected.checksum(&bytes).into());
+                prop_assert_eq!(algorithm.of(&bytes, Some(extra)), expected.checksum(&all).into());
             }
         }
     }
