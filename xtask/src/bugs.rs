@@ -140,15 +140,11 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         }
         println!("\n=== {} ===", bug.mistake);
         let copies = workspace.target_directory.join("bugs");
-        let copy = if bug.test.is_some() {
-            let copy = copies.join("firmware");
-            firmware::copy(workspace, &copy)?;
-            copy
-        } else {
-            let copy = copies.join("proofs");
-            workspace.copy(&copy, PROOFS_FOLDERS, PROOFS_MEMBERS)?;
-            copy
-        };
+        let copy = copies.join(bug.test.as_ref().map_or("proofs", |_| "firmware"));
+        match bug.test {
+            Some(_) => firmware::copy(workspace, &copy)?,
+            None => workspace.copy(&copy, PROOFS_FOLDERS, PROOFS_MEMBERS)?,
+        }
         let (_, wrong) = bug.texts(root)?;
         fs::write(copy.join(&bug.file), wrong)?;
         prover.root.clone_from(&copy);

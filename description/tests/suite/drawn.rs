@@ -21,9 +21,7 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
             ("address", _) => (*[0xC8, 0, 0xEA, 0xEC, 0xEE].choose(random).unwrap()).into(),
             ("start", _) => sync
                 .first()
-                .copied()
-                .map(char::from)
-                .map(String::from)
+                .map(|byte| char::from(*byte).to_string())
                 .into(),
             ("end", _) => end.first().copied().into(),
             ("sentence", _) => (*["GPTXT,01", "a\\\\\\x1B\\xFF", "\\x20 \\x20"]
