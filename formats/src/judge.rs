@@ -142,7 +142,7 @@ impl Layout<'_> {
                 let plus = i64::from(number).wrapping_mul(i64::from(field.factor));
                 let length = plus.wrapping_add(field.plus.into());
                 // Less than nothing is too short.
-                if length < 0 {
+                if length.is_negative() {
                     return Err(DiscardReason::Header);
                 }
                 usize::try_from(length).map_err(|_| DiscardReason::TooLong)?
@@ -199,7 +199,7 @@ impl Layout<'_> {
         let width = self.terminator.length.max(1);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
         // Fewer bytes than the header has were not looked through.
-        let seen = if seen < self.header() { 0 } else { seen };
+        let seen = if seen >= self.header() { seen } else { 0 };
         let from = seen.saturating_sub(width.wrapping_sub(1));
         let from = from.max(self.sync.length);
         let mut places = bytes.get(from..).unwrap_or_default().windows(width);

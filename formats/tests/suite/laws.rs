@@ -3,7 +3,9 @@
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{DiscardReason, Encode as _, Format, Verdict};
-use framelock_formats::layout::{Layout, Length, LengthField, Patterns};
+use framelock_formats::layout::{
+    FixedBits, Layout, Length, LengthField, Message, Messages, Number, Patterns,
+};
 use framelock_formats::{
     AnyOf, BIN, BIN_CRC8, Crsf, CrsfMessage, Ibus, Mavlink2, MavlinkMessage, Sbus, SbusMessage,
     Ubx, UbxMessage, check_laws,
@@ -160,4 +162,102 @@ fn the_reason_is_that_of_the_layout_that_comes_furthest() {
         let verdict = AnyOf(&layouts).judge(&[0x24, 0x01, 200]);
         assert_eq!(verdict, Verdict::Reject(why));
     }
+}
+
+/// Frames as short and as long as may be, fixed bits beside the end of the header, lengths below nothing.
+#[test]
+fn what_a_layout_says_at_its_limits() {
+    let layout = Layout {
+        sync: Patterns::one(b"$"),
+        length: Length::Field(LengthField::byte(1)),
+        shortest: 2,
+        longest: 10,
+        ..Layout::NONE
+    };
+    let has_a_bit = |at| {
+        let [mask, value] = [0x40; 2];
+        [FixedBits { at, mask, value }]
+    };
+    let (in_header, behind) = (has_a_bit(1), has_a_bit(2));
+    for (layout, bytes, says) in [
+        // A frame that is nothing but its header, also if no longer one may be.
+        (layout, &[0x24, 2][..], Verdict::Frame(2)),
+        (
+            Layout {
+                longest: 2,
+                ..layout
+            },
+            &[0x24, 2],
+            Verdict::Frame(2),
+        ),
+        (
+            Layout {
+                fixed: &in_header,
+                ..layout
+            },
+            &[0x24, 3],
+            Verdict::Reject(DiscardReason::Header),
+        ),
+        (
+            Layout {
+                fixed: &behind,
+                ..layout
+            },
+            &[0x24, 3],
+            Verdict::Incomplete { at_least: 3 },
+        ),
+        (
+            Layout {
+                length: Length::Field(LengthField {
+                    plus: -5,
+                    ..LengthField::byte(1)
+                }),
+                ..layout
+            },
+            &[0x24, 3],
+            Verdict::Reject(DiscardReason::Header),
+        ),
+        // As many bytes as a frame may have, and no end.
+        (
+            Layout {
+                length: Length::Delimiter,
+                longest: 4,
+                terminator: Patterns::one(b"\n"),
+                ..layout
+            },
+            b"$abc",
+            Verdict::Reject(DiscardReason::Terminator),
+        ),
+    ] {
+        assert_eq!(layout.judge(bytes), says, "{layout:?} of {bytes:02X?}");
+    }
+}
+
+/// What was seen before is looked at again where nobody has looked for an end: in a header that was not there in
+/// full, and by a layout that was not asked.
+#[test]
+fn an_end_in_what_was_seen_is_found() {
+    let ends = Layout {
+        sync: Patterns::one(b"$"),
+        length: Length::Delimiter,
+        longest: 10,
+        terminator: Patterns::one(b"\n"),
+        ..Layout::NONE
+    };
+    let with_a_longer_header = Layout {
+        messages: Some(Messages {
+            number: Number::byte(2),
+            known: &[Message::with_extra(b'x'.into(), 0, 0)],
+        }),
+        ..ends
+    };
+    assert_eq!(with_a_longer_header.judge_on(b"$\nx", 2), Verdict::Frame(2));
+    let begins_like_it = Layout {
+        sync: Patterns::one(b"$\n$"),
+        ..ends
+    };
+    let any_of = AnyOf(&[begins_like_it, ends]);
+    assert_eq!(any_of.judge(b"$\n"), Verdict::Incomplete { at_least: 3 });
+    assert_eq!(any_of.judge_on(b"$\nx", 2), Verdict::Frame(2));
+    assert!(any_of.starts(b'$') && !any_of.starts(b'#'));
 }
