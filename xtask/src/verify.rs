@@ -73,7 +73,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "web", when: Nightly, run: browser::stage,
         checks: "the page, tried in a browser" },
     Stage { name: "mutants", when: Nightly, run: mutants::stage,
-        checks: "some test notices each small change of the core (an hour or two)" },
+        checks: "some test notices each small change of the core, layouts and checksums (hours)" },
 ];
 
 const EXAMPLES: &str = "\
