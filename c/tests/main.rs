@@ -7,7 +7,7 @@
 )]
 
 mod compiler;
-#[path = "../../description/tests/suite/drawn.rs"]
+#[path = "../../host/description/tests/suite/drawn.rs"]
 mod drawn;
 mod generated;
 mod guide;

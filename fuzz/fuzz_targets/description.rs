@@ -1,10 +1,10 @@
 //! Texts as descriptions: the property is that of the descriptions' own tests.
 #![no_main]
 
-#[path = "../../description/tests/suite/agreement.rs"]
+#[path = "../../host/description/tests/suite/agreement.rs"]
 mod agreement;
 #[allow(dead_code, reason = "random descriptions are for the tests")]
-#[path = "../../description/tests/suite/drawn.rs"]
+#[path = "../../host/description/tests/suite/drawn.rs"]
 mod drawn;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {

@@ -34,7 +34,7 @@ UBX frames may have 106 bytes here; MAVLink messages are those that are sent and
 const CHIP: &str = "
 ## On a Cortex-M4
 
-Instructions and cycles a byte, in the [emulator](../emulator/README.md): the cycles are its model's, without the wait
+Instructions and cycles a byte, in the [emulator](../tools/emulator/README.md): the cycles are its model's, without the wait
 states of flash, so silicon is slower. Built as the firmware is, for size, with link-time optimisation. Each byte is a
 call of a function that takes it, from its first instruction to its return. *One byte* is what the costliest
 single byte of all these streams takes in cycles: an interrupt must have so much time.

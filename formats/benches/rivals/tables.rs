@@ -48,7 +48,7 @@ framelock's receivers use to settle what is pending when the line falls silent.
 const CHIP: &str = "
 ## On a Cortex-M4
 
-The clean stream, 200 frames, byte by byte, in the [emulator](../emulator/README.md): its cycles have no flash
+The clean stream, 200 frames, byte by byte, in the [emulator](../tools/emulator/README.md): its cycles have no flash
 wait states. Built as the firmware is, for size, with link-time optimisation. *Code* and *constants* are
 what the receiver adds to a program that does nothing with the bytes, without `memcpy` and its like
 and without the MAVLink dialect, which is the user's. *State* is RAM besides the stack. All of these crates

@@ -8,14 +8,14 @@ use tempfile::TempDir;
 #[test]
 #[cfg(unix)]
 fn the_page_on_motion_software() {
-    runs(include_str!("../../../docs/motion-software.md"));
+    runs(include_str!("../../../../docs/motion-software.md"));
 }
 
 /// Its code is tested in `c/tests/pages.rs`.
 #[test]
 #[cfg(unix)]
 fn from_the_lectures_code() {
-    runs(include_str!("../../../docs/from-the-lecture.md"));
+    runs(include_str!("../../../../docs/from-the-lecture.md"));
 }
 
 /// The blocks of one language in a page, and the text that follows each directly.

@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn the_readmes_commands_are_commands() {
-        let readme = include_str!("../../README.md");
+        let readme = include_str!("../../../README.md");
         let shown = readme.lines().filter_map(|line| {
             let line = line
                 .strip_prefix("cargo run --release -- ")
@@ -156,7 +156,7 @@ mod tests {
     /// Then the documentation's test compiles it as it stands, and so does whoever pastes it into an empty program.
     #[test]
     fn the_readmes_rust_is_whole_programs() {
-        let readme = include_str!("../../README.md");
+        let readme = include_str!("../../../README.md");
         let programs = readme.split("\n```rust\n").skip(1);
         assert_eq!(programs.clone().count(), 2);
         for program in programs {

@@ -76,7 +76,7 @@ mod tests {
             "--seed=4",
         ];
         let charts = write(&Arguments::try_parse_from(arguments).unwrap()).unwrap();
-        let linked = include_str!("../../../docs/line-faults.md");
+        let linked = include_str!("../../../../docs/line-faults.md");
         let names = figure::all().unwrap().into_iter().map(|figure| figure.name);
         let names: Vec<String> = names.collect();
         assert_eq!(names.len(), linked.matches("](figures/").count());

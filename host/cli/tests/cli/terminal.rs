@@ -35,7 +35,7 @@ fn no_text_that_is_made_of_a_stream_is_acted_on() {
             texts
         });
     };
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/terminal");
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/terminal");
     for entry in fs::read_dir(corpus).unwrap() {
         check(&fs::read(entry.unwrap().path()).unwrap());
     }

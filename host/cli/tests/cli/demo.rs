@@ -55,7 +55,7 @@ fn by_default_the_difference_is_to_be_seen() {
 /// The picture of the README: made anew with `framelock demo --record docs/demo.svg`.
 #[test]
 fn the_recording_is_the_committed_picture() {
-    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/demo.svg");
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/demo.svg");
     let committed = fs::read_to_string(committed).unwrap();
     let recorded = shown(&["--record", "-"]);
     assert!(recorded.lines().eq(committed.lines()), "it is old");

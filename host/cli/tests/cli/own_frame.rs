@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::guide;
 
-const GUIDE: &str = include_str!("../../../docs/own-frame.md");
+const GUIDE: &str = include_str!("../../../../docs/own-frame.md");
 
 #[test]
 #[cfg(unix)]

@@ -16,7 +16,7 @@ use crate::workspace::Workspace;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// The command and the library that `web/Cargo.toml` names have to be of one version.
+/// The command and the library that `host/web/Cargo.toml` names have to be of one version.
 const WASM_BINDGEN: &str = "0.2.129";
 const WASM_BINDGEN_CLI: &str = "wasm-bindgen-cli";
 
@@ -109,7 +109,7 @@ fn build(sh: &Shell, workspace: &Workspace) -> Result<PathBuf> {
 /// The page with everything in it. Its security policy allows its own style and script, by their hashes,
 /// and nothing else: it can load nothing and send nothing.
 fn assembled(sh: &Shell, built: &Path) -> Result<String> {
-    let page = Path::new("web/page");
+    let page = Path::new("host/web/page");
     let style = sh.read_file(page.join("style.css"))?;
     let mut machines = GzEncoder::new(Vec::new(), Compression::best());
     machines.write_all(&sh.read_binary_file(built.join("machines_bg.wasm"))?)?;
@@ -139,7 +139,7 @@ fn assembled(sh: &Shell, built: &Path) -> Result<String> {
     ] {
         let (before, behind) = html
             .split_once(place)
-            .with_context(|| format!("web/page/index.html has no {place}"))?;
+            .with_context(|| format!("host/web/page/index.html has no {place}"))?;
         html = [before, &content, behind].concat();
     }
     Ok(html)

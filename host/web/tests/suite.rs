@@ -461,7 +461,7 @@ fn any_description_is_refused_or_shown() {
 
 #[test]
 fn the_example_is_that_of_the_guide() {
-    let guide = include_str!("../../docs/own-frame.md");
+    let guide = include_str!("../../../docs/own-frame.md");
     assert!(guide.contains(MOTOR));
 }
 

@@ -72,7 +72,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
 /// What `cargo xtask fuzz description` tries.
 #[test]
 fn texts_of_the_corpus_are_refused_or_agree() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/description");
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/description");
     let (mut refused, mut frames) = (0, 0);
     for entry in fs::read_dir(corpus).unwrap() {
         let text = fs::read(entry.unwrap().path()).unwrap();

@@ -13,7 +13,7 @@ use crate::llvm::Module;
 use crate::process::output;
 
 /// In the workspace: of a copy with a seeded bug it is the copy's.
-const STAND_IN: &str = "proofs/offline/stand-in/Cargo.toml";
+const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";
 
 /// What the compiler does between reading Rust and writing LLVM's assembly: calls become what they
 /// call, and memory that needs no address becomes values. Loops stay as they are written, so that

@@ -11,7 +11,7 @@ use crate::web;
 use crate::workspace::{Workspace, cargo_in};
 
 /// Not in the workspace: what drives the browser takes long to compile.
-pub(crate) const TESTS: &str = "web/browser";
+pub(crate) const TESTS: &str = "host/web/browser";
 
 /// Where the README's pictures of the page go, if they are wanted.
 const PICTURES: &str = "FRAMELOCK_PICTURES";

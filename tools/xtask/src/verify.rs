@@ -166,8 +166,14 @@ mod tests {
     #[test]
     fn the_hosted_checks_run_every_stage() {
         for (workflow, when) in [
-            (include_str!("../../.github/workflows/checks.yml"), Always),
-            (include_str!("../../.github/workflows/nightly.yml"), Nightly),
+            (
+                include_str!("../../../.github/workflows/checks.yml"),
+                Always,
+            ),
+            (
+                include_str!("../../../.github/workflows/nightly.yml"),
+                Nightly,
+            ),
         ] {
             let stages = STAGES.iter().filter(|stage| stage.when == when);
             let names: Vec<&str> = stages.map(|stage| stage.name).collect();

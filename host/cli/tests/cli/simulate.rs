@@ -354,7 +354,7 @@ fn help_and_tables_fit_a_terminal() {
 /// In two trials of two frames each.
 #[test]
 fn the_commands_of_the_report_run() {
-    let report = include_str!("../../../docs/line-faults.md");
+    let report = include_str!("../../../../docs/line-faults.md");
     let blocks = guide::blocks(report, "sh");
     let commands = blocks.iter().flat_map(|(commands, _)| commands.lines());
     let commands = commands.filter(|command| command.starts_with("framelock "));
