@@ -1,5 +1,7 @@
 //! A receiver on a line: every byte in exactly one place, and every line event counted.
 
+use core::fmt;
+
 use crate::{DiscardReason, Found, Parser};
 
 /// Something the UART or a timer noticed that makes the frame under way worthless.
@@ -18,6 +20,19 @@ pub enum LineEvent {
     Break,
     /// An idle gap: no byte for longer than a sender leaves between the bytes of a frame.
     Idle,
+}
+
+impl fmt::Display for LineEvent {
+    /// Writes the event in a word or two, as in `line errors: parity error`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Framing => "framing error",
+            Self::Parity => "parity error",
+            Self::Overrun => "overrun",
+            Self::Break => "break",
+            Self::Idle => "idle line",
+        })
+    }
 }
 
 /// A counter for each variant of an enum.

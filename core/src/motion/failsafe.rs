@@ -14,7 +14,7 @@
 //!         LIVE: output = demand, frame by frame        (at reset: PARKED)
 //! ```
 
-use core::fmt::Debug;
+use core::fmt::{self, Debug};
 use core::num::NonZeroU32;
 
 #[cfg(kani)]
@@ -81,8 +81,8 @@ pub enum FailsafeError {
     RampBeforeHold,
 }
 
-impl core::fmt::Display for FailsafeError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Display for FailsafeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::HoldAtOnce => "hold_after is 0 ticks; it must be at least 1",
             Self::RampBeforeHold => "ramp_after is less than hold_after",
@@ -108,6 +108,19 @@ pub enum Phase {
     Ramp,
     /// Every axis is at park.
     Parked,
+}
+
+impl fmt::Display for Phase {
+    /// Writes the phase in one word, in lower case.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Live => "live",
+            Self::Approach => "approach",
+            Self::Hold => "hold",
+            Self::Ramp => "ramp",
+            Self::Parked => "parked",
+        })
+    }
 }
 
 /// What the actuators are to do now.
