@@ -1,7 +1,6 @@
 //! A frame of values.
 
 use framelock::{DiscardReason, Format as _, Verdict};
-use framelock_formats::layout::Length;
 use serde_json::Value as Json;
 
 use crate::field::Field;
@@ -54,7 +53,7 @@ impl Description {
 impl Kind {
     /// The frame with the values that each field is given.
     fn encode<'v>(&self, given: impl Fn(&Field) -> Vec<&'v Json>) -> Result<Vec<u8>, String> {
-        let (mut written, mut front, mut appended) = (Vec::new(), self.header, Vec::new());
+        let (mut written, mut ends, mut appended) = (Vec::new(), Vec::new(), Vec::new());
         for field in &self.fields {
             let wanted = match field.constant {
                 Some(constant) => Wanted::Bits(vec![constant]),
@@ -67,27 +66,17 @@ impl Kind {
                 appended.clone_from(bytes);
                 continue;
             }
-            if field.at >= 0 {
-                let rest = match &wanted {
-                    Wanted::Bytes(bytes) => bytes.len(),
-                    Wanted::Bits(_) => 0,
-                };
-                let length = field.length().unwrap_or(rest);
-                front = front.max(usize::from(field.at.unsigned_abs()) + length);
-            }
+            let rest = match &wanted {
+                Wanted::Bytes(bytes) => bytes.len(),
+                Wanted::Bits(_) => 0,
+            };
+            ends.extend(field.end(rest));
             written.push((field, wanted));
         }
-        let length = if self.layout.length == Length::Fixed {
-            self.layout.longest
-        } else {
-            // Nobody says what is in between, unless a field takes all that is left.
-            let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
-            let least = if takes_rest { 0 } else { self.layout.shortest };
-            let length = least.max(front + self.trailer);
-            let (factor, more) = self.multiple().unwrap_or((1, 0));
-            let missing = more - i64::try_from(length).unwrap_or_default();
-            length + usize::try_from(missing.rem_euclid(factor)).unwrap_or_default()
-        };
+        // Bytes of no field make a frame as long as the shortest, unless a field takes the rest.
+        let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
+        let shortest = if takes_rest { 0 } else { self.layout.shortest };
+        let length = self.next_length(self.least_length(ends).max(shortest));
         let mut frame = vec![0; length];
         // Of several the first, unless a field says which.
         let end = length.saturating_sub(self.layout.terminator.length);
@@ -131,7 +120,7 @@ impl Kind {
     /// What is given for a field; nothing if it may be missing, and is.
     fn wanted(&self, field: &Field, given: &[&Json]) -> Result<Option<Wanted>, String> {
         let is_nothing = |value: &&Json| value.is_null() || *value == "";
-        if self.is_optional(field) && given.iter().all(is_nothing) {
+        if self.shortest_with(field).is_some() && given.iter().all(is_nothing) {
             return Ok(None);
         }
         if given.len() < field.values() {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 
-use framelock_formats::layout::{ByteOrder, index};
+use framelock_formats::layout::ByteOrder;
 use serde_json::Value as Json;
 
 use crate::value::{Scale, Value};
@@ -243,12 +243,7 @@ impl Field {
     /// The same of what is counted from the end or takes what is left.
     #[inline(never)]
     fn other_bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
-        let end = frame.len().checked_sub(self.margin)?;
-        let bytes = frame.get(index(self.at, frame.len())?..end)?;
-        match self.length() {
-            Some(length) => bytes.get(..length),
-            None => Some(bytes),
-        }
+        frame.get(self.position(frame.len())?)
     }
 
     /// Its values, of its bytes.

@@ -33,9 +33,7 @@ fn items<'a>(kind: &'a Kind, taken: &[&str]) -> Vec<Item<'a>> {
     let item = fields.map(|field| Item {
         field,
         name: free(&words(&field.name).join("_"), &mut taken),
-        needs: kind
-            .is_optional(field)
-            .then_some(field.end() + field.margin),
+        needs: kind.shortest_with(field),
     });
     item.collect()
 }
@@ -67,11 +65,6 @@ fn module(name: &str) -> String {
 }
 
 impl Field {
-    /// Where it ends, if it is counted from the front; what takes the rest may be empty.
-    fn end(&self) -> usize {
-        usize::from(self.at.unsigned_abs()) + self.length().unwrap_or(0)
-    }
-
     /// What the bits of its values mean, and how many the smallest type has that holds them.
     fn number(&self) -> (Class, usize) {
         let class = match self.kind {
@@ -187,14 +180,12 @@ fn length<'a>(kind: &Kind, items: &'a [Item]) -> (usize, Vec<(&'a Item<'a>, usiz
     if kind.layout.length == Length::Fixed {
         return (kind.layout.longest, vec![]);
     }
-    let least = |field: &Field| field.end() + kind.trailer;
-    let counted = |field: &&Field| field.at >= 0 && !field.is_appended;
-    let always = kind.fields.iter().filter(counted);
-    let always = always.filter(|field| !kind.is_optional(field)).map(least);
-    let start = always.fold(kind.header + kind.trailer, usize::max);
+    let always = kind.fields.iter();
+    let always = always.filter(|field| kind.shortest_with(field).is_none());
+    let start = kind.least_length(always.filter_map(|field| field.end(0)));
     let start = start.max(kind.layout.shortest);
-    let longer = items.iter().filter(|item| counted(&item.field));
-    let longer = longer.map(|item| (item, least(item.field)));
+    let longer = items.iter();
+    let longer = longer.filter_map(|item| Some((item, item.field.end(0)? + kind.trailer)));
     let longer = longer.filter(|(item, least)| *least > start || item.field.length().is_none());
     (start, longer.collect())
 }

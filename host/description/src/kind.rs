@@ -1,7 +1,7 @@
 //! A kind of frames, and what its fields are in one.
 
 use framelock_formats::Layout;
-use framelock_formats::layout::{Appendix, Length};
+use framelock_formats::layout::Appendix;
 
 use crate::field::Field;
 use crate::value::Value;
@@ -38,24 +38,6 @@ impl Kind {
     pub fn shown<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let fields = self.fields.iter().filter(|field| field.constant.is_none());
         fields.filter_map(move |field| Some((field, self.content(field, frame)?)))
-    }
-
-    /// A frame's length if that is more than a multiple of a number: the number, and how much more.
-    pub(crate) fn multiple(&self) -> Option<(i64, i64)> {
-        match self.layout.length {
-            Length::Field(field) if field.factor > 1 => {
-                let factor = field.factor.into();
-                Some((factor, i64::from(field.plus).rem_euclid(factor)))
-            }
-            _ => None,
-        }
-    }
-
-    /// Whether a frame may be too short for a field.
-    pub(crate) fn is_optional(&self, field: &Field) -> bool {
-        let distance = usize::from(field.at.unsigned_abs());
-        let end = distance + field.length().unwrap_or(0);
-        field.is_appended || field.at >= 0 && end + field.margin > self.layout.shortest
     }
 }
 

@@ -43,6 +43,7 @@ pub mod generate;
 pub mod hex;
 mod kind;
 mod places;
+mod positions;
 mod shipped;
 pub mod text;
 mod value;
@@ -59,6 +60,7 @@ pub use build::LONGEST;
 pub use encode::quote;
 pub use field::{Class, Field, Number, Type};
 pub use kind::{Content, Kind};
+pub use positions::Part;
 pub use shipped::{SHIPPED, shipped};
 pub use value::{Scale, Value};
 

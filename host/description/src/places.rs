@@ -59,7 +59,7 @@ pub(crate) fn check_places(
     }
     for (field, entry) in kind.fields.iter().zip(&written.fields) {
         let entry = entry.get_ref();
-        if kind.is_optional(field) && length < longest {
+        if length < longest && kind.shortest_with(field).is_some() {
             match &entry.value {
                 Some(value) => {
                     return wrong(value, "a frame may be too short for this: give shortest");
@@ -67,19 +67,19 @@ pub(crate) fn check_places(
                 None => continue,
             }
         }
-        let from = index(field.at, length).unwrap_or(length);
-        let left = length.saturating_sub(from + field.margin);
-        let is_in = field.length().is_none_or(|bytes| bytes <= left);
+        let position = field.position(length);
         let mut bits = Vec::new();
-        if is_in {
-            field.each_bit(left, |place, _, _| bits.push(place));
+        if let Some(bytes) = &position {
+            field.each_bit(bytes.len(), |place, _, _| bits.push(place));
+        } else if field.length().is_some() {
+            bits.push(0);
         }
         parts.push(Part {
             span: entry.at.span(),
             name: &field.name,
-            // Beyond the end, if it does not end in front of what is counted from there.
-            from: if is_in { from } else { length },
-            bits: if is_in { bits } else { vec![0] },
+            // Past the end, if the frame has no room for it.
+            from: position.map_or(length, |bytes| bytes.start),
+            bits,
         });
     }
     let mut taken = vec![0_usize; 8 * length];

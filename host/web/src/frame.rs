@@ -1,7 +1,7 @@
 //! The frames on the line: what describes them, the receiver of them, and frames to be sent.
 
 use framelock::{BufferedIn, Format as _, Line, Verdict};
-use framelock_description::{Description, Field, Kind, Type, shipped};
+use framelock_description::{Description, Kind, Type, shipped};
 use framelock_formats::layout::ByteOrder;
 use framelock_simulation::FrameFormat;
 use rand::seq::IndexedRandom as _;
@@ -84,15 +84,11 @@ impl Frame {
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let layout = &kind.layout;
     let mut fields = kind.fields.iter();
-    let end = |field: &Field| Some(usize::try_from(field.at).ok()? + field.length()?);
-    let front = fields
-        .clone()
-        .filter_map(end)
-        .fold(layout.header(), usize::max);
     let takes_rest = fields.clone().any(|field| field.length().is_none());
-    let is_text = fields.any(|field| field.kind == Type::Text);
     let rest = random.random_range(0..=12 * usize::from(takes_rest));
-    let length = layout.shortest.max(front + kind.trailer + rest) + longer;
+    let ends = fields.clone().filter_map(|field| field.end(rest));
+    let length = kind.least_length(ends).max(layout.shortest) + longer;
+    let is_text = fields.any(|field| field.kind == Type::Text);
     let any = if is_text { b'A'..=b'Z' } else { 0..=u8::MAX };
     let bytes = (0..length.min(layout.longest)).map(|_| random.random_range(any.clone()));
     let mut frame: Vec<u8> = bytes.collect();

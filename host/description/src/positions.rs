@@ -1,0 +1,151 @@
+//! Where everything is in a frame, and how long a frame is.
+//!
+//! Here a frame is without its appendix, as in the [`Layout`](framelock_formats::Layout): what is appended follows it.
+
+use std::fmt;
+use std::ops::Range;
+
+use framelock_formats::layout::{Checksum, Length, Written, index};
+
+use crate::field::{Field, Type};
+use crate::kind::Kind;
+
+/// A part of a frame. Displayed by its name: `sync`, or a value's column.
+#[derive(Clone, Copy, Debug)]
+pub enum Part<'k> {
+    /// The bytes that a frame begins with.
+    Sync,
+    /// The number that tells the frame's length.
+    Length,
+    /// The checksum as it is written: in hex a byte of it takes two.
+    Checksum,
+    /// The bytes that a frame ends with.
+    Terminator,
+    /// A field's value by its number, from 0: an array has several.
+    Value(&'k Field, usize),
+}
+
+impl fmt::Display for Part<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sync => f.write_str("sync"),
+            Self::Length => f.write_str("length"),
+            Self::Checksum => f.write_str("checksum"),
+            Self::Terminator => f.write_str("terminator"),
+            Self::Value(field, number) => f.write_str(&field.column(*number)),
+        }
+    }
+}
+
+impl Field {
+    /// The index after its last byte if it is counted from the front; `rest` is the number of its bytes if it takes
+    /// all that is left.
+    #[must_use]
+    pub fn end(&self, rest: usize) -> Option<usize> {
+        let from = usize::try_from(self.at)
+            .ok()
+            .filter(|_| !self.is_appended)?;
+        Some(from + self.length().unwrap_or(rest))
+    }
+
+    /// Its bytes in a frame of `length` bytes; `None` if that is too short to have the field.
+    #[must_use]
+    pub fn position(&self, length: usize) -> Option<Range<usize>> {
+        let from = index(self.at, length)?;
+        let end = length.checked_sub(self.margin)?;
+        let to = self.length().map_or(end, |bytes| from + bytes);
+        (from <= to && to <= end).then_some(from..to)
+    }
+
+    /// The bytes of one of its values, which may share the first and the last with other bits.
+    fn value_position(&self, number: usize, length: usize) -> Option<Range<usize>> {
+        let all = self.position(length)?;
+        let bytes = match self.kind {
+            Type::Number(kind) => number * kind.bytes..(number + 1) * kind.bytes,
+            Type::Bits { first, width } => {
+                let first = first + number * width;
+                first / 8..(first + width).div_ceil(8)
+            }
+            Type::Bytes | Type::Text => 0..all.len(),
+        };
+        Some(all.start + bytes.start..all.start + bytes.end)
+    }
+}
+
+impl Kind {
+    /// The parts of a frame of `length` bytes and their positions: first those of fields, which may share bytes with
+    /// other parts. If the frame is not whole, more bytes follow: parts that are counted from its end are left out, and
+    /// a field that takes the rest extends to `length`.
+    #[must_use]
+    pub fn positions(&self, length: usize, is_whole: bool) -> Vec<(Part<'_>, Range<usize>)> {
+        let mut positions = Vec::new();
+        let fields = self.fields.iter().filter(|field| !field.is_appended);
+        for field in fields.filter(|field| is_whole || field.at >= 0) {
+            let length = length + if is_whole { 0 } else { field.margin };
+            for number in 0..field.values() {
+                let bytes = field.value_position(number, length);
+                positions.extend(bytes.map(|bytes| (Part::Value(field, number), bytes)));
+            }
+        }
+        positions.push((Part::Sync, 0..self.layout.sync.length));
+        if let Length::Field(field) = self.layout.length {
+            positions.push((Part::Length, field.number.at..field.number.end()));
+        }
+        let checksum = self.layout.checksum.as_ref();
+        let checksum = checksum.filter(|checksum| is_whole || checksum.at >= 0);
+        let checksum = checksum.and_then(|checksum| checksum_position(checksum, length));
+        positions.extend(checksum.map(|bytes| (Part::Checksum, bytes)));
+        if is_whole {
+            let from = length.saturating_sub(self.layout.terminator.length);
+            positions.push((Part::Terminator, from..length));
+        }
+        positions
+    }
+
+    /// The length of the shortest frame that has a field; `None` if every frame has it.
+    #[must_use]
+    pub fn shortest_with(&self, field: &Field) -> Option<usize> {
+        if field.is_appended {
+            return Some(self.layout.shortest);
+        }
+        let shortest = field.end(0)? + field.margin;
+        (shortest > self.layout.shortest).then_some(shortest)
+    }
+
+    /// The length of a frame that has room for its header, for fields with these [`end`](Field::end)s, and for
+    /// everything that is counted from the end. The format may demand a longer one. All frames of a fixed length have that length.
+    pub fn least_length(&self, ends: impl IntoIterator<Item = usize>) -> usize {
+        match self.layout.length {
+            Length::Fixed => self.layout.longest,
+            _ => ends.into_iter().fold(self.header, usize::max) + self.trailer,
+        }
+    }
+
+    /// The number of which a frame's length is a multiple, and how much more; `None` if any length is possible.
+    #[must_use]
+    pub fn multiple(&self) -> Option<(usize, usize)> {
+        let Length::Field(field) = self.layout.length else {
+            return None;
+        };
+        let factor = i64::from(field.factor);
+        let more = i64::from(field.plus).checked_rem_euclid(factor)?;
+        let [factor, more] = [factor, more].map(usize::try_from);
+        factor.ok().zip(more.ok()).filter(|(factor, _)| *factor > 1)
+    }
+
+    /// The next length, from `length` on, that a frame may have.
+    #[must_use]
+    pub fn next_length(&self, length: usize) -> usize {
+        match self.multiple() {
+            Some((factor, more)) => length + (factor + more - length % factor) % factor,
+            None => length,
+        }
+    }
+}
+
+/// The bytes of a checksum in a frame of `length` bytes; `None` if that is shorter than its distance from the end.
+pub(crate) fn checksum_position(checksum: &Checksum, length: usize) -> Option<Range<usize>> {
+    let from = index(checksum.at, length)?;
+    let to = from + checksum.bytes * (1 + usize::from(checksum.written == Written::Hex));
+    Some(from..to)
+}
