@@ -10,10 +10,9 @@ use clap::ValueEnum;
 use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Encode, Format as _};
+use framelock_description::text::harmless;
 use framelock_description::{Description, SHIPPED, read, shipped};
 use framelock_simulation::FrameFormat;
-
-use crate::output::harmless;
 
 pub(crate) use written::Place;
 

@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use framelock::motion::FailsafeParameters;
+use framelock_description::text::harmless;
 use framelock_simulation::LEVEL;
 
 use crate::frame::{Frame, FrameParser};
@@ -19,7 +20,7 @@ use crate::input::Input;
 use crate::line::AnyLine;
 use crate::names::{PolicyName, name};
 use crate::numbers::whole;
-use crate::output::{Output, harmless};
+use crate::output::Output;
 use crate::screen;
 use crate::serial::PortOptions;
 use session::{Recording, Session};

@@ -5,6 +5,7 @@ use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
+use framelock_description::text::harmless;
 use ratatui::crossterm::terminal::size;
 use unicode_truncate::UnicodeTruncateStr;
 
@@ -136,27 +137,6 @@ fn failure(error: io::Error, name: &str) -> io::Error {
     io::Error::new(error.kind(), told)
 }
 
-/// A line of text from anywhere, as a terminal may show it: what it would act on, or what turns the direction of
-/// writing, is escaped. (A frame's values are written so already.)
-pub(crate) fn harmless(text: &str) -> String {
-    let turns = ['\u{61C}', '\u{200E}', '\u{200F}'];
-    let is_harmful = |c: char| {
-        c.is_control()
-            || turns.contains(&c)
-            || ('\u{202A}'..='\u{202E}').contains(&c)
-            || ('\u{2066}'..='\u{2069}').contains(&c)
-    };
-    let mut harmless = String::with_capacity(text.len());
-    for c in text.chars() {
-        if is_harmful(c) {
-            harmless.extend(c.escape_unicode());
-        } else {
-            harmless.push(c);
-        }
-    }
-    harmless
-}
-
 /// Says something on standard error, which may be closed.
 pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{}", message(text));
@@ -196,15 +176,5 @@ mod tests {
         ] {
             assert_eq!(cut(row, columns), expected);
         }
-    }
-
-    #[test]
-    fn what_a_terminal_acts_on_is_escaped_and_the_rest_is_as_it_was() {
-        let as_it_was = "Größe 7 µm: \"C:\\x\", e\u{301}";
-        assert_eq!(harmless(as_it_was), as_it_was);
-        assert_eq!(
-            harmless("\x1B[2J\u{9B}2J\x7F\n\u{202E}\u{2066}"),
-            "\\u{1b}[2J\\u{9b}2J\\u{7f}\\u{a}\\u{202e}\\u{2066}"
-        );
     }
 }

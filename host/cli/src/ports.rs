@@ -4,9 +4,10 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use framelock_description::text::harmless;
 use serialport::{SerialPortInfo, SerialPortType};
 
-use crate::output::{Output, harmless, note};
+use crate::output::{Output, note};
 use crate::serial::NO_PERMISSION;
 
 /// Runs `framelock ports`.
@@ -94,7 +95,7 @@ mod tests {
             ),
             (
                 SerialPortType::UsbPort(nameless),
-                "/dev/ttyUSB0    USB 0403:6001  J-\\u{1b}Link",
+                "/dev/ttyUSB0    USB 0403:6001  J-\\x1BLink",
             ),
             (SerialPortType::Unknown, "/dev/ttyUSB0    built in"),
         ] {

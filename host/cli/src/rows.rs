@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
-use framelock_description::{Column, quote};
+use framelock_description::Column;
+use framelock_description::text::quote;
 use serde_json::Value;
 
 use crate::frame::Frame;

@@ -121,10 +121,11 @@ impl TryFrom<String> for Named {
         all.sort_by_cached_key(|name| strsim::damerau_levenshtein(&plain(name), &wanted));
         let nearest = all.iter().take(4).map(|name| spelled(name));
         Err(format!(
-            "there is no checksum {name:?}; the nearest names are {}. Besides sum, inverted-sum, \
+            "there is no checksum \"{}\"; the nearest names are {}. Besides sum, inverted-sum, \
              negated-sum, xor and fletcher-8 there are the CRCs of 8 to 32 bits of the catalogue at \
              https://reveng.sourceforge.io/crc-catalogue; any other by width, polynomial, initial, reflected \
              and xor",
+            crate::text::quoted(&name),
             nearest.collect::<Vec<_>>().join(", ")
         ))
     }

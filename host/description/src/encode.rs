@@ -5,7 +5,8 @@ use serde_json::Value as Json;
 
 use crate::field::Field;
 use crate::kind::Kind;
-use crate::{Description, KIND, text};
+use crate::text::quote;
+use crate::{Description, KIND};
 use framelock_formats::layout::index;
 
 /// What a field is to be: the bits of each of its values, or bytes.
@@ -189,14 +190,5 @@ fn put(field: &Field, wanted: &Wanted, frame: &mut [u8]) {
                 *byte = if is_set { *byte | bit } else { *byte & !bit };
             }
         }),
-    }
-}
-
-/// A value in a message: what was not meant to be a number may be long.
-#[must_use]
-pub fn quote(value: &Json) -> String {
-    match value {
-        Json::String(string) => format!("\"{}\"", text::quoted(string)),
-        value => text::quoted(&value.to_string()),
     }
 }

@@ -110,9 +110,10 @@ impl TryFrom<String> for Number {
             ("f", 4) => Class::Float,
             _ => {
                 return Err(format!(
-                    "there is no type {name:?}: u8, u16le, u24le, u32le and u64le have the lowest \
+                    "there is no type \"{}\": u8, u16le, u24le, u32le and u64le have the lowest \
                      byte first, u16be and so on the highest; i8, i16le and so on have a sign; f32le, \
-                     f32be; for fields bytes and text; for checksums in digits hex8, hex16, hex24 and hex32"
+                     f32be; for fields bytes and text; for checksums in digits hex8, hex16, hex24 and hex32",
+                    text::quoted(&name)
                 ));
             }
         };

@@ -48,25 +48,9 @@ fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
 /// Bytes as digits without anything between them.
 #[must_use]
 pub fn glued(bytes: &[u8]) -> String {
-    let mut text = Vec::new();
-    append_glued(bytes, &mut text);
-    String::from_utf8(text).unwrap_or_default()
-}
-
-/// The same, behind a text.
-pub(crate) fn append_glued(bytes: &[u8], text: &mut Vec<u8>) {
-    let digit = |four: u8| {
-        if four < 10 {
-            b'0' + four
-        } else {
-            b'A' - 10 + four
-        }
-    };
-    text.extend(
-        bytes
-            .iter()
-            .flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]),
-    );
+    let mut digits = Vec::new();
+    text::append_hex(bytes, &mut digits);
+    String::from_utf8(digits).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -44,7 +44,6 @@ pub mod hex;
 mod kind;
 mod places;
 mod positions;
-mod shipped;
 pub mod text;
 mod value;
 mod written;
@@ -57,11 +56,9 @@ use framelock::Format as _;
 use framelock_formats::{AnyOf, Layout};
 
 pub use build::LONGEST;
-pub use encode::quote;
 pub use field::{Class, Field, Number, Type};
 pub use kind::{Content, Kind};
 pub use positions::Part;
-pub use shipped::{SHIPPED, shipped};
 pub use value::{Scale, Value};
 
 use written::{Problem, Written, missing, wrong};
@@ -171,7 +168,7 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
     let mut kinds = Vec::new();
     for name in &written.any_of {
         let Some(text) = shipped(name.get_ref()) else {
-            return wrong(name, shipped::no_such(name.get_ref()));
+            return wrong(name, no_such_shipped(name.get_ref()));
         };
         let shipped =
             Description::parse(name.get_ref(), text).map_err(|why| Problem(name.span(), why))?;
@@ -288,4 +285,38 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
         }
     }
     Ok(columns)
+}
+
+/// Names of files in `frames`, and their texts.
+macro_rules! shipped {
+    ($($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../frames/", $name, ".toml")))),*]
+    };
+}
+
+/// The names of the shipped descriptions, and their texts.
+pub const SHIPPED: &[(&str, &str)] = shipped!(
+    "bin" "bin-crc8" "sbus" "ibus" "crsf" "ubx" "nmea" "rtcm" "gnss" "mavlink" "mavlink1" "mavlink2" "six-axes"
+    "six-axes-be"
+);
+
+/// The text of the shipped description of that name.
+#[must_use]
+pub fn shipped(name: &str) -> Option<&'static str> {
+    let found = SHIPPED.iter().find(|(shipped, _)| *shipped == name);
+    found.map(|(_, text)| *text)
+}
+
+/// The error for a name that no shipped description has.
+fn no_such_shipped(name: &str) -> String {
+    let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+    let nearest = names
+        .iter()
+        .min_by_key(|shipped| strsim::damerau_levenshtein(shipped, name));
+    let nearest = nearest.unwrap_or(&"");
+    format!(
+        "there is no frame \"{}\", the nearest name is {nearest}: the frames are {}",
+        text::quoted(name),
+        names.join(", ")
+    )
 }

@@ -1,9 +1,11 @@
-//! Text from a wire, as a terminal may show it: what it would act on is escaped.
+//! Text from anywhere, as a terminal may show it: what it would act on is escaped, byte by byte as `\x1B`.
 
-/// What of a text stands in an error.
+use serde_json::Value as Json;
+
+/// Characters of a text that an error quotes.
 const QUOTED: usize = 40;
 
-/// Appends bytes that may be text. What is not to be printed, or not UTF-8, becomes `\x1B`, a backslash `\\`, and a
+/// Appends bytes that may be text. Whatever is not printable, or not UTF-8, becomes `\x1B`, a backslash `\\`, and a
 /// blank at either end `\x20`: [`unescaped`] gives the same bytes again.
 pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
     let is_plain = |byte: &u8| matches!(byte, b'!'..=b'~') && *byte != b'\\';
@@ -14,27 +16,66 @@ pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
     let mut at = 0;
     for chunk in bytes.utf8_chunks() {
         for c in chunk.valid().chars() {
-            let mut encoded = [0; 4];
-            let encoded = c.encode_utf8(&mut encoded).as_bytes();
             match c {
                 '\\' => into.extend(br"\\"),
-                ' ' if at == 0 || at == inner => escape_each(encoded, into),
-                '"' | '\'' => into.extend(encoded),
-                _ if c.escape_debug().len() == 1 => into.extend(encoded),
-                _ => escape_each(encoded, into),
+                ' ' if at == 0 || at == inner => escape_char(c, into),
+                '"' | '\'' => into.push(c as u8),
+                _ if c.escape_debug().len() == 1 => append_char(c, into),
+                _ => escape_char(c, into),
             }
-            at += encoded.len();
+            at += c.len_utf8();
         }
         escape_each(chunk.invalid(), into);
         at += chunk.invalid().len();
     }
 }
 
+/// A message that may contain text from anywhere: characters that a terminal acts on, or that change the direction of
+/// writing, are escaped. Backslashes stay, since parts of the message may be escaped already.
+#[must_use]
+pub fn harmless(message: &str) -> String {
+    let mut harmless = Vec::with_capacity(message.len());
+    for c in message.chars() {
+        let changes_direction = matches!(c,
+            '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
+        if c.is_control() || changes_direction {
+            escape_char(c, &mut harmless);
+        } else {
+            append_char(c, &mut harmless);
+        }
+    }
+    String::from_utf8(harmless).unwrap_or_default()
+}
+
+fn append_char(c: char, into: &mut Vec<u8>) {
+    into.extend(c.encode_utf8(&mut [0; 4]).as_bytes());
+}
+
+fn escape_char(c: char, into: &mut Vec<u8>) {
+    escape_each(c.encode_utf8(&mut [0; 4]).as_bytes(), into);
+}
+
 fn escape_each(bytes: &[u8], into: &mut Vec<u8>) {
     for &byte in bytes {
         into.extend(br"\x");
-        crate::hex::append_glued(&[byte], into);
+        append_hex(&[byte], into);
     }
+}
+
+/// Appends two digits in hex for each byte.
+pub(crate) fn append_hex(bytes: &[u8], into: &mut Vec<u8>) {
+    let digit = |four: u8| {
+        if four < 10 {
+            b'0' + four
+        } else {
+            b'A' - 10 + four
+        }
+    };
+    into.extend(
+        bytes
+            .iter()
+            .flat_map(|byte| [digit(byte >> 4), digit(byte & 15)]),
+    );
 }
 
 /// The bytes of an escaped text. A backslash that begins no escape is a backslash.
@@ -58,13 +99,22 @@ pub fn unescaped(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// The beginning of a text, for an error.
+/// The beginning of a text, for an error; without quotation marks.
 #[must_use]
 pub fn quoted(text: &str) -> String {
     let beginning: String = text.chars().take(QUOTED).collect();
     let mut escaped = Vec::new();
     escape(beginning.as_bytes(), &mut escaped);
     String::from_utf8(escaped).unwrap_or_default()
+}
+
+/// The beginning of a value, for an error: text is in quotation marks.
+#[must_use]
+pub fn quote(value: &Json) -> String {
+    match value {
+        Json::String(string) => format!("\"{}\"", quoted(string)),
+        value => quoted(&value.to_string()),
+    }
 }
 
 #[cfg(test)]
@@ -99,6 +149,16 @@ mod tests {
         ] {
             assert_eq!(escaped(bytes), text);
         }
+    }
+
+    #[test]
+    fn a_message_keeps_all_that_a_terminal_does_not_act_on() {
+        let as_it_was = "Größe 7 µm: \"C:\\x\", e\u{301}";
+        assert_eq!(harmless(as_it_was), as_it_was);
+        assert_eq!(
+            harmless("\x1B[2J\u{9B}2J\x7F\n\u{202E}\u{2066}"),
+            "\\x1B[2J\\xC2\\x9B2J\\x7F\\x0A\\xE2\\x80\\xAE\\xE2\\x81\\xA6"
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde_json::Value as Json;
 
-use crate::{hex, text};
+use crate::text;
 
 /// A value of a field.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -42,7 +42,7 @@ impl Value<'_> {
             }
             Self::Float(_) => row.extend(b"null"),
             Self::Decimal(number, decimals) => row.extend(decimal(*number, *decimals).as_bytes()),
-            Self::Bytes(bytes) => hex::append_glued(bytes, row),
+            Self::Bytes(bytes) => text::append_hex(bytes, row),
             Self::Text(bytes) => text::escape(bytes, row),
             Self::Signed(number) => {
                 if *number < 0 {
