@@ -33,14 +33,14 @@ pub struct Field {
     pub margin: usize,
     /// Whether it is behind the frame: all that is appended.
     pub is_appended: bool,
-    /// What is asked for each frame again, once all else is known.
-    pub(crate) known: Known,
+    /// Answers that each frame asks for, prepared when the description is read.
+    pub(crate) prepared: Prepared,
 }
 
 /// Where a field is that has a length and is counted from the front, and the shortest frame that has it; how many
 /// values it has; and whether it is a number as it stands there.
 #[derive(Clone, Default, Debug)]
-pub(crate) struct Known {
+pub(crate) struct Prepared {
     place: Option<(Range<usize>, usize)>,
     values: usize,
     is_plain: bool,
@@ -50,7 +50,7 @@ pub(crate) struct Known {
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub enum Type {
     /// A number of whole bytes.
-    Number(Number),
+    Number(NumberType),
     /// This many bits; the first is this one, counted from the lowest of the first byte.
     Bits {
         /// The first.
@@ -67,7 +67,7 @@ pub enum Type {
 
 /// A number of whole bytes, `u16le` for example.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Number {
+pub struct NumberType {
     /// What its bits mean.
     pub class: Class,
     /// How many bytes it has: 1, 2, 3, 4 or 8.
@@ -87,7 +87,7 @@ pub enum Class {
     Float,
 }
 
-impl TryFrom<String> for Number {
+impl TryFrom<String> for NumberType {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
@@ -125,7 +125,7 @@ impl TryFrom<String> for Number {
     }
 }
 
-impl fmt::Display for Number {
+impl fmt::Display for NumberType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let class = match self.class {
             Class::Unsigned => 'u',
@@ -141,7 +141,7 @@ impl fmt::Display for Number {
     }
 }
 
-impl Number {
+impl NumberType {
     /// All its bits.
     pub(crate) fn all(self) -> u64 {
         ones(8 * self.bytes)
@@ -218,11 +218,11 @@ impl Field {
         }
     }
 
-    /// What is known of it, now that nothing changes any more.
-    pub(crate) fn learn(&mut self) {
+    /// Prepares the answers that each frame asks for. Call it when nothing else changes any more.
+    pub(crate) fn prepare(&mut self) {
         let from = usize::try_from(self.at).ok();
         let to = from.and_then(|from| Some(from + self.length()?));
-        self.known = Known {
+        self.prepared = Prepared {
             place: from.zip(to).map(|(from, to)| (from..to, to + self.margin)),
             values: self.values(),
             is_plain: self.mask.is_none()
@@ -234,7 +234,7 @@ impl Field {
     /// Its bytes; none if the frame is too short to have it.
     #[inline]
     pub(crate) fn bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
-        match &self.known.place {
+        match &self.prepared.place {
             Some((place, shortest)) if *shortest <= frame.len() => frame.get(place.clone()),
             Some(_) => None,
             None => self.other_bytes(frame),
@@ -250,13 +250,13 @@ impl Field {
     /// Its values, of its bytes.
     #[inline]
     pub(crate) fn read<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
-        (0..self.known.values).map(|number| self.value(bytes, number))
+        (0..self.prepared.values).map(|number| self.value(bytes, number))
     }
 
     /// One of its values, of its bytes.
     #[inline]
     pub(crate) fn value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        if let ([byte], true) = (bytes, self.known.is_plain) {
+        if let ([byte], true) = (bytes, self.prepared.is_plain) {
             return Value::Unsigned((*byte).into());
         }
         self.any_value(bytes, number)

@@ -167,7 +167,7 @@ impl Field {
     }
 }
 
-fn order(number: crate::Number) -> &'static str {
+fn order(number: crate::NumberType) -> &'static str {
     match number.order {
         ByteOrder::Big if number.bytes > 1 => "be",
         _ => "le",

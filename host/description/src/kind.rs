@@ -6,6 +6,9 @@ use framelock_formats::layout::Appendix;
 use crate::field::Field;
 use crate::value::Value;
 
+/// Bytes in the longest frame that may be described: what a length of 16 bits can tell, and 256 more.
+pub const LONGEST: usize = 0x1_00FF;
+
 /// One kind of frames: what they look like, and what stands in them.
 #[derive(Clone, Debug)]
 pub struct Kind {

@@ -34,19 +34,17 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod build;
 mod checksum;
 mod encode;
-mod entry;
+mod entries;
 mod field;
 pub mod generate;
 pub mod hex;
 mod kind;
-mod places;
 mod positions;
 pub mod text;
+mod validate;
 mod value;
-mod written;
 
 use std::fs::File;
 use std::io::Read;
@@ -55,13 +53,12 @@ use std::path::Path;
 use framelock::Format as _;
 use framelock_formats::{AnyOf, Layout};
 
-pub use build::LONGEST;
-pub use field::{Class, Field, Number, Type};
-pub use kind::{Content, Kind};
+pub use field::{Class, Field, NumberType, Type};
+pub use kind::{Content, Kind, LONGEST};
 pub use positions::Part;
 pub use value::{Scale, Value};
 
-use written::{Problem, Written, missing, wrong};
+use entries::{FrameEntry, Problem, missing, wrong};
 
 /// Bytes in the longest text that is read as a description.
 const LONGEST_TEXT: usize = 1 << 20;
@@ -102,7 +99,7 @@ impl Description {
     /// # Errors
     /// What is wrong, with its line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
-        let read = toml::from_str::<Written>(text)
+        let read = toml::from_str::<FrameEntry>(text)
             .map_err(|error| Problem(error.span().unwrap_or_default(), error.message().to_owned()));
         read.and_then(|written| described(name, &written))
             .map_err(|Problem(place, what)| {
@@ -158,7 +155,7 @@ pub fn read(path: &Path) -> Result<String, String> {
         .map_err(|_| format!("{name} is not text: a description is a TOML file"))
 }
 
-fn described(name: &str, written: &Written) -> Result<Description, Problem> {
+fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     let count = written.kinds.len() + written.any_of.len();
     if count > MOST_KINDS {
         return missing(&format!(
@@ -187,7 +184,7 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
         if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
             return wrong(name, "a kind has no kinds");
         }
-        kinds.push(build::kind(
+        kinds.push(validate::kind(
             name.get_ref(),
             &whole.clone().within(written),
             true,
@@ -205,7 +202,7 @@ fn described(name: &str, written: &Written) -> Result<Description, Problem> {
         );
     }
     if kinds.is_empty() {
-        kinds.push(build::kind(name, written, false)?);
+        kinds.push(validate::kind(name, written, false)?);
     }
     let columns = columns(&kinds).map_err(|what| {
         let place = written.fields.first().map(toml::Spanned::span);

@@ -1,22 +1,26 @@
-//! From what is written to a layout and its fields, with all that contradicts itself.
+//! Checks that the entries of a description agree with each other, and makes a [`Kind`] of them.
+
+mod fields;
 
 use framelock_formats::layout::{Checksum, FixedBits, Layout, Length, Message, Messages, Patterns};
+use framelock_formats::{ARDUPILOTMEGA, COMMON};
 use toml::Spanned;
 
 use crate::checksum::{bytes_of, tabled};
-use crate::entry::{appended, field};
-use crate::field::{Class, Field, Type};
-use crate::kind::Kind;
-use crate::places::check_places;
-use crate::written::{
-    Alternatives, ChecksumEntry, Problem, Values, Written, missing, sorted, wrong,
+use crate::entries::{
+    Alternatives, ChecksumEntry, Dialect, FrameEntry, KnownMessages, Problem, Row, Values, missing,
+    wrong,
 };
+use crate::field::{Class, Type};
+use crate::kind::{Kind, LONGEST};
+use fields::{appended, check_positions, field, fixed_bits, take_what_is_left};
 
-/// Bytes in the longest frame that may be described: what a length of 16 bits can tell, and 256 more.
-pub const LONGEST: usize = 0x1_00FF;
-
-/// The kind that is written. Among several the header must tell which it is.
-pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Result<Kind, Problem> {
+/// The kind of frames that an entry describes. If it is one of many, its header must tell which it is.
+pub(crate) fn kind(
+    name: &str,
+    written: &FrameEntry,
+    is_one_of_many: bool,
+) -> Result<Kind, Problem> {
     let none = Alternatives::default();
     let sync = written.sync.as_ref().unwrap_or(&none);
     let terminator = written.terminator.as_ref().map_or(&none, Spanned::get_ref);
@@ -91,44 +95,20 @@ pub(crate) fn kind(name: &str, written: &Written, is_one_of_many: bool) -> Resul
     let alone = most
         .and_then(|most| usize::try_from(most).ok())
         .map_or(longest, |most| longest.min(most));
+    kind.layout.checksum = written.checksum.as_ref().map(checksum).transpose()?;
     for length in [shortest, alone] {
-        check_places(written, &kind, length, alone)?;
+        check_positions(written, &kind, length, alone)?;
     }
-    let checksum = written.checksum.as_ref().map(checksum).transpose()?;
     let fixed = fixed_bits(&kind.fields);
     if is_one_of_many && messages.is_none() {
         kind.layout.messages = telling(&fixed, kind.header);
     }
     kind.layout.fixed = fixed.leak();
-    kind.layout.checksum = checksum.map(|checksum| Checksum {
-        algorithm: tabled(checksum.algorithm),
-        ..checksum
-    });
-    Ok(kind)
-}
-
-/// With so many bytes at the end counted from there: what takes all that is left ends in front of them.
-fn take_what_is_left(
-    fields: &mut [Field],
-    written: &Written,
-    trailer: usize,
-) -> Result<(), Problem> {
-    for (field, entry) in fields.iter_mut().zip(&written.fields) {
-        // What takes the rest of a frame of one length has one length as well.
-        if let (Some(length), None) = (&written.length, field.length()) {
-            let distance = usize::from(field.at.unsigned_abs());
-            field.count = length.get_ref().checked_sub(distance + trailer);
-            if field.count.is_none_or(|left| left == 0) {
-                return wrong(entry, "nothing of the frame is left for this field");
-            }
-        }
-        let is_placed = field.at < 0 || field.constant.is_some();
-        if !is_placed && written.length.is_none() {
-            field.margin = trailer;
-        }
+    // Only a description without mistakes gets a table.
+    if let Some(checksum) = &mut kind.layout.checksum {
+        checksum.algorithm = tabled(checksum.algorithm);
     }
-    fields.iter_mut().for_each(Field::learn);
-    Ok(())
+    Ok(kind)
 }
 
 fn leaked(alternatives: &Alternatives) -> Patterns<'static> {
@@ -138,7 +118,7 @@ fn leaked(alternatives: &Alternatives) -> Patterns<'static> {
     }
 }
 
-fn length(written: &Written) -> Result<Length, Problem> {
+fn length(written: &FrameEntry) -> Result<Length, Problem> {
     match (&written.length, &written.length_field, &written.terminator) {
         (Some(length), Some(_), _) => wrong(
             length,
@@ -162,7 +142,7 @@ fn length(written: &Written) -> Result<Length, Problem> {
 }
 
 /// Bytes in the shortest frame and in the longest; `least` are the parts that each has.
-fn bounds(written: &Written, length: &Length, least: usize) -> Result<(usize, usize), Problem> {
+fn bounds(written: &FrameEntry, length: &Length, least: usize) -> Result<(usize, usize), Problem> {
     let has_bounds = written.shortest.is_some() || written.longest.is_some();
     let (place, shortest, longest) = match (&written.length, &written.longest) {
         (Some(place), _) if has_bounds => {
@@ -200,10 +180,10 @@ fn bounds(written: &Written, length: &Length, least: usize) -> Result<(usize, us
 }
 
 /// The messages that there are: those that are listed, or the values that a field may have.
-fn messages(written: &Written) -> Result<Option<Messages<'static>>, Problem> {
+fn messages(written: &FrameEntry) -> Result<Option<Messages<'static>>, Problem> {
     let mut messages = None;
     if let Some(entry) = &written.messages {
-        let known = entry.get_ref().known();
+        let known = known(&entry.get_ref().known);
         let number = entry.get_ref().number();
         let known = known.map_err(|why| Problem(entry.span(), why.into()))?;
         messages = Some(Messages { number, known });
@@ -257,7 +237,42 @@ fn messages(written: &Written) -> Result<Option<Messages<'static>>, Problem> {
     Ok(messages)
 }
 
-pub(crate) fn checksum(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, Problem> {
+/// The messages that a description knows, by ascending numbers.
+fn known(messages: &KnownMessages) -> Result<&'static [Message], &'static str> {
+    match messages {
+        KnownMessages::Dialect(Dialect::Common) => Ok(COMMON),
+        KnownMessages::Dialect(Dialect::Ardupilotmega) => Ok(ARDUPILOTMEGA),
+        KnownMessages::Rows(rows) => sorted(rows.iter().map(|row| match *row {
+            Row::Number([number]) => (number, None, u16::MAX),
+            Row::Extra(number, extra) => (number, Some(extra), u16::MAX),
+            Row::Most(number, extra, most) => (number, Some(extra), most),
+        })),
+    }
+}
+
+/// Messages by ascending numbers.
+fn sorted(
+    rows: impl Iterator<Item = (u32, Option<u8>, u16)>,
+) -> Result<&'static [Message], &'static str> {
+    let mut messages: Vec<Message> = rows
+        .map(|(number, extra, most)| Message {
+            number,
+            most,
+            extra: extra.unwrap_or_default(),
+            has_extra: extra.is_some(),
+        })
+        .collect();
+    messages.sort_by_key(|message| message.number);
+    if messages
+        .windows(2)
+        .any(|pair| matches!(pair, [a, b] if a.number == b.number))
+    {
+        return Err("a number stands there twice");
+    }
+    Ok(messages.leak())
+}
+
+fn checksum(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, Problem> {
     let check = entry.get_ref();
     let algorithm = check
         .algorithm()
@@ -288,27 +303,4 @@ fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let known = sorted(bytes.map(|byte| (byte.into(), None, u16::MAX))).ok()?;
     let number = framelock_formats::layout::Number::byte(usize::try_from(at).ok()?);
     Some(Messages { number, known })
-}
-
-/// The bits of all that is always the same.
-fn fixed_bits(fields: &[Field]) -> Vec<FixedBits> {
-    let mut fixed: Vec<FixedBits> = Vec::new();
-    for field in fields {
-        let Some(constant) = field.constant else {
-            continue;
-        };
-        let mut bytes = std::collections::BTreeMap::<usize, (u8, u8)>::new();
-        field.each_bit(0, |place, _, of_value| {
-            let (mask, value) = bytes.entry(place / 8).or_default();
-            *mask |= 1 << (place % 8);
-            *value |= u8::from(constant >> of_value & 1 == 1) << (place % 8);
-        });
-        for (byte, (mask, value)) in bytes {
-            let at = field
-                .at
-                .saturating_add_unsigned(u16::try_from(byte).unwrap_or(u16::MAX));
-            fixed.push(FixedBits { at, mask, value });
-        }
-    }
-    fixed
 }

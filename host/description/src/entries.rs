@@ -1,35 +1,35 @@
-//! Descriptions as they are written: what TOML gives, and where in the text a mistake is.
+//! The entries of a description as serde reads them from TOML. Each is checked by itself here; `validate` checks that
+//! they agree with each other.
 
 use std::collections::HashSet;
 use std::ops::Range;
 
-use framelock_formats::layout::{self, Algorithm, Appendix, Crc, LengthField, Message};
-use framelock_formats::{ARDUPILOTMEGA, COMMON};
+use framelock_formats::layout::{self, Algorithm, Appendix, Crc, LengthField};
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::checksum::Named;
-use crate::field::{Class, Number, Type};
+use crate::field::{Class, NumberType, Type};
 use crate::hex;
 use crate::value::Scale;
 
-/// What is wrong, and where in the text.
+/// A mistake: its place in the text, in bytes, and what is wrong there.
 pub(crate) struct Problem(pub(crate) Range<usize>, pub(crate) String);
 
-/// That something at a place of the text is wrong.
+/// Returns the problem that the text at this place is wrong.
 pub(crate) fn wrong<T, V>(place: &Spanned<V>, what: impl Into<String>) -> Result<T, Problem> {
     Err(Problem(place.span(), what.into()))
 }
 
-/// That something is missing.
+/// Returns the problem that something is missing, at the beginning of the text.
 pub(crate) fn missing<T>(what: &str) -> Result<T, Problem> {
     Err(Problem(0..0, what.into()))
 }
 
-/// A description, or one of several kinds of frames in it.
+/// A whole description, or one of its `[[kinds]]`.
 #[derive(Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Written {
+pub(crate) struct FrameEntry {
     /// Of a kind.
     pub(crate) name: Option<Spanned<String>>,
     pub(crate) sync: Option<Alternatives>,
@@ -45,13 +45,13 @@ pub(crate) struct Written {
     #[serde(default)]
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
     #[serde(default)]
-    pub(crate) kinds: Vec<Spanned<Written>>,
+    pub(crate) kinds: Vec<Spanned<FrameEntry>>,
     /// Shipped descriptions, by name.
     #[serde(default)]
     pub(crate) any_of: Vec<Spanned<String>>,
 }
 
-impl Written {
+impl FrameEntry {
     /// A kind with what it does not say itself from the description that it is in; the fields of both.
     pub(crate) fn within(mut self, whole: &Self) -> Self {
         let has_length = self.length.is_some() || self.length_field.is_some();
@@ -138,13 +138,13 @@ impl TryFrom<i16> for Front {
 /// A number without sign of up to four bytes.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "String")]
-pub(crate) struct Unsigned(pub(crate) Number);
+pub(crate) struct Unsigned(pub(crate) NumberType);
 
 impl TryFrom<String> for Unsigned {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
-        let number = Number::try_from(name)?;
+        let number = NumberType::try_from(name)?;
         if number.class == Class::Unsigned && number.bytes <= 4 {
             return Ok(Self(number));
         }
@@ -155,7 +155,7 @@ impl TryFrom<String> for Unsigned {
 impl Unsigned {
     /// As the layout has it.
     pub(crate) fn at(self, at: usize) -> layout::Number {
-        let Number { bytes, order, .. } = self.0;
+        let NumberType { bytes, order, .. } = self.0;
         layout::Number { at, bytes, order }
     }
 }
@@ -277,16 +277,6 @@ impl TryFrom<String> for Stored {
     }
 }
 
-impl Stored {
-    /// Bytes of the frame that it takes.
-    pub(crate) fn length(self) -> usize {
-        match self.written {
-            layout::Written::Hex => 2 * self.bytes,
-            _ => self.bytes,
-        }
-    }
-}
-
 /// Which messages there are.
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -294,7 +284,7 @@ pub(crate) struct MessagesEntry {
     at: Front,
     #[serde(rename = "type")]
     number: Unsigned,
-    known: Known,
+    pub(crate) known: KnownMessages,
 }
 
 #[derive(Clone, Deserialize)]
@@ -303,21 +293,21 @@ pub(crate) struct MessagesEntry {
     expecting = "known messages are \"common\", \"ardupilotmega\", or rows of one to three numbers: [[number, extra byte, \
                  longest length field]]"
 )]
-enum Known {
+pub(crate) enum KnownMessages {
     Dialect(Dialect),
     Rows(Vec<Row>),
 }
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Dialect {
+pub(crate) enum Dialect {
     Common,
     Ardupilotmega,
 }
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(untagged)]
-enum Row {
+pub(crate) enum Row {
     Number([u32; 1]),
     Extra(u32, u8),
     Most(u32, u8, u16),
@@ -327,41 +317,6 @@ impl MessagesEntry {
     pub(crate) fn number(&self) -> layout::Number {
         self.number.at(self.at.0)
     }
-
-    /// By rising numbers.
-    pub(crate) fn known(&self) -> Result<&'static [Message], &'static str> {
-        match &self.known {
-            Known::Dialect(Dialect::Common) => Ok(COMMON),
-            Known::Dialect(Dialect::Ardupilotmega) => Ok(ARDUPILOTMEGA),
-            Known::Rows(rows) => sorted(rows.iter().map(|row| match *row {
-                Row::Number([number]) => (number, None, u16::MAX),
-                Row::Extra(number, extra) => (number, Some(extra), u16::MAX),
-                Row::Most(number, extra, most) => (number, Some(extra), most),
-            })),
-        }
-    }
-}
-
-/// Messages by rising numbers.
-pub(crate) fn sorted(
-    rows: impl Iterator<Item = (u32, Option<u8>, u16)>,
-) -> Result<&'static [Message], &'static str> {
-    let mut messages: Vec<Message> = rows
-        .map(|(number, extra, most)| Message {
-            number,
-            most,
-            extra: extra.unwrap_or_default(),
-            has_extra: extra.is_some(),
-        })
-        .collect();
-    messages.sort_by_key(|message| message.number);
-    if messages
-        .windows(2)
-        .any(|pair| matches!(pair, [a, b] if a.number == b.number))
-    {
-        return Err("a number stands there twice");
-    }
-    Ok(messages.leak())
 }
 
 /// What is behind some frames.

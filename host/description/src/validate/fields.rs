@@ -1,0 +1,261 @@
+//! Checks the fields of a description, and that nothing in a frame is in the place of anything else.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use framelock_formats::layout::{FixedBits, index};
+
+use toml::Spanned;
+
+use crate::entries::{AppendixEntry, FieldEntry, FrameEntry, Problem, Values, wrong};
+use crate::field::{Class, Field, Type};
+use crate::kind::{Kind, LONGEST};
+use crate::positions::checksum_position;
+
+/// Names that rows have besides the fields.
+const TAKEN: [&str; 3] = ["offset", "length", "time"];
+
+/// A name that a column may have.
+fn column_name(name: &Spanned<String>) -> Result<String, Problem> {
+    let text = name.get_ref();
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    if !text.starts_with(|c: char| c.is_ascii_lowercase()) || !text.chars().all(plain) {
+        return wrong(
+            name,
+            "a name has small letters, digits and _, and begins with a letter",
+        );
+    }
+    if TAKEN.contains(&text.as_str()) {
+        let what = format!(
+            "{} are other columns' names: take another",
+            TAKEN.join(", ")
+        );
+        return wrong(name, what);
+    }
+    Ok(text.clone())
+}
+
+/// The field of an appendix of so many bytes.
+pub(super) fn appended(entry: &AppendixEntry, bytes: usize) -> Result<Field, Problem> {
+    Ok(Field {
+        name: column_name(&entry.name)?,
+        count: Some(bytes),
+        is_appended: true,
+        ..Field::default()
+    })
+}
+
+/// A field.
+pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
+    let entry = spanned.get_ref();
+    let name = column_name(&entry.name)?;
+    let kind = match (entry.kind, entry.bits) {
+        (Some(kind), None) => kind.0,
+        (None, Some(width @ 1..=64)) => Type::Bits {
+            first: entry.bit.into(),
+            width,
+        },
+        _ => {
+            return wrong(
+                spanned,
+                "a field has a type, or else bits, which are 1 to 64",
+            );
+        }
+    };
+    if entry
+        .count
+        .is_some_and(|count| !(1..=LONGEST).contains(&count))
+    {
+        return wrong(spanned, format!("a count is from 1 to {LONGEST}"));
+    }
+    let number = match kind {
+        Type::Number(number) if number.class != Class::Float => Some(number),
+        _ => None,
+    };
+    if let Some(mask) = &entry.mask
+        && number.is_none_or(|number| *mask.get_ref() == 0 || *mask.get_ref() > number.all())
+    {
+        return wrong(
+            mask,
+            "a mask is for whole numbers, and has bits that they have",
+        );
+    }
+    let is_short = match kind {
+        Type::Bits { width, .. } => width <= 32,
+        _ => number.is_some_and(|number| number.bytes <= 4),
+    };
+    if let Some(scale) = entry.scale.as_ref().filter(|_| !is_short) {
+        return wrong(scale, "a scale is for whole numbers of up to 32 bits");
+    }
+    if let Some(unit) = &entry.unit
+        && unit
+            .get_ref()
+            .chars()
+            .any(|c| c.is_control() || c.is_whitespace())
+    {
+        return wrong(unit, "a unit is a word, such as deg or m/s");
+    }
+    let mut field = Field {
+        name,
+        at: *entry.at.get_ref(),
+        kind,
+        count: entry.count,
+        mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
+        scale: entry.scale.as_ref().map(|scale| scale.get_ref().0.clone()),
+        unit: entry.unit.as_ref().map(|unit| unit.get_ref().clone()),
+        ..Field::default()
+    };
+    if let Some(value) = &entry.value
+        && let Values::One(number) = *value.get_ref()
+    {
+        match field.to_bits(&number.into()) {
+            Ok(bits) if !field.is_array() && !field.is_text() => field.constant = Some(bits),
+            _ => {
+                return wrong(
+                    value,
+                    "this value does not fit the field, or the field is an array",
+                );
+            }
+        }
+    }
+    if field.at < 0 && field.length().is_none() {
+        let what = "what takes all that is left is counted from the front; or give a count";
+        return wrong(&entry.at, what);
+    }
+    Ok(field)
+}
+
+/// Ends the fields that take the rest before the last `trailer` bytes, which other parts are counted in.
+pub(super) fn take_what_is_left(
+    fields: &mut [Field],
+    written: &FrameEntry,
+    trailer: usize,
+) -> Result<(), Problem> {
+    for (field, entry) in fields.iter_mut().zip(&written.fields) {
+        // What takes the rest of a frame of one length has one length as well.
+        if let (Some(length), None) = (&written.length, field.length()) {
+            let distance = usize::from(field.at.unsigned_abs());
+            field.count = length.get_ref().checked_sub(distance + trailer);
+            if field.count.is_none_or(|left| left == 0) {
+                return wrong(entry, "nothing of the frame is left for this field");
+            }
+        }
+        let is_placed = field.at < 0 || field.constant.is_some();
+        if !is_placed && written.length.is_none() {
+            field.margin = trailer;
+        }
+    }
+    fields.iter_mut().for_each(Field::prepare);
+    Ok(())
+}
+
+/// The bits of fields that have the same value in every frame.
+pub(super) fn fixed_bits(fields: &[Field]) -> Vec<FixedBits> {
+    let mut fixed: Vec<FixedBits> = Vec::new();
+    for field in fields {
+        let Some(constant) = field.constant else {
+            continue;
+        };
+        let mut bytes = BTreeMap::<usize, (u8, u8)>::new();
+        field.each_bit(0, |place, _, of_value| {
+            let (mask, value) = bytes.entry(place / 8).or_default();
+            *mask |= 1 << (place % 8);
+            *value |= u8::from(constant >> of_value & 1 == 1) << (place % 8);
+        });
+        for (byte, (mask, value)) in bytes {
+            let at = field
+                .at
+                .saturating_add_unsigned(u16::try_from(byte).unwrap_or(u16::MAX));
+            fixed.push(FixedBits { at, mask, value });
+        }
+    }
+    fixed
+}
+
+/// A part of a frame: its place in the text, its name, and its bits in the frame, by their indexes.
+struct Claim<'a> {
+    span: Range<usize>,
+    name: &'a str,
+    bits: Vec<usize>,
+}
+
+/// Checks that every part fits into a frame of `length` bytes and that no two overlap. `longest` is the length of the
+/// longest frame, which has every field.
+pub(super) fn check_positions(
+    written: &FrameEntry,
+    kind: &Kind,
+    length: usize,
+    longest: usize,
+) -> Result<(), Problem> {
+    let whole = |bytes: Range<usize>| (8 * bytes.start..8 * bytes.end).collect();
+    let mut claims = Vec::new();
+    // Several alternatives may be told apart by a field in their place.
+    let terminator = written
+        .terminator
+        .as_ref()
+        .filter(|it| it.get_ref().is_one());
+    if let Some(terminator) = terminator {
+        claims.push(Claim {
+            span: terminator.span(),
+            name: "the terminator",
+            bits: whole(length.saturating_sub(terminator.get_ref().length)..length),
+        });
+    }
+    if let (Some(entry), Some(checksum)) = (&written.checksum, &kind.layout.checksum) {
+        let bytes = checksum_position(checksum, length).unwrap_or(length..length + 1);
+        let place = |at| index(at, length).unwrap_or(length);
+        let (from, to) = (place(checksum.from), place(checksum.to));
+        if from > to + 1 || to >= length || (from < bytes.end && bytes.start <= to) {
+            let what = format!(
+                "in a frame of {length} bytes the checksum is at {} and covers {from} to {to}: \
+                 give from and to, the first and the last byte; it does not cover itself",
+                bytes.start
+            );
+            return wrong(entry, what);
+        }
+        claims.push(Claim {
+            span: entry.span(),
+            name: "the checksum",
+            bits: whole(bytes),
+        });
+    }
+    for (field, entry) in kind.fields.iter().zip(&written.fields) {
+        let entry = entry.get_ref();
+        if length < longest && kind.shortest_with(field).is_some() {
+            match &entry.value {
+                Some(value) => {
+                    return wrong(value, "a frame may be too short for this: give shortest");
+                }
+                None => continue,
+            }
+        }
+        let mut bits = Vec::new();
+        match (field.position(length), field.length()) {
+            (Some(bytes), _) => field.each_bit(bytes.len(), |bit, _, _| {
+                bits.push(8 * bytes.start + bit);
+            }),
+            // Past the end.
+            (None, Some(_)) => bits.push(8 * length),
+            (None, None) => {}
+        }
+        claims.push(Claim {
+            span: entry.at.span(),
+            name: &field.name,
+            bits,
+        });
+    }
+    let mut owners: Vec<Option<&str>> = vec![None; 8 * length];
+    for Claim { span, name, bits } in &claims {
+        for bit in bits {
+            let Some(owner) = owners.get_mut(*bit) else {
+                let what = format!("{name} is not in a frame of {length} bytes");
+                return Err(Problem(span.clone(), what));
+            };
+            if let Some(other) = owner.replace(name) {
+                let what = format!("{name} is in the place of {other}");
+                return Err(Problem(span.clone(), what));
+            }
+        }
+    }
+    Ok(())
+}
