@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use crate::time::CYCLES_PER_SECOND;
+use crate::CYCLES_PER_SECOND;
 
 /// The bit that makes the number of ones even or odd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

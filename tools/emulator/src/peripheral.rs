@@ -1,25 +1,32 @@
-//! What all peripherals have in common: tasks, events, shorts, interrupts.
+//! What all peripherals have in common: registers, tasks, events, shorts, interrupts.
 //!
 //! nRF52840 Product Specification, section "Peripheral interface": tasks lie at 0x000, events at
 //! 0x100, SHORTS at 0x200, INTEN, INTENSET and INTENCLR at 0x300; bit n of INTEN is the event at
 //! 0x100 + 4 n.
 
+use crate::assumptions::Assumptions;
+use crate::clock::HFXO_STARTUP;
 use crate::error::Refusal;
+use crate::gpio::Pins;
+use crate::line::Line;
 use crate::memory::Memory;
+use crate::pwm::Period;
 
-/// One peripheral's own behaviour. What is common to all is done by [`Common`] and the chip.
+/// One peripheral's own behaviour. [`Common`] and the chip do the rest.
 pub(crate) trait Peripheral {
     /// Its name, events and shorts, as they are after a reset.
     fn common(&self) -> Common;
 
-    /// A register of its own at `now`; `None` if it is not modelled.
-    fn read(&self, offset: u32, now: u64) -> Option<u32>;
+    /// Reads a register; `None` if it is not modelled.
+    fn read(&mut self, offset: u32, context: &Context) -> Option<u32>;
 
-    /// A register of its own; `None` if it, or that value of it, is not modelled.
+    /// Writes a register; `None` if the register or this value of it is not modelled.
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()>;
 
-    /// A task; `None` if it is not modelled.
-    fn task(&mut self, offset: u32, context: &mut Context) -> Option<()>;
+    /// Triggers a task; `None` if it is not modelled.
+    fn task(&mut self, _offset: u32, _context: &mut Context) -> Option<()> {
+        None
+    }
 
     /// The tasks that these shorts trigger at this event.
     fn shorted(&self, _event: u32, _shorts: u32) -> [Option<u32>; 2] {
@@ -27,7 +34,7 @@ pub(crate) trait Peripheral {
     }
 
     /// When it does something next by itself, in cycles.
-    fn next(&self) -> Option<u64> {
+    fn next(&self, _line: &Line) -> Option<u64> {
         None
     }
 
@@ -35,26 +42,45 @@ pub(crate) trait Peripheral {
     fn advance(&mut self, _context: &mut Context) {}
 }
 
-/// What a peripheral sees of the chip while it acts.
-pub(crate) struct Context<'a> {
+/// What a peripheral sees of the chip while it acts, and what surrounds the chip. No reset changes it.
+#[derive(Debug)]
+pub(crate) struct Context {
     /// Cycles of 64 MHz since power-on.
     pub(crate) now: u64,
-    pub(crate) memory: &'a Memory,
-    /// Offsets of the events that it raised.
+    pub(crate) memory: Memory,
+    pub(crate) assumptions: Assumptions,
+    pub(crate) line: Line,
+    /// The pin to which the line is wired, as PSEL has it.
+    pub(crate) line_pin: u32,
+    /// The pin of UARTE1 that is wired to the line too, as PSEL has it.
+    pub(crate) loopback_pin: Option<u32>,
+    /// Cycles that the crystal takes to start; `None` if it never does.
+    pub(crate) crystal_startup: Option<u64>,
+    /// All periods of the PWM so far.
+    pub(crate) pwm_periods: Vec<Period>,
+    /// The outputs as they are, and every change of them, with its instant.
+    pub(crate) pins: Pins,
+    pub(crate) pin_changes: Vec<(u64, Pins)>,
+    /// Offsets of the events that the acting peripheral has raised.
     pub(crate) raised: Vec<u32>,
-    /// When its output is low, and for how many cycles each time.
-    pub(crate) low: Vec<(u64, u64)>,
-    /// What it was made to do wrong, if anything.
+    /// The first thing that went wrong.
     pub(crate) refusal: Option<Refusal>,
 }
 
-impl<'a> Context<'a> {
-    pub(crate) fn new(now: u64, memory: &'a Memory) -> Self {
+impl Context {
+    pub(crate) fn new(memory: Memory, line_pin: u32) -> Self {
         Self {
-            now,
+            now: 0,
             memory,
+            assumptions: Assumptions::default(),
+            line: Line::new(),
+            line_pin,
+            loopback_pin: None,
+            crystal_startup: Some(HFXO_STARTUP),
+            pwm_periods: Vec::new(),
+            pins: Pins::default(),
+            pin_changes: Vec::new(),
             raised: Vec::new(),
-            low: Vec::new(),
             refusal: None,
         }
     }
@@ -64,14 +90,86 @@ impl<'a> Context<'a> {
     }
 
     /// Keeps the first refusal; what is wrong after it is its consequence.
+    pub(crate) fn refuse(&mut self, refusal: Refusal) {
+        self.refusal.get_or_insert(refusal);
+    }
+
+    /// Keeps the refusal, if it is one.
     pub(crate) fn check<T>(&mut self, outcome: Result<T, Refusal>) -> Option<T> {
-        match outcome {
-            Ok(value) => Some(value),
-            Err(refusal) => {
-                self.refusal.get_or_insert(refusal);
+        outcome.map_err(|refusal| self.refuse(refusal)).ok()
+    }
+}
+
+/// Registers that read as they were written: see [`registers!`].
+pub(crate) trait RegisterFile {
+    /// Reads a register, or writes it if there is a new value. Returns the value that it has then; `None`
+    /// if the register or its new value is not modelled.
+    fn access(&mut self, offset: u32, new: Option<u32>) -> Option<u32>;
+
+    fn read(&mut self, offset: u32) -> Option<u32> {
+        self.access(offset, None)
+    }
+
+    fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+        self.access(offset, Some(value)).map(|_| ())
+    }
+}
+
+/// Declares the struct `Registers` of a peripheral's registers that read as they were written. Each line has
+/// the offset, the field, its value after a reset, and the values that are modelled. A field of several
+/// words is a register every four bytes.
+macro_rules! registers {
+    ($($(#[$doc:meta])* $offset:literal $field:ident: $type:ty = $reset:expr, $values:expr;)+) => {
+        #[derive(Clone, Debug)]
+        struct Registers {
+            $($(#[$doc])* $field: $type,)+
+        }
+
+        impl Default for Registers {
+            fn default() -> Self {
+                Self { $($field: $reset,)+ }
+            }
+        }
+
+        impl $crate::peripheral::RegisterFile for Registers {
+            fn access(&mut self, offset: u32, new: Option<u32>) -> Option<u32> {
+                $(
+                    let words = $crate::peripheral::Words::words(&mut self.$field);
+                    if let Some(word) = words.get_mut(offset.wrapping_sub($offset) as usize / 4) {
+                        if new.is_some_and(|new| !($values).contains(&new)) {
+                            return None;
+                        }
+                        *word = new.unwrap_or(*word);
+                        return Some(*word);
+                    }
+                )+
                 None
             }
         }
+    };
+}
+pub(crate) use registers;
+
+/// One word or several.
+pub(crate) trait Words {
+    fn words(&mut self) -> &mut [u32];
+}
+
+impl Words for u32 {
+    fn words(&mut self) -> &mut [u32] {
+        std::slice::from_mut(self)
+    }
+}
+
+impl<const N: usize> Words for [u32; N] {
+    fn words(&mut self) -> &mut [u32] {
+        self
+    }
+}
+
+impl Words for Vec<u32> {
+    fn words(&mut self) -> &mut [u32] {
+        self
     }
 }
 
@@ -80,6 +178,7 @@ impl<'a> Context<'a> {
 pub(crate) struct Common {
     /// For messages.
     pub(crate) name: &'static str,
+    pub(crate) has_tasks: bool,
     /// Which events there are; bit n is the one at 0x100 + 4 n.
     existing: u32,
     raised: u32,
@@ -94,12 +193,21 @@ impl Common {
     pub(crate) fn new(name: &'static str, events: &[u32], shorts: u32) -> Self {
         Self {
             name,
+            has_tasks: true,
             existing: events.iter().fold(0, |mask, event| mask | bit(*event)),
             raised: 0,
             enabled: 0,
             raised_only_if_enabled: false,
             modelled_shorts: shorts,
             shorts: 0,
+        }
+    }
+
+    /// Neither tasks nor events.
+    pub(crate) fn registers_only(name: &'static str) -> Self {
+        Self {
+            has_tasks: false,
+            ..Self::new(name, &[], 0)
         }
     }
 
@@ -122,9 +230,9 @@ impl Common {
         self.raised & self.enabled != 0
     }
 
-    /// Whether the register is one of those that all peripherals have.
-    pub(crate) fn owns(offset: u32) -> bool {
-        matches!(offset, 0x100..=0x17C | 0x200 | 0x300 | 0x304 | 0x308)
+    /// Whether the register is one of those that all peripherals with events have.
+    pub(crate) fn owns(&self, offset: u32) -> bool {
+        self.existing != 0 && matches!(offset, 0x100..=0x17C | 0x200 | 0x300 | 0x304 | 0x308)
     }
 
     /// Reads a register that it owns; `None` if there is no such event.

@@ -1,11 +1,11 @@
-//! UARTE1's transmitter, for firmware whose TX pin is wired to UARTE0's RX pin. Its receiver, and
-//! hardware flow control, are not modelled.
+//! UARTE1's transmitter, for firmware whose TX pin is wired to UARTE0's RX pin.
 //!
 //! Each byte is fetched by EasyDMA when its start bit begins; TXDRDY comes at the end of its last
 //! stop bit, and ENDTX with the last TXDRDY.
 
-use super::settings::{CONFIG_PARITY, CONFIG_TWO_STOP_BITS, ENABLE, Settings, TXD};
+use super::{CONFIG_PARITY, CONFIG_TWO_STOP_BITS, ENABLE, Settings, TXD, Transfer};
 use crate::error::Refusal;
+use crate::line::Line;
 use crate::peripheral::{Common, Context, Peripheral};
 
 const STARTTX: u32 = 0x008;
@@ -15,30 +15,19 @@ const ENDTX: u32 = 0x120;
 const TXSTARTED: u32 = 0x150;
 const TXSTOPPED: u32 = 0x158;
 
-/// An EasyDMA transfer under way.
-#[derive(Clone, Copy, Debug)]
-struct Transfer {
-    pointer: u32,
-    size: u32,
-    done: u32,
-    /// When the byte is over that is being sent.
-    ends_at: u64,
-    stops: bool,
-}
-
 #[derive(Clone, Debug)]
-pub(crate) struct Transmitter {
-    /// The pin that is wired to the line, as PSEL has it.
-    pub(crate) wired_pin: Option<u32>,
-    transfer: Option<Transfer>,
+pub(crate) struct Transmission {
+    /// The open transfer, and when the byte that is being sent is over.
+    sending: Option<(Transfer, u64)>,
+    stops: bool,
     settings: Settings,
 }
 
-impl Transmitter {
+impl Transmission {
     pub(crate) fn new() -> Self {
         Self {
-            wired_pin: None,
-            transfer: None,
+            sending: None,
+            stops: false,
             settings: Settings::new(CONFIG_PARITY | CONFIG_TWO_STOP_BITS, TXD),
         }
     }
@@ -47,27 +36,19 @@ impl Transmitter {
         if !self.settings.is_enabled() {
             return Ok(());
         }
-        if self.transfer.is_some() {
+        if self.sending.is_some() {
             return Err(Refusal::Transmitter("STARTTX while it sends"));
         }
         if self.settings.size == 0 {
             return Err(Refusal::Transmitter("STARTTX with TXD.MAXCNT 0"));
         }
         context.raise(TXSTARTED);
-        self.send(
-            Transfer {
-                pointer: self.settings.pointer,
-                size: self.settings.size,
-                done: 0,
-                ends_at: 0,
-                stops: false,
-            },
-            context,
-        )
+        self.stops = false;
+        self.send(self.settings.transfer(), context)
     }
 
     /// Puts the transfer's next byte on the line.
-    fn send(&mut self, mut transfer: Transfer, context: &mut Context) -> Result<(), Refusal> {
+    fn send(&mut self, transfer: Transfer, context: &mut Context) -> Result<(), Refusal> {
         let mut byte = [0];
         let address = transfer.pointer + transfer.done;
         context.memory.dma_read(address, &mut byte)?;
@@ -75,31 +56,31 @@ impl Transmitter {
         let (bit, parity) = (self.settings.bit(), u64::from(self.settings.has_parity()));
         // Start bit, byte, parity bit if any; the line is high where it is not made low.
         let character = u32::from(byte) << 1 | (byte.count_ones() & 1) << 9;
-        let [_, txd, ..] = self.settings.pins;
-        if self.wired_pin == Some(txd) {
-            let low = (0..9 + parity).filter(|n| character >> n & 1 == 0);
-            let low = low.map(|n| (context.now + n * bit, bit));
-            context.low.extend(low);
+        let [_, txd, ..] = self.settings.registers.pins;
+        if context.loopback_pin == Some(txd) {
+            for n in (0..9 + parity).filter(|n| character >> n & 1 == 0) {
+                context.line.invert(context.now + n * bit, bit);
+            }
         }
         let stop_bits = 1 + u64::from(self.settings.has_two_stop_bits());
-        transfer.ends_at = context.now + (9 + parity + stop_bits) * bit;
-        self.transfer = Some(transfer);
+        let ends_at = context.now + (9 + parity + stop_bits) * bit;
+        self.sending = Some((transfer, ends_at));
         Ok(())
     }
 }
 
-impl Peripheral for Transmitter {
+impl Peripheral for Transmission {
     fn common(&self) -> Common {
         Common::new("UARTE1", &[TXDRDY, ENDTX, TXSTARTED, TXSTOPPED], 0)
     }
 
-    fn read(&self, offset: u32, _: u64) -> Option<u32> {
+    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
         self.settings.read(offset)
     }
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         match offset {
-            ENABLE if value == 0 && self.transfer.is_some() => {
+            ENABLE if value == 0 && self.sending.is_some() => {
                 context.check::<()>(Err(Refusal::Transmitter("disabled while it sends")));
             }
             _ => return self.settings.write(offset, value),
@@ -113,35 +94,33 @@ impl Peripheral for Transmitter {
                 let started = self.start(context);
                 context.check(started);
             }
-            STOPTX => match &mut self.transfer {
-                Some(transfer) => transfer.stops = true,
-                None => context.raise(TXSTOPPED),
-            },
+            STOPTX if self.sending.is_some() => self.stops = true,
+            STOPTX => context.raise(TXSTOPPED),
             _ => return None,
         }
         Some(())
     }
 
-    fn next(&self) -> Option<u64> {
-        self.transfer.map(|transfer| transfer.ends_at)
+    fn next(&self, _: &Line) -> Option<u64> {
+        self.sending.map(|(_, ends_at)| ends_at)
     }
 
     /// A byte is over. "If the ENDTX event has not already been generated when the UARTE transmitter
     /// has come to a stop, the UARTE will generate the ENDTX event explicitly."
     fn advance(&mut self, context: &mut Context) {
-        let Some(mut transfer) = self.transfer.take() else {
+        let Some((mut transfer, _)) = self.sending.take() else {
             return;
         };
         transfer.done += 1;
         context.raise(TXDRDY);
-        if transfer.done < transfer.size && !transfer.stops {
+        if transfer.done < transfer.size && !self.stops {
             let sent = self.send(transfer, context);
             context.check(sent);
             return;
         }
         self.settings.amount = transfer.done;
         context.raise(ENDTX);
-        if transfer.stops {
+        if self.stops {
             context.raise(TXSTOPPED);
         }
     }

@@ -1,4 +1,4 @@
-//! The UARTE's view of the line, bit by bit.
+//! Makes bytes and errors of the line's level, bit by bit.
 //!
 //! The product specification (section "UARTE", "Reception" and "Error conditions") says what the
 //! errors are, not how the line is sampled. The model does what is usual: the start bit's edge is
@@ -7,9 +7,9 @@
 
 use crate::line::Line;
 
-/// What the receiver makes of the line.
+/// What was heard on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Heard {
+pub(super) enum Heard {
     /// A byte; the stop bit was high.
     Byte { byte: u8, parity_error: bool },
     /// No stop bit.
@@ -18,43 +18,29 @@ pub(crate) enum Heard {
     Break,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 enum State {
+    #[default]
     Off,
     /// Looks for a low level, from that instant on.
-    Hunting {
-        since: u64,
-    },
+    Hunting { since: u64 },
     /// A character whose start bit was seen then.
-    Character {
-        start: u64,
-    },
+    Character { start: u64 },
     /// No stop bit was found: waits for the line to be high.
-    Low {
-        break_at: Option<u64>,
-        since: u64,
-    },
+    Low { break_at: Option<u64>, since: u64 },
 }
 
-#[derive(Clone, Debug)]
-pub(crate) struct Receiver {
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sampler {
     state: State,
     /// Cycles of a bit.
     bit: u64,
     parity: bool,
 }
 
-impl Receiver {
-    pub(crate) fn new() -> Self {
-        Self {
-            state: State::Off,
-            bit: 1,
-            parity: false,
-        }
-    }
-
+impl Sampler {
     /// `bit`: cycles of a bit.
-    pub(crate) fn start(&mut self, now: u64, bit: u64, parity: bool) {
+    pub(super) fn start(&mut self, now: u64, bit: u64, parity: bool) {
         self.bit = bit;
         self.parity = parity;
         // A line that is low when the receiver starts counts as a start bit: that is the framing
@@ -62,11 +48,11 @@ impl Receiver {
         self.state = State::Hunting { since: now };
     }
 
-    pub(crate) fn stop(&mut self) {
+    pub(super) fn stop(&mut self) {
         self.state = State::Off;
     }
 
-    pub(crate) fn runs(&self) -> bool {
+    pub(super) fn runs(&self) -> bool {
         !matches!(self.state, State::Off)
     }
 
@@ -81,7 +67,7 @@ impl Receiver {
     }
 
     /// When it has something to do.
-    pub(crate) fn next(&self, line: &Line) -> Option<u64> {
+    pub(super) fn next(&self, line: &Line) -> Option<u64> {
         match self.state {
             State::Off => None,
             State::Hunting { since } if line.level_at(since) => line.change_after(since),
@@ -98,8 +84,8 @@ impl Receiver {
         }
     }
 
-    /// Does what is due at `at`, the instant that [`Receiver::next`] said.
-    pub(crate) fn advance(&mut self, at: u64, line: &mut Line) -> Option<Heard> {
+    /// Does what is due at `at`, the instant that [`Sampler::next`] said.
+    pub(super) fn advance(&mut self, at: u64, line: &mut Line) -> Option<Heard> {
         match self.state {
             State::Off => None,
             State::Hunting { .. } => {

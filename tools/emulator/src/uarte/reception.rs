@@ -1,25 +1,18 @@
-//! UARTE0's receiver: nRF52840 Product Specification, section "UARTE".
+//! UARTE0's receiver.
 //!
 //! EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX,
-//! stopping and flushing, and all four causes of ERROR. The transmitter and hardware flow control
-//! are not modelled: their registers are refused, the PSEL of unused pins apart. UARTE1 has only a
-//! transmitter: `uarte/transmitter.rs`.
+//! stopping and flushing, and all four causes of ERROR. The transmitter is not modelled: its registers
+//! are refused, except PSEL of unused pins.
 //!
-//! Where the specification is silent or doubted, [`Assumptions`] says what is assumed.
-
-mod receiver;
-mod settings;
-mod transmitter;
+//! Where the specification is silent or doubted, [`Assumptions`](crate::Assumptions) says what is assumed.
 
 use std::collections::VecDeque;
 
-use crate::assumptions::Assumptions;
+use super::sampler::{Heard, Sampler};
+use super::{CONFIG_PARITY, ENABLE, RXD, Settings, Transfer};
 use crate::error::Refusal;
 use crate::line::Line;
 use crate::peripheral::{Common, Context, Peripheral};
-use receiver::{Heard, Receiver};
-use settings::{CONFIG_PARITY, ENABLE, RXD, Settings};
-pub(crate) use transmitter::Transmitter;
 
 const STARTRX: u32 = 0x000;
 const STOPRX: u32 = 0x004;
@@ -43,21 +36,11 @@ const BREAK: u32 = 1 << 3;
 /// Character times from STOPRX to RXTO: up to four more bytes are received, then it times out.
 const STOP_AFTER: u64 = 5;
 
-/// An open EasyDMA transfer.
-#[derive(Clone, Copy, Debug)]
-struct Transfer {
-    pointer: u32,
-    size: u32,
-    done: u32,
-}
-
 #[derive(Clone, Debug)]
-pub(crate) struct Uarte {
-    pub(crate) assumptions: Assumptions,
-    pub(crate) line: Line,
-    /// The pin to which the line is wired, as PSEL has it.
-    pub(crate) line_pin: u32,
-    receiver: Receiver,
+pub(crate) struct Reception {
+    settings: Settings,
+    error_source: u32,
+    sampler: Sampler,
     transfer: Option<Transfer>,
     /// Bytes, and from when on EasyDMA may take them.
     fifo: VecDeque<(u64, u8)>,
@@ -68,26 +51,21 @@ pub(crate) struct Uarte {
     started_at: Option<u64>,
     /// When ENDRX comes again.
     again_at: Option<u64>,
-    error_source: u32,
-    settings: Settings,
 }
 
-impl Uarte {
-    pub(crate) fn new(line_pin: u32) -> Self {
+impl Reception {
+    pub(crate) fn new() -> Self {
         Self {
-            assumptions: Assumptions::default(),
-            line: Line::new(),
-            line_pin,
-            receiver: Receiver::new(),
+            // No flow control, one stop bit.
+            settings: Settings::new(CONFIG_PARITY, RXD),
+            error_source: 0,
+            sampler: Sampler::default(),
             transfer: None,
             fifo: VecDeque::new(),
             ready_at: None,
             stops_at: None,
             started_at: None,
             again_at: None,
-            error_source: 0,
-            // No flow control, one stop bit.
-            settings: Settings::new(CONFIG_PARITY, RXD),
         }
     }
 
@@ -107,21 +85,17 @@ impl Uarte {
         context
             .memory
             .dma_read(self.settings.pointer + self.settings.size - 1, &mut byte)?;
-        self.transfer = Some(Transfer {
-            pointer: self.settings.pointer,
-            size: self.settings.size,
-            done: 0,
-        });
+        self.transfer = Some(self.settings.transfer());
         self.stops_at = None;
         self.again_at = None;
-        let connected = self.settings.pins.last() == Some(&self.line_pin);
-        if !self.receiver.runs() && connected {
-            self.line.forget_before(context.now);
+        let connected = self.settings.registers.pins.last() == Some(&context.line_pin);
+        if !self.sampler.runs() && connected {
+            context.line.forget_before(context.now);
             let (bit, parity) = (self.settings.bit(), self.settings.has_parity());
-            self.receiver.start(context.now, bit, parity);
+            self.sampler.start(context.now, bit, parity);
         }
-        self.started_at = Some(context.now + self.assumptions.start_lag);
-        if self.assumptions.start_lag == 0 {
+        self.started_at = Some(context.now + context.assumptions.start_lag);
+        if context.assumptions.start_lag == 0 {
             self.overdue_started(context);
         }
         Ok(())
@@ -130,7 +104,7 @@ impl Uarte {
     /// After RXTO: what is left in the FIFO goes to RXD.PTR. AMOUNT keeps its old value when nothing was
     /// left, which drivers in the field work around.
     fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
-        if self.receiver.runs() {
+        if self.sampler.runs() {
             return Err(Refusal::FlushWhileReceiving);
         }
         let room = (self.settings.size as usize).min(self.fifo.len());
@@ -153,17 +127,17 @@ impl Uarte {
     /// Lets RXDRDY come, now or after its lag.
     fn ready(&mut self, context: &mut Context) {
         self.overdue_ready(context);
-        self.ready_at = Some(context.now + self.assumptions.ready_lag);
-        if self.assumptions.ready_lag == 0 {
+        self.ready_at = Some(context.now + context.assumptions.ready_lag);
+        if context.assumptions.ready_lag == 0 {
             self.overdue_ready(context);
         }
     }
 
     /// The RXDRDY that is still to come, if any, comes now.
     fn overdue_ready(&mut self, context: &mut Context) {
-        if self.ready_at.take().is_some() && !lost(&mut self.assumptions.lost_ready) {
+        if self.ready_at.take().is_some() && !lost(&mut context.assumptions.lost_ready) {
             context.raise(RXDRDY);
-            if lost(&mut self.assumptions.doubled_ready) {
+            if lost(&mut context.assumptions.doubled_ready) {
                 context.raise(RXDRDY);
             }
         }
@@ -172,7 +146,7 @@ impl Uarte {
     /// Takes the byte at the head of the FIFO.
     fn pop(&mut self, context: &mut Context) -> Option<u8> {
         let (_, byte) = self.fifo.pop_front()?;
-        if !self.assumptions.ready_at_store && !self.fifo.is_empty() {
+        if !context.assumptions.ready_at_store && !self.fifo.is_empty() {
             self.ready(context);
         }
         Some(byte)
@@ -187,26 +161,26 @@ impl Uarte {
         self.overdue_ready(context);
         match heard {
             Heard::FramingError => {
-                if self.assumptions.ready_on_framing_error {
+                if context.assumptions.ready_on_framing_error {
                     self.ready(context);
                 }
                 self.error(FRAMING, context);
             }
             Heard::Break => self.error(BREAK, context),
             Heard::Byte { byte, parity_error } => {
-                if self.fifo.len() >= self.assumptions.fifo {
-                    if self.assumptions.ready_on_overrun {
+                if self.fifo.len() >= context.assumptions.fifo {
+                    if context.assumptions.ready_on_overrun {
                         self.ready(context);
                     }
                     self.error(OVERRUN, context);
-                    if !self.assumptions.overrun_drops_oldest {
+                    if !context.assumptions.overrun_drops_oldest {
                         return;
                     }
                     self.fifo.pop_front();
                 }
                 self.fifo
-                    .push_back((context.now + self.assumptions.dma_lag, byte));
-                if self.assumptions.ready_at_store || self.fifo.len() == 1 {
+                    .push_back((context.now + context.assumptions.dma_lag, byte));
+                if context.assumptions.ready_at_store || self.fifo.len() == 1 {
                     self.ready(context);
                 }
                 if parity_error {
@@ -241,10 +215,10 @@ impl Uarte {
             self.overdue_started(context);
             self.settings.amount = transfer.done;
             let full = transfer.done == transfer.size;
-            if !(full && lost(&mut self.assumptions.lost_end)) {
+            if !(full && lost(&mut context.assumptions.lost_end)) {
                 context.raise(ENDRX);
-                let comes_again = full && lost(&mut self.assumptions.doubled_end);
-                self.again_at = comes_again.then_some(context.now + self.assumptions.double_lag);
+                let comes_again = full && lost(&mut context.assumptions.doubled_end);
+                self.again_at = comes_again.then_some(context.now + context.assumptions.double_lag);
             }
         }
     }
@@ -258,18 +232,8 @@ impl Uarte {
         self.overdue_ready(context);
         self.end_transfer(context);
         self.stops_at = None;
-        self.receiver.stop();
+        self.sampler.stop();
         context.raise(RXTO);
-    }
-
-    fn disable(&mut self) {
-        self.receiver.stop();
-        self.transfer = None;
-        self.fifo.clear();
-        self.ready_at = None;
-        self.stops_at = None;
-        self.started_at = None;
-        self.again_at = None;
     }
 }
 
@@ -282,14 +246,14 @@ fn lost(count: &mut u32) -> bool {
     lost
 }
 
-impl Peripheral for Uarte {
+impl Peripheral for Reception {
     fn common(&self) -> Common {
         // The transmitter's, which never come, are cleared by drivers nevertheless.
         let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
         Common::new("UARTE0", &events, SHORT_ENDRX_STARTRX | SHORT_ENDRX_STOPRX)
     }
 
-    fn read(&self, offset: u32, _: u64) -> Option<u32> {
+    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
         if offset == ERRORSRC {
             return Some(self.error_source);
         }
@@ -305,7 +269,11 @@ impl Peripheral for Uarte {
         }
         self.settings.write(offset, value)?;
         if offset == ENABLE && value == 0 {
-            self.disable();
+            *self = Self {
+                settings: self.settings.clone(),
+                error_source: self.error_source,
+                ..Self::new()
+            };
         }
         Some(())
     }
@@ -314,7 +282,7 @@ impl Peripheral for Uarte {
         let outcome = match offset {
             STARTRX => self.start(context),
             STOPRX => {
-                if self.transfer.is_some() || self.receiver.runs() {
+                if self.transfer.is_some() || self.sampler.runs() {
                     let character = 10 * self.settings.bit();
                     let stops_at = context.now + STOP_AFTER * character;
                     self.stops_at.get_or_insert(stops_at);
@@ -336,13 +304,13 @@ impl Peripheral for Uarte {
         ]
     }
 
-    fn next(&self) -> Option<u64> {
+    fn next(&self, line: &Line) -> Option<u64> {
         let byte = self
             .transfer
             .filter(|_| self.started_at.is_none())
             .and(self.fifo.front())
             .map(|(ready, _)| *ready);
-        let heard = self.receiver.next(&self.line);
+        let heard = self.sampler.next(line);
         let starts = [self.started_at, self.again_at, self.stops_at];
         let due = [byte, self.ready_at, heard].into_iter().chain(starts);
         due.flatten().min()
@@ -366,8 +334,8 @@ impl Peripheral for Uarte {
         if self.ready_at.is_some_and(|at| at <= now) {
             return self.overdue_ready(context);
         }
-        if let Some(at) = self.receiver.next(&self.line).filter(|at| *at <= now)
-            && let Some(heard) = self.receiver.advance(at, &mut self.line)
+        if let Some(at) = self.sampler.next(&context.line).filter(|at| *at <= now)
+            && let Some(heard) = self.sampler.advance(at, &mut context.line)
         {
             self.hear(heard, context);
         }

@@ -44,7 +44,7 @@ impl Board {
         self.shared.touched.store(true, Relaxed);
         let mut chip = self.shared.chip();
         let value = access(&mut chip).unwrap_or_default();
-        let refusal = chip.refusal.take();
+        let refusal = chip.context.refusal.take();
         drop(chip);
         refusal.map_or(Ok(value), |refusal| Err(self.refused(refusal, self.pc)))
     }
@@ -86,7 +86,7 @@ impl Board {
     /// The output pins as they are.
     #[must_use]
     pub fn pins(&self) -> Pins {
-        self.shared.chip().pins()
+        self.shared.chip().context.pins
     }
 
     /// Whether the firmware has turned the instruction cache on.
@@ -106,10 +106,9 @@ impl Board {
     /// What happened so far.
     pub fn trace(&mut self) -> &mut Trace {
         let mut chip = self.shared.chip();
-        self.trace
-            .pwm_periods
-            .append(&mut chip.peripherals.pwm.own.periods);
-        self.trace.pin_changes.append(&mut chip.pin_changes);
+        let context = &mut chip.context;
+        (self.trace.pwm_periods).append(&mut context.pwm_periods);
+        (self.trace.pin_changes).append(&mut context.pin_changes);
         drop(chip);
         &mut self.trace
     }

@@ -15,10 +15,10 @@ impl Board {
     /// Changes the line or its sender: baud rate, parity, noise.
     pub fn line<T>(&mut self, change: impl FnOnce(&mut Line) -> T) -> T {
         self.shared.touched.store(true, Relaxed);
-        change(&mut self.shared.chip().peripherals.uarte.own.line)
+        change(&mut self.shared.chip().context.line)
     }
 
-    /// Sends bytes, back to back behind what is being sent already. Returns when the last stop bit
+    /// Sends bytes, back to back, after what is being sent already. Returns when the last stop bit
     /// will be over, in cycles.
     pub fn send(&mut self, bytes: &[u8]) -> u64 {
         let symbols: Vec<Symbol> = bytes.iter().copied().map(Symbol::Byte).collect();
@@ -39,23 +39,23 @@ impl Board {
     /// Sets what is not known for certain about the chip, from now on.
     pub fn assume(&mut self, assumptions: Assumptions) {
         self.slowness = assumptions.slowness;
-        self.shared.chip().assume(assumptions);
+        self.shared.chip().context.assumptions = assumptions;
     }
 
     /// Wires the line to another pin than P0.08: 32 * port + pin.
     pub fn wire_line_to(&mut self, pin: u32) {
-        self.shared.chip().peripherals.uarte.own.line_pin = pin;
+        self.shared.chip().context.line_pin = pin;
     }
 
     /// Wires that pin to the line as well: what UARTE1 sends there is heard by UARTE0. It is a wire
     /// instead of the sender, which should be silent.
     pub fn wire_loopback(&mut self, pin: u32) {
-        self.shared.chip().peripherals.transmitter.own.wired_pin = Some(pin);
+        self.shared.chip().context.loopback_pin = Some(pin);
     }
 
     /// Breaks the crystal: it does not start from now on.
     pub fn break_crystal(&mut self) {
-        self.shared.chip().peripherals.clock.own.crystal_startup = None;
+        self.shared.chip().context.crystal_startup = None;
     }
 
     /// Takes the core away from the firmware at that instant, for that many cycles, as if a handler of
@@ -80,7 +80,7 @@ impl Board {
         let at = self.now;
         {
             let mut chip = self.shared.chip();
-            chip.now = at;
+            chip.context.now = at;
             chip.reset(cause);
         }
         self.shared.touched.store(true, Relaxed);
