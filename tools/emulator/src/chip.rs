@@ -183,12 +183,10 @@ impl Chip {
                 self.raised.clear();
                 return self.context.refuse(Refusal::Loop(MOST_EVENTS));
             }
-            let unit = self.peripherals.at(base);
-            let shorted = unit.map(|unit| unit.own.shorted(event, unit.common.shorts));
-            let shorted = shorted.into_iter().flatten().flatten();
-            let shorted = shorted.map(|task| base + task);
-            let connected = self.peripherals.ppi.own.tasks(base + event);
-            let tasks: Vec<u32> = shorted.chain(connected).collect();
+            let unit = self.peripherals.at(base).into_iter();
+            let shorted = unit.flat_map(|unit| unit.common.shorted(event));
+            let mut tasks: Vec<u32> = shorted.map(|task| base + task).collect();
+            tasks.extend(self.peripherals.ppi.own.tasks(base + event));
             for task in tasks {
                 if !self.acts_no_more(task) {
                     self.trigger(task);

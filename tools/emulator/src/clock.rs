@@ -58,7 +58,7 @@ impl Clock {
 
 impl Peripheral for Clock {
     fn common(&self) -> Common {
-        Common::new("CLOCK/POWER", &[HFCLKSTARTED, LFCLKSTARTED], 0)
+        Common::new("CLOCK/POWER", &[HFCLKSTARTED, LFCLKSTARTED], &[])
     }
 
     fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {

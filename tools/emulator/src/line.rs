@@ -179,11 +179,6 @@ impl Line {
         self.toggles.iter().copied().find(|toggle| *toggle > at)
     }
 
-    /// Whether the level is low from one instant to the other, both included.
-    pub(crate) fn low_between(&self, from: u64, to: u64) -> bool {
-        !self.level_at(from) && self.change_after(from).is_none_or(|change| change > to)
-    }
-
     /// The last change up to that instant, if it is not forgotten.
     pub(crate) fn change_before(&self, at: u64) -> Option<u64> {
         let changes = self.toggles.iter().take_while(|toggle| **toggle <= at);

@@ -28,11 +28,6 @@ pub(crate) trait Peripheral {
         None
     }
 
-    /// The tasks that these shorts trigger at this event.
-    fn shorted(&self, _event: u32, _shorts: u32) -> [Option<u32>; 2] {
-        [None, None]
-    }
-
     /// When it does something next by itself, in cycles.
     fn next(&self, _line: &Line) -> Option<u64> {
         None
@@ -184,13 +179,16 @@ pub(crate) struct Common {
     raised: u32,
     enabled: u32,
     raised_only_if_enabled: bool,
-    modelled_shorts: u32,
-    pub(crate) shorts: u32,
+    modelled_shorts: Vec<Short>,
+    shorts: u32,
 }
 
+/// A short: its bit in SHORTS, the event, and the task that the event triggers.
+pub(crate) type Short = (u32, u32, u32);
+
 impl Common {
-    /// `events` are offsets, `shorts` the modelled bits of SHORTS.
-    pub(crate) fn new(name: &'static str, events: &[u32], shorts: u32) -> Self {
+    /// The offsets of the events, and the modelled shorts.
+    pub(crate) fn new(name: &'static str, events: &[u32], shorts: &[Short]) -> Self {
         Self {
             name,
             has_tasks: true,
@@ -198,7 +196,7 @@ impl Common {
             raised: 0,
             enabled: 0,
             raised_only_if_enabled: false,
-            modelled_shorts: shorts,
+            modelled_shorts: shorts.to_vec(),
             shorts: 0,
         }
     }
@@ -207,7 +205,7 @@ impl Common {
     pub(crate) fn registers_only(name: &'static str) -> Self {
         Self {
             has_tasks: false,
-            ..Self::new(name, &[], 0)
+            ..Self::new(name, &[], &[])
         }
     }
 
@@ -223,6 +221,18 @@ impl Common {
         if !self.raised_only_if_enabled || self.enabled & bit(event) != 0 {
             self.raised |= bit(event);
         }
+    }
+
+    /// The tasks that the shorts trigger at this event.
+    pub(crate) fn shorted(&self, event: u32) -> impl Iterator<Item = u32> {
+        let shorts = self.modelled_shorts.iter();
+        let taken = shorts.filter(move |(bit, at, _)| self.shorts & bit != 0 && *at == event);
+        taken.map(|(.., task)| *task)
+    }
+
+    fn modelled_shorts(&self) -> u32 {
+        let shorts = self.modelled_shorts.iter();
+        shorts.fold(0, |mask, (bit, ..)| mask | bit)
     }
 
     /// Whether the interrupt line is up.
@@ -257,7 +267,7 @@ impl Common {
                     self.raised &= !bit(offset);
                 }
             }
-            0x200 if value & !self.modelled_shorts == 0 => self.shorts = value,
+            0x200 if value & !self.modelled_shorts() == 0 => self.shorts = value,
             0x300 if existing => self.enabled = value,
             0x304 if existing => self.enabled |= value,
             0x308 => self.enabled &= !value,

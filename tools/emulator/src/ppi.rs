@@ -40,7 +40,7 @@ impl Ppi {
 
 impl Peripheral for Ppi {
     fn common(&self) -> Common {
-        Common::new("PPI", &[], 0)
+        Common::new("PPI", &[], &[])
     }
 
     fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {

@@ -23,7 +23,6 @@ const ENABLE: u32 = 0x500;
 const DISCONNECTED: u32 = 1 << 31;
 /// DECODER: a value for each channel, the next step after REFRESH periods.
 const INDIVIDUAL: u32 = 2;
-const SHORT_SEQEND0_STOP: u32 = 1;
 /// Values that make a step.
 const STEP: u32 = 4;
 
@@ -87,19 +86,19 @@ pub(crate) struct Pwm {
 
 impl Pwm {
     fn start(&mut self, context: &mut Context) -> Option<()> {
-        let unmodelled = if self.registers.enable == 0 {
-            Some("not enabled")
+        let misused = if self.registers.enable == 0 {
+            Some("started while not enabled")
         } else if self.registers.decoder != INDIVIDUAL {
-            Some("DECODER is not individual load")
+            Some("started without individual load in DECODER")
         } else if self.registers.values_count == 0
             || !self.registers.values_count.is_multiple_of(STEP)
         {
-            Some("SEQ.CNT is no multiple of a step")
+            Some("started with a SEQ.CNT that is no multiple of a step")
         } else {
             None
         };
-        if let Some(settings) = unmodelled {
-            return context.check(Err(Refusal::Pwm(settings)));
+        if let Some(how) = misused {
+            return context.check(Err(Refusal::misused("PWM0", how)));
         }
         let first = self.fetch(0, context)?;
         self.stopping = false;
@@ -196,7 +195,7 @@ impl Pwm {
 impl Peripheral for Pwm {
     fn common(&self) -> Common {
         let events = [SEQSTARTED0, SEQEND0, PWMPERIODEND, STOPPED];
-        Common::new("PWM0", &events, SHORT_SEQEND0_STOP)
+        Common::new("PWM0", &events, &[(1, SEQEND0, STOP)])
     }
 
     fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
@@ -227,11 +226,6 @@ impl Peripheral for Pwm {
             SEQSTART0 => self.start(context),
             _ => None,
         }
-    }
-
-    fn shorted(&self, event: u32, shorts: u32) -> [Option<u32>; 2] {
-        let stops = event == SEQEND0 && shorts & SHORT_SEQEND0_STOP != 0;
-        [stops.then_some(STOP), None]
     }
 
     fn next(&self, _: &Line) -> Option<u64> {

@@ -46,7 +46,7 @@ impl Rtc {
 impl Peripheral for Rtc {
     fn common(&self) -> Common {
         let events = [OVRFLW, COMPARE, COMPARE + 4, COMPARE + 8, COMPARE + 12];
-        Common::new("RTC1", &events, 0).raised_only_if_enabled()
+        Common::new("RTC1", &events, &[]).raised_only_if_enabled()
     }
 
     fn read(&mut self, offset: u32, context: &Context) -> Option<u32> {

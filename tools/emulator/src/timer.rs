@@ -6,7 +6,7 @@
 use crate::MICROSECOND;
 use crate::counter::Counter;
 use crate::line::Line;
-use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
+use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, Short, registers};
 
 const START: u32 = 0x000;
 const STOP: u32 = 0x004;
@@ -61,8 +61,10 @@ impl Peripheral for Timer {
     fn common(&self) -> Common {
         let compares = self.registers.compare.len();
         let events: Vec<u32> = (COMPARE..).step_by(4).take(compares).collect();
-        let clear_and_stop = ((1 << compares) - 1) * 0x101;
-        Common::new(self.name, &events, clear_and_stop)
+        let clear = (0..).zip(&events).map(|(n, at)| (1 << n, *at, CLEAR));
+        let stop = (8..).zip(&events).map(|(n, at)| (1 << n, *at, STOP));
+        let shorts: Vec<Short> = clear.chain(stop).collect();
+        Common::new(self.name, &events, &shorts)
     }
 
     fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
@@ -121,14 +123,6 @@ impl Peripheral for Timer {
             _ => return None,
         }
         Some(())
-    }
-
-    fn shorted(&self, event: u32, shorts: u32) -> [Option<u32>; 2] {
-        let n = (event - COMPARE) / 4;
-        [
-            (shorts >> n & 1 == 1).then_some(CLEAR),
-            (shorts >> (8 + n) & 1 == 1).then_some(STOP),
-        ]
     }
 
     fn next(&self, _: &Line) -> Option<u64> {

@@ -55,7 +55,7 @@ impl Watchdog {
 
 impl Peripheral for Watchdog {
     fn common(&self) -> Common {
-        Common::new("WDT", &[TIMEOUT], 0)
+        Common::new("WDT", &[TIMEOUT], &[])
     }
 
     fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
@@ -89,7 +89,7 @@ impl Peripheral for Watchdog {
             return None;
         }
         if self.registers.configuration & CONFIG_SLEEP == 0 {
-            let refusal = Refusal::Watchdog("paused while the CPU sleeps");
+            let refusal = Refusal::misused("WDT", "paused while the CPU sleeps");
             return context.check(Err(refusal));
         }
         if !self.running {

@@ -26,8 +26,6 @@ const RXSTARTED: u32 = 0x14C;
 const TXSTARTED: u32 = 0x150;
 const ERRORSRC: u32 = 0x480;
 
-const SHORT_ENDRX_STARTRX: u32 = 1 << 5;
-const SHORT_ENDRX_STOPRX: u32 = 1 << 6;
 const OVERRUN: u32 = 1;
 const PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
@@ -74,10 +72,13 @@ impl Reception {
             return Ok(());
         }
         if self.transfer.is_some() {
-            return Err(Refusal::StartWhileReceiving);
+            return Err(Refusal::misused(
+                "UARTE0",
+                "STARTRX while a transfer is open",
+            ));
         }
         if self.settings.size == 0 {
-            return Err(Refusal::EmptyTransfer);
+            return Err(Refusal::misused("UARTE0", "STARTRX with RXD.MAXCNT 0"));
         }
         // Both ends of the buffer must be RAM.
         let mut byte = [0];
@@ -105,7 +106,10 @@ impl Reception {
     /// left, which drivers in the field work around.
     fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
         if self.sampler.runs() {
-            return Err(Refusal::FlushWhileReceiving);
+            return Err(Refusal::misused(
+                "UARTE0",
+                "FLUSHRX while the receiver runs, before RXTO",
+            ));
         }
         let room = (self.settings.size as usize).min(self.fifo.len());
         let bytes: Vec<u8> = (0..room).filter_map(|_| self.pop(context)).collect();
@@ -250,7 +254,8 @@ impl Peripheral for Reception {
     fn common(&self) -> Common {
         // The transmitter's, which never come, are cleared by drivers nevertheless.
         let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
-        Common::new("UARTE0", &events, SHORT_ENDRX_STARTRX | SHORT_ENDRX_STOPRX)
+        let shorts = [(1 << 5, ENDRX, STARTRX), (1 << 6, ENDRX, STOPRX)];
+        Common::new("UARTE0", &events, &shorts)
     }
 
     fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
@@ -294,14 +299,6 @@ impl Peripheral for Reception {
         };
         context.check(outcome);
         Some(())
-    }
-
-    fn shorted(&self, event: u32, shorts: u32) -> [Option<u32>; 2] {
-        let short = |bit, task| (event == ENDRX && shorts & bit != 0).then_some(task);
-        [
-            short(SHORT_ENDRX_STARTRX, STARTRX),
-            short(SHORT_ENDRX_STOPRX, STOPRX),
-        ]
     }
 
     fn next(&self, line: &Line) -> Option<u64> {

@@ -125,14 +125,10 @@ impl Sampler {
             self.state = State::Hunting { since: now };
             return Some(Heard::Byte { byte, parity_error });
         }
-        let fell = line
+        // The line has been low since then, or since the character began.
+        let low_since = line
             .change_before(now)
             .map_or(start, |change| change.max(start));
-        let low_since = if line.low_between(start, now) {
-            start
-        } else {
-            fell
-        };
         let break_at = low_since + self.bits() * self.bit + 1;
         self.state = State::Low {
             break_at: Some(break_at.max(now + 1)),

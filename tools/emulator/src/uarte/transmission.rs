@@ -37,10 +37,10 @@ impl Transmission {
             return Ok(());
         }
         if self.sending.is_some() {
-            return Err(Refusal::Transmitter("STARTTX while it sends"));
+            return Err(Refusal::misused("UARTE1", "STARTTX while it sends"));
         }
         if self.settings.size == 0 {
-            return Err(Refusal::Transmitter("STARTTX with TXD.MAXCNT 0"));
+            return Err(Refusal::misused("UARTE1", "STARTTX with TXD.MAXCNT 0"));
         }
         context.raise(TXSTARTED);
         self.stops = false;
@@ -71,7 +71,7 @@ impl Transmission {
 
 impl Peripheral for Transmission {
     fn common(&self) -> Common {
-        Common::new("UARTE1", &[TXDRDY, ENDTX, TXSTARTED, TXSTOPPED], 0)
+        Common::new("UARTE1", &[TXDRDY, ENDTX, TXSTARTED, TXSTOPPED], &[])
     }
 
     fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
@@ -81,7 +81,7 @@ impl Peripheral for Transmission {
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         match offset {
             ENABLE if value == 0 && self.sending.is_some() => {
-                context.check::<()>(Err(Refusal::Transmitter("disabled while it sends")));
+                context.check::<()>(Err(Refusal::misused("UARTE1", "disabled while it sends")));
             }
             _ => return self.settings.write(offset, value),
         }

@@ -150,7 +150,9 @@ fn a_string_in_flash_and_a_second_start_are_errors() {
     assert_eq!(refusal(&mut board), outside);
     board.set(TXD_PTR, SOURCE);
     board.set(STARTTX, 1);
-    assert!(matches!(refusal(&mut board), Refusal::Transmitter(_)));
+    let peripheral = "UARTE1";
+    let how = "STARTTX while it sends";
+    assert_eq!(refusal(&mut board), Refusal::Misused { peripheral, how });
     // UARTE0's own transmitter is not modelled.
     assert!(board.set_register(STARTRX + 8, 1).is_err());
 }
