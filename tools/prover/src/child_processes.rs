@@ -32,7 +32,7 @@ pub(crate) fn end_with_the_prover() -> Result<()> {
 
 /// Ends what runs, and the prover with that exit code.
 pub(crate) fn end_all(code: i32) -> ! {
-    // Kept until the end, so that nothing new is started.
+    // ProofCache until the end, so that nothing new is started.
     let running = running();
     running.iter().copied().for_each(end);
     std::process::exit(code);

@@ -1,10 +1,10 @@
-//! Goes through tokens, and reads types.
+//! Goes through tokens, and reads types: which there are, and how large they are.
+
+use std::collections::HashMap;
 
 use anyhow::{Context as _, Result, bail};
 
-use super::module::Module;
 use super::token::Token;
-use super::types::Type;
 
 const VALUES: [&str; 7] = [
     "true",
@@ -18,14 +18,15 @@ const VALUES: [&str; 7] = [
 
 pub(crate) struct Cursor<'a> {
     pub(crate) rest: &'a [Token],
-    module: &'a Module,
+    /// The types that have names.
+    types: &'a HashMap<String, Type>,
 }
 
 impl<'a> Cursor<'a> {
-    pub(crate) fn new(tokens: &'a [Token], module: &'a Module) -> Self {
+    pub(crate) fn new(tokens: &'a [Token], types: &'a HashMap<String, Type>) -> Self {
         Self {
             rest: tokens,
-            module,
+            types,
         }
     }
 
@@ -127,7 +128,7 @@ impl<'a> Cursor<'a> {
                 _ => bail!("the type {word} is not modelled"),
             },
             Token::Local(name) => {
-                let named = self.module.types.get(name);
+                let named = self.types.get(name);
                 named.with_context(|| format!("no type %{name}"))?.clone()
             }
             Token::Sign(open @ ('{' | '<')) => {
@@ -160,4 +161,46 @@ impl<'a> Cursor<'a> {
 /// The bits of `i8` and the like.
 fn bits(word: &str) -> Option<u32> {
     word.strip_prefix('i')?.parse().ok()
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Type {
+    Void,
+    Pointer,
+    Integer(u32),
+    Structure { fields: Vec<Type>, packed: bool },
+    Array(u64, Box<Type>),
+}
+
+impl Type {
+    /// Bytes in memory, padding included. A pointer has eight, and nothing is aligned to more than
+    /// 16: as on every 64-bit machine that Rust's tools run on.
+    pub(crate) fn size(&self) -> u64 {
+        match self {
+            Self::Void => 0,
+            Self::Pointer => 8,
+            Self::Integer(bits) => u64::from(bits.div_ceil(8)).next_multiple_of(self.alignment()),
+            Self::Structure { fields, packed } => {
+                let aligned = |at: u64, to: &Self| match packed {
+                    true => at,
+                    false => at.next_multiple_of(to.alignment()),
+                };
+                let end = fields
+                    .iter()
+                    .fold(0, |at, field| aligned(at, field) + field.size());
+                aligned(end, self)
+            }
+            Self::Array(length, of) => length * of.size(),
+        }
+    }
+
+    fn alignment(&self) -> u64 {
+        match self {
+            Self::Void | Self::Structure { packed: true, .. } => 1,
+            Self::Pointer => 8,
+            Self::Integer(bits) => u64::from(bits.div_ceil(8)).next_power_of_two().min(16),
+            Self::Structure { fields, .. } => fields.iter().map(Self::alignment).max().unwrap_or(1),
+            Self::Array(_, of) => of.alignment(),
+        }
+    }
 }

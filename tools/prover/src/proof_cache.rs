@@ -1,5 +1,5 @@
-//! What is kept of each harness: its program, CBMC's answer, and that it was proved. What has not changed since is not
-//! proved again.
+//! The files of each harness: its program, CBMC's answer, and a mark that the program was proved. An unchanged
+//! program is not proved again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -11,14 +11,14 @@ use crate::cbmc_setup::Cbmc;
 use crate::harness::Harness;
 
 /// The folders with programs and answers, and with proofs.
-pub(crate) struct Kept {
+pub(crate) struct ProofCache {
     harnesses: PathBuf,
     proofs: PathBuf,
     /// This program and CBMC: what another prover has found counts for nothing.
     prover: DefaultHasher,
 }
 
-impl Kept {
+impl ProofCache {
     /// In a folder of the prover's own. `anew` forgets all proofs.
     pub(crate) fn new(folder: &Path, cbmc: &Cbmc, anew: bool) -> Result<Self> {
         let [harnesses, proofs] = ["harnesses", "proofs"].map(|name| folder.join(name));

@@ -1,9 +1,22 @@
-//! Operands.
+//! Writes values: their names, their declarations, and the operands of statements.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
 
 use anyhow::{Result, bail};
 
-use super::function::FunctionWriter;
-use crate::llvm::{Cursor, Token, Type};
+use super::Program;
+use crate::llvm::{Cursor, Module, Token, Type};
+
+/// Writes one function.
+pub(super) struct FunctionWriter<'p, 'm> {
+    pub(super) program: &'p mut Program<'m>,
+    pub(super) symbol: &'p str,
+    /// The C names of values, by LLVM's.
+    names: HashMap<String, String>,
+    pub(super) declared: String,
+    pub(super) text: String,
+}
 
 /// What an operation works on.
 pub(super) struct Operand<'a> {
@@ -14,7 +27,70 @@ pub(super) struct Operand<'a> {
     pub(super) text: String,
 }
 
-impl FunctionWriter<'_, '_> {
+impl<'p, 'm> FunctionWriter<'p, 'm> {
+    pub(super) fn new(program: &'p mut Program<'m>, symbol: &'p str) -> Self {
+        Self {
+            program,
+            symbol,
+            names: HashMap::new(),
+            declared: String::new(),
+            text: String::new(),
+        }
+    }
+
+    /// Reads tokens of the module.
+    pub(super) fn cursor<'a>(&self, tokens: &'a [Token]) -> Cursor<'a>
+    where
+        'm: 'a,
+    {
+        Cursor::new(tokens, &self.program.module.types)
+    }
+
+    pub(super) fn module(&self) -> &'m Module {
+        self.program.module
+    }
+
+    /// The C name of LLVM's `%local`.
+    pub(super) fn name(&mut self, local: &str) -> String {
+        let new = format!("v{}", self.names.len());
+        self.names.entry(local.to_owned()).or_insert(new).clone()
+    }
+
+    /// Declares the value `to`, and returns its name.
+    pub(super) fn declare(&mut self, to: &str, of: &Type) -> Result<String> {
+        let (name, of) = (self.name(to), self.program.type_name(of)?);
+        writeln!(self.declared, "  {of} {name};")?;
+        Ok(name)
+    }
+
+    /// Declares an array of bytes.
+    pub(super) fn declare_bytes(&mut self, to: &str, bytes: u64) -> Result<()> {
+        let name = self.name(to);
+        writeln!(self.declared, "  u8 {name}[{}];", bytes.max(1))?;
+        Ok(())
+    }
+
+    pub(super) fn line(&mut self, text: &str) -> Result<()> {
+        writeln!(self.text, "  {text}")?;
+        Ok(())
+    }
+
+    /// Declares `to`, and gives it that value, cut to its type.
+    pub(super) fn assign(&mut self, to: &str, of: &Type, value: &str) -> Result<()> {
+        let to = self.declare(to, of)?;
+        match of {
+            Type::Integer(bits) => self.line(&format!("{to} = (u{bits})({value});")),
+            _ => self.line(&format!("{to} = {value};")),
+        }
+    }
+
+    /// It is wrong to come here.
+    pub(super) fn fails(&mut self, says: &str) -> Result<()> {
+        self.line(&format!(
+            "__CPROVER_assert(0, \"{says}\"); __CPROVER_assume(0);"
+        ))
+    }
+
     /// A type, attributes, and a value of it.
     pub(super) fn operand<'a>(&mut self, at: &mut Cursor<'a>) -> Result<Operand<'a>> {
         let of = at.of_type()?;
