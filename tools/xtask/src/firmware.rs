@@ -1,7 +1,7 @@
 //! The firmware: its images built, checked by clippy, and run in the emulator by its tests.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::Command;
 
 use anyhow::{Context as _, Result, ensure};
 use object::read::elf::{ElfFile32, ProgramHeader as _};
@@ -55,15 +55,14 @@ pub(crate) struct Arguments {
 }
 
 /// `cargo xtask firmware`.
-pub(crate) fn build(arguments: &Arguments) -> Result<ExitCode> {
-    let workspace = Workspace::load()?;
+pub(crate) fn build(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     let compiler = Compiler::of(&[TARGET])?;
     let count = if arguments.all { BUILDS.len() } else { 1 };
     for build in BUILDS.iter().take(count) {
-        let image = build_image(&workspace, &workspace.root, &compiler, build)?;
+        let image = build_image(workspace, &workspace.root, &compiler, build)?;
         println!("{}: {} bytes of flash", image.display(), flash(&image)?);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// The stage: the firmware builds without a warning from the compiler or clippy.
