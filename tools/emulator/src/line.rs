@@ -174,9 +174,12 @@ impl Line {
         self.level != (changes.count() % 2 == 1)
     }
 
-    /// The first change after that instant.
-    pub(crate) fn change_after(&self, at: u64) -> Option<u64> {
-        self.toggles.iter().copied().find(|toggle| *toggle > at)
+    /// The first instant from `since` on at which the line has that level.
+    pub(crate) fn reaches(&self, level: bool, since: u64) -> Option<u64> {
+        if self.level_at(since) == level {
+            return Some(since);
+        }
+        self.toggles.iter().copied().find(|toggle| *toggle > since)
     }
 
     /// The last change up to that instant, if it is not forgotten.

@@ -5,7 +5,7 @@ use std::env;
 use anyhow::{Context as _, Result};
 use xshell::cmd;
 
-use crate::debian;
+use crate::install;
 use crate::report::{Report, run_tests};
 use crate::web;
 use crate::workspace::{Workspace, cargo_in};
@@ -27,13 +27,13 @@ const BROWSERS: [&str; 4] = [
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     if !BROWSERS.iter().any(|browser| is_in_path(browser)) {
-        debian::install(&sh, &["chromium"]).context(
+        install::from_debian(&sh, &["chromium"]).context(
             "there is no Chromium in PATH. On Debian, as root: apt-get install chromium, \
              which was tried too",
         )?;
     }
     if !["firefox-esr", "firefox"].iter().any(|it| is_in_path(it)) {
-        debian::install(&sh, &["firefox-esr"]).context(
+        install::from_debian(&sh, &["firefox-esr"]).context(
             "there is no Firefox in PATH. On Debian, as root: apt-get install firefox-esr, \
              which was tried too",
         )?;

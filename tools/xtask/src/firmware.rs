@@ -11,7 +11,7 @@ use xshell::{Cmd, Shell, cmd};
 use crate::bare_metal::Compiler;
 use crate::report::{self, Report, TestCount};
 use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
-use crate::{checks, debian};
+use crate::{checks, install};
 
 /// The nRF52840's processor: a Cortex-M4F.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
@@ -92,7 +92,8 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
         .run()
         .is_err()
     {
-        debian::install(sh, &["gcc-arm-none-eabi"]).context("there is no arm-none-eabi-gcc")?;
+        install::from_debian(sh, &["gcc-arm-none-eabi"])
+            .context("there is no arm-none-eabi-gcc")?;
     }
     let library = checks::library_for_c(workspace, &Compiler::of(&[TARGET])?)?;
     let mut formats = workspace.cargo_test();

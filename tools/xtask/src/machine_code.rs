@@ -9,7 +9,7 @@ use xshell::cmd;
 use crate::bare_metal::Compiler;
 use crate::report::{Report, TestCount, run_tests};
 use crate::workspace::Workspace;
-use crate::{bugs, debian, firmware};
+use crate::{bugs, firmware, install};
 
 /// The stage, the folder, and what a seeded bug names in place of a test.
 pub(crate) const NAME: &str = "machine-code";
@@ -44,7 +44,7 @@ fn prover(workspace: &Workspace, root: &Path, images: &[&str]) -> Result<Command
     );
     if sh.read_file(&installed).ok() != Some(sh.read_file(&requirements)?) {
         if cmd!(sh, "python3 -c 'import ensurepip'").run().is_err() {
-            debian::install(&sh, &["python3-venv"])?;
+            install::from_debian(&sh, &["python3-venv"])?;
         }
         cmd!(sh, "python3 -m venv --clear {environment}").run()?;
         cmd!(

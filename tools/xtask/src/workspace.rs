@@ -6,7 +6,7 @@ use std::{env, fs};
 
 use anyhow::{Context as _, Result, ensure};
 use cargo_metadata::MetadataCommand;
-use xshell::{Shell, cmd};
+use xshell::Shell;
 
 /// The package that microcontrollers use, in the folder `core`.
 pub(crate) const CORE: &str = "framelock";
@@ -60,38 +60,6 @@ impl Workspace {
     pub(crate) fn shell(&self) -> Result<Shell> {
         let sh = Shell::new()?;
         sh.change_dir(&self.root);
-        Ok(sh)
-    }
-
-    /// Where a cargo command is installed.
-    fn tool(&self, package: &str) -> PathBuf {
-        self.target_directory.join("tools").join(package)
-    }
-
-    /// Whether a cargo command of this version is there.
-    pub(crate) fn has_tool(&self, package: &str, version: &str) -> bool {
-        self.tool(package).join(version).exists()
-    }
-
-    /// A shell in the root, with a cargo command of this version, which is installed into `target` if
-    /// it is not there.
-    pub(crate) fn shell_with(&self, package: &str, version: &str) -> Result<Shell> {
-        let sh = self.shell()?;
-        let root = self.tool(package);
-        let stamp = root.join(version);
-        if !self.has_tool(package, version) {
-            let build = root.join("build");
-            cmd!(
-                sh,
-                "cargo install --locked --force --version {version} --root {root} --target-dir {build} {package}"
-            )
-            .run()?;
-            sh.remove_path(build)?;
-            sh.write_file(stamp, "")?;
-        }
-        let path = env::var_os("PATH").unwrap_or_default();
-        let folders = std::iter::once(root.join("bin")).chain(env::split_paths(&path));
-        sh.set_var("PATH", env::join_paths(folders)?);
         Ok(sh)
     }
 

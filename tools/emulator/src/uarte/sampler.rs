@@ -70,15 +70,10 @@ impl Sampler {
     pub(super) fn next(&self, line: &Line) -> Option<u64> {
         match self.state {
             State::Off => None,
-            State::Hunting { since } if line.level_at(since) => line.change_after(since),
-            State::Hunting { since } => Some(since),
+            State::Hunting { since } => line.reaches(false, since),
             State::Character { start } => Some(self.middle(start, self.bits() - 1)),
             State::Low { break_at, since } => {
-                let high = if line.level_at(since) {
-                    Some(since)
-                } else {
-                    line.change_after(since)
-                };
+                let high = line.reaches(true, since);
                 [break_at, high].into_iter().flatten().min()
             }
         }
