@@ -54,20 +54,14 @@ impl Port {
     /// the input buffer connected. `outside` are the pins that something outside drives, and their
     /// levels.
     fn levels(&self, (driven, levels): (u32, u32)) -> u32 {
-        (0..32)
-            .zip(self.configuration)
-            .filter(|(pin, configuration)| {
-                let buffered = configuration & 2 == 0;
-                let high = if self.dir >> pin & 1 == 1 {
-                    self.out >> pin & 1 == 1
-                } else if driven >> pin & 1 == 1 {
-                    levels >> pin & 1 == 1
-                } else {
-                    pulls_up(*configuration)
-                };
-                buffered && high
-            })
-            .fold(0, |levels, (pin, _)| levels | 1 << pin)
+        let pins = |are: fn(u32) -> bool| {
+            let configurations = (0..32).zip(self.configuration);
+            let pins = configurations.filter(|(_, configuration)| are(*configuration));
+            pins.fold(0, |pins, (pin, _)| pins | 1 << pin)
+        };
+        let inputs = levels & driven | pins(pulls_up) & !driven;
+        let buffered = pins(|configuration| configuration & 2 == 0);
+        (self.out & self.dir | inputs & !self.dir) & buffered
     }
 
     fn read(&self, offset: u32, outside: (u32, u32)) -> Option<u32> {

@@ -51,6 +51,9 @@ pub(crate) struct Reception {
     again_at: Option<u64>,
 }
 
+/// When something happens by itself, if it does, and what.
+type Deadline = (Option<u64>, fn(&mut Reception, &mut Context));
+
 impl Reception {
     pub(crate) fn new() -> Self {
         Self {
@@ -121,6 +124,20 @@ impl Reception {
         Ok(())
     }
 
+    /// What is still to come, and when. Of several at one instant, the first comes first.
+    fn deadlines(&self, line: &Line) -> [Deadline; 6] {
+        let stores = self.transfer.is_some() && self.started_at.is_none();
+        let byte = self.fifo.front().filter(|_| stores);
+        [
+            (self.started_at, Self::overdue_started),
+            (self.again_at, Self::end_again),
+            (self.stops_at, Self::stopped),
+            (byte.map(|(ready, _)| *ready), Self::transfer_byte),
+            (self.ready_at, Self::overdue_ready),
+            (self.sampler.next(line), Self::listen),
+        ]
+    }
+
     /// The RXSTARTED that is still to come, if any, comes now.
     fn overdue_started(&mut self, context: &mut Context) {
         if self.started_at.take().is_some() {
@@ -161,8 +178,17 @@ impl Reception {
         context.raise(ERROR);
     }
 
+    /// The sampler does what is due.
+    fn listen(&mut self, context: &mut Context) {
+        let due = self.sampler.next(&context.line);
+        let heard = due.and_then(|at| self.sampler.advance(at, &mut context.line));
+        if let Some(heard) = heard {
+            self.overdue_ready(context);
+            self.hear(heard, context);
+        }
+    }
+
     fn hear(&mut self, heard: Heard, context: &mut Context) {
-        self.overdue_ready(context);
         match heard {
             Heard::FramingError => {
                 if context.assumptions.ready_on_framing_error {
@@ -194,16 +220,14 @@ impl Reception {
         }
     }
 
-    /// Moves one byte from the FIFO to RAM, if it is time.
-    fn transfer_byte(&mut self, now: u64, context: &mut Context) {
-        let (Some(mut transfer), Some((ready, byte))) = (self.transfer, self.fifo.front().copied())
-        else {
+    /// Moves one byte from the FIFO to RAM, if there is one and room for it.
+    fn transfer_byte(&mut self, context: &mut Context) {
+        let Some(mut transfer) = self.transfer else {
             return;
         };
-        if ready > now {
+        let Some(byte) = self.pop(context) else {
             return;
-        }
-        self.pop(context);
+        };
         let address = transfer.pointer + transfer.done;
         let written = context.memory.dma_write(address, &[byte]);
         context.check(written);
@@ -227,11 +251,16 @@ impl Reception {
         }
     }
 
+    fn end_again(&mut self, context: &mut Context) {
+        self.again_at = None;
+        context.raise(ENDRX);
+    }
+
     /// RXTO. What is in the FIFO goes into the open transfer as far as there is room, and the
     /// transfer ends, full or not.
     fn stopped(&mut self, context: &mut Context) {
         while self.transfer.is_some() && !self.fifo.is_empty() {
-            self.transfer_byte(u64::MAX, context);
+            self.transfer_byte(context);
         }
         self.overdue_ready(context);
         self.end_transfer(context);
@@ -302,39 +331,14 @@ impl Peripheral for Reception {
     }
 
     fn next(&self, line: &Line) -> Option<u64> {
-        let byte = self
-            .transfer
-            .filter(|_| self.started_at.is_none())
-            .and(self.fifo.front())
-            .map(|(ready, _)| *ready);
-        let heard = self.sampler.next(line);
-        let starts = [self.started_at, self.again_at, self.stops_at];
-        let due = [byte, self.ready_at, heard].into_iter().chain(starts);
-        due.flatten().min()
+        self.deadlines(line).iter().filter_map(|(at, _)| *at).min()
     }
 
     fn advance(&mut self, context: &mut Context) {
-        let now = context.now;
-        if self.started_at.is_some_and(|at| at <= now) {
-            return self.overdue_started(context);
-        }
-        if self.again_at.take_if(|at| *at <= now).is_some() {
-            return context.raise(ENDRX);
-        }
-        if self.stops_at.is_some_and(|at| at <= now) {
-            return self.stopped(context);
-        }
-        let ready = self.fifo.front().is_some_and(|(ready, _)| *ready <= now);
-        if self.transfer.is_some() && ready {
-            return self.transfer_byte(now, context);
-        }
-        if self.ready_at.is_some_and(|at| at <= now) {
-            return self.overdue_ready(context);
-        }
-        if let Some(at) = self.sampler.next(&context.line).filter(|at| *at <= now)
-            && let Some(heard) = self.sampler.advance(at, &mut context.line)
-        {
-            self.hear(heard, context);
+        let deadlines = self.deadlines(&context.line).into_iter();
+        let mut due = deadlines.filter(|(at, _)| at.is_some_and(|at| at <= context.now));
+        if let Some((_, act)) = due.next() {
+            act(self, context);
         }
     }
 }
