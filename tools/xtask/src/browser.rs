@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result};
 use xshell::cmd;
 
 use crate::install;
-use crate::report::{Report, run_tests};
+use crate::stage_report::{Report, run_tests};
 use crate::web;
 use crate::workspace::{Workspace, cargo_in};
 

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use crate::firmware::{self, test_passes};
 use crate::machine_code;
 use crate::prove::{Engine, Prover};
-use crate::report::Report;
+use crate::stage_report::Report;
 use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";

@@ -11,7 +11,7 @@ use object::{Object as _, ObjectSymbol as _};
 use xshell::cmd;
 
 use crate::bare_metal::Compiler;
-use crate::report::{Report, run_tests};
+use crate::stage_report::{Report, run_tests};
 use crate::workspace::{CORE, Workspace};
 use crate::{browser, firmware, prove};
 

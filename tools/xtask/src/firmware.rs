@@ -9,7 +9,7 @@ use object::{Endianness, elf::PT_LOAD};
 use xshell::{Cmd, Shell, cmd};
 
 use crate::bare_metal::Compiler;
-use crate::report::{self, Report, TestCount};
+use crate::stage_report::{self, Report, TestCount};
 use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
 use crate::{checks, install};
 
@@ -84,7 +84,7 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
 /// The stage: the release images do what they should, in the emulator; so do the C programs.
 pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut tests = tests(workspace, &workspace.root)?;
-    report::run_tests(&mut tests, &mut report.tests)?;
+    stage_report::run_tests(&mut tests, &mut report.tests)?;
     let sh = &workspace.shell()?;
     if cmd!(sh, "arm-none-eabi-gcc --version")
         .quiet()
@@ -111,7 +111,7 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
     );
     let mut in_c = workspace.cargo_test();
     in_c.args(["--test", "c", "--", "--ignored", "a_chip_does"]);
-    report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)
+    stage_report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)
 }
 
 /// The stage: they do it with many more random streams and mixes of what the chip may do, and under
@@ -121,9 +121,9 @@ pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Resu
     if std::env::var_os("FRAMELOCK_RANDOM_RUNS").is_none() {
         random.env("FRAMELOCK_RANDOM_RUNS", "20000");
     }
-    report::run_tests(random.args(["--", "random::"]), &mut report.tests)?;
+    stage_report::run_tests(random.args(["--", "random::"]), &mut report.tests)?;
     let mut each = tests(workspace, &workspace.root)?;
-    report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
+    stage_report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
 }
 
 /// The stage: the examples for other frameworks build without a warning from the compiler or clippy,
@@ -149,7 +149,7 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     }
     build().run()?;
     let images = folder.join("target").join(TARGET).join("release");
-    report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
+    stage_report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
 }
 
 /// Clippy optimises less: the image is built again.
@@ -161,7 +161,8 @@ fn lint(build: Cmd) -> Cmd {
 pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
     let mut tests = tests(workspace, root)?;
     let mut count = TestCount::default();
-    let outcome = report::run_tests(tests.args(["--", "--include-ignored", test]), &mut count);
+    let outcome =
+        stage_report::run_tests(tests.args(["--", "--include-ignored", test]), &mut count);
     ensure!(count.passed + count.failed == 1, "{test} is not one test");
     Ok(outcome.is_ok())
 }

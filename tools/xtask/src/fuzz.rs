@@ -3,7 +3,7 @@
 use anyhow::{Context as _, Result, ensure};
 use xshell::{Cmd, Shell, cmd};
 
-use crate::report::Report;
+use crate::stage_report::Report;
 use crate::workspace::Workspace;
 
 const CARGO_FUZZ: &str = "0.13.2";

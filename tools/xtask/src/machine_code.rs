@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use xshell::cmd;
 
 use crate::bare_metal::Compiler;
-use crate::report::{Report, TestCount, run_tests};
+use crate::stage_report::{Report, TestCount, run_tests};
 use crate::workspace::Workspace;
 use crate::{bugs, firmware, install};
 

@@ -12,7 +12,8 @@ mod kani;
 mod machine_code;
 mod mutants;
 mod prove;
-mod report;
+
+mod stage_report;
 mod theorems;
 mod verify;
 mod web;

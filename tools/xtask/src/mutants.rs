@@ -19,7 +19,7 @@ use xshell::{Shell, cmd};
 
 use crate::firmware;
 use crate::prove::{Engine, OFFLINE_PROVER, Prover};
-use crate::report::Report;
+use crate::stage_report::Report;
 use crate::theorems::Answer;
 use crate::workspace::{CORE, Workspace};
 

@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use serde::de::DeserializeOwned;
 
 use crate::kani;
-use crate::report::{Report, run_tests};
+use crate::stage_report::{Report, run_tests};
 use crate::theorems::{Answer, Harness, theorems};
 use crate::workspace::{Workspace, cargo_in};
 

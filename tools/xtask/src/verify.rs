@@ -5,7 +5,7 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::builder::PossibleValuesParser;
 
-use crate::report::{Report, TestCount};
+use crate::stage_report::{Report, TestCount};
 use crate::workspace::Workspace;
 use crate::{browser, bugs, checks, firmware, fuzz, machine_code, mutants, prove};
 
