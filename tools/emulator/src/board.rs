@@ -1,5 +1,5 @@
-//! The board: core, chip and line, run together. What can be sent and done to it is in `controls.rs`, what
-//! can be seen of it in `inspection.rs`.
+//! The board: core, chip and line, run together. `controls.rs` changes the board and its surroundings,
+//! `inspection.rs` reads its state.
 
 mod controls;
 mod inspection;

@@ -50,7 +50,8 @@ pub(crate) struct Chip {
     /// Events that were raised and whose shorts and channels are still to be followed: the
     /// peripheral's base, and the event.
     raised: VecDeque<(u32, u32)>,
-    /// An instant, and the tasks triggered at it, if a task that is triggered twice acts once.
+    /// The last instant at which a task was triggered, and its tasks. Kept only if a task that is triggered
+    /// twice at one instant acts once.
     triggered: (u64, Vec<u32>),
 }
 
@@ -237,10 +238,10 @@ impl Chip {
     }
 }
 
-/// A peripheral, and where it is.
+/// A peripheral and its place in the address map.
 #[derive(Debug)]
 pub(crate) struct Unit<P: ?Sized> {
-    /// Its registers begin there.
+    /// The address of its first register.
     pub(crate) base: u32,
     /// Its events, shorts and interrupts.
     pub(crate) common: Common,
@@ -269,7 +270,7 @@ pub(crate) struct Peripherals {
 }
 
 impl Peripherals {
-    /// As after power-on.
+    /// Returns all of them as they are after power-on.
     pub(crate) fn new() -> Self {
         Self {
             clock: Unit::at(0x4000_0000, Clock::default()),
@@ -309,7 +310,7 @@ impl Peripherals {
         ]
     }
 
-    /// The one whose registers are there.
+    /// Returns the peripheral whose registers begin at `base`.
     pub(crate) fn at(&mut self, base: u32) -> Option<&mut Unit<dyn Peripheral>> {
         self.all().into_iter().find(|unit| unit.base == base)
     }

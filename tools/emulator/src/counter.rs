@@ -1,19 +1,19 @@
-//! A count that time advances, as TIMER and RTC have it: what it is at an instant, and when it becomes a
-//! value.
+//! A counter driven by a clock, as in TIMER and RTC: its count at an instant, and the next instant at which it
+//! reaches a value.
 
 /// Counts at a fixed rate while it runs, and wraps.
 #[derive(Clone, Debug)]
 pub(crate) struct Counter {
-    /// The rate: this many counts in this many cycles of 64 MHz.
+    /// The rate: `counts` counts every `cycles` cycles of 64 MHz.
     pub(crate) counts: u64,
     pub(crate) cycles: u64,
-    /// The highest count.
+    /// The highest count; 0 follows it.
     pub(crate) mask: u32,
     pub(crate) runs: bool,
-    /// The count at `since`. If the counter does not run, its count.
+    /// The count at `since`, or the current count if the counter is stopped.
     pub(crate) count: u32,
     since: u64,
-    /// Values that the count became up to this instant have been seen.
+    /// Counts reached up to this instant have been handled.
     pub(crate) seen: u64,
 }
 
@@ -30,12 +30,12 @@ impl Counter {
         }
     }
 
-    /// Counts from `since` to that instant.
+    /// Returns the number of counts from `since` to `now`.
     fn elapsed(&self, now: u64) -> u64 {
         (now - self.since) * self.counts / self.cycles
     }
 
-    /// The count at that instant.
+    /// Returns the count at `now`.
     pub(crate) fn at(&self, now: u64) -> u32 {
         if !self.runs {
             return self.count;
@@ -45,20 +45,20 @@ impl Counter {
         self.count.wrapping_add(elapsed) & self.mask
     }
 
-    /// Counts on from `count`.
+    /// Sets the count.
     pub(crate) fn set(&mut self, count: u32, now: u64) {
         self.count = count;
         self.since = now;
         self.seen = now;
     }
 
-    /// Runs from now on, or stops.
+    /// Starts or stops the counter.
     pub(crate) fn run(&mut self, runs: bool, now: u64) {
         self.set(self.at(now), now);
         self.runs = runs;
     }
 
-    /// The first instant after `seen` at which the count becomes one of these values.
+    /// Returns the first instant after `seen` at which the count becomes one of these values.
     pub(crate) fn next<'a>(&self, values: impl Iterator<Item = &'a u32>) -> Option<u64> {
         if !self.runs {
             return None;

@@ -98,7 +98,7 @@ impl Port {
 }
 
 impl Gpio {
-    /// Shows the pins to what surrounds the chip.
+    /// Records the outputs, and tells the line whether its pin is pulled up.
     pub(crate) fn show(&self, context: &mut Context) {
         let port = self.ports.get(context.line_pin as usize / 32);
         let pin = port.and_then(|port| port.configuration.get(context.line_pin as usize % 32));
@@ -143,7 +143,7 @@ fn pulls_up(configuration: u32) -> bool {
     configuration >> 2 & 3 == 3
 }
 
-/// Which port, and the offset as if it were P0.
+/// Returns the port's number, and the offset as if it were P0.
 fn port(offset: u32) -> (usize, u32) {
     // P0's last register is at 0x77C, P1's first one at 0x804.
     if offset <= PIN_CNF_LAST {

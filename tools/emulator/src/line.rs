@@ -174,7 +174,7 @@ impl Line {
         self.level != (changes.count() % 2 == 1)
     }
 
-    /// The first instant from `since` on at which the line has that level.
+    /// Returns the first instant, not before `since`, at which the line has that level.
     pub(crate) fn reaches(&self, level: bool, since: u64) -> Option<u64> {
         if self.level_at(since) == level {
             return Some(since);

@@ -1,5 +1,5 @@
-//! The firmware's log: bytes from SEGGER RTT, as a debug probe fetches them, made readable with defmt's texts
-//! in the ELF.
+//! The firmware's log: fetches bytes from SEGGER RTT, as a debug probe does, and decodes them with the defmt
+//! texts in the ELF.
 //!
 //! RTT's control block `_SEGGER_RTT` is SEGGER's `SEGGER_RTT_CB`: "SEGGER RTT" padded to 16 bytes, the numbers
 //! of up- and down-channels, then for each up-channel: name, buffer, size, write offset, read offset, flags.

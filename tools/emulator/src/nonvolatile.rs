@@ -1,8 +1,8 @@
 //! FICR, UICR, NVMC and TEMP: nRF52840 Product Specification, the sections of these names.
 //!
-//! Writing words of UICR is modelled, without the time it takes; erasing, and writing flash, are not. Of
-//! TEMP only the calibration is modelled, which erratum 66 has firmware copy from FICR: no temperature is
-//! measured, so writing it has no effect, and reading it is refused.
+//! Writing words of UICR is modelled, without the time it takes; erasing, and writing flash, are not. TEMP
+//! has only its calibration, which firmware copies from FICR (erratum 66). No temperature is measured, so
+//! writing the calibration has no effect, and reading it is refused.
 
 use std::collections::BTreeMap;
 
@@ -105,7 +105,7 @@ impl Nonvolatile {
     }
 }
 
-/// The name of the one whose registers are there, if any.
+/// Returns the name of the peripheral at `base`, if it is one of these four.
 pub(crate) fn name(base: u32) -> Option<&'static str> {
     let names = [
         (FICR, "FICR"),

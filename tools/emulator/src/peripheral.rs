@@ -14,7 +14,7 @@ use crate::pwm::Period;
 
 /// One peripheral's own behaviour. [`Common`] and the chip do the rest.
 pub(crate) trait Peripheral {
-    /// Its name, events and shorts, as they are after a reset.
+    /// Returns its name, events and shorts as they are after a reset.
     fn common(&self) -> Common;
 
     /// Reads a register; `None` if it is not modelled.
@@ -37,7 +37,7 @@ pub(crate) trait Peripheral {
     fn advance(&mut self, _context: &mut Context) {}
 }
 
-/// What a peripheral sees of the chip while it acts, and what surrounds the chip. No reset changes it.
+/// The state that peripherals share, and the chip's surroundings. No reset changes it.
 #[derive(Debug)]
 pub(crate) struct Context {
     /// Cycles of 64 MHz since power-on.
@@ -45,20 +45,20 @@ pub(crate) struct Context {
     pub(crate) memory: Memory,
     pub(crate) assumptions: Assumptions,
     pub(crate) line: Line,
-    /// The pin to which the line is wired, as PSEL has it.
+    /// The pin to which the line is wired: 32 * port + pin.
     pub(crate) line_pin: u32,
-    /// The pin of UARTE1 that is wired to the line too, as PSEL has it.
+    /// The pin that is wired to the line as well, for UARTE1 to send on.
     pub(crate) loopback_pin: Option<u32>,
     /// Cycles that the crystal takes to start; `None` if it never does.
     pub(crate) crystal_startup: Option<u64>,
     /// All periods of the PWM so far.
     pub(crate) pwm_periods: Vec<Period>,
-    /// The outputs as they are, and every change of them, with its instant.
+    /// The current outputs, and all changes of them with their instants.
     pub(crate) pins: Pins,
     pub(crate) pin_changes: Vec<(u64, Pins)>,
     /// Offsets of the events that the acting peripheral has raised.
     pub(crate) raised: Vec<u32>,
-    /// The first thing that went wrong.
+    /// The first misuse, or access to something that is not modelled.
     pub(crate) refusal: Option<Refusal>,
 }
 
@@ -89,7 +89,7 @@ impl Context {
         self.refusal.get_or_insert(refusal);
     }
 
-    /// Keeps the refusal, if it is one.
+    /// Returns the value, or keeps the refusal.
     pub(crate) fn check<T>(&mut self, outcome: Result<T, Refusal>) -> Option<T> {
         outcome.map_err(|refusal| self.refuse(refusal)).ok()
     }
@@ -111,8 +111,8 @@ pub(crate) trait RegisterFile {
 }
 
 /// Declares the struct `Registers` of a peripheral's registers that read as they were written. Each line has
-/// the offset, the field, its value after a reset, and the values that are modelled. A field of several
-/// words is a register every four bytes.
+/// the offset, the field, its value after a reset, and the values that are modelled. An array is one
+/// register for each word.
 macro_rules! registers {
     ($($(#[$doc:meta])* $offset:literal $field:ident: $type:ty = $reset:expr, $values:expr;)+) => {
         #[derive(Clone, Debug)]
@@ -187,7 +187,7 @@ pub(crate) struct Common {
 pub(crate) type Short = (u32, u32, u32);
 
 impl Common {
-    /// The offsets of the events, and the modelled shorts.
+    /// Takes the offsets of the events, and the modelled shorts.
     pub(crate) fn new(name: &'static str, events: &[u32], shorts: &[Short]) -> Self {
         Self {
             name,
@@ -201,7 +201,7 @@ impl Common {
         }
     }
 
-    /// Neither tasks nor events.
+    /// For a peripheral without tasks and events.
     pub(crate) fn registers_only(name: &'static str) -> Self {
         Self {
             has_tasks: false,
@@ -223,7 +223,7 @@ impl Common {
         }
     }
 
-    /// The tasks that the shorts trigger at this event.
+    /// Returns the tasks that the enabled shorts trigger at this event.
     pub(crate) fn shorted(&self, event: u32) -> impl Iterator<Item = u32> {
         let shorts = self.modelled_shorts.iter();
         let taken = shorts.filter(move |(bit, at, _)| self.shorts & bit != 0 && *at == event);

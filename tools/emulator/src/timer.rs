@@ -29,7 +29,7 @@ pub(crate) struct Timer {
     name: &'static str,
     registers: Registers,
     running: bool,
-    /// It runs in timer mode only.
+    /// Runs in timer mode only; in counter mode the COUNT task advances it.
     counter: Counter,
 }
 

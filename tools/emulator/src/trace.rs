@@ -1,5 +1,5 @@
-//! What happened on the board so far, in the order in which it happened. Times are in cycles. Of exception
-//! handlers also what they cost: instructions and cycles, from entry to return.
+//! What happened on the board so far, in the order in which it happened. Times are in cycles. Exception
+//! handlers are recorded with their cost: instructions and cycles, from entry to return.
 
 use crate::chip::ResetCause;
 use crate::gpio::Pins;

@@ -36,7 +36,7 @@ fn low_frequency(cycles: u64) -> u64 {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watchdog {
     registers: Registers,
-    /// Reload requests that must still come, while it runs.
+    /// The reload requests still missing, while it runs.
     requested: u32,
     times_out_at: Option<u64>,
     bites_at: Option<u64>,

@@ -105,7 +105,7 @@ impl Property {
     }
 }
 
-/// Checks a harness, unless its program was proved before. The program, the answer and a proof are left in files.
+/// Checks a harness, unless its program was proved before. Leaves the program, the answer and the proof in files.
 pub(crate) fn check(
     cbmc: &Cbmc,
     module: &Module,

@@ -35,7 +35,7 @@ registers! {
 struct Settings {
     modelled_configuration: u32,
     easy_dma: u32,
-    /// RXD or TXD: PTR, MAXCNT, AMOUNT.
+    /// PTR, MAXCNT and AMOUNT.
     pointer: u32,
     size: u32,
     amount: u32,
@@ -76,7 +76,7 @@ impl Settings {
         self.registers.configuration & CONFIG_TWO_STOP_BITS != 0
     }
 
-    /// A transfer of the buffer that the registers name.
+    /// Returns a transfer of the buffer that PTR and MAXCNT describe.
     fn transfer(&self) -> Transfer {
         Transfer {
             pointer: self.pointer,

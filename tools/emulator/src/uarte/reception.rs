@@ -51,7 +51,7 @@ pub(crate) struct Reception {
     again_at: Option<u64>,
 }
 
-/// When something happens by itself, if it does, and what.
+/// The instant at which the receiver acts by itself, if it will, and the action.
 type Deadline = (Option<u64>, fn(&mut Reception, &mut Context));
 
 impl Reception {
@@ -124,7 +124,7 @@ impl Reception {
         Ok(())
     }
 
-    /// What is still to come, and when. Of several at one instant, the first comes first.
+    /// Returns the pending actions. Of several that are due, the first in this list is done first.
     fn deadlines(&self, line: &Line) -> [Deadline; 6] {
         let stores = self.transfer.is_some() && self.started_at.is_none();
         let byte = self.fifo.front().filter(|_| stores);
@@ -178,7 +178,7 @@ impl Reception {
         context.raise(ERROR);
     }
 
-    /// The sampler does what is due.
+    /// Lets the sampler do what is due.
     fn listen(&mut self, context: &mut Context) {
         let due = self.sampler.next(&context.line);
         let heard = due.and_then(|at| self.sampler.advance(at, &mut context.line));

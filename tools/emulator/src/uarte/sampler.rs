@@ -1,4 +1,4 @@
-//! Makes bytes and errors of the line's level, bit by bit.
+//! Samples the line bit by bit, and turns its levels into bytes and errors.
 //!
 //! The product specification (section "UARTE", "Reception" and "Error conditions") says what the
 //! errors are, not how the line is sampled. The model does what is usual: the start bit's edge is
@@ -7,7 +7,7 @@
 
 use crate::line::Line;
 
-/// What was heard on the line.
+/// A byte or an error that the sampler found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
     /// A byte; the stop bit was high.

@@ -17,7 +17,7 @@ const TXSTOPPED: u32 = 0x158;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Transmission {
-    /// The open transfer, and when the byte that is being sent is over.
+    /// The open transfer, and the instant at which the current byte ends.
     sending: Option<(Transfer, u64)>,
     stops: bool,
     settings: Settings,

@@ -73,7 +73,7 @@ pub(crate) fn store(address: u32, value: u32) -> Vec<u16> {
     [&load(0, address)[..], &load(1, value), &[0x6001]].concat()
 }
 
-/// A board at power-on with these programs of the main loop and of all handlers.
+/// A board at power-on with this main loop, and one handler for all exceptions.
 pub(crate) fn board_of(main: &[u16], handler: &[u16]) -> Board {
     board_with(main, handler, Vec::new())
 }
@@ -155,7 +155,7 @@ pub(crate) fn start_receiving(board: &mut Board, baud: u32, size: u32) {
     start_receiving_from(8, board, baud, size);
 }
 
-/// The same from another pin.
+/// The same, with RXD on another pin.
 pub(crate) fn start_receiving_from(pin: u32, board: &mut Board, baud: u32, size: u32) {
     board.set_all(&[
         (PSEL_RXD, pin),

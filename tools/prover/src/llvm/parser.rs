@@ -1,4 +1,4 @@
-//! Goes through tokens, and reads types: which there are, and how large they are.
+//! Reads types and attributes from tokens; the types and their sizes.
 
 use std::collections::HashMap;
 

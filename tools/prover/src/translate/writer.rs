@@ -38,7 +38,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         }
     }
 
-    /// Reads tokens of the module.
+    /// Returns a cursor over tokens of the module.
     pub(super) fn cursor<'a>(&self, tokens: &'a [Token]) -> Cursor<'a>
     where
         'm: 'a,
