@@ -23,15 +23,15 @@ pub(crate) const TESTS: &str = "framelock-firmware-tests";
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
 /// All that the tests run. The others share the first one's dependencies, so each takes a second or
-/// two. `discard` also leaves the debug port as it is; the last has single steps of the parsers, for the
+/// two. `lecture` also leaves the debug port as it is; the last has single steps of the parsers, for the
 /// figures.
 pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
     (
-        "discard",
+        "lecture",
         "framelock-firmware",
-        &["--features=discard,leave-debug-port"],
+        &["--features=lecture,leave-debug-port"],
     ),
     ("small", "framelock-firmware", &["--no-default-features"]),
     ("bin-crc8", "framelock-firmware", &["--features=bin-crc8"]),
