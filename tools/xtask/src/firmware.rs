@@ -132,11 +132,14 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     let compiler = Compiler::of(&[TARGET])?;
     report.says = format!("by {}", compiler.says);
     let sh = &Shell::new()?;
-    let folder = workspace.root.join("firmware").join("examples");
+    let folder = workspace.root.join("firmware");
     sh.change_dir(&folder);
     let build = || {
-        // Where the guide's commands find it.
-        let cargo = cmd!(sh, "cargo build --locked --release --target-dir target");
+        // Into the folder where the guide's commands find them.
+        let cargo = cmd!(
+            sh,
+            "cargo build --locked --release --target-dir target --package framelock-embassy --package framelock-rtic"
+        );
         compiler.with(sh, cargo.env_remove("RUSTFLAGS"))
     };
     let mut tests = workspace.cargo_test();
