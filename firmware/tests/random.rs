@@ -106,7 +106,7 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
     let (image, baud, policy) = match random.random_range(0..3) {
         0 => ("megabaud", 1_000_000_u64, Policy::Rescan),
         1 => ("default", 115_200, Policy::Rescan),
-        _ => ("discard", 115_200, Policy::Discard),
+        _ => ("lecture", 115_200, Policy::Discard),
     };
     let mut firmware = Firmware::booted(image);
     firmware.assume(assume);

@@ -13,7 +13,7 @@ use xshell::cmd;
 use crate::bare_metal::Compiler;
 use crate::stage_report::{Report, run_tests};
 use crate::workspace::{CORE, Workspace};
-use crate::{browser, firmware, prove};
+use crate::{firmware, prove};
 
 /// From the smallest to the largest: no atomic compare-and-swap, a floating-point unit, not Arm.
 const MICROCONTROLLERS: [&str; 3] = [
@@ -29,7 +29,7 @@ const HOST: &str = "framelock-host";
 /// The sources are formatted by rustfmt.
 pub(crate) fn format(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    for folder in [".", "firmware", "firmware/examples", "fuzz", browser::TESTS] {
+    for folder in [".", "firmware", "fuzz"] {
         let _here = sh.push_dir(folder);
         cmd!(sh, "cargo fmt --all --check")
             .run()

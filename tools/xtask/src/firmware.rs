@@ -23,15 +23,15 @@ pub(crate) const TESTS: &str = "framelock-firmware-tests";
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
 /// All that the tests run. The others share the first one's dependencies, so each takes a second or
-/// two. `discard` also leaves the debug port as it is; the last has single steps of the parsers, for the
+/// two. `lecture` also leaves the debug port as it is; the last has single steps of the parsers, for the
 /// figures.
 pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
     (
-        "discard",
+        "lecture",
         "framelock-firmware",
-        &["--features=discard,leave-debug-port"],
+        &["--features=lecture,leave-debug-port"],
     ),
     ("small", "framelock-firmware", &["--no-default-features"]),
     ("bin-crc8", "framelock-firmware", &["--features=bin-crc8"]),
@@ -132,11 +132,14 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     let compiler = Compiler::of(&[TARGET])?;
     report.says = format!("by {}", compiler.says);
     let sh = &Shell::new()?;
-    let folder = workspace.root.join("firmware").join("examples");
+    let folder = workspace.root.join("firmware");
     sh.change_dir(&folder);
     let build = || {
-        // Where the guide's commands find it.
-        let cargo = cmd!(sh, "cargo build --locked --release --target-dir target");
+        // Into the folder where the guide's commands find them.
+        let cargo = cmd!(
+            sh,
+            "cargo build --locked --release --target-dir target --package framelock-embassy --package framelock-rtic"
+        );
         compiler.with(sh, cargo.env_remove("RUSTFLAGS"))
     };
     let mut tests = workspace.cargo_test();

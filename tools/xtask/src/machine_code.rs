@@ -16,7 +16,7 @@ pub(crate) const NAME: &str = "machine-code";
 
 /// The images that are flashed, and the seeded bugs.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let images = ["default", "megabaud", "discard", "small"];
+    let images = ["default", "megabaud", "lecture", "small"];
     let mut prover = prover(workspace, &workspace.root, &images)?;
     run_tests(&mut prover, &mut report.tests)?;
     bugs::run(workspace, None, &[NAME.to_owned()])
@@ -26,7 +26,7 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
 /// be, as it was just before.
 pub(crate) fn is_proved(workspace: &Workspace, root: &Path) -> Result<bool> {
     let mut count = TestCount::default();
-    let mut prover = prover(workspace, root, &["default", "discard"])?;
+    let mut prover = prover(workspace, root, &["default", "lecture"])?;
     let outcome = run_tests(&mut prover, &mut count);
     ensure!(outcome.is_ok() || count.failed > 0, "no theorem was tried");
     Ok(outcome.is_ok())

@@ -8,6 +8,8 @@ use anyhow::{Context as _, Result, ensure};
 use cargo_metadata::MetadataCommand;
 use xshell::Shell;
 
+use crate::browser;
+
 /// The package that microcontrollers use, in the folder `core`.
 pub(crate) const CORE: &str = "framelock";
 
@@ -46,12 +48,13 @@ impl Workspace {
         cargo_in(&self.root)
     }
 
-    /// Tests of all packages: cargo chooses the features of what they have in common by the packages that it is given,
+    /// Tests of all packages except the [browser's](browser::TESTS): cargo chooses the features of what they have in common by the packages that it is given,
     /// and would compile it again for others. Clippy compiles them, as [`CLIPPY`] says: what it has looked at need not
     /// be compiled again to be run.
     pub(crate) fn cargo_test(&self) -> Command {
         let mut cargo = self.cargo();
         cargo.args(["test", "--workspace", "--all-features"]);
+        cargo.args(["--exclude", browser::TESTS]);
         cargo.args(CLIPPY).envs([NO_WARNINGS]);
         cargo
     }

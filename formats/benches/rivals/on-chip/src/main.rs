@@ -1,17 +1,17 @@
-//! What each program here does: it hands a stream to a receiver byte by byte, and counts frames.
+//! Hands a stream to one receiver byte by byte, and counts frames.
 //!
-//! The benchmark `rivals` builds the programs, runs them in the emulator, and gives them their streams. It finds
-//! the symbols below by their names.
+//! A feature chooses the receiver. The benchmark `rivals` builds this program once for each, runs it in the emulator, and
+//! gives it its streams. It finds the symbols below by their names.
 #![no_std]
+#![no_main]
+
+mod rivals;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use framelock::{BufferedReceiver, FixedFormat, Format, Line, Parser};
-use framelock_formats::layout::Message;
-// Start-up code, and the vector table.
-use cortex_m_rt as _;
 
 /// The stream. The benchmark writes it when `begin` is called.
 #[unsafe(no_mangle)]
@@ -30,7 +30,7 @@ static FRAMES: AtomicU32 = AtomicU32::new(0);
 static STATE: AtomicU32 = AtomicU32::new(0);
 
 /// A receiver.
-pub trait Receiver {
+pub(crate) trait Receiver {
     /// Takes a byte, and says how many frames it completes.
     fn take(&mut self, byte: u8) -> u32;
 }
@@ -64,9 +64,9 @@ fn found<M>(message: Option<&M>) -> u32 {
     })
 }
 
-/// Hands the stream over. Programs call it once, so it is a part of them.
+/// Hands the stream over.
 #[inline]
-pub fn receive<R: Receiver>(mut receiver: R) -> ! {
+fn receive<R: Receiver>(mut receiver: R) -> ! {
     STATE.store(
         u32::try_from(size_of::<R>()).unwrap_or(u32::MAX),
         Ordering::Relaxed,
@@ -99,32 +99,47 @@ extern "C" fn end() -> ! {
     }
 }
 
-/// The `MAVLink` messages that are sent, and the longest of all, `ENCAPSULATED_DATA`: number, CRC extra, most bytes
-/// of payload.
-pub const MESSAGES: &[Message] = &[
-    Message::with_extra(0, 50, 9),
-    Message::with_extra(1, 124, 43),
-    Message::with_extra(24, 24, 52),
-    Message::with_extra(30, 39, 28),
-    Message::with_extra(33, 104, 28),
-    Message::with_extra(65, 118, 42),
-    Message::with_extra(74, 20, 20),
-    Message::with_extra(131, 223, 255),
-    Message::with_extra(253, 83, 54),
-];
-
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     end()
 }
 
-/// A program: `receiver!(new receiver)`.
-#[macro_export]
-macro_rules! receiver {
-    ($new:expr) => {
+/// The entry point of each feature: framelock's receiver, with the feature `line` on a line.
+macro_rules! framelock {
+    ($($feature:literal: $receiver:expr;)*) => {$(
+        #[cfg(feature = $feature)]
         #[cortex_m_rt::entry]
         fn main() -> ! {
-            $crate::receive($new)
+            #[cfg(feature = "line")]
+            receive(Line::new($receiver));
+            #[cfg(not(feature = "line"))]
+            receive($receiver)
         }
-    };
+    )*};
 }
+
+framelock! {
+    "bin": framelock::Receiver::<framelock::motion::Bin>::new();
+    "bin-crc8": framelock::Receiver::<framelock::motion::BinCrc8>::new();
+    "six-axes": framelock::Receiver::<framelock_formats::SixAxes>::new();
+    "sbus": BufferedReceiver::<_, 50>::new(framelock_formats::Sbus);
+    "ibus": BufferedReceiver::<_, 64>::new(framelock_formats::Ibus);
+    "crsf": BufferedReceiver::<_, 128>::new(framelock_formats::Crsf);
+    "ubx": BufferedReceiver::<_, 212>::new(framelock_formats::Ubx::<106>);
+    "mavlink2": BufferedReceiver::<_, 560>::new(framelock_formats::Mavlink2(MESSAGES));
+}
+
+/// The `MAVLink` messages that are sent, and the longest of all, `ENCAPSULATED_DATA`: number, CRC extra, most bytes
+/// of payload.
+#[cfg(any(feature = "mavlink2", feature = "mavlink2-mavlink-core"))]
+const MESSAGES: &[framelock_formats::layout::Message] = &[
+    framelock_formats::layout::Message::with_extra(0, 50, 9),
+    framelock_formats::layout::Message::with_extra(1, 124, 43),
+    framelock_formats::layout::Message::with_extra(24, 24, 52),
+    framelock_formats::layout::Message::with_extra(30, 39, 28),
+    framelock_formats::layout::Message::with_extra(33, 104, 28),
+    framelock_formats::layout::Message::with_extra(65, 118, 42),
+    framelock_formats::layout::Message::with_extra(74, 20, 20),
+    framelock_formats::layout::Message::with_extra(131, 223, 255),
+    framelock_formats::layout::Message::with_extra(253, 83, 54),
+];
