@@ -183,7 +183,7 @@ impl Station {
         Outcome::Wrong
     }
 
-    /// The last byte of the frame has come, or was lost: what became of the frame.
+    /// Returns what became of a frame whose last byte has come or was lost.
     pub(crate) fn fate(&mut self, frame: &SentFrame) -> Fate {
         if std::mem::take(&mut self.is_wrong) {
             Fate::Wrong
@@ -196,7 +196,7 @@ impl Station {
         }
     }
 
-    /// When the frame was delivered, if it was.
+    /// Returns when the frame was delivered, if it was.
     fn delivery(&self, frame: &SentFrame) -> Option<u64> {
         let (number, at) = self.delivered?;
         (number == frame.number).then_some(at)

@@ -95,8 +95,8 @@ impl Traced {
         }
     }
 
-    /// A step as rows of text: the first has the columns, further ones go on with what happened. `policy` is what the
-    /// machine is called.
+    /// Returns a step as rows of text: the first has the columns, further ones go on with what happened. `policy` is
+    /// the machine's name.
     pub(super) fn row(&self, step: &Step, policy: &str) -> String {
         let Step { offset, byte, .. } = *step;
         let columns = match &step.bin {
@@ -118,7 +118,7 @@ impl Traced {
         )
     }
 
-    /// A step as a JSON object. All frames have the same keys, and BIN those of the lecture's columns too.
+    /// Appends a step as a JSON object. All frames have the same keys, and BIN also those of the lecture's columns.
     pub(super) fn json(&self, step: &Step, into: &mut Vec<u8>) -> Result<()> {
         let (offset, byte, after) = (step.offset, step.byte, step.after);
         let policy = self.policy;
@@ -156,7 +156,7 @@ impl Traced {
         Ok(())
     }
 
-    /// What happened, in words: a line for each thing.
+    /// Returns what happened, in words: a line for each thing.
     fn happened(&self, step: &Step) -> Vec<String> {
         if let Some(bin) = &step.bin {
             return bin.happened(step);
@@ -174,7 +174,7 @@ impl Traced {
         lines.collect()
     }
 
-    /// Where every byte has gone. `policy` is what the machine is called.
+    /// Returns where every byte has gone. `policy` is the machine's name.
     pub(super) fn balance(&self, policy: &str) -> String {
         let counters = self.line.counters();
         let discarded = &counters.discarded;
