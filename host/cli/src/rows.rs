@@ -9,9 +9,9 @@ use std::time::Duration;
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
 use framelock_description::{Column, quote};
+use framelock_receiving::Protocol;
 use serde_json::Value;
 
-use crate::frame::Frame;
 use crate::input::Input;
 
 /// How rows are written.
@@ -52,7 +52,7 @@ type Line<'a> = (u64, Result<Fields<'a>, String>);
 pub(crate) fn rows<'a>(
     input: Input<'a>,
     format: InputFormat,
-    frame: &'a Frame,
+    frame: &'a Protocol,
     reads_times: bool,
 ) -> Result<impl Iterator<Item = Result<Row>> + 'a> {
     let name = input.name.clone();

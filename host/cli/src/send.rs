@@ -16,11 +16,12 @@ use std::time::Duration;
 
 use anyhow::{Result, bail};
 use framelock::motion::Setpoint;
+use framelock_receiving::Protocol;
 use framelock_simulation::{
     Axis, ByteFaults, FaultRates, Motion, Seed, Shape, check_rate, time_on_line,
 };
 
-use crate::frame::{Frame, FrameParser};
+use crate::frame_option::ProtocolParser;
 use crate::input::Input;
 use crate::interrupt;
 use crate::numbers::{number, probability, whole};
@@ -64,8 +65,8 @@ pub(crate) struct Arguments {
     seconds: Option<f64>,
     /// The frames: a name, or a file that describes them [default: bin]. Those other than bin and
     /// bin-crc8 are sent from a profile, and do not park
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
-    frame: Frame,
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
     /// End with an error when the port is gone, instead of waiting for it

@@ -3,15 +3,15 @@
 
 use anyhow::{Error, Result};
 use framelock_description::SHIPPED;
+use framelock_receiving::Protocol;
 
-use crate::frame::Frame;
 use crate::input::{Input, Spelling, for_each_arrival};
 use crate::output::message;
 use crate::rows::{InputFormat, rows};
 use crate::{decode, trace};
 
 /// Frames, and every text that is made of a stream of them.
-pub struct Texts(Frame);
+pub struct Texts(Protocol);
 
 impl Texts {
     /// Those that `description` describes, and each of the shipped.
@@ -21,7 +21,7 @@ impl Texts {
     pub fn all(description: &str) -> Result<Vec<Self>> {
         let own = [("described", description)];
         let all = own.iter().chain(SHIPPED);
-        let frames = all.map(|(name, text)| Frame::described(name, (*text).to_owned()));
+        let frames = all.map(|(name, text)| Protocol::described(name, (*text).to_owned()));
         let all = frames.map(|frame| Ok(Self(frame.map_err(Error::msg)?)));
         all.collect()
     }

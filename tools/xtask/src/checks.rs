@@ -79,7 +79,13 @@ pub(crate) fn generated(workspace: &Workspace, report: &mut Report) -> Result<()
 /// The examples in the documentation, and that it builds without warnings.
 pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
     run_tests(workspace.cargo_test().arg("--doc"), &mut report.tests)?;
-    let libraries = [CORE, FORMATS, "framelock-proofs", "framelock-simulation"];
+    let libraries = [
+        CORE,
+        FORMATS,
+        "framelock-proofs",
+        "framelock-receiving",
+        "framelock-simulation",
+    ];
     let packages = libraries.map(|library| ["--package", library]).concat();
     let sh = workspace.shell()?;
     cmd!(sh, "cargo doc --no-deps --all-features {packages...}")

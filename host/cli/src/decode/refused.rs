@@ -1,8 +1,8 @@
 //! Headers that are refused, and what goes by behind them: if it is much, the description does not fit the line.
 
 use framelock::DiscardReason;
+use framelock_receiving::Protocol;
 
-use crate::frame::Frame;
 use crate::output::note;
 
 /// Bytes of which a tenth is worth a hint while they come, and at the end.
@@ -39,7 +39,7 @@ impl Refused {
     }
 
     /// Says once which key to change, if more than a tenth of all bytes went by so.
-    pub(super) fn hint(&mut self, frame: &Frame, bytes: usize, is_end: bool) {
+    pub(super) fn hint(&mut self, frame: &Protocol, bytes: usize, is_end: bool) {
         let least = if is_end { SOME } else { MANY };
         if self.is_told || bytes < least {
             return;

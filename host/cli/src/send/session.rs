@@ -4,10 +4,10 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use framelock::motion::Setpoint;
+use framelock_receiving::Protocol;
 use framelock_simulation::{ByteFaults, between};
 
 use super::pacer::{Clock, Pacer, Rate};
-use crate::frame::Frame;
 
 /// How often the parking setpoint itself is sent: a line that loses frames must bring one.
 const PARK_FRAMES: u32 = 5;
@@ -33,7 +33,7 @@ pub(super) struct Parking {
 pub(super) struct Session<'a, C, W> {
     pub(super) pacer: Pacer<C>,
     line: &'a mut W,
-    frame: &'a Frame,
+    frame: &'a Protocol,
     pub(super) faults: Option<ByteFaults>,
     last: Option<Setpoint>,
     /// Frames, without those that park.
@@ -47,7 +47,7 @@ impl<'a, C: Clock, W: Write> Session<'a, C, W> {
     pub(super) fn new(
         clock: C,
         line: &'a mut W,
-        frame: &'a Frame,
+        frame: &'a Protocol,
         faults: Option<ByteFaults>,
     ) -> Self {
         Self {

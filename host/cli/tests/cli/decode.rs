@@ -20,9 +20,9 @@ fn what_is_received_is_written_in_every_format() {
                    \"too_long\":0,\"unknown_message\":0,\"check\":0,\"terminator\":1,\"line_event\":0},\"resynchronisations\":1}\n";
     for (arguments, stream, expected) in [
         (&[][..], &CLEAN[..], clean),
-        (&["--policy=discard"], &CLEAN, clean),
+        (&["--policy=lecture"], &CLEAN, clean),
         (&["-"], &LOSSY, lossy),
-        (&["--policy=discard"], &LOSSY, ""),
+        (&["--policy=lecture"], &LOSSY, ""),
         (
             &["--format=csv"],
             &both,
@@ -138,10 +138,10 @@ fn the_summary_counts() {
     let late = &b"AB\0AB\0\r".repeat(5)[1..];
     let late_with_check = &BinCrc8::encode([b'A', b'B', 0].into()).repeat(5)[1..];
     for (argument, stream, [bytes, length, frames]) in [
-        ("--policy=rescan", &b""[..], [0, 7, 0]),
-        ("--policy=discard", &LOSSY, [12, 7, 0]),
-        ("--policy=rescan", late, [34, 7, 4]),
-        ("--policy=discard", late, [34, 7, 0]),
+        ("--policy=framelock", &b""[..], [0, 7, 0]),
+        ("--policy=lecture", &LOSSY, [12, 7, 0]),
+        ("--policy=framelock", late, [34, 7, 4]),
+        ("--policy=lecture", late, [34, 7, 0]),
         ("--frame=bin-crc8", late_with_check, [39, 8, 4]),
     ] {
         let summary = shown(

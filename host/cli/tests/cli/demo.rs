@@ -74,9 +74,9 @@ fn the_same_seed_gives_the_same_lines() {
 fn without_faults_it_speaks_of_none() {
     let shown = shown(&["--drop", "0", "--flip", "0"]);
     assert!(shown.contains("\nA GOOD LINE\n") && !shown.contains("lost, and one frame"));
-    assert!(shown.ends_with(
-        "\nBroken by the line: 0. Missed though whole: lecture's machine 0, framelock 0.\n"
-    ));
+    assert!(
+        shown.ends_with("\nBroken by the line: 0. Missed though whole: lecture 0, framelock 0.\n")
+    );
     assert_eq!(row(&shown, "received"), [160; 2]);
 }
 

@@ -161,7 +161,7 @@ const CANNOT_BE_OPENED: &str = "
     decode --baud=9600 /dev/ttyNONE => cannot open /dev/ttyNONE
     decode --baud=9600 => --baud is for serial ports, and standard input is none
     decode --baud=9600 Cargo.toml => --baud is for serial ports, and Cargo.toml
-    decode --policy=discard --frame=bin-crc8 => the lecture's machine, which knows --frame bin and no
+    decode --policy=lecture --frame=bin-crc8 => the lecture's machine, which knows --frame bin and no
     trace no-such-file => not hex: word 1, 'no-such-file', has 'n'
     trace no-such-file => cannot open no-such-file
     trace 41 42 4G => word 3, '4G', has 'G', which is no hex digit

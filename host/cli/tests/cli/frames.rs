@@ -240,12 +240,12 @@ offset  byte    pending  what happened
     let rows: Vec<&str> = rows.lines().collect();
     assert_eq!(
         rows[1],
-        "{\"offset\":1,\"byte\":181,\"pending\":1,\"what\":[{\"discarded\":1,\"from\":0,\
+        "{\"offset\":1,\"byte\":181,\"policy\":\"framelock\",\"pending\":1,\"what\":[{\"discarded\":1,\"from\":0,\
          \"bytes\":\"B5\",\"why\":\"broken sync\"}]}"
     );
     assert_eq!(
         rows[10],
-        "{\"offset\":10,\"byte\":56,\"pending\":0,\"what\":[{\"offset\":10,\"length\":10,\
+        "{\"offset\":10,\"byte\":56,\"policy\":\"framelock\",\"pending\":0,\"what\":[{\"offset\":10,\"length\":10,\
          \"class\":5,\"id\":1,\"payload\":\"0601\"}]}"
     );
     // One byte may decide several things: each has a row.
@@ -281,11 +281,11 @@ fn what_only_setpoints_have_is_told_and_mistakes_in_files_have_a_place() {
         ),
         (&["decode", &my], "my.toml:3:1: unknown field `lenght`"),
         (
-            &["decode", "--frame=sbus", "--policy=discard"],
+            &["decode", "--frame=sbus", "--policy=lecture"],
             "knows --frame bin and no other",
         ),
         (
-            &["trace", "--frame=sbus", "--policy=discard", "00"],
+            &["trace", "--frame=sbus", "--policy=lecture", "00"],
             "knows --frame bin and no other",
         ),
         (

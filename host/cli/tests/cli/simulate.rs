@@ -90,10 +90,10 @@ fn json_holds_the_parameters_and_the_intervals() {
     assert_eq!(
         kinds,
         [
-            ("discard", None),
-            ("discard", Some(20)),
-            ("rescan", None),
-            ("rescan", Some(20))
+            ("lecture", None),
+            ("lecture", Some(20)),
+            ("framelock", None),
+            ("framelock", Some(20))
         ]
     );
     for receiver in receivers {
@@ -135,7 +135,7 @@ fn csv_has_a_row_for_each_point_and_receiver_with_all_parameters() {
     assert_eq!(column("lose")[3..6], ["0", "0.1", "0.1"]);
     assert_eq!(
         column("policy")[0..4],
-        ["discard", "discard", "rescan", "rescan"]
+        ["lecture", "lecture", "framelock", "framelock"]
     );
     assert_eq!(
         column("idle_gap_rule")[0..4],
@@ -207,7 +207,7 @@ fn every_option_is_a_parameter_of_the_simulation() {
     // The lecture's machine receives frames of format bin only.
     let receivers = document["points"][0]["receivers"].as_array().unwrap();
     let policies = receivers.iter().map(|receiver| &receiver["policy"]);
-    assert!(policies.eq(["rescan", "rescan"]));
+    assert!(policies.eq(["framelock", "framelock"]));
 }
 
 #[test]
@@ -315,10 +315,10 @@ fn a_sweep_is_a_table_for_people_too() {
     assert_eq!(lines.len(), 1 + 2 * 4);
     assert!(lines[0].contains("lose  policy"));
     assert!(
-        lines[1].contains("0  discard") && lines[1].contains("100.0000 %"),
+        lines[1].contains("0  lecture") && lines[1].contains("100.0000 %"),
         "{shown}"
     );
-    assert!(lines[8].contains("0.5  rescan"), "{shown}");
+    assert!(lines[8].contains("0.5  framelock"), "{shown}");
 
     let shown = self::shown(&[
         "--sweep",
@@ -333,7 +333,7 @@ fn a_sweep_is_a_table_for_people_too() {
     let lines: Vec<_> = shown.lines().collect();
     assert_eq!(lines.len(), 1 + 2 * (1 + 2 * 4));
     assert_eq!((lines[1], lines[10]), ("lose 0:", "lose 0.5:"));
-    assert!(lines[0].contains("rate  policy") && lines[18].contains("40  rescan"));
+    assert!(lines[0].contains("rate  policy") && lines[18].contains("40  framelock"));
 }
 
 #[test]

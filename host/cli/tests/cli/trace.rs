@@ -11,45 +11,45 @@ fn shown(arguments: &[&str]) -> String {
 }
 
 const FIRST: &str = "\
-offset  byte    policy   state     temp      setpoint  what happened
-     0  41 'A'  both      A -> B   -- -- --  -- -- --  sync
-     1  42 'B'  both      B -> 1   -- -- --  -- -- --  sync
-     2  00      both      1 -> 2   -- -- --  -- -- --  reserved, not kept
-     3  7F      both      2 -> 3   7F -- --  -- -- --  temp pitch=7F
-     4  C8      both      3 -> 4   7F C8 --  -- -- --  temp roll=C8
-     5  4A 'J'  both      4 -> CR  7F C8 4A  -- -- --  temp yaw=4A
-     6  0D CR   both     CR -> A   7F C8 4A  7F C8 4A  SP=(7F,C8,4A)
+offset  byte   policy    state     temp      setpoint  what happened
+     0  41 'A' both       A -> B   -- -- --  -- -- --  sync
+     1  42 'B' both       B -> 1   -- -- --  -- -- --  sync
+     2  00     both       1 -> 2   -- -- --  -- -- --  reserved, not kept
+     3  7F     both       2 -> 3   7F -- --  -- -- --  temp pitch=7F
+     4  C8     both       3 -> 4   7F C8 --  -- -- --  temp roll=C8
+     5  4A 'J' both       4 -> CR  7F C8 4A  -- -- --  temp yaw=4A
+     6  0D CR  both      CR -> A   7F C8 4A  7F C8 4A  SP=(7F,C8,4A)
 
-both:    7 bytes = 7 x 1 committed + 0 discarded + 0 pending
-         SP=(7F,C8,4A)
+both:      7 bytes = 7 x 1 committed + 0 discarded + 0 pending
+           SP=(7F,C8,4A)
 ";
 
 const SECOND: &str = "\
-offset  byte    policy   state     temp      setpoint  what happened
-     0  41 'A'  both      A -> B   -- -- --  -- -- --  sync
-     1  42 'B'  both      B -> 1   -- -- --  -- -- --  sync
-     2  00      both      1 -> 2   -- -- --  -- -- --  reserved, not kept
-     3  4A 'J'  both      2 -> 3   4A -- --  -- -- --  temp pitch=4A
-     4  0D CR   both      3 -> 4   4A 0D --  -- -- --  temp roll=0D
-     5  41 'A'  both      4 -> CR  4A 0D 41  -- -- --  temp yaw=41
-     6  42 'B'  discard  CR -> A   4A 0D 41  -- -- --  not CR: 7 bytes discarded
-     6  42 'B'  rescan   CR -> 1   4A 0D 41  -- -- --  not CR: 5 bytes discarded
+offset  byte   policy    state     temp      setpoint  what happened
+     0  41 'A' both       A -> B   -- -- --  -- -- --  sync
+     1  42 'B' both       B -> 1   -- -- --  -- -- --  sync
+     2  00     both       1 -> 2   -- -- --  -- -- --  reserved, not kept
+     3  4A 'J' both       2 -> 3   4A -- --  -- -- --  temp pitch=4A
+     4  0D CR  both       3 -> 4   4A 0D --  -- -- --  temp roll=0D
+     5  41 'A' both       4 -> CR  4A 0D 41  -- -- --  temp yaw=41
+     6  42 'B' lecture   CR -> A   4A 0D 41  -- -- --  not CR: 7 bytes discarded
+     6  42 'B' framelock CR -> 1   4A 0D 41  -- -- --  not CR: 5 bytes discarded
                          resynchronised to the AB at offset 5
-     7  00      discard   A -> A   4A 0D 41  -- -- --  no sync: discarded
-     7  00      rescan    1 -> 2   4A 0D 41  -- -- --  reserved, not kept
-     8  82      discard   A -> A   4A 0D 41  -- -- --  no sync: discarded
-     8  82      rescan    2 -> 3   82 0D 41  -- -- --  temp pitch=82
-     9  C4      discard   A -> A   4A 0D 41  -- -- --  no sync: discarded
-     9  C4      rescan    3 -> 4   82 C4 41  -- -- --  temp roll=C4
-    10  4A 'J'  discard   A -> A   4A 0D 41  -- -- --  no sync: discarded
-    10  4A 'J'  rescan    4 -> CR  82 C4 4A  -- -- --  temp yaw=4A
-    11  0D CR   discard   A -> A   4A 0D 41  -- -- --  no sync: discarded
-    11  0D CR   rescan   CR -> A   82 C4 4A  82 C4 4A  SP=(82,C4,4A)
+     7  00     lecture    A -> A   4A 0D 41  -- -- --  no sync: discarded
+     7  00     framelock  1 -> 2   4A 0D 41  -- -- --  reserved, not kept
+     8  82     lecture    A -> A   4A 0D 41  -- -- --  no sync: discarded
+     8  82     framelock  2 -> 3   82 0D 41  -- -- --  temp pitch=82
+     9  C4     lecture    A -> A   4A 0D 41  -- -- --  no sync: discarded
+     9  C4     framelock  3 -> 4   82 C4 41  -- -- --  temp roll=C4
+    10  4A 'J' lecture    A -> A   4A 0D 41  -- -- --  no sync: discarded
+    10  4A 'J' framelock  4 -> CR  82 C4 4A  -- -- --  temp yaw=4A
+    11  0D CR  lecture    A -> A   4A 0D 41  -- -- --  no sync: discarded
+    11  0D CR  framelock CR -> A   82 C4 4A  82 C4 4A  SP=(82,C4,4A)
 
-discard: 12 bytes = 7 x 0 committed + 12 discarded + 0 pending
-         SP=(--,--,--); no sync: 5; no CR: 7
-rescan:  12 bytes = 7 x 1 committed + 5 discarded + 0 pending
-         SP=(82,C4,4A); no sync: 4; no CR: 1
+lecture:   12 bytes = 7 x 0 committed + 12 discarded + 0 pending
+           SP=(--,--,--); no sync: 5; no CR: 7
+framelock: 12 bytes = 7 x 1 committed + 5 discarded + 0 pending
+           SP=(82,C4,4A); no sync: 4; no CR: 1
 ";
 
 #[test]
@@ -78,8 +78,8 @@ fn each_machine_may_be_shown_alone() {
     let received = "4142004A0D4142 0082C44A0D";
     assert_eq!(shown(&[received]), SECOND);
     for (policy, end, below) in [
-        ("discard", "SP=(--,--,--); no sync: 5; no CR: 7\n", 0),
-        ("rescan", "SP=(82,C4,4A); no sync: 4; no CR: 1\n", 1),
+        ("lecture", "SP=(--,--,--); no sync: 5; no CR: 7\n", 0),
+        ("framelock", "SP=(82,C4,4A); no sync: 4; no CR: 1\n", 1),
     ] {
         let alone = shown(&[received, "--policy", policy]);
         let goes_on = " ".repeat(25) + "resynchronised to the AB at offset 5\n";
@@ -87,8 +87,8 @@ fn each_machine_may_be_shown_alone() {
         let rows = SECOND.lines().skip(1).take(19);
         for row in rows.filter(|row| !goes_on.starts_with(row)) {
             // The rows that both have in common are the machine's too.
-            let row = row.replace("  both   ", &format!("  {policy:<7}"));
-            let is_of_it = row.contains(&format!("  {policy:<7}  "));
+            let row = row.replace(" both      ", &format!(" {policy:<9} "));
+            let is_of_it = row.contains(&format!(" {policy:<9} "));
             assert_eq!(alone.contains(&row), is_of_it, "{row}: {alone}");
         }
         assert!(alone.ends_with(end), "{alone}");
@@ -99,8 +99,8 @@ fn each_machine_may_be_shown_alone() {
 #[test]
 fn what_a_state_does_with_a_wrong_byte_is_said() {
     // An A in state B, noise in state A, and a failed frame that ends in an A.
-    let rescan = shown(&["41 41 2E 41 42 01 02 03 04 41", "--policy", "rescan"]);
-    let rows = rescan.lines().skip(1).take(11);
+    let framelock = shown(&["41 41 2E 41 42 01 02 03 04 41", "--policy", "framelock"]);
+    let rows = framelock.lines().skip(1).take(11);
     // What stands below the last row begins further to the left.
     let happened: Vec<&str> = rows
         .map(|row| &row[if row.starts_with("       ") { 25 } else { 55 }..])
@@ -121,15 +121,15 @@ fn what_a_state_does_with_a_wrong_byte_is_said() {
             "resynchronised to the A at offset 9",
         ]
     );
-    assert!(rescan.ends_with(
-        "10 bytes = 7 x 0 committed + 9 discarded + 1 pending\n         SP=(--,--,--); no sync: 6; \
+    assert!(framelock.ends_with(
+        "10 bytes = 7 x 0 committed + 9 discarded + 1 pending\n           SP=(--,--,--); no sync: 6; \
          broken sync: 2; no CR: 1\n"
     ));
 }
 
 #[test]
 fn a_trace_fits_a_terminal_of_eighty_columns() {
-    for policy in ["both", "discard", "rescan"] {
+    for policy in ["both", "lecture", "framelock"] {
         let shown = shown(&[
             "41 41 2E 41 42 01 02 03 04 41 42 2E 41 2E",
             "--policy",
@@ -190,9 +190,9 @@ fn json_has_an_object_per_byte_and_machine() {
     assert_eq!(rows.len(), 14);
     assert_eq!(
         rows[13],
-        "{\"offset\":6,\"byte\":13,\"policy\":\"rescan\",\"state_before\":\"CR\",\
+        "{\"offset\":6,\"byte\":13,\"policy\":\"framelock\",\"pending\":0,\"state_before\":\"CR\",\
          \"state_after\":\"A\",\"temp\":[127,200,74],\"setpoint\":[127,200,74],\
-         \"discarded\":0,\"what\":\"SP=(7F,C8,4A)\"}"
+         \"what\":[{\"offset\":6,\"pitch\":127,\"roll\":200,\"yaw\":74}]}"
     );
     assert!(rows[0].contains("\"temp\":[null,null,null],\"setpoint\":null,"));
 }
@@ -219,7 +219,7 @@ fn files_and_standard_input_are_read_and_hex_is_hex_even_if_a_file_has_that_name
 
 #[test]
 fn rows_come_as_the_bytes_do() {
-    let mut child = process::start(&["trace", "-", "--policy", "rescan"]);
+    let mut child = process::start(&["trace", "-", "--policy", "framelock"]);
     let mut input = child.stdin.take().unwrap();
     let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
     rows.next().unwrap().unwrap();
@@ -229,6 +229,6 @@ fn rows_come_as_the_bytes_do() {
         assert!(rows.next().unwrap().unwrap().contains("41 'A'"));
     }
     drop(input);
-    assert!(rows.any(|row| row.unwrap().starts_with("rescan:")));
+    assert!(rows.any(|row| row.unwrap().starts_with("framelock:")));
     assert!(child.wait().unwrap().success());
 }

@@ -29,8 +29,8 @@ const PARKING: Parking = Parking {
 /// The way from a pitch of 9, and the end of it.
 const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
 
-fn named(name: &str) -> Frame {
-    Frame::named(name).unwrap()
+fn named(name: &str) -> Protocol {
+    Protocol::named(name).unwrap()
 }
 
 /// Ten frames: pitch counts them; some are silent.

@@ -5,8 +5,7 @@ use std::io::Write as _;
 use std::time::Duration;
 
 use framelock_description::{Column, Description, Field, KIND, Value};
-
-use super::Frame;
+use framelock_receiving::Protocol;
 
 /// Where in a stream a frame's last byte is, and when it came, if that is to be written.
 #[derive(Clone, Copy)]
@@ -17,7 +16,7 @@ pub(crate) struct Place {
 
 /// How a kind of frames is written.
 #[derive(Clone)]
-pub(super) struct Kind {
+struct Kind {
     /// The fields that frames differ in, each by its number, with what is in front of its value in JSON.
     fields: Vec<(usize, Vec<u8>)>,
     /// What the columns hold: the value of a field, or each of an array, if it has one; and how many columns they are.
@@ -25,7 +24,7 @@ pub(super) struct Kind {
 }
 
 /// How the kinds of a description are written.
-pub(super) fn kinds(description: &Description) -> Vec<Kind> {
+fn kinds(description: &Description) -> Vec<Kind> {
     let kinds = description.kinds.iter().map(|kind| {
         let fields = kind.fields.iter().enumerate();
         let shown = fields.filter(|(_, field)| field.constant.is_none());
@@ -51,7 +50,26 @@ pub(super) fn kinds(description: &Description) -> Vec<Kind> {
     kinds.collect()
 }
 
-impl Frame {
+/// Writes the frames of a protocol.
+#[derive(Clone)]
+pub(crate) struct FrameWriter {
+    pub(crate) protocol: Protocol,
+    /// How each kind of frames is written.
+    written: Vec<Kind>,
+    /// Whether people are shown numbers in hex.
+    pub(crate) is_hex: bool,
+}
+
+impl FrameWriter {
+    /// Writes numbers in decimal.
+    pub(crate) fn new(protocol: Protocol) -> Self {
+        Self {
+            written: kinds(&protocol.description),
+            protocol,
+            is_hex: false,
+        }
+    }
+
     /// Appends the header of comma-separated values.
     pub(crate) fn append_csv_header(&self, row: &mut Vec<u8>, has_time: bool) {
         row.extend(if has_time {
@@ -59,10 +77,10 @@ impl Frame {
         } else {
             b"offset"
         });
-        if !self.has_setpoints() {
+        if !self.protocol.has_setpoints() {
             row.extend(b",length");
         }
-        for column in &self.description.columns {
+        for column in &self.protocol.description.columns {
             row.push(b',');
             row.extend(column.name.as_bytes());
         }
@@ -72,10 +90,10 @@ impl Frame {
     /// The kind of a frame, and how it is written.
     #[inline]
     fn kind(&self, frame: &[u8]) -> Option<(&framelock_description::Kind, &Kind)> {
-        match (&*self.description.kinds, &*self.written) {
+        match (&*self.protocol.description.kinds, &*self.written) {
             ([kind], [written]) => Some((kind, written)),
             (kinds, written) => {
-                let number = self.description.number(frame);
+                let number = self.protocol.description.number(frame);
                 Some((kinds.get(number)?, written.get(number)?))
             }
         }
@@ -88,14 +106,14 @@ impl Frame {
             row.push(b',');
         }
         append_number(row, place.offset);
-        if !self.has_setpoints() {
+        if !self.protocol.has_setpoints() {
             row.push(b',');
             append_number(row, frame.len());
         }
         let Some((kind, written)) = self.kind(frame) else {
             return;
         };
-        if self.description.has_kinds() {
+        if self.protocol.description.has_kinds() {
             row.push(b',');
             append_cell(row, &Value::Text(kind.name.as_bytes()));
         }
@@ -127,14 +145,14 @@ impl Frame {
             None => row.extend(b"{\"offset\":"),
         }
         append_number(row, place.offset);
-        if !self.has_setpoints() {
+        if !self.protocol.has_setpoints() {
             row.extend(b",\"length\":");
             append_number(row, frame.len());
         }
         let Some((kind, written)) = self.kind(frame) else {
             return;
         };
-        if self.description.has_kinds() {
+        if self.protocol.description.has_kinds() {
             row.extend(b",\"kind\":");
             Value::Text(kind.name.as_bytes()).append_json_to(row);
         }
@@ -175,7 +193,7 @@ impl Frame {
 
     /// Appends a frame's length and its fields, in columns if they are small.
     pub(crate) fn append_text(&self, row: &mut Vec<u8>, frame: &[u8]) {
-        if !self.has_setpoints() {
+        if !self.protocol.has_setpoints() {
             row.extend(b"   length ");
             append_aligned(row, 3, |row| append_number(row, frame.len()));
         }
@@ -198,7 +216,7 @@ impl Frame {
         let Some((kind, _)) = self.kind(frame) else {
             return;
         };
-        if self.description.has_kinds() {
+        if self.protocol.description.has_kinds() {
             for part in [between, KIND.as_bytes(), b" ", kind.name.as_bytes()] {
                 row.extend(part);
             }

@@ -1,6 +1,6 @@
 //! A sent frame, and what really arrived of it: known to the simulation, and to no receiver.
 
-use crate::payload::Frame;
+use crate::payload::Transmission;
 use crate::uart::BITS_PER_BYTE;
 
 /// A byte's place in what was sent.
@@ -16,7 +16,7 @@ pub struct Origin {
 #[derive(Debug, Default)]
 pub(crate) struct SentFrame {
     pub(crate) number: u64,
-    pub(crate) frame: Frame,
+    pub(crate) transmission: Transmission,
     /// The bit at which it begins.
     pub(crate) begin: u64,
     /// How many of its bytes have been sent.
@@ -31,7 +31,7 @@ pub(crate) struct SentFrame {
 
 impl SentFrame {
     pub(crate) fn is_sent(&self) -> bool {
-        self.sent == self.frame.bytes.len()
+        self.sent == self.transmission.bytes.len()
     }
 
     /// The place of the byte that is on the line at that bit, and the byte. Bytes begin `step` bits
@@ -39,8 +39,8 @@ impl SentFrame {
     pub(crate) fn byte_at(&self, bit: u64, step: u64) -> Option<(Origin, u8)> {
         let bit = bit.checked_sub(self.begin)?;
         let (frame, place) = (self.number, usize::try_from(bit / step).ok()?);
-        let &byte = self.frame.bytes.get(place)?;
-        let is_on_line = bit % step < BITS_PER_BYTE && self.frame.setpoint.is_some();
+        let &byte = self.transmission.bytes.get(place)?;
+        let is_on_line = bit % step < BITS_PER_BYTE && self.transmission.setpoint.is_some();
         is_on_line.then_some((Origin { frame, place }, byte))
     }
 
@@ -58,7 +58,7 @@ impl SentFrame {
             _ => 0,
         };
         self.is_broken |= !is_as_sent;
-        let ends = self.arrived == self.frame.bytes.len();
+        let ends = self.arrived == self.transmission.bytes.len();
         self.is_intact |= ends && !self.is_broken;
         ends
     }
@@ -78,7 +78,7 @@ mod tests {
         let bytes = vec![1, 2, 3];
         let setpoint = Some(crate::LEVEL);
         SentFrame {
-            frame: Frame { bytes, setpoint },
+            transmission: Transmission { bytes, setpoint },
             begin: 100,
             ..SentFrame::default()
         }
