@@ -9,8 +9,7 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::frames::described;
-use crate::process::{complaint, run, shown};
+use crate::process::{complaint, described, run, shown};
 
 /// What a terminal acts on, in pieces of UTF-8 and not.
 const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u{200F}"];
