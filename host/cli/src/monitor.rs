@@ -18,7 +18,7 @@ use crate::frame::{Frame, FrameParser};
 use crate::input::Input;
 use crate::line::AnyLine;
 use crate::names::{PolicyName, name};
-use crate::numbers::whole;
+use crate::options::whole;
 use crate::output::{Output, harmless};
 use crate::screen;
 use crate::serial::PortOptions;

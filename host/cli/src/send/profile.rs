@@ -5,7 +5,7 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 
 use super::pacer::{MOST_MADE_UP, Rate};
-use super::session::Source;
+use super::transmission::Source;
 use crate::frame::Frame;
 use crate::input::Input;
 use crate::rows::{InputFormat, Row, rows};

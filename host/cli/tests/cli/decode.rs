@@ -113,7 +113,7 @@ mod at_a_serial_port {
     use crate::pseudo_terminal::line;
 
     /// A decoder that has shown the header and a frame.
-    struct Session {
+    struct Decoding {
         far_end: File,
         /// Held open: a pseudo-terminal that nobody has open counts as disconnected.
         near_end: File,
@@ -122,11 +122,11 @@ mod at_a_serial_port {
         output: BufReader<ChildStdout>,
     }
 
-    fn decoding(arguments: &[&str]) -> Session {
+    fn decoding(arguments: &[&str]) -> Decoding {
         let (far_end, near_end, port) = line();
         let mut child = start(&[&["decode", &port, "--format=csv"], arguments].concat());
         let output = BufReader::new(child.stdout.take().unwrap());
-        let mut session = Session {
+        let mut session = Decoding {
             far_end,
             near_end,
             port,
@@ -139,7 +139,7 @@ mod at_a_serial_port {
         session
     }
 
-    impl Session {
+    impl Decoding {
         fn next_line(&mut self) -> String {
             let mut line = String::new();
             self.output.read_line(&mut line).unwrap();
