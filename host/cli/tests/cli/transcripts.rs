@@ -100,6 +100,8 @@ fn examples_in_help_texts_and_in_other_pages_run() {
             if command.contains(NO_PORT) {
                 assert!(printed.contains(NO_PORT), "{command}: {printed}");
             }
+            // The options are right, whatever else is missing.
+            assert!(!printed.contains("error: "), "{command}: {printed}");
             // A view needs a terminal.
             let fails = command.contains(NO_PORT) || command.contains("framelock monitor");
             assert_eq!(code, if fails { 2 } else { 0 }, "{command}: {printed}");
