@@ -1,6 +1,6 @@
 //! Frames from a stream: a file, standard input or a serial port.
 
-mod refused;
+mod rejected_headers;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -14,15 +14,14 @@ use framelock::{Discarded, Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use serde::Serialize;
 
-use crate::clock::{Timestamps, time_of_day};
 use crate::frame_option::ProtocolParser;
 use crate::frame_writer::{FrameWriter, Place};
 use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
-use crate::interrupt;
-use crate::numbers::whole;
+use crate::options::whole;
 use crate::output::{Output, exit_code, note};
+use crate::process::{Timestamps, on_interrupt, time_of_day};
 use crate::serial::PortOptions;
-use refused::Refused;
+use rejected_headers::RejectedHeaders;
 
 /// Frames from a stream: a file, standard input or a serial port.
 #[derive(clap::Args)]
@@ -130,7 +129,7 @@ struct Decoder<W> {
     rows: Vec<u8>,
     /// How many bytes have become a frame, or were discarded.
     settled: usize,
-    refused: Refused,
+    rejected: RejectedHeaders,
     start: Instant,
     timestamps: Option<Timestamps>,
     idle_gap: Option<Duration>,
@@ -149,7 +148,7 @@ impl<W: Write> Decoder<W> {
             output,
             rows: Vec::new(),
             settled: 0,
-            refused: Refused::default(),
+            rejected: RejectedHeaders::default(),
             start: Instant::now(),
             timestamps: None,
             idle_gap: None,
@@ -197,9 +196,9 @@ impl<W: Write> Decoder<W> {
             self.settled += found.bytes();
             let bytes = match found {
                 Found::Frame { message, .. } => message,
-                Found::Discarded { count, why } => return self.refused.discarded(count, why),
+                Found::Discarded { count, why } => return self.rejected.discarded(count, why),
             };
-            self.refused.frame();
+            self.rejected.frame();
             let offset = self.settled - 1;
             let place = Place { offset, time };
             self.format
@@ -210,7 +209,7 @@ impl<W: Write> Decoder<W> {
             }
         };
         match step {
-            // Nobody asks where they are, nor why one is refused: these have no header.
+            // Nobody asks where they are, nor why one is rejected: these have no header.
             Step::Bytes(bytes)
                 if self.format == OutputFormat::None && self.frame.protocol.has_setpoints() =>
             {
@@ -240,7 +239,7 @@ impl<W: Write> Decoder<W> {
     }
 
     fn hint(&mut self, is_end: bool) {
-        self.refused
+        self.rejected
             .hint(&self.frame.protocol, self.settled, is_end);
     }
 
@@ -313,7 +312,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let decoder = Arc::new(Mutex::new(decoder));
     if arguments.summary.is_some() {
         let decoder = Arc::clone(&decoder);
-        interrupt::watch(move || {
+        on_interrupt(move || {
             progress.finish_and_clear();
             std::process::exit(exit_code(lock(&decoder).summarise()).into());
         })?;

@@ -18,7 +18,7 @@ use framelock_simulation::LEVEL;
 use crate::frame_option::ProtocolParser;
 use crate::frame_writer::FrameWriter;
 use crate::input::Input;
-use crate::numbers::whole;
+use crate::options::whole;
 use crate::output::{Output, harmless};
 use crate::screen;
 use crate::serial::PortOptions;

@@ -43,7 +43,7 @@ struct Fields<'a> {
 }
 
 /// The number of a row's line, and its fields or what is wrong with them.
-type Line<'a> = (u64, Result<Fields<'a>, String>);
+type NumberedFields<'a> = (u64, Result<Fields<'a>, String>);
 
 /// The rows of a text, each as soon as its line has come.
 ///
@@ -71,7 +71,7 @@ pub(crate) fn rows<'a>(
     };
     let mut input = io::Cursor::new(beginning).chain(input);
     let columns = frame.description.columns.as_slice();
-    let lines: Box<dyn Iterator<Item = io::Result<Line<'a>>> + 'a> = if !is_json {
+    let lines: Box<dyn Iterator<Item = io::Result<NumberedFields<'a>>> + 'a> = if !is_json {
         let delimiter = separated::delimiter(&first);
         Box::new(separated::lines(input, columns, delimiter, reads_times))
     } else if first.starts_with(b"[") {

@@ -9,7 +9,7 @@ use framelock_simulation::{
     Seed, SmoothMotion, Transmission, Trial, check_rate,
 };
 
-use super::arguments::Arguments;
+use super::Arguments;
 use super::bytes::{ByteOnLine, Bytes};
 use super::lane::Lane;
 use super::script::{Passage, Script};

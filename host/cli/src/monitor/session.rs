@@ -10,9 +10,9 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use framelock::LineEvent;
 
 use super::watch::Watch;
-use crate::clock::time_of_day;
 use crate::frame_writer::FrameWriter;
 use crate::line_errors::{Marking, Marks};
+use crate::process::time_of_day;
 use crate::screen::quits;
 use crate::serial::Device;
 

@@ -11,8 +11,8 @@ use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock_receiving::Protocol;
 
 use super::pacer::Rate;
-use super::session::Source;
-use super::setpoint;
+use super::transmission::Source;
+use crate::options;
 use crate::output::note;
 
 /// Longer than any datagram that means something.
@@ -125,7 +125,7 @@ fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
     };
     // Some programs send the end of their string too.
     let text = String::from_utf8_lossy(datagram);
-    let text = || setpoint::parse(text.trim_end_matches('\0').trim());
+    let text = || options::setpoint(text.trim_end_matches('\0').trim());
     frame
         .map_or_else(text, Ok)
         .map_err(|problem| format!("it is neither three bytes nor a frame, and {problem}"))

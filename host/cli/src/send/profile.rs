@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use framelock_receiving::Protocol;
 
 use super::pacer::{MOST_MADE_UP, Rate};
-use super::session::Source;
+use super::transmission::Source;
 use crate::input::Input;
 use crate::rows::{InputFormat, Row, rows};
 

@@ -30,7 +30,7 @@ pub(super) struct Parking {
 }
 
 /// Sends frames of one format, and counts them.
-pub(super) struct Session<'a, C, W> {
+pub(super) struct Transmission<'a, C, W> {
     pub(super) pacer: Pacer<C>,
     line: &'a mut W,
     frame: &'a Protocol,
@@ -43,7 +43,7 @@ pub(super) struct Session<'a, C, W> {
     pub(super) park_frames: u64,
 }
 
-impl<'a, C: Clock, W: Write> Session<'a, C, W> {
+impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
     pub(super) fn new(
         clock: C,
         line: &'a mut W,

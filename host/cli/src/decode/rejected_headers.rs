@@ -1,4 +1,4 @@
-//! Headers that are refused, and what goes by behind them: if it is much, the description does not fit the line.
+//! Counts the bytes that follow rejected headers. If they are many, the description does not fit the line.
 
 use framelock::DiscardReason;
 use framelock_receiving::Protocol;
@@ -9,10 +9,10 @@ use crate::output::note;
 const MANY: usize = 10_000;
 const SOME: usize = 200;
 
-/// What went by behind refused headers, by why they are.
+/// The bytes that followed rejected headers, by the reason.
 #[derive(Default)]
-pub(super) struct Refused {
-    /// Why the last header was refused, if there was no frame since.
+pub(super) struct RejectedHeaders {
+    /// Why the last header was rejected, if no frame has come since.
     last: Option<DiscardReason>,
     header: usize,
     too_long: usize,
@@ -20,7 +20,7 @@ pub(super) struct Refused {
     is_told: bool,
 }
 
-impl Refused {
+impl RejectedHeaders {
     pub(super) fn frame(&mut self) {
         self.last = None;
     }

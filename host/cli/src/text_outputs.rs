@@ -1,5 +1,5 @@
-//! What a stream becomes on a terminal, in every output that is text: whoever sends it must not be able to make the
-//! terminal do anything. Tests and the fuzzer look at it.
+//! Every text that the command line makes of a stream, for tests and the fuzzer: no sender may be able to control the
+//! user's terminal.
 
 use anyhow::{Error, Result};
 use framelock_description::SHIPPED;
@@ -11,9 +11,9 @@ use crate::rows::{InputFormat, rows};
 use crate::{decode, trace};
 
 /// Frames, and every text that is made of a stream of them.
-pub struct Texts(Protocol);
+pub struct TextOutputs(Protocol);
 
-impl Texts {
+impl TextOutputs {
     /// Those that `description` describes, and each of the shipped.
     ///
     /// # Errors

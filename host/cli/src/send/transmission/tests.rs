@@ -70,9 +70,13 @@ fn run(
     parking: Option<Parking>,
 ) -> (Vec<u8>, [u64; 3]) {
     let (mut line, frame) = (Vec::new(), named("bin"));
-    let mut session = Session::new(clock, &mut line, &frame, None);
-    session.run(source, length, parking).unwrap();
-    let counts = [session.frames, session.silent, session.park_frames];
+    let mut transmission = Transmission::new(clock, &mut line, &frame, None);
+    transmission.run(source, length, parking).unwrap();
+    let counts = [
+        transmission.frames,
+        transmission.silent,
+        transmission.park_frames,
+    ];
     (pitches(Receiver::<Bin>::new(), &line), counts)
 }
 
@@ -144,11 +148,11 @@ fn faults_are_in_the_motion_but_not_in_the_parking() {
     let faults = Some(ByteFaults::new(rates, Seed { seed: 1, trial: 0 }));
     let (mut clock, mut line) = (TestClock::default(), Vec::new());
     let frame = named("bin-crc8");
-    let mut session = Session::new(&mut clock, &mut line, &frame, faults);
-    session
+    let mut transmission = Transmission::new(&mut clock, &mut line, &frame, faults);
+    transmission
         .run(ten("bin-crc8", |_| false), None, Some(PARKING))
         .unwrap();
-    assert_eq!(session.faults.unwrap().counts().dropped, 80);
+    assert_eq!(transmission.faults.unwrap().counts().dropped, 80);
     assert_eq!(pitches(Receiver::<BinCrc8>::new(), &line), PARKED);
 }
 
@@ -177,9 +181,9 @@ impl Write for Cut {
 fn a_line_that_is_cut_ends_it_with_what_was_sent() {
     let (mut clock, mut line) = (TestClock::default(), Cut(3));
     let frame = named("bin");
-    let mut session = Session::new(&mut clock, &mut line, &frame, None);
-    session
+    let mut transmission = Transmission::new(&mut clock, &mut line, &frame, None);
+    transmission
         .run(ten("bin", |_| false), None, Some(PARKING))
         .unwrap_err();
-    assert_eq!(session.frames, 3);
+    assert_eq!(transmission.frames, 3);
 }
