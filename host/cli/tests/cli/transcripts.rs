@@ -24,10 +24,7 @@ const NOT_RUN: [(&str, &str); 7] = [
         "cargo",
         "builds, tests or measures: the stages of verify do",
     ),
-    (
-        "(cd firmware/examples",
-        "firmware/tests/examples.rs runs it",
-    ),
+    ("(cd firmware", "firmware/tests/examples.rs runs it"),
     ("printf", "firmware/tests/examples.rs runs it"),
     ("cd", "cargo follows"),
     ("rustup", "changes the computer"),
