@@ -15,14 +15,14 @@ pub(crate) const BAUD: u32 = if cfg!(feature = "megabaud") {
     115_200
 };
 
-/// What finds the frames. The receiver searches the bytes of a broken frame again (policy Rescan).
-#[cfg(not(any(feature = "discard", feature = "bin-crc8")))]
+/// What finds the frames. The receiver searches the bytes of a broken frame again.
+#[cfg(not(any(feature = "lecture", feature = "bin-crc8")))]
 pub(crate) type Parser = framelock::Receiver<framelock::motion::Bin>;
 /// What finds the frames, which have a checksum.
 #[cfg(feature = "bin-crc8")]
 pub(crate) type Parser = framelock::Receiver<framelock::motion::BinCrc8>;
-/// What finds the frames. The lecture's machine throws a broken frame away (policy Discard).
-#[cfg(feature = "discard")]
+/// What finds the frames. The lecture's machine throws a broken frame away.
+#[cfg(feature = "lecture")]
 pub(crate) type Parser = framelock::can_go_deaf::Lecture;
 
 /// In this time, in microseconds, the UARTE stores a byte that waits, once it may. Under half a byte

@@ -73,7 +73,7 @@ fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
 
 #[test]
 fn with_the_setting_off_nothing_is_written() {
-    let mut firmware = Firmware::on_an_erased_chip("discard");
+    let mut firmware = Firmware::on_an_erased_chip("lecture");
     firmware.run_for(5 * MILLISECOND);
     assert_eq!(uicr(&mut firmware), [u32::MAX; 3]);
     assert!(!firmware.board.debug_port_is_open());

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use framelock_proofs::reference::{Bin, Policy, whole_buffer};
+use framelock_proofs::reference::{Format, whole_buffer};
 use nrf52840_emulator::{Assumptions, Board, Image, LogTable, MICROSECOND, MILLISECOND};
 use object::{Object, ObjectSection};
 
@@ -221,10 +221,13 @@ pub(crate) fn setpoints(count: u32) -> impl Iterator<Item = Setpoint> {
     })
 }
 
+/// What the reference of a machine commits.
+pub(crate) type Reference = fn(&[u8]) -> Vec<Setpoint>;
+
 /// What the reference commits.
-pub(crate) fn reference(bytes: &[u8], policy: Policy) -> Vec<Setpoint> {
+pub(crate) fn reference<F: Format>(bytes: &[u8]) -> Vec<Setpoint> {
     let mut commits = Vec::new();
-    whole_buffer::<Bin>(bytes, policy, |found| {
+    whole_buffer::<F>(bytes, |found| {
         commits.extend(found.message());
     });
     commits

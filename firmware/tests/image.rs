@@ -9,7 +9,7 @@ use crate::firmware::{image, image_file};
 pub(crate) const MOST_FLASH: [(&str, u64); 5] = [
     ("default", 8 * 1024),
     ("megabaud", 8 * 1024),
-    ("discard", 8 * 1024),
+    ("lecture", 8 * 1024),
     ("small", 5_632),
     ("bin-crc8", 8 * 1024),
 ];

@@ -3,12 +3,12 @@
 //! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries that many streams in place
 //! of a few hundred. A failure names its seed, and `FRAMELOCK_RANDOM_SEED` begins with that one.
 
-use framelock_proofs::reference::{Bin, Format as _, Policy};
+use framelock_proofs::reference::{Bin, Format as _, Lecture};
 use nrf52840_emulator::{Assumptions, LineSymbol, MICROSECOND, MILLISECOND};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::firmware::{Firmware, RESTART, Setpoint, frame, is_some_of, reference};
+use crate::firmware::{Firmware, RESTART, Reference, Setpoint, frame, is_some_of, reference};
 
 /// Silence that the firmware takes for no gap, and silence that it does: 5 ms lie between them.
 const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
@@ -103,10 +103,10 @@ fn for_seeds(runs: u64, run: impl Fn(u64)) {
 }
 
 fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumptions)) {
-    let (image, baud, policy) = match random.random_range(0..3) {
-        0 => ("megabaud", 1_000_000_u64, Policy::Rescan),
-        1 => ("default", 115_200, Policy::Rescan),
-        _ => ("discard", 115_200, Policy::Discard),
+    let (image, baud, reference): (_, _, Reference) = match random.random_range(0..3) {
+        0 => ("megabaud", 1_000_000_u64, reference::<Bin>),
+        1 => ("default", 115_200, reference::<Bin>),
+        _ => ("lecture", 115_200, reference::<Lecture>),
     };
     let mut firmware = Firmware::booted(image);
     firmware.assume(assume);
@@ -126,7 +126,7 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
         "seed {seed}, {image}: {steps:02X?}; {:?}",
         firmware.assumptions
     );
-    check(&mut firmware, policy, &sent, &what);
+    check(&mut firmware, reference, &sent, &what);
     let serves = (0..5).any(|_| {
         firmware.send_and_wait(&frame([1, 2, 3]), 100 * MILLISECOND);
         firmware.commits() == [[1, 2, 3]]
@@ -198,7 +198,7 @@ fn wait(firmware: &mut Firmware, cycles: u64) {
     firmware.run_for(cycles);
 }
 
-fn check(firmware: &mut Firmware, policy: Policy, sent: &Sent, what: &str) {
+fn check(firmware: &mut Firmware, reference: Reference, sent: &Sent, what: &str) {
     let commits = firmware.commits();
     let possible: Vec<Setpoint> = sent.stretches.iter().flat_map(|s| frames(s)).collect();
     assert!(
@@ -214,7 +214,7 @@ fn check(firmware: &mut Firmware, policy: Policy, sent: &Sent, what: &str) {
     assert!(nothing_is_lost || sent.has_errors || loses_end, "{what}");
     if nothing_is_lost {
         let streams = sent.stretches.iter();
-        let expected: Vec<Setpoint> = streams.flat_map(|bytes| reference(bytes, policy)).collect();
+        let expected: Vec<Setpoint> = streams.flat_map(|bytes| reference(bytes)).collect();
         assert_eq!(commits, expected, "{what}");
     }
 

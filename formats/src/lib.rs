@@ -75,6 +75,11 @@
     )
 )]
 
+/// The Rust of the guide to a frame of one's own is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/own-frame.md")]
+struct OwnFrame;
+
 #[cfg(kani)]
 extern crate kani;
 

@@ -4,10 +4,10 @@
 use std::sync::LazyLock;
 
 use framelock_fuzz_oracles::{LINES, terminal};
-use framelock_host::texts::Texts;
+use framelock_host::text_outputs::TextOutputs;
 
-static ALL: LazyLock<Vec<Texts>> =
-    LazyLock::new(|| Texts::all(LINES).expect("they are described rightly"));
+static ALL: LazyLock<Vec<TextOutputs>> =
+    LazyLock::new(|| TextOutputs::all(LINES).expect("they are described rightly"));
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| terminal(bytes, |number, stream| {
     ALL[number % ALL.len()]

@@ -7,8 +7,8 @@
 //!
 //! * If they are a frame, the machine commits it with the last of them and is as at reset: the
 //!   reference goes on behind them.
-//! * If they are not, it has committed nothing. Under Rescan the reference drops one byte, and the
-//!   receiver goes on as one that has received only what is behind that byte. Under Discard the
+//! * If they are not, it has committed nothing. For framelock the reference drops one byte, and the
+//!   receiver goes on as one that has received only what is behind that byte. For the lecture's machine the
 //!   reference drops all up to the byte that fails; with that byte the machine is as at reset.
 //! * If the stream ends before that shows, all of them are pending.
 //!
@@ -18,7 +18,7 @@ use framelock::can_go_deaf::{Lecture, State};
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{FixedFormat, Frame, Receiver};
 
-use crate::reference::{self, Policy, whole_buffer};
+use crate::reference::{self, whole_buffer};
 use crate::states::{OfSetpoints, any_setpoint, setpoint_of};
 
 fn rescan<F, R, const N: usize>()
@@ -92,7 +92,7 @@ fn discard_by_the_lectures_machine() {
 }
 
 /// Every stream of `N` bytes, and with it every shorter one.
-fn whole_streams<P, F, const N: usize>(mut parser: P, policy: Policy)
+fn whole_streams<P, F, const N: usize>(mut parser: P)
 where
     P: OfSetpoints,
     F: reference::Format,
@@ -100,7 +100,7 @@ where
     let bytes: [u8; N] = kani::any();
     let mut expected = [None; N];
     let mut known = 0;
-    let pending = whole_buffer::<F>(&bytes, policy, |found| {
+    let pending = whole_buffer::<F>(&bytes, |found| {
         known += found.bytes();
         if let Some(setpoint) = found.message() {
             expected[known - 1] = Some(Setpoint::from(setpoint));
@@ -119,11 +119,11 @@ where
 #[kani::proof]
 #[kani::unwind(17)]
 fn whole_streams_by_the_receiver() {
-    whole_streams::<_, reference::Bin, 16>(Receiver::<Bin>::new(), Policy::Rescan);
+    whole_streams::<_, reference::Bin, 16>(Receiver::<Bin>::new());
 }
 
 #[kani::proof]
 #[kani::unwind(17)]
 fn whole_streams_by_the_lectures_machine() {
-    whole_streams::<_, reference::Bin, 16>(Lecture::new(), Policy::Discard);
+    whole_streams::<_, reference::Lecture, 16>(Lecture::new());
 }

@@ -2,25 +2,16 @@
 //!
 //! Written from the protocol, in its words, to be seen to be right rather than to be fast:
 //!
-//! * **Rescan**: at each place, a frame is committed and the search goes on behind it; anything
+//! * **framelock**: at each place, a frame is committed and the search goes on behind it; anything
 //!   else is one byte dropped. That is the leftmost non-overlapping matches of the byte regex
 //!   `(?s-u)AB.{4}\r`.
-//! * **Discard**: the same, but what is no frame is dropped up to and with the byte at which that
+//! * **lecture**: the same, but what is no frame is dropped up to and with the byte at which that
 //!   showed: one byte if it is not `'A'`, two if the second is not `'B'`, seven if the last is not
-//!   CR.
+//!   CR. [`Lecture`] is BIN as the lecture's machine reads it.
 //!
 //! The loops run over every index in order, and never jump, so that a model checker can follow.
 
 use framelock::{DiscardReason, Found, Verdict};
-
-/// What happens behind a byte that fits no frame.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Policy {
-    /// The search goes on one byte behind the start that failed.
-    Rescan,
-    /// The search goes on behind the byte that failed.
-    Discard,
-}
 
 /// A frame format, as a rule about bytes.
 pub trait Format {
@@ -30,6 +21,13 @@ pub trait Format {
     /// The first place, counted from 0, at which `bytes`, the beginning of a frame or a whole one,
     /// are not that. A checksum is looked at last: if it is wrong, the place is `LENGTH`.
     fn fails_at(bytes: &[u8]) -> Option<usize>;
+
+    /// How many bytes are dropped if the frame that would begin with them fails at that place.
+    #[must_use]
+    fn dropped(place: usize) -> usize {
+        let _ = place;
+        1
+    }
 }
 
 /// `'A' 'B' reserved pitch roll yaw CR`.
@@ -49,6 +47,22 @@ impl Format for Bin {
                 6 => byte != b'\r',
                 _ => false,
             })
+    }
+}
+
+/// The same frames, of which the lecture's machine drops all bytes up to the one that is wrong.
+#[derive(Clone, Copy, Debug)]
+pub enum Lecture {}
+
+impl Format for Lecture {
+    const LENGTH: usize = Bin::LENGTH;
+
+    fn fails_at(bytes: &[u8]) -> Option<usize> {
+        Bin::fails_at(bytes)
+    }
+
+    fn dropped(place: usize) -> usize {
+        place + 1
     }
 }
 
@@ -97,11 +111,7 @@ pub fn crc8(payload: &[u8]) -> u8 {
 
 /// Reports every frame of the stream, with its pitch, roll and yaw, and every byte discarded, in order. What
 /// is left at the end may yet become a frame: the number of those bytes is returned.
-pub fn whole_buffer<F: Format>(
-    bytes: &[u8],
-    policy: Policy,
-    mut report: impl FnMut(Found<[u8; 3]>),
-) -> usize {
+pub fn whole_buffer<F: Format>(bytes: &[u8], mut report: impl FnMut(Found<[u8; 3]>)) -> usize {
     let mut free = 0;
     for i in 0..bytes.len() {
         if i < free {
@@ -111,11 +121,7 @@ pub fn whole_buffer<F: Format>(
             .get(i..bytes.len().min(i + F::LENGTH))
             .unwrap_or_default();
         if let Some(place) = F::fails_at(candidate) {
-            let count = if policy == Policy::Rescan {
-                1
-            } else {
-                place + 1
-            };
+            let count = F::dropped(place);
             let why = match place {
                 0 => DiscardReason::NoSync,
                 1 => DiscardReason::BrokenSync,

@@ -37,7 +37,7 @@ fn lecture_steps_by_it() {
     assert!(committed == complete.then_some(before.temp));
     kani::cover!(
         before.state == State::SyncB && byte == b'A',
-        "the row that Rescan changes"
+        "the row that framelock changes"
     );
     kani::cover!(complete, "a commit");
 }

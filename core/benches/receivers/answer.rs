@@ -2,7 +2,7 @@
 
 use framelock::Found;
 use framelock::motion::Setpoint;
-use framelock_proofs::reference::{self, Policy};
+use framelock_proofs::reference;
 
 /// How many frames there were, and a checksum of their setpoints and places.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
@@ -40,10 +40,10 @@ impl Answer {
     }
 
     /// The naive reference's.
-    pub(crate) fn of_reference<F: reference::Format>(bytes: &[u8], policy: Policy) -> Self {
+    pub(crate) fn of_reference<F: reference::Format>(bytes: &[u8]) -> Self {
         let mut answer = Self::default();
         let mut behind = 0;
-        reference::whole_buffer::<F>(bytes, policy, |found| {
+        reference::whole_buffer::<F>(bytes, |found| {
             answer.found(&mut behind, found.map(Setpoint::from));
         });
         answer

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use cobs::CobsDecoderOwned;
 use framelock::motion::Setpoint;
 use framelock::{Line, Parser};
-use framelock_proofs::reference::{self, Policy};
+use framelock_proofs::reference;
 use memchr::memmem::Finder;
 use regex::bytes::Regex;
 use winnow::binary::u8 as any_byte;
@@ -70,7 +70,7 @@ pub(crate) fn line_feed<M: Machine>(bytes: &[u8]) -> Answer {
 
 /// The naive reference, which sees the whole stream.
 pub(crate) fn reference<F: reference::Format>(bytes: &[u8]) -> Answer {
-    Answer::of_reference::<F>(bytes, Policy::Rescan)
+    Answer::of_reference::<F>(bytes)
 }
 
 /// A regular expression: every match, from left to right.

@@ -11,7 +11,7 @@ use criterion::{BenchmarkGroup, Criterion, SamplingMode, Throughput};
 use framelock::Receiver;
 use framelock::can_go_deaf::Lecture;
 use framelock::motion::{Bin, BinCrc8};
-use framelock_proofs::reference::{self, Policy};
+use framelock_proofs::reference;
 
 use crate::answer::Answer;
 use crate::inputs::Input;
@@ -55,13 +55,17 @@ fn main() {
 /// The core's machines and all others that take the lecture's frames.
 fn everybody(criterion: &mut Criterion, input: &Input) {
     let mut group = group(criterion, input.name, &input.bytes);
-    let rescan = Answer::of_reference::<reference::Bin>(&input.bytes, Policy::Rescan);
+    let framelock = Answer::of_reference::<reference::Bin>(&input.bytes);
     let every_a = contenders::every_a(&input.bytes);
     let others: [Contender; 5] = [
-        ("reference", rescan, contenders::reference::<reference::Bin>),
-        ("regex", rescan, contenders::regex),
-        ("memmem", rescan, contenders::memmem),
-        ("winnow", rescan, contenders::winnow),
+        (
+            "reference",
+            framelock,
+            contenders::reference::<reference::Bin>,
+        ),
+        ("regex", framelock, contenders::regex),
+        ("memmem", framelock, contenders::memmem),
+        ("winnow", framelock, contenders::winnow),
         ("memchr pass", every_a, contenders::memchr_pass),
     ];
     for contender in core_machines(&input.bytes).into_iter().chain(others) {
@@ -77,21 +81,29 @@ fn core_only(criterion: &mut Criterion, input: &Input) {
 }
 
 fn core_machines(bytes: &[u8]) -> [Contender; 6] {
-    let rescan = Answer::of_reference::<reference::Bin>(bytes, Policy::Rescan);
-    let discard = Answer::of_reference::<reference::Bin>(bytes, Policy::Discard);
+    let framelock = Answer::of_reference::<reference::Bin>(bytes);
+    let lecture = Answer::of_reference::<reference::Lecture>(bytes);
     [
-        ("push", rescan, contenders::push::<Receiver<Bin>>),
-        ("feed", rescan, contenders::feed::<Receiver<Bin>>),
-        ("line push", rescan, contenders::line_push::<Receiver<Bin>>),
-        ("line feed", rescan, contenders::line_feed::<Receiver<Bin>>),
-        ("lecture push", discard, contenders::push::<Lecture>),
-        ("lecture feed", discard, contenders::feed::<Lecture>),
+        ("push", framelock, contenders::push::<Receiver<Bin>>),
+        ("feed", framelock, contenders::feed::<Receiver<Bin>>),
+        (
+            "line push",
+            framelock,
+            contenders::line_push::<Receiver<Bin>>,
+        ),
+        (
+            "line feed",
+            framelock,
+            contenders::line_feed::<Receiver<Bin>>,
+        ),
+        ("lecture push", lecture, contenders::push::<Lecture>),
+        ("lecture feed", lecture, contenders::feed::<Lecture>),
     ]
 }
 
 fn checksum(criterion: &mut Criterion, input: &Input) {
     let mut group = group(criterion, input.name, &input.bytes);
-    let expected = Answer::of_reference::<reference::BinCrc8>(&input.bytes, Policy::Rescan);
+    let expected = Answer::of_reference::<reference::BinCrc8>(&input.bytes);
     let contenders: [Contender; 3] = [
         ("push", expected, contenders::push::<Receiver<BinCrc8>>),
         ("feed", expected, contenders::feed::<Receiver<BinCrc8>>),
@@ -109,7 +121,7 @@ fn checksum(criterion: &mut Criterion, input: &Input) {
 fn cobs(criterion: &mut Criterion, input: &Input) {
     let encoded = contenders::cobs_encode(&input.bytes);
     let mut group = group(criterion, "clean frames, encoded in COBS", &encoded);
-    let expected = Answer::of_reference::<reference::Bin>(&input.bytes, Policy::Rescan);
+    let expected = Answer::of_reference::<reference::Bin>(&input.bytes);
     time(
         &mut group,
         &encoded,

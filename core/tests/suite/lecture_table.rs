@@ -81,7 +81,7 @@ fn a_reset_leads_to_the_state_at_reset_from_every_state() {
     }
 }
 
-/// Rescan's rows differ in two places: (B, 'A') and (CR, other).
+/// framelock's rows differ in two places: (B, 'A') and (CR, other).
 #[test]
 fn the_receiver_as_the_lecture_would_draw_it() {
     // Bytes that bring the receiver from reset into each state, without a doubt about others.

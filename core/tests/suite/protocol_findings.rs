@@ -101,7 +101,7 @@ fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     assert_eq!(machine, after_one);
 }
 
-/// Finding 1, counted: 39 of 256 constant payloads, none under Rescan.
+/// Finding 1, counted: 39 of 256 constant payloads, none with framelock.
 #[test]
 fn how_many_constant_payloads_can_make_it_deaf() {
     let alphabet = [0x0D, 0x41, 0x42, 0x80];

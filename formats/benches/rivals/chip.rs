@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use nrf52840_emulator::{Board, CYCLES_PER_SECOND, Image};
@@ -14,20 +14,20 @@ use crate::streams::{Protocol, Stream};
 /// Frames in the stream that the chip takes.
 const FRAMES: u16 = 200;
 
-/// The programs of `on-chip/src/bin`, by protocol and contender.
-const PROGRAMS: [(&str, &str, &str); 13] = [
-    ("CRSF", "framelock", "crsf-framelock"),
+/// Protocol and contender, and the features of `on-chip` that choose the contender.
+const CONTENDERS: [(&str, &str, &str); 13] = [
+    ("CRSF", "framelock", "crsf"),
     ("CRSF", "uf-crsf", "crsf-uf-crsf"),
     ("CRSF", "crsf", "crsf-crsf"),
-    ("UBX", "framelock", "ubx-framelock"),
+    ("UBX", "framelock", "ubx"),
     ("UBX", "ublox", "ubx-ublox"),
-    ("MAVLink 2", "framelock", "mavlink2-framelock"),
+    ("MAVLink 2", "framelock", "mavlink2"),
     ("MAVLink 2", "mavlink-core", "mavlink2-mavlink-core"),
-    ("SBUS", "framelock", "sbus-framelock"),
+    ("SBUS", "framelock", "sbus"),
     ("SBUS", "uf-sbus", "sbus-uf-sbus"),
     ("SBUS", "sbus-rs", "sbus-sbus-rs"),
     ("SBUS", "sbus", "sbus-sbus"),
-    ("iBUS", "framelock", "ibus-framelock"),
+    ("iBUS", "framelock", "ibus"),
     ("iBUS", "parse_rc_ibus", "ibus-parse_rc_ibus"),
 ];
 
@@ -55,18 +55,17 @@ pub(crate) struct Figures {
     pub(crate) can_panic: bool,
 }
 
-/// Runs each program with its protocol's clean stream.
+/// Runs each contender with its protocol's clean stream.
 pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn Error>> {
-    let programs = Programs::build(&[])?;
-    let nothing = programs.get("nothing")?;
+    let nothing = Program::build("nothing")?;
     let mut figures = Vec::new();
-    for (protocol, contender, name) in PROGRAMS {
+    for (protocol, contender, features) in CONTENDERS {
         let of_that_name = protocols.iter().find(|known| known.name == protocol);
         let stream = Stream::clean(of_that_name.ok_or("no such protocol")?, FRAMES);
-        let program = programs.get(name)?;
+        let program = Program::build(features)?;
         let run = program.take(&stream, 0)?;
         if run.frames != u32::from(FRAMES) {
-            return Err(format!("{name}: {} frames of {FRAMES}", run.frames).into());
+            return Err(format!("{features}: {} frames of {FRAMES}", run.frames).into());
         }
         let [text, rodata] = program.more_than(&nothing);
         // A call that does nothing takes a few cycles too.
@@ -84,41 +83,9 @@ pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn E
     Ok(figures)
 }
 
-/// The programs, built.
-pub(crate) struct Programs {
-    folder: PathBuf,
-}
-
-impl Programs {
-    /// All of them, the rivals' among them, or those of framelock's that are named.
-    pub(crate) fn build(names: &[&str]) -> Result<Self, Box<dyn Error>> {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip");
-        let rivals = names.is_empty().then_some("--all-features");
-        let status = Command::new(env!("CARGO"))
-            .args(["build", "--release", "--locked"])
-            .args(rivals)
-            .args(names.iter().flat_map(|name| ["--bin", name]))
-            .current_dir(&folder)
-            // Cargo sets them for benchmarks; the programs are another target's.
-            .env_remove("RUSTFLAGS")
-            .env_remove("CARGO_TARGET_DIR")
-            .status()?;
-        if !status.success() {
-            return Err("the programs for the chip do not build: see above".into());
-        }
-        Ok(Self {
-            folder: folder.join("target/thumbv7em-none-eabihf/release"),
-        })
-    }
-
-    pub(crate) fn get(&self, name: &str) -> Result<Program, Box<dyn Error>> {
-        Program::new(name, fs::read(self.folder.join(name))?)
-    }
-}
-
-/// A program, and its sizes.
+/// The program of `on-chip` with one contender, and its sizes.
 pub(crate) struct Program {
-    name: String,
+    features: String,
     elf: Vec<u8>,
     text: u64,
     rodata: u64,
@@ -152,7 +119,22 @@ pub(crate) struct Run {
 }
 
 impl Program {
-    fn new(name: &str, elf: Vec<u8>) -> Result<Self, Box<dyn Error>> {
+    /// Builds it with these features.
+    pub(crate) fn build(features: &str) -> Result<Self, Box<dyn Error>> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip");
+        let status = Command::new(env!("CARGO"))
+            .args(["build", "--quiet", "--release", "--locked", "--features"])
+            .arg(features)
+            .current_dir(&folder)
+            // Cargo sets these variables for benchmarks, but the program is built for another target.
+            .env_remove("RUSTFLAGS")
+            .env_remove("CARGO_TARGET_DIR")
+            .status()?;
+        if !status.success() {
+            return Err(format!("{features}: the program does not build: see above").into());
+        }
+        let release = folder.join("target/thumbv7em-none-eabihf/release");
+        let elf = fs::read(release.join("framelock-rivals-on-chip"))?;
         let file = object::File::parse(&*elf)?;
         let section = |name| file.section_by_name(name).map_or(0, |found| found.size());
         let image = Image::parse(&elf)?;
@@ -167,7 +149,7 @@ impl Program {
             .map(|symbol| (symbol.address, symbol.size))
             .collect();
         Ok(Self {
-            name: name.to_owned(),
+            features: features.to_owned(),
             text: section(".text") - u64::from(common.values().sum::<u32>()),
             rodata: section(".rodata"),
             can_panic,
@@ -195,13 +177,13 @@ impl Program {
         let [length, room] = [address("LENGTH")?, image.symbol("STREAM")?.size];
         let count = u32::try_from(stream.len())?;
         if count > room {
-            return Err(format!("{}: a stream of {count} bytes", self.name).into());
+            return Err(format!("{}: a stream of {count} bytes", self.features).into());
         }
 
         let mut board = Board::new(image)?;
         let limit = 10 * CYCLES_PER_SECOND;
         if !board.run(limit, |board| board.pc() == begin)? {
-            return Err(format!("{}: does not begin", self.name).into());
+            return Err(format!("{}: does not begin", self.features).into());
         }
         board.patch(bytes, stream)?;
         board.patch(length, &count.to_le_bytes())?;
@@ -230,7 +212,7 @@ impl Program {
             before == end
         })?;
         if !is_over || bytes_taken != stream.len() {
-            return Err(format!("{}: does not end, or panics", self.name).into());
+            return Err(format!("{}: does not end, or panics", self.features).into());
         }
         Ok(Run {
             state: board.word("STATE")?,

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use std::hint::black_box;
 use std::time::Instant;
 
-use crate::chip::Programs;
+use crate::chip::Program;
 use crate::costs::{self, BYTES, Case, SKIPPED};
 use crate::{mavlink2, tables, valgrind};
 
@@ -64,13 +64,12 @@ pub(crate) fn document() -> Result<String, Box<dyn Error>> {
         tables::compiler_and_day()?
     )?;
     text.push_str(CHIP);
-    let programs = Programs::build(&[])?;
     for case in &cases {
         for contender in &case.contenders {
-            let Some(program) = &contender.program else {
+            let Some(features) = &contender.on_chip else {
                 continue;
             };
-            let program = programs.get(program)?;
+            let program = Program::build(features)?;
             let (mut costs, mut most) = (Vec::new(), 0);
             for (stream, skipped) in case.streams() {
                 let run = program.take(stream, skipped)?;

@@ -64,8 +64,8 @@ impl Case {
 /// A receiver, byte by byte.
 pub(crate) struct Counted {
     pub(crate) name: &'static str,
-    /// On the chip, if it is there.
-    pub(crate) program: Option<String>,
+    /// The features of `on-chip` that choose it, if it runs on the chip.
+    pub(crate) on_chip: Option<String>,
     /// On this machine.
     pub(crate) run: Box<dyn Fn(&[u8])>,
 }
@@ -147,7 +147,7 @@ pub(crate) fn cases() -> Vec<Case> {
         .contenders
         .push(Counted {
             name: "framelock, `table`",
-            program: None,
+            on_chip: None,
             run: Box::new(|stream| {
                 let mut receiver = BufferedReceiver::<_, 560>::new(mavlink2::Tabled);
                 for &byte in stream {
@@ -161,14 +161,14 @@ pub(crate) fn cases() -> Vec<Case> {
 }
 
 fn of_protocol<P: Parser + 'static>(
-    program: &str,
+    feature: &str,
     protocol: &Protocol,
     periods: &[&'static [u8]],
     new: impl Fn() -> P + Copy + 'static,
     entries: Vec<Entry>,
 ) -> Case {
     // `push` in its own words: so it is compiled for this loop alone, as in a program that has but one.
-    let mut contenders = ours(program, new, |receiver, byte| {
+    let mut contenders = ours(feature, new, |receiver, byte| {
         if let Some((_, message)) = receiver.push_with(byte, |_, _| ()) {
             black_box(&message);
         }
@@ -178,7 +178,7 @@ fn of_protocol<P: Parser + 'static>(
         .filter(|entry| entry.reference.is_none());
     contenders.extend(rivals.map(|entry| Counted {
         name: entry.name,
-        program: Some(format!("{program}-{}", entry.name)),
+        on_chip: Some(format!("{feature}-{}", entry.name)),
         run: Box::new(move |stream| {
             black_box((entry.time)(stream, Cut::Bytes));
         }),
@@ -193,7 +193,7 @@ fn of_protocol<P: Parser + 'static>(
 
 fn of_fixed_format<F: Encode + 'static>(
     format: &'static str,
-    program: &str,
+    feature: &str,
     message: impl Fn(&mut ChaCha8Rng) -> F::Message,
     periods: &[&'static [u8]],
 ) -> Case {
@@ -202,7 +202,7 @@ fn of_fixed_format<F: Encode + 'static>(
     for _ in 0..FRAMES {
         clean.extend(F::encode(message(&mut random)).as_ref());
     }
-    let ours = ours(program, Receiver::<F>::new, |receiver, byte| {
+    let ours = ours(feature, Receiver::<F>::new, |receiver, byte| {
         if let Some(message) = receiver.push(byte) {
             black_box(&message);
         }
@@ -212,14 +212,14 @@ fn of_fixed_format<F: Encode + 'static>(
 
 /// framelock's receiver, as it is, by `push`, and on a line.
 fn ours<P: Parser + 'static>(
-    program: &str,
+    feature: &str,
     new: impl Fn() -> P + Copy + 'static,
     push: impl Fn(&mut P, u8) + 'static,
 ) -> Vec<Counted> {
     vec![
         Counted {
             name: "framelock",
-            program: Some(format!("{program}-framelock")),
+            on_chip: Some(feature.to_owned()),
             run: Box::new(move |stream| {
                 let mut receiver = new();
                 for &byte in stream {
@@ -229,7 +229,7 @@ fn ours<P: Parser + 'static>(
         },
         Counted {
             name: "framelock, `Line`",
-            program: Some(format!("{program}-line")),
+            on_chip: Some(format!("{feature},line")),
             run: Box::new(move |stream| {
                 let mut line = Line::new(new());
                 for &byte in stream {

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::fmt::Write;
 use std::fs;
 
-use crate::chip::Programs;
+use crate::chip::Program;
 use crate::{costs, tables};
 
 const BEGINNING: &str = "\
@@ -24,18 +24,11 @@ pub(crate) fn compare(file: &str) -> Result<(), Box<dyn Error>> {
         "{:<12}{:>6}{:>11}{:>14}{:>10}{:>10}{:>10}",
         "", "code", "constants", "instructions", "cycles", "hostile", "a byte"
     )?;
-    let mut cases = costs::cases();
-    for case in &mut cases {
+    let nothing = Program::build("nothing")?;
+    for case in costs::cases() {
         // `push` of the receiver alone.
-        case.contenders.truncate(1);
-    }
-    let names = cases.iter().flat_map(|case| &case.contenders);
-    let mut names: Vec<&str> = names.filter_map(|it| it.program.as_deref()).collect();
-    names.push("nothing");
-    let programs = Programs::build(&names)?;
-    let nothing = programs.get("nothing")?;
-    for (case, name) in cases.iter().zip(names) {
-        let program = programs.get(name)?;
+        let receiver = case.contenders.first().and_then(|it| it.on_chip.as_deref());
+        let program = Program::build(receiver.ok_or("a format without a receiver")?)?;
         let [code, constants] = program.more_than(&nothing);
         let mut runs = Vec::new();
         for (stream, skipped) in case.streams() {

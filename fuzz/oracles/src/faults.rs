@@ -4,7 +4,7 @@ use arbitrary::{Arbitrary, Unstructured};
 use framelock::can_go_deaf::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint, crc8};
 use framelock::{Encode, Frame, Receiver};
-use framelock_proofs::reference::{self, Policy};
+use framelock_proofs::reference;
 
 use crate::outcome::Outcome;
 use crate::parser::OfSetpoints;
@@ -183,17 +183,17 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
 pub fn faults(line: &FaultyLine) {
     let received = line.received();
     if line.has_checksum {
-        let commits = commits::<Receiver<BinCrc8>, reference::BinCrc8>(&received, Policy::Rescan);
+        let commits = commits::<Receiver<BinCrc8>, reference::BinCrc8>(&received);
         check::<BinCrc8>(&received, &commits);
     } else {
-        commits::<Lecture, reference::Bin>(&received, Policy::Discard);
-        let commits = commits::<Receiver<Bin>, reference::Bin>(&received, Policy::Rescan);
+        commits::<Lecture, reference::Lecture>(&received);
+        let commits = commits::<Receiver<Bin>, reference::Bin>(&received);
         check::<Bin>(&received, &commits);
     }
 }
 
 /// Commits, with the indices of their last bytes: those of the reference.
-fn commits<P, F>(line: &[Received], policy: Policy) -> Vec<(usize, Setpoint)>
+fn commits<P, F>(line: &[Received]) -> Vec<(usize, Setpoint)>
 where
     P: OfSetpoints,
     F: reference::Format,
@@ -210,7 +210,7 @@ where
             end += found.bytes();
             commits.extend(found.message().map(|setpoint| (end - 1, setpoint)));
         });
-        let frames = Outcome::expected::<F>(&bytes, policy).frames();
+        let frames = Outcome::expected::<F>(&bytes).frames();
         expected.extend(
             frames
                 .iter()

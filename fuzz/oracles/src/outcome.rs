@@ -2,7 +2,7 @@
 
 use framelock::motion::Setpoint;
 use framelock::{Counters, DiscardReason, Found, LineEvent};
-use framelock_proofs::reference::{Format, Policy, whole_buffer};
+use framelock_proofs::reference::{Format, whole_buffer};
 
 /// What a parser must report of a stream that it takes after a reset.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -15,9 +15,9 @@ pub(crate) struct Outcome {
 
 impl Outcome {
     /// By the reference.
-    pub(crate) fn expected<F: Format>(bytes: &[u8], policy: Policy) -> Self {
+    pub(crate) fn expected<F: Format>(bytes: &[u8]) -> Self {
         let mut outcome = Self::default();
-        outcome.pending = whole_buffer::<F>(bytes, policy, |found| {
+        outcome.pending = whole_buffer::<F>(bytes, |found| {
             outcome.add(found.map(Setpoint::from));
         });
         outcome

@@ -8,7 +8,7 @@ use embedded_io::{ErrorKind, ErrorType};
 use framelock::can_go_deaf::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Counters, DiscardReason, LineEvent, Reader, Receiver};
-use framelock_proofs::reference::{self, Format, Policy};
+use framelock_proofs::reference::{self, Format};
 
 use crate::outcome::{Counted, Outcome};
 use crate::parser::OfSetpoints;
@@ -61,20 +61,20 @@ impl embedded_io_async::Read for Driver<'_> {
 /// # Panics
 /// If the stream shows a bug.
 pub fn reader(stream: &Stream) {
-    check::<Receiver<Bin>, reference::Bin, 16>(stream, Policy::Rescan);
-    check::<Lecture, reference::Bin, 1>(stream, Policy::Discard);
-    check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream, Policy::Rescan);
+    check::<Receiver<Bin>, reference::Bin, 16>(stream);
+    check::<Lecture, reference::Lecture, 1>(stream);
+    check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream);
 }
 
 /// What a call to the reader's `read` gives.
 type Answer = Result<Option<Setpoint>, ErrorKind>;
 
-fn check<P, F, const N: usize>(Stream(steps): &Stream, policy: Policy)
+fn check<P, F, const N: usize>(Stream(steps): &Stream)
 where
     P: OfSetpoints + Debug,
     F: Format,
 {
-    let (expected, counters) = expected::<F>(steps, policy);
+    let (expected, counters) = expected::<F>(steps);
     for read in [
         |reader: &mut Reader<_, P, N>| reader.read(|setpoint| setpoint),
         |reader: &mut Reader<_, P, N>| now(reader.read_async(|setpoint| setpoint)),
@@ -96,7 +96,7 @@ where
 
 /// What the reader must answer, up to the end of the source and once more, and what it has counted
 /// then.
-fn expected<F: Format>(steps: &[StreamStep], policy: Policy) -> (Vec<Answer>, Counters) {
+fn expected<F: Format>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     let mut answers = Vec::new();
     let mut counted = Counted::default();
     let ends = |step: &StreamStep| matches!(step, StreamStep::Event(event) if error(*event) == ErrorKind::Other);
@@ -106,7 +106,7 @@ fn expected<F: Format>(steps: &[StreamStep], policy: Policy) -> (Vec<Answer>, Co
             .flat_map(StreamStep::bytes)
             .copied()
             .collect();
-        let outcome = Outcome::expected::<F>(&bytes, policy);
+        let outcome = Outcome::expected::<F>(&bytes);
         counted.add(bytes.len(), &outcome.found);
 
         let mut frames = outcome.frames().into_iter().peekable();

@@ -1,6 +1,6 @@
 //! Frames from a stream: a file, standard input or a serial port.
 
-mod refused;
+mod rejected_headers;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -8,21 +8,20 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::{Error, Result, bail};
 use clap::ValueEnum;
 use framelock::{Discarded, Found, LineEvent};
+use framelock_receiving::{AnyLine, Policy, Protocol};
 use serde::Serialize;
 
-use crate::clock::{Timestamps, time_of_day};
-use crate::frame::{Frame, FrameParser, Place};
+use crate::frame_option::ProtocolParser;
+use crate::frame_writer::{FrameWriter, Place};
 use crate::input::{Arrival, CHUNK_LENGTH, Input, Spelling, for_each_arrival};
-use crate::interrupt;
-use crate::line::AnyLine;
-use crate::names::PolicyName;
-use crate::numbers::whole;
+use crate::options::whole;
 use crate::output::{Output, exit_code, note};
+use crate::process::{Timestamps, on_interrupt, time_of_day};
 use crate::serial::PortOptions;
-use refused::Refused;
+use rejected_headers::RejectedHeaders;
 
 /// Frames from a stream: a file, standard input or a serial port.
 #[derive(clap::Args)]
@@ -31,13 +30,13 @@ pub(crate) struct Arguments {
     /// A file, a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
     #[arg(value_name = "FILE|PORT", default_value = "-")]
     source: PathBuf,
-    /// Of the bytes behind a broken frame: rescan (search them again) or discard (as the lecture's
-    /// machine does; bin only)
-    #[arg(long, value_enum, default_value_t = PolicyName::Rescan, hide_possible_values = true)]
-    policy: PolicyName,
+    /// Which machine receives: framelock (searches the bytes of a broken frame again) or lecture (the
+    /// lecture's machine, which throws them away; bin only)
+    #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
+    policy: Policy,
     /// The frames: a name, or a file that describes them [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
-    frame: Frame,
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    frame: Protocol,
     /// Write the frames' description and nothing else: to read it, or to begin one of your own with
     #[arg(long)]
     describe: bool,
@@ -86,7 +85,7 @@ enum OutputFormat {
 
 impl OutputFormat {
     /// Appends a frame to the rows.
-    fn append(self, rows: &mut Vec<u8>, place: &Place, frame: &Frame, bytes: &[u8]) {
+    fn append(self, rows: &mut Vec<u8>, place: &Place, frame: &FrameWriter, bytes: &[u8]) {
         match self {
             Self::Jsonl => frame.append_json(rows, place, bytes),
             Self::Csv => return frame.append_csv(rows, place, bytes),
@@ -123,14 +122,14 @@ enum Step<'b> {
 /// Receives frames and writes them.
 struct Decoder<W> {
     line: AnyLine,
-    frame: Frame,
+    frame: FrameWriter,
     format: OutputFormat,
     output: W,
     /// What is not written yet.
     rows: Vec<u8>,
     /// How many bytes have become a frame, or were discarded.
     settled: usize,
-    refused: Refused,
+    rejected: RejectedHeaders,
     start: Instant,
     timestamps: Option<Timestamps>,
     idle_gap: Option<Duration>,
@@ -141,15 +140,15 @@ struct Decoder<W> {
 }
 
 impl<W: Write> Decoder<W> {
-    fn new(frame: &Frame, policy: PolicyName, format: OutputFormat, output: W) -> Result<Self> {
+    fn new(protocol: &Protocol, policy: Policy, format: OutputFormat, output: W) -> Result<Self> {
         Ok(Self {
-            line: AnyLine::new(frame, policy)?,
-            frame: frame.clone(),
+            line: AnyLine::new(protocol, policy).map_err(Error::msg)?,
+            frame: FrameWriter::new(protocol.clone()),
             format,
             output,
             rows: Vec::new(),
             settled: 0,
-            refused: Refused::default(),
+            rejected: RejectedHeaders::default(),
             start: Instant::now(),
             timestamps: None,
             idle_gap: None,
@@ -197,9 +196,9 @@ impl<W: Write> Decoder<W> {
             self.settled += found.bytes();
             let bytes = match found {
                 Found::Frame { message, .. } => message,
-                Found::Discarded { count, why } => return self.refused.discarded(count, why),
+                Found::Discarded { count, why } => return self.rejected.discarded(count, why),
             };
-            self.refused.frame();
+            self.rejected.frame();
             let offset = self.settled - 1;
             let place = Place { offset, time };
             self.format
@@ -210,9 +209,9 @@ impl<W: Write> Decoder<W> {
             }
         };
         match step {
-            // Nobody asks where they are, nor why one is refused: these have no header.
+            // Nobody asks where they are, nor why one is rejected: these have no header.
             Step::Bytes(bytes)
-                if self.format == OutputFormat::None && self.frame.has_setpoints() =>
+                if self.format == OutputFormat::None && self.frame.protocol.has_setpoints() =>
             {
                 self.line.feed(bytes, |_| ());
             }
@@ -240,12 +239,17 @@ impl<W: Write> Decoder<W> {
     }
 
     fn hint(&mut self, is_end: bool) {
-        self.refused.hint(&self.frame, self.settled, is_end);
+        self.rejected
+            .hint(&self.frame.protocol, self.settled, is_end);
     }
 
     fn summary(&self) -> Summary {
         let counters = self.line.counters();
-        let length = self.frame.has_setpoints().then(|| self.frame.longest());
+        let length = self
+            .frame
+            .protocol
+            .has_setpoints()
+            .then(|| self.frame.protocol.longest());
         Summary {
             bytes: counters.bytes,
             frame_length: length,
@@ -308,7 +312,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let decoder = Arc::new(Mutex::new(decoder));
     if arguments.summary.is_some() {
         let decoder = Arc::clone(&decoder);
-        interrupt::watch(move || {
+        on_interrupt(move || {
             progress.finish_and_clear();
             std::process::exit(exit_code(lock(&decoder).summarise()).into());
         })?;
@@ -362,10 +366,10 @@ fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
 }
 
 /// The rows of a stream, in each format of text.
-pub(crate) fn texts(frame: &Frame, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
+pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
     let formats = [OutputFormat::Text, OutputFormat::Csv, OutputFormat::Jsonl];
     let rows = formats.into_iter().map(|format| {
-        let mut decoder = Decoder::new(frame, PolicyName::Rescan, format, Vec::new())?;
+        let mut decoder = Decoder::new(protocol, Policy::Framelock, format, Vec::new())?;
         decoder.begin()?;
         decoder.take(Step::Bytes(stream))?;
         decoder.take(Step::Silence)?;

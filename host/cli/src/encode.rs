@@ -5,8 +5,9 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use framelock_receiving::Protocol;
 
-use crate::frame::{Frame, FrameParser};
+use crate::frame_option::ProtocolParser;
 use crate::input::Input;
 use crate::output::{Output, note};
 use crate::rows::{InputFormat, rows};
@@ -20,8 +21,8 @@ pub(crate) struct Arguments {
     #[arg(value_name = "FILE", default_value = "-")]
     input: PathBuf,
     /// The frames: a name, or a file that describes them [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
-    frame: Frame,
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    frame: Protocol,
     /// How the values are written: csv, jsonl (JSON: an object per line, or an array of them), or
     /// auto, which tells them apart
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = InputFormat::Auto, hide_possible_values = true)]

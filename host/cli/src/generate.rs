@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::ValueEnum;
 use framelock_description::generate::{c, rust};
+use framelock_receiving::Protocol;
 
-use crate::frame::{Frame, FrameParser};
+use crate::frame_option::ProtocolParser;
 use crate::output::Output;
 
 /// Source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
@@ -15,8 +16,8 @@ use crate::output::Output;
 #[command(after_help = include_str!("help/generate.txt"))]
 pub(crate) struct Arguments {
     /// The frames: a name, or a file that describes them
-    #[arg(long, value_name = "NAME|FILE", value_parser = FrameParser, hide_possible_values = true)]
-    frame: Frame,
+    #[arg(long, value_name = "NAME|FILE", value_parser = ProtocolParser, hide_possible_values = true)]
+    frame: Protocol,
     /// The language: rust, without std, or c, C99 that is C++17 as well
     #[arg(long, value_enum, value_name = "LANGUAGE")]
     language: Language,
@@ -40,7 +41,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     } = arguments;
     let path = Path::new(&frame.name);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let language_name = crate::names::name(language);
+    let language_name = language.to_possible_value();
+    let language_name = language_name.as_ref().map_or("", |value| value.get_name());
     let command = format!("framelock generate --frame {frame} --language {language_name}");
     let code = match language {
         Language::Rust => rust(&frame.description, &name, &command),

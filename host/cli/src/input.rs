@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::output::note;
 use crate::serial::{self, Device, Port, PortOptions};
-use crate::{hex, standard};
+use crate::{hex, process};
 
 /// Bytes read or written at a time: enough that calls of the operating system cost little.
 pub(crate) const CHUNK_LENGTH: usize = 64 * 1024;
@@ -82,7 +82,8 @@ impl<'a> Input<'a> {
     pub(crate) fn open(argument: &Path, options: &PortOptions) -> Result<Self> {
         let path = argument.to_string_lossy();
         let (name, file) = if path == "-" {
-            let file = standard::file(io::stdin()).context("cannot open standard input")?;
+            let file =
+                process::standard_stream(io::stdin()).context("cannot open standard input")?;
             ("standard input", file)
         } else {
             if let Some(port) = serial::open_or_wait(argument, options)? {

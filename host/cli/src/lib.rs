@@ -8,29 +8,26 @@ use clap::builder::{Resettable, StyledStr};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use framelock_description::SHIPPED;
 
-mod clock;
 mod decode;
 mod demo;
 mod encode;
-mod frame;
+mod frame_option;
+mod frame_writer;
 mod generate;
 mod hex;
 mod input;
-mod interrupt;
-mod line;
 mod line_errors;
 mod monitor;
-mod names;
-mod numbers;
+mod options;
 mod output;
 mod ports;
+mod process;
 mod rows;
 pub mod screen;
 mod send;
 mod serial;
 pub mod simulate;
-mod standard;
-pub mod texts;
+pub mod text_outputs;
 mod trace;
 mod view_parts;
 
@@ -131,28 +128,6 @@ fn write_manual(name: Option<&str>) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
-    #[test]
-    fn the_readmes_commands_are_commands() {
-        let readme = include_str!("../../../README.md");
-        let shown = readme.lines().filter_map(|line| {
-            let line = line
-                .strip_prefix("cargo run --release -- ")
-                .or_else(|| line.strip_prefix("framelock "))?;
-            line.split('#').next()
-        });
-        let shown: Vec<&str> = shown.collect();
-        assert!(shown.len() > 5, "{shown:?}");
-        for command in shown {
-            let words = command.split_whitespace();
-            let parsed = CommandLine::try_parse_from(std::iter::once("framelock").chain(words));
-            if let Err(error) = parsed {
-                panic!("{command}: {error}");
-            }
-        }
-    }
-
     /// Then the documentation's test compiles it as it stands, and so does whoever pastes it into an empty program.
     #[test]
     fn the_readmes_rust_is_whole_programs() {

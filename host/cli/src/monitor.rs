@@ -10,16 +10,16 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use framelock::motion::FailsafeParameters;
 use framelock_description::text::harmless;
+use framelock_receiving::{AnyLine, Policy, Protocol};
 use framelock_simulation::LEVEL;
 
-use crate::frame::{Frame, FrameParser};
+use crate::frame_option::ProtocolParser;
+use crate::frame_writer::FrameWriter;
 use crate::input::Input;
-use crate::line::AnyLine;
-use crate::names::{PolicyName, name};
-use crate::numbers::whole;
+use crate::options::whole;
 use crate::output::Output;
 use crate::screen;
 use crate::serial::PortOptions;
@@ -34,13 +34,13 @@ pub(crate) struct Arguments {
     /// keys are then read from the terminal all the same
     #[arg(value_name = "PORT|PTY|-")]
     line: PathBuf,
-    /// Of the bytes behind a broken frame: rescan (search them again) or discard (as the lecture's
-    /// machine does; bin only)
-    #[arg(long, value_enum, default_value_t = PolicyName::Rescan, hide_possible_values = true)]
-    policy: PolicyName,
+    /// Which machine receives: framelock (searches the bytes of a broken frame again) or lecture (the
+    /// lecture's machine, which throws them away; bin only)
+    #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
+    policy: Policy,
     /// The frames: a name, or a file that describes them [default: bin]
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
-    frame: Frame,
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    frame: Protocol,
     /// Numbers in hex, as trace has them
     #[arg(long)]
     hex: bool,
@@ -70,7 +70,7 @@ const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
 
 /// Runs `framelock monitor`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let line = AnyLine::new(&arguments.frame, arguments.policy)?;
+    let line = AnyLine::new(&arguments.frame, arguments.policy).map_err(Error::msg)?;
     let idle_gap = arguments.idle_gap.map(Duration::from_millis);
     let failsafe = FailsafeParameters {
         hold_after: arguments.hold_after * 1000,
@@ -78,16 +78,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         park: LEVEL.into(),
         ticks_per_unit: [MICROSECONDS_PER_UNIT; 3],
     };
-    let mut frame = arguments.frame.clone();
+    let mut frame = FrameWriter::new(arguments.frame.clone());
     frame.is_hex = arguments.hex;
-    let watch =
-        Watch::new(frame, line, failsafe, idle_gap).context("--hold-after and --ramp-after")?;
+    let watch = Watch::new(frame.clone(), line, failsafe, idle_gap)
+        .context("--hold-after and --ramp-after")?;
     arguments.check_terminal()?;
     let mut input = Input::open(&arguments.line, &arguments.port)?;
     input.reconnects = !arguments.no_reconnect;
     let recording = arguments.record.clone().map(|path| {
         let cannot = format!("cannot record in {}: a new file is wanted", path.display());
-        Recording::begin(path, &arguments.frame).context(cannot)
+        Recording::begin(path, &frame).context(cannot)
     });
     let title = arguments.title(&input);
     let mut session = Session::new(title, watch, recording.transpose()?);
@@ -134,7 +134,7 @@ impl Arguments {
             Some(_) => format!(", {}", self.port),
             None => String::new(),
         };
-        let (frame, policy) = (&self.frame, name(&self.policy));
+        let (frame, policy) = (&self.frame, self.policy);
         format!("{}{port}, {frame}, {policy}", input.name)
     }
 }

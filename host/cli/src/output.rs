@@ -9,7 +9,7 @@ use framelock_description::text::harmless;
 use ratatui::crossterm::terminal::size;
 use unicode_truncate::UnicodeTruncateStr;
 
-use crate::standard;
+use crate::process;
 
 /// An open output. Its errors say what could not be written; that its reader has gone is left as it
 /// is, for [`exit_code`].
@@ -71,7 +71,7 @@ impl Output {
     }
 
     pub(crate) fn standard() -> Result<Self> {
-        let file = standard::file(io::stdout()).context("cannot open standard output")?;
+        let file = process::standard_stream(io::stdout()).context("cannot open standard output")?;
         Ok(Self::file("standard output", file))
     }
 }

@@ -10,9 +10,9 @@ use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
 use framelock_description::Column;
 use framelock_description::text::quote;
+use framelock_receiving::Protocol;
 use serde_json::Value;
 
-use crate::frame::Frame;
 use crate::input::Input;
 
 /// How rows are written.
@@ -44,7 +44,7 @@ struct Fields<'a> {
 }
 
 /// The number of a row's line, and its fields or what is wrong with them.
-type Line<'a> = (u64, Result<Fields<'a>, String>);
+type NumberedFields<'a> = (u64, Result<Fields<'a>, String>);
 
 /// The rows of a text, each as soon as its line has come.
 ///
@@ -53,7 +53,7 @@ type Line<'a> = (u64, Result<Fields<'a>, String>);
 pub(crate) fn rows<'a>(
     input: Input<'a>,
     format: InputFormat,
-    frame: &'a Frame,
+    frame: &'a Protocol,
     reads_times: bool,
 ) -> Result<impl Iterator<Item = Result<Row>> + 'a> {
     let name = input.name.clone();
@@ -72,7 +72,7 @@ pub(crate) fn rows<'a>(
     };
     let mut input = io::Cursor::new(beginning).chain(input);
     let columns = frame.description.columns.as_slice();
-    let lines: Box<dyn Iterator<Item = io::Result<Line<'a>>> + 'a> = if !is_json {
+    let lines: Box<dyn Iterator<Item = io::Result<NumberedFields<'a>>> + 'a> = if !is_json {
         let delimiter = separated::delimiter(&first);
         Box::new(separated::lines(input, columns, delimiter, reads_times))
     } else if first.starts_with(b"[") {

@@ -3,8 +3,7 @@
 mod datagrams;
 mod pacer;
 mod profile;
-mod session;
-mod setpoint;
+mod transmission;
 
 use std::io::IsTerminal;
 use std::net::SocketAddr;
@@ -16,20 +15,21 @@ use std::time::Duration;
 
 use anyhow::{Result, bail};
 use framelock::motion::Setpoint;
+use framelock_receiving::Protocol;
 use framelock_simulation::{
     Axis, ByteFaults, FaultRates, Motion, Seed, Shape, check_rate, time_on_line,
 };
 
-use crate::frame::{Frame, FrameParser};
+use crate::frame_option::ProtocolParser;
 use crate::input::Input;
-use crate::interrupt;
-use crate::numbers::{number, probability, whole};
+use crate::options::{number, probability, setpoint, whole};
 use crate::output::{Output, note};
+use crate::process::on_interrupt;
 use crate::serial::{self, LastingPort, PortOptions};
 use datagrams::{Datagrams, Heard};
 use pacer::{Clock, Rate, RealClock};
 use profile::Profile;
-use session::{Parking, Session, Source};
+use transmission::{Parking, Source, Transmission};
 
 /// Frames to a board: from a motion profile, a built-in motion or UDP datagrams, on time
 #[derive(clap::Args)]
@@ -64,8 +64,8 @@ pub(crate) struct Arguments {
     seconds: Option<f64>,
     /// The frames: a name, or a file that describes them [default: bin]. Those other than bin and
     /// bin-crc8 are sent from a profile, and do not park
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
-    frame: Frame,
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
     /// End with an error when the port is gone, instead of waiting for it
@@ -120,7 +120,7 @@ struct ShapeArguments {
 #[command(next_help_heading = "The end")]
 struct End {
     /// Where the axes go at the end
-    #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoint::parse)]
+    #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoint)]
     park: Setpoint,
     /// How long the way there takes
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = |text: &str| number(text, 0.0, 3600.0))]
@@ -174,18 +174,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut line = arguments.open_line(&is_stopped)?;
     let name = line.name.clone();
     let (stop, stopped) = mpsc::channel();
-    interrupt::watch(move || {
+    on_interrupt(move || {
         is_stopped.store(true, Ordering::Relaxed);
         // It may just have ended by itself.
         let _ = stop.send(());
     })?;
     let clock = RealClock::new(stopped);
     let faults = arguments.faults.byte_faults();
-    let mut session = Session::new(clock, &mut line, &arguments.frame, faults);
+    let mut transmission = Transmission::new(clock, &mut line, &arguments.frame, faults);
     let length = arguments.seconds.map(Duration::from_secs_f64);
-    let outcome = session.run(source, length, parking);
+    let outcome = transmission.run(source, length, parking);
     let heard = datagrams.map(|datagrams| datagrams.heard());
-    for line in report(&session, &name, arguments.faults.seed, heard.as_ref()) {
+    for line in report(&transmission, &name, arguments.faults.seed, heard.as_ref()) {
         note(&line);
     }
     outcome?;
@@ -197,19 +197,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 /// What was sent, and how well.
 fn report(
-    session: &Session<RealClock, Output>,
+    transmission: &Transmission<RealClock, Output>,
     line: &str,
     seed: u64,
     heard: Option<&Heard>,
 ) -> Vec<String> {
-    let pacer = &session.pacer;
+    let pacer = &transmission.pacer;
     let seconds = |time: Duration| time.as_secs_f64();
     let mut report = vec![
         format!(
             "frames sent to {line} in {:.2} s: {}, and {} to park",
             seconds(pacer.clock.now()),
-            session.frames,
-            session.park_frames
+            transmission.frames,
+            transmission.park_frames
         ),
         format!("the latest was {:.2} ms late", seconds(pacer.worst) * 1e3),
     ];
@@ -220,7 +220,7 @@ fn report(
             seconds(pacer.held_up)
         ));
     }
-    if let Some(faults) = session.faults.as_ref().map(ByteFaults::counts) {
+    if let Some(faults) = transmission.faults.as_ref().map(ByteFaults::counts) {
         report.push(format!(
             "faults (seed {seed}): of {} bytes {} dropped, {} with a bit inverted, {} sent twice; \
              {} inserted",
@@ -231,7 +231,7 @@ fn report(
         report.push(format!(
             "datagrams heard: {}, bad ones among them: {}; frames not sent for want of a fresh \
              one: {}",
-            heard.count, heard.bad, session.silent
+            heard.count, heard.bad, transmission.silent
         ));
     }
     report

@@ -9,9 +9,9 @@ use anyhow::{Result, anyhow};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serialport::{Parity, StopBits};
 
-use crate::clock::time_of_day;
-use crate::numbers::whole;
+use crate::options::whole;
 use crate::output::note;
+use crate::process::time_of_day;
 
 /// What most UARTs start at.
 const DEFAULT_BAUD: u32 = 115_200;

@@ -14,14 +14,13 @@ use clap::{Args as _, FromArgMatches as _, ValueEnum};
 use framelock_simulation::Parameters;
 
 use crate::output::Output;
-pub use crate::view_parts::phase_name;
 use arguments::Experiment;
 pub use experiment::{Point, run_all};
 pub use output::{rows, write_csv};
 
 /// What a faulty line does: a line simulated bit by bit, the lecture's machine at its end
-/// (discard, which keeps nothing of a broken frame) and the receiver (rescan, which searches it),
-/// each with and without an idle-gap rule, a failsafe behind each.
+/// (lecture, which keeps nothing of a broken frame) and framelock (which searches it), each with
+/// and without an idle-gap rule, a failsafe behind each.
 #[derive(clap::Args)]
 #[command(
     after_help = include_str!("help/simulate.txt"),

@@ -1,8 +1,6 @@
 //! What the state machine does with each byte: the lecture's table, a row per byte.
 
-mod observed;
-mod stream;
-mod table;
+mod traced;
 
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, BufWriter, Cursor, IsTerminal, Write};
@@ -10,14 +8,13 @@ use std::path::Path;
 
 use anyhow::{Error, Result, anyhow, bail};
 use framelock_description::hex;
-use framelock_simulation::FrameFormat;
+use framelock_receiving::{FrameFormat, Policy, Protocol};
 
-use crate::frame::{Frame, FrameParser};
-use crate::input::{Input, Spelling};
-use crate::names::PolicyName;
+use crate::frame_option::ProtocolParser;
+use crate::input::{Input, Spelling, for_each_arrival};
 use crate::output::{Output, note};
 use crate::serial::PortOptions;
-use table::Format;
+use traced::{Step, Traced};
 
 /// What the machine does with each byte: the lecture's table, a row per byte
 #[derive(clap::Args)]
@@ -27,14 +24,14 @@ pub(crate) struct Arguments {
     /// read too if bytes are piped in. Else: the lecture's two worked examples
     #[arg(value_name = "HEX|FILE|PORT|-")]
     source: Vec<OsString>,
-    /// Which machine: discard (the lecture's, which discards a failed frame), rescan (the receiver,
-    /// which searches it for the next), or both, with one row where they do the same
+    /// Which machine: lecture (which throws a broken frame away), framelock (which searches it for the
+    /// next), or both, with one row where they do the same
     #[arg(long, value_enum, default_value_t = Machines::Both, hide_possible_values = true)]
     policy: Machines,
     /// The frames: a name, or a file that describes them [default: bin]. Of others than bin each row has
     /// how many bytes are pending, the frames with their fields, and why bytes are discarded
-    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = FrameParser, hide_possible_values = true)]
-    frame: Frame,
+    #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
+    frame: Protocol,
     /// How a file, port or pipe is written: bytes, or hex: text such as 41 42 00 or 0x41,0x42
     #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
     input: Spelling,
@@ -45,47 +42,106 @@ pub(crate) struct Arguments {
     port: PortOptions,
 }
 
+/// How the steps are written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
+enum Format {
+    /// A table to read
+    Text,
+    /// One JSON object per line
+    Jsonl,
+}
+
 /// Whose steps are shown.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
 enum Machines {
-    /// The lecture's machine, which discards a failed frame
-    Discard,
-    /// The receiver, which searches a failed frame for the start of the next
-    Rescan,
+    /// The lecture's machine, which throws a broken frame away
+    Lecture,
+    /// framelock, which searches a broken frame for the start of the next
+    Framelock,
     /// Both
     Both,
 }
 
 impl Machines {
-    const fn policies(self) -> &'static [PolicyName] {
-        match self {
-            Self::Discard => &[PolicyName::Discard],
-            Self::Rescan => &[PolicyName::Rescan],
-            Self::Both => &[PolicyName::Discard, PolicyName::Rescan],
+    /// The lecture's machine knows BIN alone, so for all other frames both are framelock.
+    const fn policies(self, protocol: &Protocol) -> &'static [Policy] {
+        match (self, protocol.setpoints) {
+            (Self::Lecture, _) => &[Policy::Lecture],
+            (Self::Both, Some(FrameFormat::Bin)) => &[Policy::Lecture, Policy::Framelock],
+            (Self::Both | Self::Framelock, _) => &[Policy::Framelock],
         }
     }
 
+    /// Writes the rows as the bytes come: whatever is there is shown before more is waited for. Memory does not grow
+    /// with their number.
     fn print(
         self,
-        frame: &Frame,
+        protocol: &Protocol,
         format: Format,
         input: Input,
         out: &mut impl Write,
     ) -> Result<()> {
-        match (frame.setpoints, self.policies()) {
-            (Some(FrameFormat::Bin), policies) => table::print(policies, format, input, out),
-            // The lecture's machine knows no other frame, so both are the receiver.
-            (_, &[.., policy]) => stream::print(frame, policy, format, input, out),
-            (_, []) => Ok(()),
+        let policies = self.policies(protocol).iter();
+        let machines = policies.map(|&policy| Traced::new(protocol, policy));
+        let mut machines = machines.collect::<Result<Vec<_>>>()?;
+        if let (Format::Text, Some(first)) = (format, machines.first()) {
+            writeln!(out, "offset  byte{}  what happened", first.columns())?;
+            out.flush()?;
         }
+        for_each_arrival(input, |arrival| {
+            let mut rows = Vec::new();
+            for &byte in arrival.bytes() {
+                let steps = machines.iter_mut().map(|machine| machine.push(byte));
+                let steps: Vec<Step> = steps.collect();
+                let steps: Vec<(&Traced, Step)> = machines.iter().zip(steps).collect();
+                match format {
+                    Format::Text => write_rows(out, &steps, Traced::row)?,
+                    Format::Jsonl => {
+                        rows.clear();
+                        for (machine, step) in &steps {
+                            machine.json(step, &mut rows)?;
+                        }
+                        out.write_all(&rows)?;
+                    }
+                }
+            }
+            Ok(out.flush()?)
+        })?;
+        if format == Format::Text {
+            writeln!(out)?;
+            let machines: Vec<(&Traced, ())> = machines.iter().map(|one| (one, ())).collect();
+            write_rows(out, &machines, |machine, (), policy| {
+                machine.balance(policy)
+            })?;
+        }
+        Ok(out.flush()?)
+    }
+}
+
+/// A row for each machine, or one for both if they do the same.
+fn write_rows<T>(
+    out: &mut impl Write,
+    machines: &[(&Traced, T)],
+    row: impl Fn(&Traced, &T, &str) -> String,
+) -> io::Result<()> {
+    let rows = |name: Option<&str>| {
+        let rows = machines.iter().map(|(machine, shown)| {
+            let policy = machine.policy.to_string();
+            row(machine, shown, name.unwrap_or(&policy))
+        });
+        rows.collect::<Vec<_>>()
+    };
+    match &*rows(Some("both")) {
+        [first, second] if first == second => writeln!(out, "{first}"),
+        _ => rows(None).iter().try_for_each(|row| writeln!(out, "{row}")),
     }
 }
 
 /// The rows of a stream, in each format.
-pub(crate) fn texts(frame: &Frame, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
+pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
     let rows = [Format::Text, Format::Jsonl].into_iter().map(|format| {
         let mut out = Vec::new();
-        Machines::Both.print(frame, format, Input::new("", stream), &mut out)?;
+        Machines::Both.print(protocol, format, Input::new("", stream), &mut out)?;
         Ok(out)
     });
     rows.collect()

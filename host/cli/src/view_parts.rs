@@ -63,19 +63,6 @@ pub(crate) fn emphasised(count: u64, color: Color) -> Span<'static> {
     }
 }
 
-/// What a phase is called.
-#[must_use]
-pub const fn phase_name(phase: Phase) -> &'static str {
-    match phase {
-        Phase::Live => "live",
-        Phase::Approach => "approach",
-        Phase::Hold => "hold",
-        Phase::Ramp => "ramp",
-        Phase::Parked => "parked",
-        _ => "other",
-    }
-}
-
 /// How a phase is shown.
 pub(crate) fn phase_style(phase: Phase) -> Style {
     let color = match phase {

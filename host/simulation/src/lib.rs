@@ -23,9 +23,9 @@
 //! for trial in 0..4 {
 //!     tally = tally.and(run(&parameters, trial, false)?.tally());
 //! }
-//! let [discard, .., rescan] = &tally.receivers[..] else { panic!("four receivers") };
-//! assert!(discard.lost_intact > 100);
-//! assert_eq!(rescan.lost_intact, 0);
+//! let [lecture, .., framelock] = &tally.receivers[..] else { panic!("four receivers") };
+//! assert!(lecture.lost_intact > 100);
+//! assert_eq!(framelock.lost_intact, 0);
 //! # Ok(())
 //! # }
 //! ```
@@ -36,15 +36,12 @@
 #![forbid(unsafe_code)]
 
 mod byte_faults;
-mod frame;
-mod kind;
 mod line;
 mod motion;
 mod parameters;
 mod payload;
 mod random;
-mod rate;
-mod sender;
+mod sent_frame;
 mod station;
 mod statistics;
 mod tally;
@@ -53,14 +50,14 @@ mod trial;
 mod uart;
 
 pub use byte_faults::{ByteFaults, FaultCounts, FaultRates};
-pub use frame::Origin;
-pub use kind::{Kind, Policy};
+pub use framelock_receiving::{FrameFormat, Policy};
+pub use line::{check_rate, time_on_line};
 pub use motion::{Axis, LEVEL, Motion, Shape, SmoothMotion, between};
 pub use parameters::{Number, Parameters};
-pub use payload::{Frame, FrameFormat, Payload};
+pub use payload::{Payload, Transmission};
 pub use random::Seed;
-pub use rate::{check_rate, time_on_line};
-pub use station::{Outcome, Station};
+pub use sent_frame::Origin;
+pub use station::{Fate, Kind, Outcome, Station};
 pub use statistics::{Mean, Share};
 pub use tally::{LineTally, ReceiverTally, Tally};
 pub use trial::{Event, Trial, run};

@@ -3,10 +3,11 @@
 use std::ops::RangeInclusive;
 
 use anyhow::{Context, Result, ensure};
+use framelock_receiving::FrameFormat;
 use serde::Serialize;
 
-use crate::payload::{FrameFormat, Payload};
-use crate::rate::check_rate;
+use crate::line::check_rate;
+use crate::payload::Payload;
 
 /// A parameter that is a number: what a program needs to offer it, and what a sweep goes through.
 #[derive(Debug)]

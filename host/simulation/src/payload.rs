@@ -1,33 +1,17 @@
-//! What is sent: frame formats, payloads, frames.
+//! What the sender sends: payloads, and one frame after another.
 
 use std::fmt;
 use std::str::FromStr;
 
 use anyhow::{Context, Error, Result};
 use framelock::motion::Setpoint;
+use framelock_receiving::FrameFormat;
+use rand::{Rng, RngCore};
 use serde::Serialize;
 
-/// A frame format.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum FrameFormat {
-    /// 'A' 'B' reserved pitch roll yaw CR
-    Bin,
-    /// 'A' 'B' reserved pitch roll yaw crc CR
-    BinCrc8,
-}
-
-impl FrameFormat {
-    /// Bytes in a frame.
-    #[must_use]
-    pub const fn length(self) -> usize {
-        match self {
-            Self::Bin => 7,
-            Self::BinCrc8 => 8,
-        }
-    }
-}
+use crate::motion::SmoothMotion;
+use crate::parameters::Parameters;
+use crate::random::{Purpose, Seed, whole};
 
 /// What the four bytes between sync and terminator are: reserved, pitch, roll, yaw.
 ///
@@ -110,16 +94,16 @@ impl Serialize for Payload {
     }
 }
 
-/// The bytes of a frame, or noise in its place.
+/// What is sent at a time: the bytes of a frame, or noise in its place.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct Frame {
+pub struct Transmission {
     /// What is sent.
     pub bytes: Vec<u8>,
     /// The setpoint it carries; none if it is noise.
     pub setpoint: Option<Setpoint>,
 }
 
-impl Frame {
+impl Transmission {
     /// The format's frame with that payload.
     #[must_use]
     pub fn new(format: FrameFormat, payload: [u8; 4]) -> Self {
@@ -134,6 +118,48 @@ impl Frame {
             setpoint: Some(Setpoint { pitch, roll, yaw }),
         }
     }
+}
+
+/// Returns what is sent, frame after frame, without end.
+pub(crate) fn frames(
+    parameters: &Parameters,
+    seed: Seed,
+) -> impl Iterator<Item = Transmission> + use<> {
+    let (format, payload) = (parameters.frame, parameters.payload);
+    let mut random = seed.random(Purpose::Sender);
+    // Two seconds from one point to the next.
+    let mut motion = SmoothMotion::new(seed, whole(2.0 * parameters.rate).max(1));
+    let repeated = match payload {
+        Payload::Repeated(from, to) => [(); 4].map(|()| random.random_range(from..=to)),
+        Payload::Constant(payload) => payload,
+        Payload::Ambiguous => {
+            let x = random.random();
+            if random.random() {
+                [0x0D, 0x41, 0x42, x]
+            } else {
+                [x, 0x0D, 0x41, 0x42]
+            }
+        }
+        Payload::Motion | Payload::Random(..) | Payload::Noise => [0; 4],
+    };
+    (0..).map(move |slot| {
+        let payload = match payload {
+            Payload::Motion => {
+                let [pitch, roll, yaw] = motion.setpoint(slot).into();
+                [0, pitch, roll, yaw]
+            }
+            Payload::Random(from, to) => [(); 4].map(|()| random.random_range(from..=to)),
+            Payload::Noise => {
+                let bytes = random.next_u64().to_le_bytes().into_iter();
+                return Transmission {
+                    bytes: bytes.take(format.length()).collect(),
+                    setpoint: None,
+                };
+            }
+            Payload::Repeated(..) | Payload::Constant(_) | Payload::Ambiguous => repeated,
+        };
+        Transmission::new(format, payload)
+    })
 }
 
 #[cfg(test)]

@@ -3,36 +3,44 @@
 
 use std::num::NonZeroU32;
 
-use anyhow::{Result, bail};
-use framelock::can_go_deaf::Lecture;
-use framelock::motion::{Bin, BinCrc8, Failsafe, FailsafeParameters, Output, Phase, Setpoint};
-use framelock::{Line, LineEvent, Receiver};
+use anyhow::{Error, Result};
+use framelock::LineEvent;
+use framelock::motion::{Failsafe, FailsafeParameters, Output, Phase, Setpoint};
+use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Policy};
 
-use crate::frame::SentFrame;
-use crate::kind::{Kind, Policy};
 use crate::motion::LEVEL;
 use crate::parameters::Parameters;
-use crate::payload::FrameFormat;
 use crate::random::whole;
+use crate::sent_frame::SentFrame;
 use crate::statistics::Ratio;
 use crate::tally::ReceiverTally;
 use crate::uart::{BIT, BITS_PER_BYTE};
 
-/// Any of the receivers.
-enum AnyLine {
-    Lecture(Line<Lecture>),
-    Bin(Line<Receiver<Bin>>),
-    BinCrc8(Line<Receiver<BinCrc8>>),
+/// What is at the end of the line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Kind {
+    /// The machine.
+    pub policy: Policy,
+    /// Whether a pause longer than the idle gap drops the current frame.
+    pub has_idle_gap: bool,
 }
 
-macro_rules! for_any {
-    ($any:expr, $line:ident => $does:expr) => {
-        match $any {
-            AnyLine::Lecture($line) => $does,
-            AnyLine::Bin($line) => $does,
-            AnyLine::BinCrc8($line) => $does,
+impl Kind {
+    /// All stations that receive the format: of BIN the lecture's machine, then framelock; each without an
+    /// idle-gap rule and then with one.
+    #[must_use]
+    pub fn of(format: FrameFormat) -> Vec<Self> {
+        let both = |policy| {
+            [false, true].map(|has_idle_gap| Self {
+                policy,
+                has_idle_gap,
+            })
+        };
+        match format {
+            FrameFormat::Bin => [both(Policy::Lecture), both(Policy::Framelock)].concat(),
+            FrameFormat::BinCrc8 => both(Policy::Framelock).to_vec(),
         }
-    };
+    }
 }
 
 /// Time steps to microseconds, on a line of `baud`.
@@ -68,9 +76,27 @@ pub enum Outcome {
     Wrong,
 }
 
+/// What became of a sent frame at a station.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fate {
+    /// Its setpoint was committed with its last byte.
+    Delivered,
+    /// The line lost or changed some of it, and the receiver committed nothing.
+    Broken,
+    /// It arrived whole, and the receiver committed nothing.
+    Missed,
+    /// While it came, the receiver committed something else.
+    Wrong,
+}
+
 /// A receiver and its failsafe.
 pub struct Station {
+    format: FrameFormat,
     receiver: AnyLine,
+    /// The sent frames of which every byte came, by their numbers and setpoints.
+    check: DeliveryCheck<(u64, Option<Setpoint>)>,
+    /// Something wrong was committed since the last frame.
+    is_wrong: bool,
     failsafe: Failsafe<u8, 3>,
     baud: u32,
     hears_errors: bool,
@@ -93,17 +119,13 @@ impl Station {
     pub(crate) fn new(parameters: &Parameters, kind: Kind) -> Result<Self> {
         // The byte that ends the gap takes one byte time to come in.
         let limit = (u64::from(parameters.idle_gap) + 1) * BITS_PER_BYTE * BIT;
-        let receiver = match (kind.policy, parameters.frame) {
-            (Policy::Discard, FrameFormat::Bin) => AnyLine::Lecture(Line::default()),
-            (Policy::Rescan, FrameFormat::Bin) => AnyLine::Bin(Line::default()),
-            (Policy::Rescan, FrameFormat::BinCrc8) => AnyLine::BinCrc8(Line::default()),
-            (Policy::Discard, FrameFormat::BinCrc8) => {
-                bail!("policy discard is the lecture's machine, which receives frame bin only")
-            }
-        };
+        let receiver = AnyLine::of_setpoints(parameters.frame, kind.policy);
         let failsafe = failsafe(parameters);
         Ok(Self {
-            receiver,
+            format: parameters.frame,
+            receiver: receiver.map_err(Error::msg)?,
+            check: DeliveryCheck::default(),
+            is_wrong: false,
             failsafe: Failsafe::new(failsafe, 0)?,
             hold_after: failsafe.hold_after.into(),
             baud: parameters.baud,
@@ -128,7 +150,20 @@ impl Station {
             self.line_event(LineEvent::Idle);
         }
         self.idle_from = at.saturating_add(self.idle_limit);
-        let Some(setpoint) = for_any!(&mut self.receiver, line => line.push(byte)) else {
+        let end = self.receiver.counters().bytes + 1;
+        let arrived = end.saturating_sub(self.format.length())..end;
+        if let Some(sent) = ended {
+            let frame = (sent.number, sent.transmission.setpoint);
+            self.check.arrived(arrived.clone(), frame);
+        }
+        // A receiver of frames of one length has decided about all bytes before these.
+        while self.check.missed(arrived.start).is_some() {}
+        let mut committed = None;
+        self.receiver.feed(&[byte], |found| {
+            let frame = found.message();
+            committed = frame.and_then(|frame| self.format.setpoint(frame));
+        });
+        let Some(setpoint) = committed else {
             return Outcome::Pending(self.pending());
         };
         self.poll(at);
@@ -136,15 +171,35 @@ impl Station {
         self.committed = at;
         self.failsafe.frame(self.ticks(at), setpoint);
         self.poll(at);
-        match ended {
-            Some(sent) if sent.frame.setpoint == Some(setpoint) => {
-                self.delivered = Some((sent.number, at));
+        match self.check.delivered(&arrived) {
+            Some((number, sent)) if sent == Some(setpoint) => {
+                self.delivered = Some((number, at));
                 return Outcome::Delivered;
             }
             Some(_) => self.tally.wrong_setpoints += 1,
             None => self.tally.false_frames += 1,
         }
+        self.is_wrong = true;
         Outcome::Wrong
+    }
+
+    /// Returns what became of a frame whose last byte has come or was lost.
+    pub(crate) fn fate(&mut self, frame: &SentFrame) -> Fate {
+        if std::mem::take(&mut self.is_wrong) {
+            Fate::Wrong
+        } else if self.delivery(frame).is_some() {
+            Fate::Delivered
+        } else if frame.is_intact {
+            Fate::Missed
+        } else {
+            Fate::Broken
+        }
+    }
+
+    /// Returns when the frame was delivered, if it was.
+    fn delivery(&self, frame: &SentFrame) -> Option<u64> {
+        let (number, at) = self.delivered?;
+        (number == frame.number).then_some(at)
     }
 
     /// The UART reports an error.
@@ -155,13 +210,13 @@ impl Station {
     }
 
     fn line_event(&mut self, event: LineEvent) {
-        for_any!(&mut self.receiver, line => line.line_event(event, |_| ()));
+        self.receiver.line_event(event, |_| ());
     }
 
     /// How many bytes of a frame the receiver has.
     #[must_use]
     pub fn pending(&self) -> usize {
-        for_any!(&self.receiver, line => line.pending())
+        self.receiver.pending()
     }
 
     /// The failsafe's time: a counter that wraps.
@@ -215,8 +270,7 @@ impl Station {
     /// each before the next ends.
     pub(crate) fn settle(&mut self, frame: &SentFrame, began: u64) {
         let began = frame.is_intact.then_some(began);
-        let delivered = self.delivered.filter(|(number, _)| *number == frame.number);
-        let Some((_, at)) = delivered else {
+        let Some(at) = self.delivery(frame) else {
             let (lost, since) = self.outage.unwrap_or_default();
             let more = u64::from(frame.is_intact);
             self.tally.lost_intact += more;
@@ -237,7 +291,7 @@ impl Station {
     /// What has been counted until then. `bytes_lost`: how many the line has lost in the trial.
     pub(crate) fn tally(&self, at: u64, bytes_lost: u64) -> ReceiverTally {
         let mut tally = self.tally.clone();
-        let counters = for_any!(&self.receiver, line => line.counters());
+        let counters = self.receiver.counters();
         tally.bytes_discarded = counters.discarded.total() as u64;
         tally.never_back = u64::from(matches!(self.outage, Some((_, Some(_)))));
         tally.engagements += self.engagement(at, self.output(at));

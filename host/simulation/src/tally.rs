@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::kind::Kind;
+use crate::station::Kind;
 use crate::statistics::{Mean, Ratio};
 
 /// What happened on the line.

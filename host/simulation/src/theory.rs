@@ -1,8 +1,7 @@
 //! What the measured figures should be, where that can be worked out.
 
 use framelock::motion::crc8;
-
-use crate::payload::FrameFormat;
+use framelock_receiving::FrameFormat;
 
 /// The probability that a frame with a pause in front of it is committed with a wrong setpoint, if
 /// each bit is inverted with the probability `flip`.

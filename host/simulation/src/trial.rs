@@ -8,15 +8,13 @@ use framelock::motion::{Output, Setpoint};
 use rand::Rng;
 
 use crate::byte_faults::{ByteFaults, FaultRates};
-use crate::frame::{Origin, SentFrame};
-use crate::kind::Kind;
 use crate::line::Line;
 use crate::motion::LEVEL;
 use crate::parameters::Parameters;
-use crate::payload::Frame;
+use crate::payload::{Transmission, frames};
 use crate::random::{Purpose, Seed, whole};
-use crate::sender;
-use crate::station::{Outcome, Station, microseconds};
+use crate::sent_frame::{Origin, SentFrame};
+use crate::station::{Fate, Kind, Outcome, Station, microseconds};
 use crate::tally::{LineTally, Tally};
 use crate::uart::{BITS_PER_BYTE, Heard, TICK};
 
@@ -34,6 +32,13 @@ pub enum Event {
         received: Option<u8>,
         /// What it made of each station; empty if it is lost.
         outcomes: Vec<Outcome>,
+    },
+    /// The last byte of a frame has come or was lost, just after the event of that byte.
+    Frame {
+        /// The frame's number.
+        number: u64,
+        /// What became of it at each station.
+        fates: Vec<Fate>,
     },
     /// The outputs of the failsafes are looked at.
     Look {
@@ -63,7 +68,7 @@ pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Tri
     let mut trial = Trial::new(parameters, seed, rates, &Kind::of(parameters.frame))?;
     trial.events = is_watched.then(Vec::new);
     let bits_per_frame = f64::from(parameters.baud) / parameters.rate;
-    for (number, frame) in (0..parameters.frames).zip(sender::frames(parameters, seed)) {
+    for (number, frame) in (0..parameters.frames).zip(frames(parameters, seed)) {
         trial.advance_to(whole(f64::from(number) * bits_per_frame));
         trial.send(number.into(), frame);
     }
@@ -146,11 +151,11 @@ impl Trial {
     }
 
     /// Begins to send a frame, as soon as the one before has been sent. Numbers rise.
-    pub fn send(&mut self, number: u64, frame: Frame) {
+    pub fn send(&mut self, number: u64, transmission: Transmission) {
         self.send_rest();
         self.frames.push_back(SentFrame {
             number,
-            frame,
+            transmission,
             begin: self.line.sent,
             ..SentFrame::default()
         });
@@ -192,12 +197,12 @@ impl Trial {
         let Some(current) = self.frames.back_mut() else {
             return;
         };
-        let byte = current.frame.bytes.get(current.sent);
+        let byte = current.transmission.bytes.get(current.sent);
         self.line.send(byte.copied().unwrap_or_default());
         self.tally.bytes_sent += 1;
         current.sent += 1;
         if current.is_sent() {
-            self.demand = current.frame.setpoint.unwrap_or(self.demand);
+            self.demand = current.transmission.setpoint.unwrap_or(self.demand);
             self.settled = self.line.sent + BITS_PER_BYTE;
         }
         self.hear();
@@ -256,6 +261,20 @@ impl Trial {
         if again.is_some() {
             self.deliver(at, again, sent);
         }
+        if let Some((Origin { frame, place }, _)) = sent {
+            self.end(frame, place);
+        }
+    }
+
+    /// That byte of that frame has come or was lost.
+    fn end(&mut self, number: u64, place: usize) {
+        let is_it = |sent: &&SentFrame| sent.number == number;
+        let frame = self.frames.iter().find(is_it);
+        if let Some(frame) = frame.filter(|frame| place + 1 == frame.transmission.bytes.len()) {
+            let stations = self.stations.iter_mut();
+            let fates = stations.map(|station| station.fate(frame)).collect();
+            self.see(Event::Frame { number, fates });
+        }
     }
 
     /// Gives the stations what was received of a byte sent; nothing if it was lost.
@@ -289,7 +308,7 @@ impl Trial {
             && self.frames.front().is_some_and(SentFrame::is_sent)
             && let Some(frame) = self.frames.pop_front()
         {
-            if frame.frame.setpoint.is_some() {
+            if frame.transmission.setpoint.is_some() {
                 self.tally.frames_sent += 1;
                 self.tally.frames_intact += u64::from(frame.is_intact);
                 let began = self.line.instant(frame.begin);

@@ -1,83 +1,46 @@
-//! The frames on the line: what describes them, the receiver of them, and frames to be sent.
+//! The frames on the line, by the scenario, and examples of them to be sent.
 
-use framelock::{BufferedIn, Format as _, Line, Verdict};
+use framelock::{Format as _, Verdict};
 use framelock_description::{Description, Kind, Type, shipped};
 use framelock_formats::layout::ByteOrder;
-use framelock_simulation::FrameFormat;
+use framelock_receiving::Protocol;
 use rand::seq::IndexedRandom as _;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-use crate::parser::AnyLine;
 use crate::scenario::Scenario;
 
-/// What a description in TOML says of frames.
-pub(crate) struct Frame {
-    pub(crate) description: Description,
-    pub(crate) text: String,
-    /// If they bring setpoints: then the small receiver takes them, and actuators move.
-    pub(crate) setpoints: Option<FrameFormat>,
+/// The frames of a scenario.
+pub(crate) fn protocol(scenario: &Scenario) -> Result<Protocol, String> {
+    let text = shipped(&scenario.frame).unwrap_or(&scenario.description);
+    described(&scenario.frame, text)
 }
 
-impl Frame {
-    /// The frames of a scenario.
-    pub(crate) fn of(scenario: &Scenario) -> Result<Self, String> {
-        let setpoints = match &*scenario.frame {
-            "bin" => Some(FrameFormat::Bin),
-            "bin-crc8" => Some(FrameFormat::BinCrc8),
-            _ => None,
-        };
-        let text = shipped(&scenario.frame).unwrap_or(&scenario.description);
-        Ok(Self {
-            setpoints,
-            ..Self::described(text)?
-        })
-    }
+/// The frames that a text describes. The error says in which line and column it goes wrong.
+pub(crate) fn described(name: &str, text: &str) -> Result<Protocol, String> {
+    Protocol::described(name, text.to_owned()).map_err(|problem| {
+        let mut parts = problem.splitn(4, ':').skip(1);
+        let mut part = || parts.next().unwrap_or_default();
+        format!("Line {}, column {}:{}", part(), part(), part())
+    })
+}
 
-    /// The frames that a text describes. The error says in which line and column it goes wrong.
-    pub(crate) fn described(text: &str) -> Result<Self, String> {
-        let description = Description::parse("", text).map_err(|problem| {
-            let mut parts = problem.splitn(4, ':').skip(1);
-            let mut part = || parts.next().unwrap_or_default();
-            format!("Line {}, column {}:{}", part(), part(), part())
-        })?;
-        Ok(Self {
-            description,
-            text: text.to_owned(),
-            setpoints: None,
-        })
-    }
-
-    /// The receiver of them at the end of a line.
-    pub(crate) fn line(&self) -> Result<AnyLine, String> {
-        Ok(match self.setpoints {
-            Some(FrameFormat::Bin) => AnyLine::Bin(Line::default()),
-            Some(FrameFormat::BinCrc8) => AnyLine::BinCrc8(Line::default()),
-            None => {
-                let format = self.description.format();
-                let receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]);
-                AnyLine::Described(Line::new(receiver.ok_or("Frames without bytes")?))
-            }
-        })
-    }
-
-    /// So many of them, of each kind in turn, with random bytes where any may stand.
-    pub(crate) fn examples(&self, count: u32, seed: u64) -> Vec<u8> {
-        let (mut random, mut stream) = (ChaCha8Rng::seed_from_u64(seed), Vec::new());
-        let format = self.description.format();
-        let kinds = self.description.kinds.iter().cycle();
-        for (kind, _) in kinds.zip(0..count) {
-            // Not all bytes make a frame: of many messages each has a length of its own.
-            let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
-            let frame = frames.find(|frame| format.judge(frame) == Verdict::Frame(frame.len()));
-            stream.extend(frame.unwrap_or_default());
-            // Those of one's own may be long.
-            if stream.len() > 1 << 20 {
-                break;
-            }
+/// So many frames, of each kind in turn, with random bytes where any may stand.
+pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<u8> {
+    let (mut random, mut stream) = (ChaCha8Rng::seed_from_u64(seed), Vec::new());
+    let format = description.format();
+    let kinds = description.kinds.iter().cycle();
+    for (kind, _) in kinds.zip(0..count) {
+        // Not all bytes make a frame: of many messages each has a length of its own.
+        let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
+        let frame = frames.find(|frame| format.judge(frame) == Verdict::Frame(frame.len()));
+        stream.extend(frame.unwrap_or_default());
+        // Those of one's own may be long.
+        if stream.len() > 1 << 20 {
+            break;
         }
-        stream
     }
+    stream
 }
 
 /// A frame of that kind, so much longer than it need be; if these bytes make one.

@@ -20,11 +20,12 @@
 mod frame;
 mod line;
 mod machine;
-mod parser;
 mod places;
 mod run;
 mod scenario;
 mod view;
+
+use framelock_receiving::{AnyLine, Policy};
 
 pub use run::Run;
 
@@ -51,6 +52,7 @@ pub fn frames() -> String {
 #[must_use]
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn problem(description: &str) -> String {
-    let frame = frame::Frame::described(description).and_then(|frame| frame.line().map(drop));
-    frame.err().unwrap_or_default()
+    let protocol = frame::described(scenario::OWN, description);
+    let line = protocol.and_then(|protocol| AnyLine::new(&protocol, Policy::Framelock));
+    line.err().unwrap_or_default()
 }

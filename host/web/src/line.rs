@@ -1,9 +1,10 @@
 //! The line: what is sent, byte by byte, and what arrives of it.
 
-use framelock::Found;
-use framelock_simulation::{ByteFaults, Event, FaultRates, FrameFormat, Parameters, Seed, run};
+use framelock::{Found, LineEvent};
+use framelock_receiving::{AnyLine, FrameFormat, Policy, Protocol};
+use framelock_simulation::{ByteFaults, Event, FaultRates, Parameters, Seed, run};
 
-use crate::frame::Frame;
+use crate::frame::examples;
 use crate::scenario::{Action, Scenario};
 
 /// How long a byte takes on the line, and the pause behind a frame, in microseconds: slow enough to
@@ -36,18 +37,22 @@ impl Cell {
 }
 
 /// The line of a scenario. `file`: the bytes to send, if it sends a file.
-pub(crate) fn line(scenario: &Scenario, frame: &Frame, file: &[u8]) -> Result<Vec<Cell>, String> {
-    let bytes = match (scenario.file, frame.setpoints) {
+pub(crate) fn line(
+    scenario: &Scenario,
+    protocol: &Protocol,
+    file: &[u8],
+) -> Result<Vec<Cell>, String> {
+    let bytes = match (scenario.file, protocol.setpoints) {
         (0, _) if !scenario.own.is_empty() => scenario.own.clone(),
         (0, Some(format)) => simulated(scenario, format)?,
-        (0, None) => frame.examples(scenario.frames, scenario.seed),
+        (0, None) => examples(&protocol.description, scenario.frames, scenario.seed),
         (length, _) if length == file.len() => file.to_vec(),
         (expected, _) => {
             let what = format!("this link needs a file of {expected} bytes: drop it here");
             return Err(what);
         }
     };
-    let mut cells = sent(&bytes, frame)?;
+    let mut cells = sent(&bytes, protocol)?;
     if scenario.lose + scenario.flip > 0.0 {
         let rates = FaultRates {
             drop: scenario.lose,
@@ -83,21 +88,22 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
 
 /// Bytes as they are sent, with a pause behind each frame. The frames are those that the receiver finds
 /// on a line without faults.
-fn sent(bytes: &[u8], frame: &Frame) -> Result<Vec<Cell>, String> {
+fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
     let cells = bytes.iter().map(|byte| Cell::new(Some(*byte), *byte, 0));
     let mut cells: Vec<Cell> = cells.collect();
-    let (mut receiver, mut settled) = (frame.line()?, 0);
-    let mut decided = |found: Found<()>| {
+    let mut receiver = AnyLine::new(protocol, Policy::Framelock)?;
+    let mut settled = 0;
+    let mut decided = |found: Found<&[u8]>| {
         settled += found.bytes();
         if let (Found::Frame { length, .. }, Some(last)) = (found, cells.get_mut(settled - 1)) {
             last.ends = u32::try_from(length).unwrap_or(u32::MAX);
         }
     };
     for piece in bytes.chunks(1 << 16) {
-        receiver.feed(piece).into_iter().for_each(&mut decided);
+        receiver.feed(piece, &mut decided);
     }
     // Nothing comes behind the last.
-    receiver.idle().into_iter().for_each(decided);
+    receiver.line_event(LineEvent::Idle, decided);
     let mut now = 0;
     for cell in &mut cells {
         now += BYTE;
@@ -121,7 +127,7 @@ fn simulated(scenario: &Scenario, frame: FrameFormat) -> Result<Vec<u8>, String>
     let events = trial.events.into_iter().flatten();
     let received = events.filter_map(|event| match event {
         Event::Byte { received, .. } => received,
-        Event::Look { .. } => None,
+        Event::Look { .. } | Event::Frame { .. } => None,
     });
     Ok(received.collect())
 }

@@ -1,14 +1,16 @@
 //! A machine at the end of the line, the failsafe behind it, and what becomes of each frame.
 
 use std::collections::VecDeque;
+use std::fmt;
 use std::num::NonZeroU32;
+use std::ops::Range;
 
+use framelock::can_go_deaf::Lecture;
 use framelock::motion::{Failsafe, FailsafeParameters, Setpoint};
-use framelock::{DiscardReason, Found};
+use framelock::{DiscardReason, LineEvent};
+use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Piece, TrackedLine};
 use framelock_simulation::LEVEL;
 use serde::Serialize;
-
-use crate::parser::AnyLine;
 
 /// Times in milliseconds: three frames of silence, eight, and a second from end to end.
 const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
@@ -34,129 +36,129 @@ pub(crate) struct Tally {
     pub(crate) since: u32,
 }
 
-/// A frame that arrived whole: where it begins, its length, and when it ended.
-#[derive(Clone)]
-struct Whole {
-    place: usize,
-    length: usize,
-    at: u32,
-}
-
 #[derive(Clone)]
 pub(crate) struct Machine {
-    pub(crate) line: AnyLine,
+    pub(crate) line: TrackedLine,
+    setpoints: Option<FrameFormat>,
     pub(crate) failsafe: Failsafe<u8, 3>,
     /// The frame given out last.
     pub(crate) frame: Vec<u8>,
-    /// The bytes that may yet be part of a frame, and their places on the line.
-    pub(crate) pending: VecDeque<(usize, u8)>,
+    /// Where on the line the pending bytes are.
+    places: VecDeque<usize>,
     /// What the last step has decided about bytes, by their places.
-    pub(crate) fates: Vec<(usize, &'static str)>,
+    pub(crate) fates: Vec<(usize, Fate)>,
     pub(crate) tally: Tally,
-    /// Those that may yet be delivered.
-    whole: VecDeque<Whole>,
+    /// When each frame that may yet be delivered arrived whole.
+    check: DeliveryCheck<u32>,
+}
+
+/// What became of a byte.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Fate {
+    /// It is in a frame that was sent.
+    Committed,
+    /// It is in a frame that nobody sent.
+    Wrong,
+    /// It is in no frame.
+    Discarded(DiscardReason),
+}
+
+impl fmt::Display for Fate {
+    /// Writes what the page calls it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Committed => f.write_str("committed"),
+            Self::Wrong => f.write_str("wrong"),
+            Self::Discarded(why) => why.fmt(f),
+        }
+    }
 }
 
 impl Machine {
-    pub(crate) fn new(line: AnyLine) -> Self {
+    pub(crate) fn new(line: AnyLine, setpoints: Option<FrameFormat>) -> Self {
         Self {
-            line,
+            line: TrackedLine::new(line),
+            setpoints,
             failsafe: Failsafe::new(FAILSAFE, 0).expect("its times are in order"),
             frame: Vec::new(),
-            pending: VecDeque::new(),
+            places: VecDeque::new(),
             fates: Vec::new(),
             tally: Tally::default(),
-            whole: VecDeque::new(),
+            check: DeliveryCheck::default(),
         }
     }
 
     /// Takes the byte in that place. `whole`: the length of the frame that has arrived whole with it.
     pub(crate) fn push(&mut self, place: usize, byte: u8, at: u32, whole: Option<usize>) {
-        self.pending.push_back((place, byte));
-        self.whole.extend(whole.map(|length| {
-            let place = place + 1 - length;
-            Whole { place, length, at }
-        }));
-        let found = self.line.feed(&[byte]);
-        self.decided(found, at);
+        self.places.push_back(place);
+        if let Some(length) = whole {
+            let end = self.line.decided() + self.line.pending().len() + 1;
+            self.check.arrived(end.saturating_sub(length)..end, at);
+        }
+        let pieces = self.line.push(byte);
+        self.decided(pieces, at);
     }
 
     /// The line is idle at that time.
     pub(crate) fn idle(&mut self, at: u32) {
-        let found = self.line.idle();
-        self.decided(found, at);
+        let pieces = self.line.line_event(LineEvent::Idle);
+        self.decided(pieces, at);
     }
 
     /// The setpoint given out last.
     pub(crate) fn setpoint(&self) -> Option<Setpoint> {
-        match (&self.line, &self.frame[..]) {
-            (AnyLine::Described(_), _) => None,
-            (_, &[_, _, _, pitch, roll, yaw, ..]) => Some(Setpoint { pitch, roll, yaw }),
-            _ => None,
-        }
+        self.setpoints?.setpoint(&self.frame)
     }
 
-    fn decided(&mut self, all: Vec<Found<()>>, at: u32) {
-        for found in all {
-            let fate = match found {
-                Found::Discarded { why, .. } => reason(why),
-                Found::Frame { length, .. } => {
-                    let bytes = self.pending.iter().map(|(_, byte)| *byte);
-                    self.frame = bytes.take(length).collect();
-                    if let Some(setpoint) = self.setpoint() {
-                        self.failsafe.frame(at, setpoint);
-                    }
-                    self.given_out(length)
+    /// What the lecture's machine has stored, if this is that machine.
+    pub(crate) fn lecture(&self) -> Option<&Lecture> {
+        self.line.line().lecture()
+    }
+
+    fn decided(&mut self, pieces: Vec<Piece>, at: u32) {
+        for piece in pieces {
+            let Piece {
+                from,
+                bytes,
+                discarded,
+            } = piece;
+            let count = bytes.len();
+            let fate = if let Some(why) = discarded {
+                Fate::Discarded(why)
+            } else {
+                self.frame = bytes;
+                if let Some(setpoint) = self.setpoint() {
+                    self.failsafe.frame(at, setpoint);
                 }
+                self.given_out(from..from + count)
             };
-            let settled = self.pending.drain(..found.bytes().min(self.pending.len()));
-            self.fates.extend(settled.map(|(place, _)| (place, fate)));
+            let places = self.places.drain(..count.min(self.places.len()));
+            self.fates.extend(places.map(|place| (place, fate)));
         }
-        self.miss();
+        self.miss(self.line.decided());
     }
 
-    /// The first of the pending bytes are a frame.
-    fn given_out(&mut self, length: usize) -> &'static str {
-        self.miss();
-        let first = self.pending.front().map(|(place, _)| (*place, length));
-        let whole = self.whole.front().map(|whole| (whole.place, whole.length));
-        if first == whole {
-            self.whole.pop_front();
+    /// These bytes are given out as a frame.
+    fn given_out(&mut self, bytes: Range<usize>) -> Fate {
+        self.miss(bytes.start);
+        if self.check.delivered(&bytes).is_some() {
             self.tally.delivered += 1;
             (self.tally.missed_in_row, self.tally.wrong_in_row) = (0, 0);
-            return "committed";
+            return Fate::Committed;
         }
         self.tally.wrong += 1;
         self.tally.wrong_in_row += 1;
-        "wrong"
+        Fate::Wrong
     }
 
-    /// Frames that begin before the pending bytes can no longer be delivered.
-    fn miss(&mut self) {
-        let from = self.pending.front().map_or(usize::MAX, |(place, _)| *place);
-        while self.whole.front().is_some_and(|whole| whole.place < from)
-            && let Some(Whole { at, .. }) = self.whole.pop_front()
-        {
+    /// Frames that begin before that byte can no longer be delivered.
+    fn miss(&mut self, decided: usize) {
+        while let Some(at) = self.check.missed(decided) {
             self.tally.missed += 1;
             self.tally.missed_in_row += 1;
             if self.tally.missed_in_row == 1 {
                 self.tally.since = at;
             }
         }
-    }
-}
-
-/// Why bytes are in no frame.
-fn reason(why: DiscardReason) -> &'static str {
-    match why {
-        DiscardReason::NoSync => "no sync",
-        DiscardReason::BrokenSync => "broken sync",
-        DiscardReason::Header => "wrong header",
-        DiscardReason::TooLong => "too long",
-        DiscardReason::UnknownMessage => "unknown message",
-        DiscardReason::Terminator => "wrong terminator",
-        DiscardReason::Check => "check failed",
-        DiscardReason::LineEvent => "idle line",
-        _ => "other",
     }
 }

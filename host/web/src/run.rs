@@ -1,13 +1,11 @@
 //! The machines' way along the line, from the beginning to any position.
 
-use framelock::Line;
-use framelock_simulation::FrameFormat;
+use framelock_receiving::{AnyLine, Policy, Protocol};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::frame::Frame;
+use crate::frame::protocol;
 use crate::line::{Cell, line};
 use crate::machine::Machine;
-use crate::parser::AnyLine;
 use crate::scenario::{Action, Scenario};
 
 /// Behind the last byte the line is silent for so many steps of so many milliseconds: time enough for
@@ -39,7 +37,7 @@ pub(crate) struct State {
 #[wasm_bindgen]
 pub struct Run {
     scenario: Scenario,
-    pub(crate) frame: Frame,
+    pub(crate) protocol: Protocol,
     pub(crate) cells: Vec<Cell>,
     start: State,
     /// One each piece further on, as far as it has been decoded.
@@ -59,15 +57,17 @@ impl Run {
     /// The address is malformed, or it was made with another file.
     pub fn open(address: &str, file: &[u8]) -> Result<Run, String> {
         let scenario: Scenario = address.parse()?;
-        let frame = Frame::of(&scenario)?;
-        let lecture = AnyLine::Lecture(Line::default());
-        let lecture = Some(lecture).filter(|_| frame.setpoints == Some(FrameFormat::Bin));
-        let lines = lecture.into_iter().chain([frame.line()?]);
-        let machines = lines.map(Machine::new).collect();
+        let protocol = protocol(&scenario)?;
+        // The lecture's machine does not receive all frames.
+        let lecture = AnyLine::new(&protocol, Policy::Lecture).ok();
+        let framelock = AnyLine::new(&protocol, Policy::Framelock)?;
+        let lines = lecture.into_iter().chain([framelock]);
+        let machines = lines.map(|line| Machine::new(line, protocol.setpoints));
+        let machines = machines.collect();
         Ok(Self {
-            cells: line(&scenario, &frame, file)?,
+            cells: line(&scenario, &protocol, file)?,
             scenario,
-            frame,
+            protocol,
             start: State {
                 machines,
                 position: 0,
@@ -99,7 +99,7 @@ impl Run {
 
     /// What describes the frames.
     pub fn description(&self) -> String {
-        self.frame.text.clone()
+        self.protocol.text.clone()
     }
 
     /// The position in the address.

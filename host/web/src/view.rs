@@ -4,12 +4,11 @@ use std::ops::Range;
 
 use framelock::Format as _;
 use framelock::motion::Setpoint;
-use framelock_description::KIND;
+use framelock_description::{Description, KIND};
 use serde_json::{Value, json};
 
-use crate::frame::Frame;
 use crate::line::Cell;
-use crate::machine::Machine;
+use crate::machine::{Fate, Machine};
 use crate::places::{MOST, names};
 use crate::run::Run;
 
@@ -25,7 +24,7 @@ impl Run {
             if let Some(place) = state.position.checked_sub(places.start)
                 && let (Some(fates), Some(cell)) = (fates.get_mut(place), seen.get(place))
             {
-                fates.fill(cell.received.map(|_| "pending"));
+                fates.fill(cell.received.map(|_| "pending".to_owned()));
             }
             self.step(&mut state);
             for (nth, machine) in state.machines.iter().enumerate() {
@@ -33,12 +32,12 @@ impl Run {
                     let place = place.checked_sub(places.start);
                     let fates = place.and_then(|place| fates.get_mut(place));
                     if let Some(known) = fates.and_then(|fates| fates.get_mut(nth)) {
-                        *known = Some(*fate);
+                        *known = Some(fate.to_string());
                     }
                 }
             }
         }
-        let longest = self.frame.description.format().longest();
+        let longest = self.protocol.description.format().longest();
         let begins = |place: usize| {
             let mut next = self.cells.iter().skip(place).take(longest).zip(1..);
             let ends = next.find(|(cell, _)| cell.ends > 0);
@@ -83,7 +82,7 @@ impl Run {
     }
 
     fn machine(&self, machine: &Machine, now: u32) -> Value {
-        let (tally, lecture) = (&machine.tally, machine.line.lecture());
+        let (tally, lecture) = (&machine.tally, machine.lecture());
         let output = { machine.failsafe }.poll(now);
         let status = match (tally.missed_in_row, tally.wrong_in_row) {
             (0, _) if tally.delivered + tally.wrong == 0 => "NO FRAME YET",
@@ -93,14 +92,15 @@ impl Run {
             _ => "MISREADING",
         };
         let missing = now.saturating_sub(tally.since);
-        let bytes: Vec<u8> = machine.pending.iter().map(|(_, byte)| *byte).collect();
+        let bytes = machine.line.pending();
+        let description = &self.protocol.description;
         let stored = |axis: usize| match lecture {
             // No byte has come that it could have stored.
             Some(_) if machine.line.counters().bytes == 0 => None,
             Some(lecture) => <[u8; 3]>::from(lecture.temp).get(axis).copied(),
             None => bytes.get(3 + axis).copied(),
         };
-        let axes = self.frame.setpoints.map(|_| {
+        let axes = self.protocol.setpoints.map(|_| {
             json!({
                 "temporary": [stored(0), stored(1), stored(2)],
                 "setpoint": machine.setpoint(),
@@ -109,17 +109,17 @@ impl Run {
             })
         });
         json!({
-            "name": if lecture.is_some() { "The lecture's machine" } else { "The receiver" },
+            "name": if lecture.is_some() { "lecture" } else { "framelock" },
             "state": lecture.map(|lecture| lecture.state.to_string()),
-            "window": window(&self.frame, &bytes),
+            "window": window(description, bytes),
             "pending": bytes.len(),
             "axes": axes,
-            "fields": fields(&self.frame, &machine.frame),
+            "fields": fields(description, &machine.frame),
             "status": status,
             "status_seconds": if status == "LISTENING" { 0.0 } else { f64::from(missing) / 1e3 },
             "tally": tally,
             "counters": machine.line.counters(),
-            "what": what(&self.frame, machine),
+            "what": what(description, machine),
         })
     }
 }
@@ -134,8 +134,8 @@ fn kind(cell: &Cell) -> &'static str {
 }
 
 /// A frame's places, and the pending bytes that are there.
-fn window(frame: &Frame, bytes: &[u8]) -> Vec<Value> {
-    let names = names(&frame.description, bytes);
+fn window(description: &Description, bytes: &[u8]) -> Vec<Value> {
+    let names = names(description, bytes);
     let slot = |place| {
         let name = names.get::<usize>(place).map_or("", |name| name);
         json!({ "name": name, "byte": bytes.get(place) })
@@ -145,8 +145,7 @@ fn window(frame: &Frame, bytes: &[u8]) -> Vec<Value> {
 }
 
 /// What stands in a frame: name, value and unit of each field, and first of all its kind.
-fn fields(frame: &Frame, bytes: &[u8]) -> Vec<[String; 3]> {
-    let description = &frame.description;
+fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
     let Some(kind) = description.kind(bytes).filter(|_| !bytes.is_empty()) else {
         return Vec::new();
     };
@@ -161,10 +160,10 @@ fn fields(frame: &Frame, bytes: &[u8]) -> Vec<[String; 3]> {
 }
 
 /// What a machine did in the last step.
-fn what(frame: &Frame, machine: &Machine) -> String {
+fn what(description: &Description, machine: &Machine) -> String {
     let has = |wanted| machine.fates.iter().any(|(_, fate)| *fate == wanted);
     let told = || {
-        let fields = fields(frame, &machine.frame).into_iter();
+        let fields = fields(description, &machine.frame).into_iter();
         let fields: Vec<String> = fields
             .map(|it| it.join(" ").trim_end().to_owned())
             .collect();
@@ -174,15 +173,15 @@ fn what(frame: &Frame, machine: &Machine) -> String {
             None => told,
         }
     };
-    if has("committed") {
+    if has(Fate::Committed) {
         format!("commits a frame: {}", told())
-    } else if has("wrong") {
+    } else if has(Fate::Wrong) {
         format!("commits a frame that nobody sent: {}", told())
     } else if let [(_, why), ..] = machine.fates[..] {
         format!("discards {}: {why}", machine.fates.len())
-    } else if let Some(lecture) = machine.line.lecture() {
+    } else if let Some(lecture) = machine.lecture() {
         format!("waits in state {}", lecture.state)
     } else {
-        format!("holds {}", machine.pending.len())
+        format!("holds {}", machine.line.pending().len())
     }
 }

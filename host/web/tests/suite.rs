@@ -201,8 +201,8 @@ fn losses_cost_what_the_simulation_says() {
         ));
         let machines = end(&run);
         for (machine, policy) in [
-            (&machines[0], Policy::Discard),
-            (&machines[1], Policy::Rescan),
+            (&machines[0], Policy::Lecture),
+            (&machines[1], Policy::Framelock),
         ] {
             let tally = simulated
                 .receivers
@@ -214,7 +214,7 @@ fn losses_cost_what_the_simulation_says() {
             assert_eq!(machine["counters"]["frames"], commits);
             assert_eq!(machine["tally"]["delivered"], tally.delivered);
             assert_eq!(machine["tally"]["missed"], tally.lost_intact);
-            assert!(tally.lost_intact > 0 || policy == Policy::Rescan);
+            assert!(tally.lost_intact > 0 || policy == Policy::Framelock);
         }
     }
 }
@@ -401,7 +401,7 @@ fn frames_of_ones_own_are_received_with_their_names_and_units() {
     let machine = view(&run, 11, 0..0)["machines"][0].take();
     assert_eq!(machine["fields"][1], json!(["position", "10.01", "deg"]));
     let run = decoded(&format!("frame=own&bytes={captured}&edits=4f01"));
-    assert_eq!(end_fates(&run)[0], json!(["check failed"]));
+    assert_eq!(end_fates(&run)[0], json!(["check"]));
 }
 
 /// What has become of each byte.

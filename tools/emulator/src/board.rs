@@ -1,8 +1,8 @@
-//! The board: core, chip and line, run together. What is sent and done to it is in `hooks.rs`, what
-//! can be seen of it in `sight.rs`.
+//! The board: core, chip and line, run together. `controls.rs` changes the board and its surroundings,
+//! `inspection.rs` reads its state.
 
-mod hooks;
-mod sight;
+mod controls;
+mod inspection;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -15,10 +15,9 @@ use crate::assumptions::Assumptions;
 use crate::bus::{Shared, address_space};
 use crate::chip::{Chip, ResetCause};
 use crate::error::{Error, Refusal, Result};
-use crate::handlers::{Handlers, Step};
 use crate::image::Image;
 use crate::memory::{FLASH_SIZE, Memory};
-use crate::trace::{Change, Trace};
+use crate::trace::{Change, Handlers, Step, Trace};
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
 const LINE_PIN: u32 = 8;
@@ -248,7 +247,7 @@ impl Board {
     /// Looks at what the step did.
     fn look(&mut self, pc: u32, before: u16, after: u16) -> Result<()> {
         if self.shared.touched.load(Relaxed)
-            && let Some(refusal) = self.shared.chip().refusal.clone()
+            && let Some(refusal) = self.shared.chip().context.refusal.clone()
         {
             return Err(self.refused(refusal, pc));
         }
@@ -300,7 +299,7 @@ impl Board {
         self.shared.touched.store(false, Relaxed);
         let mut chip = self.shared.chip();
         self.quiet_until = chip.advance(self.now);
-        if let Some(refusal) = chip.refusal.clone() {
+        if let Some(refusal) = chip.context.refusal.clone() {
             drop(chip);
             return Err(self.refused(refusal, self.pc));
         }

@@ -83,7 +83,7 @@ impl Window {
     /// The chip at the instant of the access.
     fn chip(&self) -> MutexGuard<'_, Chip> {
         let mut chip = self.shared.chip();
-        chip.now = self.shared.now.load(Relaxed);
+        chip.context.now = self.shared.now.load(Relaxed);
         chip
     }
 
@@ -100,7 +100,7 @@ impl Window {
     /// Registers are words.
     fn not_a_word(&self, address: u32, access: Access) -> BusError {
         self.touch();
-        self.chip().refusal.get_or_insert(Refusal::Unmodelled {
+        self.chip().context.refuse(Refusal::Unmodelled {
             access,
             peripheral: "part of a register",
             address,

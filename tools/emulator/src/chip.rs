@@ -2,19 +2,18 @@
 
 use std::collections::VecDeque;
 
-use crate::assumptions::Assumptions;
-use crate::clock::{RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
+use crate::clock::{Clock, RESETREAS_PIN, RESETREAS_SOFT, RESETREAS_WATCHDOG};
 use crate::error::{Access, Refusal};
-use crate::gpio::{Pins, Port};
+use crate::gpio::Gpio;
 use crate::memory::Memory;
-use crate::nonvolatile::{FICR, NVMC, Nonvolatile, UICR, UNPROTECTED};
+use crate::nonvolatile::{self, Nonvolatile, UNPROTECTED};
 use crate::peripheral::{Common, Context, Peripheral};
-use crate::peripherals::Peripherals;
-use crate::ppi::{self, Ppi};
-
-const GPIO: u32 = 0x5000_0000;
-/// P1's registers lie so far behind P0's, in the same block.
-const P1: u32 = 0x300;
+use crate::ppi::Ppi;
+use crate::pwm::Pwm;
+use crate::rtc::Rtc;
+use crate::timer::Timer;
+use crate::uarte::{Reception, Transmission};
+use crate::watchdog::Watchdog;
 
 /// More events than this at one instant are a loop.
 const MOST_EVENTS: usize = 1000;
@@ -43,41 +42,27 @@ impl std::fmt::Display for ResetCause {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Chip {
-    pub(crate) now: u64,
-    memory: Memory,
+    pub(crate) context: Context,
     pub(crate) peripherals: Peripherals,
-    ppi: Ppi,
     pub(crate) nonvolatile: Nonvolatile,
-    ports: [Port; 2],
-    /// Every change of the outputs, and when.
-    pub(crate) pin_changes: Vec<(u64, Pins)>,
-    /// The outputs at the last of them.
-    last_pins: Pins,
     /// Events that were raised and whose shorts and channels are still to be followed: the
     /// peripheral's base, and the event.
     raised: VecDeque<(u32, u32)>,
-    /// The tasks triggered at this instant, if one that is triggered twice acts once.
-    triggered: Option<(u64, Vec<u32>)>,
-    /// The first thing that went wrong.
-    pub(crate) refusal: Option<Refusal>,
+    /// The last instant at which a task was triggered, and its tasks. Kept only if a task that is triggered
+    /// twice at one instant acts once.
+    triggered: (u64, Vec<u32>),
 }
 
 impl Chip {
     pub(crate) fn new(memory: Memory, line_pin: u32) -> Self {
         Self {
-            now: 0,
-            memory,
-            peripherals: Peripherals::new(line_pin),
-            ppi: Ppi::default(),
+            context: Context::new(memory, line_pin),
+            peripherals: Peripherals::new(),
             nonvolatile: Nonvolatile::default(),
-            ports: [Port::new(), Port::new()],
-            pin_changes: Vec::new(),
-            last_pins: Pins::default(),
             raised: VecDeque::new(),
-            triggered: None,
-            refusal: None,
+            triggered: (0, Vec::new()),
         }
     }
 
@@ -85,8 +70,7 @@ impl Chip {
     /// survives all of them, RESETREAS all but a brown-out, which looks like power-on. RAM is kept: after a
     /// brown-out it may or may not be.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
-        let new = Peripherals::new(self.peripherals.uarte.own.line_pin);
-        let old = std::mem::replace(&mut self.peripherals, new);
+        let old = std::mem::replace(&mut self.peripherals, Peripherals::new());
         let new = &mut self.peripherals;
         new.clock.own.reset_reason = match cause {
             ResetCause::Pin => old.clock.own.reset_reason | RESETREAS_PIN,
@@ -94,35 +78,20 @@ impl Chip {
             ResetCause::Soft => old.clock.own.reset_reason | RESETREAS_SOFT,
             ResetCause::BrownOut => 0,
         };
-        // Outside the chip: the crystal, the line and who sends on it, those who look at the pins.
-        new.clock.own.crystal_startup = old.clock.own.crystal_startup;
-        new.uarte.own.line = old.uarte.own.line;
-        new.uarte.own.assumptions = old.uarte.own.assumptions;
-        new.transmitter.own.wired_pin = old.transmitter.own.wired_pin;
-        new.pwm.own.periods = old.pwm.own.periods;
-        new.pwm.own.start_cuts_period = old.pwm.own.start_cuts_period;
         if cause == ResetCause::Soft {
             new.watchdog = old.watchdog;
         }
+        new.gpio.own.show(&mut self.context);
         self.nonvolatile.reset();
-        self.ppi = Ppi::default();
-        self.ports = [Port::new(), Port::new()];
-        self.note_pins();
-    }
-
-    /// Assumes that from now on.
-    pub(crate) fn assume(&mut self, assumptions: Assumptions) {
-        self.peripherals.uarte.own.assumptions = assumptions;
-        self.peripherals.pwm.own.start_cuts_period = assumptions.start_cuts_period;
-        self.triggered = assumptions.twice_is_once.then(|| (self.now, Vec::new()));
     }
 
     /// Whether that task acted at this instant already, and acts only once.
     fn acts_no_more(&mut self, task: u32) -> bool {
-        let Some((at, tasks)) = &mut self.triggered else {
+        if !self.context.assumptions.twice_is_once {
             return false;
-        };
-        if std::mem::replace(at, self.now) != self.now {
+        }
+        let (at, tasks) = &mut self.triggered;
+        if std::mem::replace(at, self.context.now) != self.context.now {
             tasks.clear();
         }
         let acted = tasks.contains(&task);
@@ -130,55 +99,19 @@ impl Chip {
         acted
     }
 
-    /// Outputs as they are.
-    pub(crate) fn pins(&self) -> Pins {
-        let [p0, p1] = &self.ports;
-        let ((outputs0, high0), (outputs1, high1)) = (p0.driven(), p1.driven());
-        Pins {
-            outputs: [outputs0, outputs1],
-            high: [high0, high1],
-        }
-    }
-
-    fn note_pins(&mut self) {
-        let line_pin = self.peripherals.uarte.own.line_pin;
-        let port = self.ports.get((line_pin / 32) as usize);
-        let high = port.is_some_and(|port| port.pulls_up(line_pin % 32));
-        self.peripherals.uarte.own.line.float(self.now, high);
-        let pins = self.pins();
-        if std::mem::replace(&mut self.last_pins, pins) != pins {
-            self.pin_changes.push((self.now, pins));
-        }
-    }
-
-    /// Keeps the first refusal; what is wrong after it is its consequence.
-    fn refuse(&mut self, refusal: Refusal) {
-        self.refusal.get_or_insert(refusal);
-    }
-
-    /// Refuses an access that came to nothing.
+    /// Refuses an access to something that is not modelled.
     fn check<T>(&mut self, done: Option<T>, access: Access, address: u32) -> Option<T> {
         if done.is_none() {
-            let peripheral = self.name(address);
-            self.refuse(Refusal::Unmodelled {
+            let base = address & !0xFFF;
+            let unit = self.peripherals.at(base).map(|unit| unit.common.name);
+            let peripheral = unit.or(nonvolatile::name(base)).unwrap_or("peripheral");
+            self.context.refuse(Refusal::Unmodelled {
                 access,
                 peripheral,
                 address,
             });
         }
         done
-    }
-
-    /// What lies there, for messages.
-    fn name(&mut self, address: u32) -> &'static str {
-        match address & !0xFFF {
-            ppi::BASE => "PPI",
-            GPIO => "GPIO",
-            FICR => "FICR",
-            UICR => "UICR",
-            NVMC => "NVMC",
-            base => (self.peripherals.at(base)).map_or("peripheral", |unit| unit.common.name),
-        }
     }
 
     /// Lets a peripheral act, and keeps the events that it raises in `raised`; `None` if there is
@@ -188,92 +121,45 @@ impl Chip {
         base: u32,
         act: impl FnOnce(&mut dyn Peripheral, &mut Context) -> Option<()>,
     ) -> Option<()> {
-        let mut context = Context::new(self.now, &self.memory);
         let unit = self.peripherals.at(base)?;
-        let done = act(&mut unit.own, &mut context);
-        for event in context.raised {
+        let done = act(&mut unit.own, &mut self.context);
+        for event in self.context.raised.drain(..) {
             unit.common.raise(event);
             self.raised.push_back((base, event));
-        }
-        self.refusal = self.refusal.take().or(context.refusal);
-        for (at, cycles) in context.low {
-            self.peripherals.uarte.own.line.invert(at, cycles);
         }
         done
     }
 
     /// Reads a register, as the guest would; `None`, and a refusal, if it is not modelled.
     pub(crate) fn read(&mut self, address: u32) -> Option<u32> {
-        let value = self.read_register(address & !0xFFF, address & 0xFFF);
-        self.check(value, Access::Read, address)
-    }
-
-    fn read_register(&mut self, base: u32, offset: u32) -> Option<u32> {
-        match base {
-            ppi::BASE => self.ppi.read(offset),
-            GPIO => self.read_port(offset),
-            FICR | UICR | NVMC => self.nonvolatile.read(base, offset),
-            _ => {
-                let unit = self.peripherals.at(base)?;
-                if Common::owns(offset) {
-                    return unit.common.read(offset);
-                }
-                unit.own.read(offset, self.now)
-            }
-        }
-    }
-
-    fn read_port(&mut self, offset: u32) -> Option<u32> {
-        let (n, offset) = port(offset);
-        let pin = self.peripherals.uarte.own.line_pin;
-        let outside = if pin / 32 == n {
-            let high = self.peripherals.uarte.own.line.level_at(self.now);
-            (1 << (pin % 32), u32::from(high) << (pin % 32))
-        } else {
-            (0, 0)
+        let (base, offset) = (address & !0xFFF, address & 0xFFF);
+        let value = match self.peripherals.at(base) {
+            Some(unit) if unit.common.owns(offset) => unit.common.read(offset),
+            Some(unit) => unit.own.read(offset, &self.context),
+            None => self.nonvolatile.read(base, offset),
         };
-        self.ports.get(n as usize)?.read(offset, outside)
+        self.check(value, Access::Read, address)
     }
 
     /// Writes a register, as the guest would; `None`, and a refusal, if it is not modelled.
     pub(crate) fn write(&mut self, address: u32, value: u32) -> Option<()> {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
-        let done = match base {
-            GPIO => {
-                let (n, offset) = port(offset);
-                let port = self.ports.get_mut(n as usize);
-                let done = port.and_then(|port| port.write(offset, value));
-                self.note_pins();
-                done
-            }
-            UICR if !self.nonvolatile.is_writable() => {
-                self.refuse(Refusal::UicrNotWritable { address });
-                None
-            }
-            UICR | NVMC => self.nonvolatile.write(base, offset, value),
-            _ if offset < 0x100 => {
+        let done = match self.peripherals.at(base) {
+            Some(unit) if unit.common.has_tasks && offset < 0x100 => {
                 if value & 1 == 1 {
                     // It refuses by itself what it does not know.
                     self.trigger(address);
-                    self.follow();
                 }
                 Some(())
             }
-            ppi::BASE => self.ppi.write(offset, value),
-            _ => self.write_register(base, offset, value),
+            Some(unit) if unit.common.owns(offset) => unit.common.write(offset, value),
+            Some(_) => self.act(base, |peripheral, context| {
+                peripheral.write(offset, value, context)
+            }),
+            None => (self.nonvolatile).write(base, offset, value, &mut self.context),
         };
-        self.check(done, Access::Write(value), address)
-    }
-
-    fn write_register(&mut self, base: u32, offset: u32, value: u32) -> Option<()> {
-        if Common::owns(offset) {
-            return self.peripherals.at(base)?.common.write(offset, value);
-        }
-        let done = self.act(base, |peripheral, context| {
-            peripheral.write(offset, value, context)
-        });
         self.follow();
-        done
+        self.check(done, Access::Write(value), address)
     }
 
     /// Whether the debug port is open on a chip of build code F or later.
@@ -284,11 +170,7 @@ impl Chip {
     /// Triggers a task.
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
-        let done = if base == ppi::BASE {
-            self.ppi.task(offset)
-        } else {
-            self.act(base, |peripheral, context| peripheral.task(offset, context))
-        };
+        let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
         // If it has been refused already, that says more.
         self.check(done, Access::Task, address);
     }
@@ -300,13 +182,12 @@ impl Chip {
             seen += 1;
             if seen > MOST_EVENTS {
                 self.raised.clear();
-                return self.refuse(Refusal::Loop(MOST_EVENTS));
+                return self.context.refuse(Refusal::Loop(MOST_EVENTS));
             }
-            let unit = self.peripherals.at(base);
-            let shorted = unit.map(|unit| unit.own.shorted(event, unit.common.shorts));
-            let shorted = shorted.into_iter().flatten().flatten();
-            let shorted = shorted.map(|task| base + task);
-            let tasks: Vec<u32> = shorted.chain(self.ppi.tasks(base + event)).collect();
+            let unit = self.peripherals.at(base).into_iter();
+            let shorted = unit.flat_map(|unit| unit.common.shorted(event));
+            let mut tasks: Vec<u32> = shorted.map(|task| base + task).collect();
+            tasks.extend(self.peripherals.ppi.own.tasks(base + event));
             for task in tasks {
                 if !self.acts_no_more(task) {
                     self.trigger(task);
@@ -318,7 +199,8 @@ impl Chip {
     /// The earliest instant at which a peripheral does something by itself, and which one.
     fn due(&mut self) -> Option<(u64, u32)> {
         let all = self.peripherals.all().into_iter();
-        all.filter_map(|unit| Some((unit.own.next()?, unit.base)))
+        let line = &self.context.line;
+        all.filter_map(|unit| Some((unit.own.next(line)?, unit.base)))
             .min_by_key(|(at, _)| *at)
     }
 
@@ -332,17 +214,17 @@ impl Chip {
                 break;
             }
             // What noise made happen in the past happens now.
-            self.now = self.now.max(at);
+            self.context.now = self.context.now.max(at);
             self.act(base, |peripheral, context| {
                 peripheral.advance(context);
                 Some(())
             });
             self.follow();
-            if self.refusal.is_some() {
+            if self.context.refusal.is_some() {
                 break;
             }
         }
-        self.now = to;
+        self.context.now = to;
         next
     }
 
@@ -356,12 +238,80 @@ impl Chip {
     }
 }
 
-/// Which port, and the offset as if it were P0.
-fn port(offset: u32) -> (u32, u32) {
-    // P0's last register is at 0x77C, P1's first one at 0x804.
-    if offset < 0x780 {
-        (0, offset)
-    } else {
-        (1, offset - P1)
+/// A peripheral and its place in the address map.
+#[derive(Debug)]
+pub(crate) struct Unit<P: ?Sized> {
+    /// The address of its first register.
+    pub(crate) base: u32,
+    /// Its events, shorts and interrupts.
+    pub(crate) common: Common,
+    pub(crate) own: P,
+}
+
+impl<P: Peripheral> Unit<P> {
+    fn at(base: u32, own: P) -> Self {
+        let common = own.common();
+        Self { base, common, own }
+    }
+}
+
+/// The peripherals that have tasks, events or pins.
+#[derive(Debug)]
+pub(crate) struct Peripherals {
+    pub(crate) clock: Unit<Clock>,
+    uarte0: Unit<Reception>,
+    uarte1: Unit<Transmission>,
+    pub(crate) watchdog: Unit<Watchdog>,
+    pwm: Unit<Pwm>,
+    rtc: Unit<Rtc>,
+    timers: [Unit<Timer>; 5],
+    pub(crate) ppi: Unit<Ppi>,
+    pub(crate) gpio: Unit<Gpio>,
+}
+
+impl Peripherals {
+    /// Returns all of them as they are after power-on.
+    pub(crate) fn new() -> Self {
+        Self {
+            clock: Unit::at(0x4000_0000, Clock::default()),
+            uarte0: Unit::at(0x4000_2000, Reception::new()),
+            uarte1: Unit::at(0x4002_8000, Transmission::new()),
+            watchdog: Unit::at(0x4001_0000, Watchdog::default()),
+            pwm: Unit::at(0x4001_C000, Pwm::default()),
+            rtc: Unit::at(0x4001_1000, Rtc::new()),
+            timers: [
+                Unit::at(0x4000_8000, Timer::new("TIMER0", 4)),
+                Unit::at(0x4000_9000, Timer::new("TIMER1", 4)),
+                Unit::at(0x4000_A000, Timer::new("TIMER2", 4)),
+                Unit::at(0x4001_A000, Timer::new("TIMER3", 6)),
+                Unit::at(0x4001_B000, Timer::new("TIMER4", 6)),
+            ],
+            ppi: Unit::at(0x4001_F000, Ppi::default()),
+            gpio: Unit::at(0x5000_0000, Gpio::default()),
+        }
+    }
+
+    pub(crate) fn all(&mut self) -> [&mut Unit<dyn Peripheral>; 13] {
+        let [timer0, timer1, timer2, timer3, timer4] = &mut self.timers;
+        [
+            &mut self.clock,
+            &mut self.uarte0,
+            &mut self.uarte1,
+            &mut self.watchdog,
+            &mut self.pwm,
+            &mut self.rtc,
+            timer0,
+            timer1,
+            timer2,
+            timer3,
+            timer4,
+            &mut self.ppi,
+            &mut self.gpio,
+        ]
+    }
+
+    /// Returns the peripheral whose registers begin at `base`.
+    pub(crate) fn at(&mut self, base: u32) -> Option<&mut Unit<dyn Peripheral>> {
+        self.all().into_iter().find(|unit| unit.base == base)
     }
 }

@@ -5,9 +5,10 @@
 //! low-frequency clock only the start is modelled: RTC1 and the watchdog run without it, which on
 //! silicon only the watchdog does, since it starts the clock itself.
 
+use crate::MICROSECOND;
+use crate::line::Line;
 use crate::nonvolatile::UNPROTECTED;
 use crate::peripheral::{Common, Context, Peripheral};
-use crate::time::MICROSECOND;
 
 const HFCLKSTART: u32 = 0x000;
 const HFCLKSTOP: u32 = 0x004;
@@ -23,7 +24,7 @@ const FORCEPROTECT: u32 = 0x550;
 const DISABLE: u32 = 0x558;
 
 /// HFXO's start-up time: 360 us at most by the section's "64 MHz crystal oscillator (HFXO)".
-const HFXO_STARTUP: u64 = 360 * MICROSECOND;
+pub(crate) const HFXO_STARTUP: u64 = 360 * MICROSECOND;
 
 /// The RC oscillator of 32 768 Hz starts in 600 us; a crystal would take a quarter of a second.
 const LFRC_STARTUP: u64 = 600 * MICROSECOND;
@@ -34,15 +35,13 @@ pub(crate) const RESETREAS_WATCHDOG: u32 = 1 << 1;
 pub(crate) const RESETREAS_SOFT: u32 = 1 << 2;
 
 /// The high-frequency oscillators: the one with the crystal, and the RC oscillator until it runs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Clock {
     crystal_requested: bool,
     crystal_runs_at: Option<u64>,
     crystal_runs: bool,
     /// When the low-frequency clock will have started.
     low_runs_at: Option<u64>,
-    /// How long it takes to start; nothing if it never does: [`crate::Board::break_crystal`].
-    pub(crate) crystal_startup: Option<u64>,
     /// Survives every reset but power-on: the bits of RESETREAS add up.
     pub(crate) reset_reason: u32,
     /// APPROTECT.DISABLE, and whether FORCEPROTECT overrules it until the next reset.
@@ -51,19 +50,6 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    pub(crate) fn new() -> Self {
-        Self {
-            crystal_requested: false,
-            crystal_runs_at: None,
-            crystal_runs: false,
-            low_runs_at: None,
-            crystal_startup: Some(HFXO_STARTUP),
-            reset_reason: 0,
-            protection: 0,
-            forces_protection: false,
-        }
-    }
-
     /// Whether the firmware has opened the debug port.
     pub(crate) fn opens_debug_port(&self) -> bool {
         self.protection == UNPROTECTED && !self.forces_protection
@@ -72,10 +58,10 @@ impl Clock {
 
 impl Peripheral for Clock {
     fn common(&self) -> Common {
-        Common::new("CLOCK/POWER", &[HFCLKSTARTED, LFCLKSTARTED], 0)
+        Common::new("CLOCK/POWER", &[HFCLKSTARTED, LFCLKSTARTED], &[])
     }
 
-    fn read(&self, offset: u32, _: u64) -> Option<u32> {
+    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
         Some(match offset {
             RESETREAS => self.reset_reason,
             HFCLKRUN => u32::from(self.crystal_requested),
@@ -106,7 +92,7 @@ impl Peripheral for Clock {
         match offset {
             HFCLKSTART => {
                 self.crystal_requested = true;
-                self.crystal_runs_at = self.crystal_startup.map(|time| context.now + time);
+                self.crystal_runs_at = context.crystal_startup.map(|time| context.now + time);
             }
             HFCLKSTOP => {
                 self.crystal_requested = false;
@@ -120,11 +106,9 @@ impl Peripheral for Clock {
         Some(())
     }
 
-    fn next(&self) -> Option<u64> {
-        [self.crystal_runs_at, self.low_runs_at]
-            .into_iter()
-            .flatten()
-            .min()
+    fn next(&self, _: &Line) -> Option<u64> {
+        let starts = [self.crystal_runs_at, self.low_runs_at];
+        starts.into_iter().flatten().min()
     }
 
     fn advance(&mut self, context: &mut Context) {

@@ -91,22 +91,21 @@ pub enum Refusal {
     },
     #[error("EasyDMA to {address:#010x}, which is not RAM")]
     DmaOutsideRam { address: u32 },
-    #[error("UARTE0: STARTRX while a transfer is open; what happens then is not specified")]
-    StartWhileReceiving,
-    #[error("UARTE0: STARTRX with RXD.MAXCNT 0")]
-    EmptyTransfer,
-    #[error("UARTE0: FLUSHRX while the receiver runs; it is for after RXTO")]
-    FlushWhileReceiving,
-    #[error("UARTE1: {0}; what happens then is not modelled")]
-    Transmitter(&'static str),
+    #[error("{peripheral}: {how}; what happens then is not specified, or not modelled")]
+    Misused {
+        peripheral: &'static str,
+        how: &'static str,
+    },
     #[error("UICR at {address:#010x}: written while NVMC.CONFIG does not enable writing")]
     UicrNotWritable { address: u32 },
-    #[error("PWM0: started with settings that are not modelled: {0}")]
-    Pwm(&'static str),
-    #[error("WDT: settings that are not modelled: {0}")]
-    Watchdog(&'static str),
     #[error("PPI: more than {0} events at one instant; the channels form a loop")]
     Loop(usize),
+}
+
+impl Refusal {
+    pub(crate) fn misused(peripheral: &'static str, how: &'static str) -> Self {
+        Self::Misused { peripheral, how }
+    }
 }
 
 /// The usual result.

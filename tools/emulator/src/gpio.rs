@@ -1,5 +1,7 @@
 //! P0 and P1: nRF52840 Product Specification, section "GPIO".
 
+use crate::peripheral::{Common, Context, Peripheral};
+
 const OUT: u32 = 0x504;
 const OUTSET: u32 = 0x508;
 const OUTCLR: u32 = 0x50C;
@@ -9,6 +11,8 @@ const DIRSET: u32 = 0x518;
 const DIRCLR: u32 = 0x51C;
 const PIN_CNF: u32 = 0x700;
 const PIN_CNF_LAST: u32 = 0x77C;
+/// P1's registers are this far from P0's, in the same block.
+const P1: u32 = 0x300;
 
 /// Levels of the pins that are outputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,17 +23,23 @@ pub struct Pins {
     pub high: [u32; 2],
 }
 
+/// Both ports.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Gpio {
+    ports: [Port; 2],
+}
+
 /// One port of 32 pins.
 #[derive(Clone, Debug)]
-pub(crate) struct Port {
+struct Port {
     out: u32,
     dir: u32,
     /// `PIN_CNF` without its lowest bit, which is DIR's.
     configuration: [u32; 32],
 }
 
-impl Port {
-    pub(crate) fn new() -> Self {
+impl Default for Port {
+    fn default() -> Self {
         Self {
             out: 0,
             dir: 0,
@@ -37,40 +47,24 @@ impl Port {
             configuration: [2; 32],
         }
     }
+}
 
-    /// Pins driven as outputs, and of these the ones that are high.
-    pub(crate) fn driven(&self) -> (u32, u32) {
-        (self.dir, self.out & self.dir)
-    }
-
+impl Port {
     /// What IN reads: an output reads as itself, an input as its pull-up says, and both only with
     /// the input buffer connected. `outside` are the pins that something outside drives, and their
     /// levels.
-    fn levels(&self, outside: (u32, u32)) -> u32 {
-        let (driven, levels) = outside;
-        (0..32)
-            .zip(self.configuration)
-            .filter(|(pin, configuration)| {
-                let buffered = configuration & 2 == 0;
-                let high = if self.dir >> pin & 1 == 1 {
-                    self.out >> pin & 1 == 1
-                } else if driven >> pin & 1 == 1 {
-                    levels >> pin & 1 == 1
-                } else {
-                    configuration >> 2 & 3 == 3
-                };
-                buffered && high
-            })
-            .fold(0, |levels, (pin, _)| levels | 1 << pin)
+    fn levels(&self, (driven, levels): (u32, u32)) -> u32 {
+        let pins = |are: fn(u32) -> bool| {
+            let configurations = (0..32).zip(self.configuration);
+            let pins = configurations.filter(|(_, configuration)| are(*configuration));
+            pins.fold(0, |pins, (pin, _)| pins | 1 << pin)
+        };
+        let inputs = levels & driven | pins(pulls_up) & !driven;
+        let buffered = pins(|configuration| configuration & 2 == 0);
+        (self.out & self.dir | inputs & !self.dir) & buffered
     }
 
-    /// Whether that pin is pulled up.
-    pub(crate) fn pulls_up(&self, pin: u32) -> bool {
-        let configuration = self.configuration.get(pin as usize);
-        configuration.is_some_and(|configuration| configuration >> 2 & 3 == 3)
-    }
-
-    pub(crate) fn read(&self, offset: u32, outside: (u32, u32)) -> Option<u32> {
+    fn read(&self, offset: u32, outside: (u32, u32)) -> Option<u32> {
         Some(match offset {
             OUT | OUTSET | OUTCLR => self.out,
             IN => self.levels(outside),
@@ -83,7 +77,7 @@ impl Port {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+    fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
             OUT => self.out = value,
             OUTSET => self.out |= value,
@@ -100,5 +94,61 @@ impl Port {
             _ => return None,
         }
         Some(())
+    }
+}
+
+impl Gpio {
+    /// Records the outputs, and tells the line whether its pin is pulled up.
+    pub(crate) fn show(&self, context: &mut Context) {
+        let port = self.ports.get(context.line_pin as usize / 32);
+        let pin = port.and_then(|port| port.configuration.get(context.line_pin as usize % 32));
+        let high = pin.is_some_and(|configuration| pulls_up(*configuration));
+        context.line.float(context.now, high);
+        let pins = Pins {
+            outputs: self.ports.each_ref().map(|port| port.dir),
+            high: self.ports.each_ref().map(|port| port.out & port.dir),
+        };
+        if std::mem::replace(&mut context.pins, pins) != pins {
+            context.pin_changes.push((context.now, pins));
+        }
+    }
+}
+
+impl Peripheral for Gpio {
+    fn common(&self) -> Common {
+        Common::registers_only("GPIO")
+    }
+
+    fn read(&mut self, offset: u32, context: &Context) -> Option<u32> {
+        let (n, offset) = port(offset);
+        let (line_port, pin) = (context.line_pin / 32, context.line_pin % 32);
+        let outside = if line_port as usize == n {
+            let high = context.line.level_at(context.now);
+            (1 << pin, u32::from(high) << pin)
+        } else {
+            (0, 0)
+        };
+        self.ports.get(n)?.read(offset, outside)
+    }
+
+    fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
+        let (n, offset) = port(offset);
+        self.ports.get_mut(n)?.write(offset, value)?;
+        self.show(context);
+        Some(())
+    }
+}
+
+fn pulls_up(configuration: u32) -> bool {
+    configuration >> 2 & 3 == 3
+}
+
+/// Returns the port's number, and the offset as if it were P0.
+fn port(offset: u32) -> (usize, u32) {
+    // P0's last register is at 0x77C, P1's first one at 0x804.
+    if offset <= PIN_CNF_LAST {
+        (0, offset)
+    } else {
+        (1, offset - P1)
     }
 }

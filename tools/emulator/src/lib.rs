@@ -21,20 +21,20 @@
 //!
 //! | Part | File | What |
 //! | --- | --- | --- |
-//! | UARTE0 | `uarte.rs`, `uarte/receiver.rs` | reception: EasyDMA, FIFO, shorts, all error causes, sampled bit by bit |
+//! | UARTE0 | `uarte/reception.rs`, `uarte/sampler.rs` | reception: EasyDMA, FIFO, shorts, all error causes, sampled bit by bit |
 //! | what is not known of the chip | `assumptions.rs` | how a test chooses it: [`Assumptions`] |
-//! | UARTE1 | `uarte/transmitter.rs` | transmission, which a wire may bring to UARTE0 |
+//! | UARTE1 | `uarte/transmission.rs` | transmission, which a wire may bring to UARTE0 |
 //! | line and sender | `line.rs` | baud rate of its own, parity, breaks, missing stop bits, noise |
-//! | TIMER0 to 4 | `timer.rs` | timer and counter, captures, compares, shorts |
-//! | RTC1 | `rtc.rs` | the counter, compares, overflow |
+//! | TIMER0 to 4 | `timer.rs`, `counter.rs` | timer and counter, captures, compares, shorts |
+//! | RTC1 | `rtc.rs`, `counter.rs` | the counter, compares, overflow |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
 //! | PWM0 | `pwm.rs` | sequences from RAM; the pulses that come out |
 //! | WDT | `watchdog.rs` | reload, timeout, reset |
 //! | CLOCK, POWER, APPROTECT | `clock.rs` | the clocks' start, RESETREAS, the debug port |
-//! | TEMP | `temp.rs` | its calibration, kept without effect |
 //! | UICR, NVMC | `nonvolatile.rs` | words written, the instruction cache switched (without effect) |
+//! | TEMP | `nonvolatile.rs` | its calibration, kept without effect |
 //! | GPIO | `gpio.rs` | outputs, and the input buffer |
-//! | RTT, defmt | `rtt.rs`, `log.rs` | logs, as a debug probe fetches them |
+//! | RTT, defmt | `log.rs` | logs, as a debug probe fetches them |
 //!
 //! Each file cites the section of the *nRF52840 Product Specification* that it follows, and says
 //! what that leaves open. Core, NVIC, SCB, SysTick and DWT's cycle counter are `rsemu`'s.
@@ -65,22 +65,18 @@ mod board;
 mod bus;
 mod chip;
 mod clock;
+mod counter;
 mod error;
 mod gpio;
-mod handlers;
 mod image;
 mod line;
 mod log;
 mod memory;
 mod nonvolatile;
 mod peripheral;
-mod peripherals;
 mod ppi;
 mod pwm;
 mod rtc;
-mod rtt;
-mod temp;
-mod time;
 mod timer;
 mod trace;
 mod uarte;
@@ -96,5 +92,11 @@ pub use line::{Line, Parity, Symbol as LineSymbol};
 pub use log::{LogDecoder, LogTable};
 pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
 pub use pwm::Period;
-pub use time::{CYCLES_PER_SECOND, MICROSECOND, MILLISECOND};
 pub use trace::{Activation, Change, Reset, Trace};
+
+/// Cycles of the core clock in a second.
+pub const CYCLES_PER_SECOND: u64 = 64_000_000;
+/// A microsecond, in cycles.
+pub const MICROSECOND: u64 = CYCLES_PER_SECOND / 1_000_000;
+/// A millisecond, in cycles.
+pub const MILLISECOND: u64 = 1_000 * MICROSECOND;

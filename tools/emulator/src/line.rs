@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use crate::time::CYCLES_PER_SECOND;
+use crate::CYCLES_PER_SECOND;
 
 /// The bit that makes the number of ones even or odd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -174,14 +174,12 @@ impl Line {
         self.level != (changes.count() % 2 == 1)
     }
 
-    /// The first change after that instant.
-    pub(crate) fn change_after(&self, at: u64) -> Option<u64> {
-        self.toggles.iter().copied().find(|toggle| *toggle > at)
-    }
-
-    /// Whether the level is low from one instant to the other, both included.
-    pub(crate) fn low_between(&self, from: u64, to: u64) -> bool {
-        !self.level_at(from) && self.change_after(from).is_none_or(|change| change > to)
+    /// Returns the first instant, not before `since`, at which the line has that level.
+    pub(crate) fn reaches(&self, level: bool, since: u64) -> Option<u64> {
+        if self.level_at(since) == level {
+            return Some(since);
+        }
+        self.toggles.iter().copied().find(|toggle| *toggle > since)
     }
 
     /// The last change up to that instant, if it is not forgotten.

@@ -1,12 +1,18 @@
-//! FICR, UICR and NVMC: nRF52840 Product Specification, the sections of these names.
+//! FICR, UICR, NVMC and TEMP: nRF52840 Product Specification, the sections of these names.
 //!
-//! Writing words of UICR is modelled, without the time it takes; erasing, and writing flash, are not.
+//! Writing words of UICR is modelled, without the time it takes; erasing, and writing flash, are not. TEMP
+//! has only its calibration, which firmware copies from FICR (erratum 66). No temperature is measured, so
+//! writing the calibration has no effect, and reading it is refused.
 
 use std::collections::BTreeMap;
 
-pub(crate) const FICR: u32 = 0x1000_0000;
-pub(crate) const UICR: u32 = 0x1000_1000;
-pub(crate) const NVMC: u32 = 0x4001_E000;
+use crate::error::Refusal;
+use crate::peripheral::Context;
+
+const FICR: u32 = 0x1000_0000;
+const UICR: u32 = 0x1000_1000;
+const TEMP: u32 = 0x4000_C000;
+const NVMC: u32 = 0x4001_E000;
 
 const FICR_PART: u32 = 0x100;
 const FICR_VARIANT: u32 = 0x104;
@@ -15,6 +21,10 @@ const VARIANT: u32 = 0x4141_4630;
 
 /// TEMP's calibration, A0 to T4. It differs from chip to chip, and has no effect here.
 const FICR_TEMP: std::ops::RangeInclusive<u32> = 0x404..=0x444;
+
+/// The same in TEMP: A0 to A5, B0 to B5, T0 to T4, with a gap after each group.
+const CALIBRATION: [std::ops::RangeInclusive<u32>; 3] =
+    [0x520..=0x534, 0x540..=0x554, 0x560..=0x570];
 
 const UICR_APPROTECT: u32 = 0x208;
 const UICR_LAST: u32 = 0x304;
@@ -51,11 +61,6 @@ impl Nonvolatile {
         self.uicr.get(&offset).copied().unwrap_or(u32::MAX)
     }
 
-    /// Whether CONFIG lets UICR be written.
-    pub(crate) fn is_writable(&self) -> bool {
-        self.configuration == WRITE_ENABLED
-    }
-
     pub(crate) fn caches(&self) -> bool {
         self.cache == 1
     }
@@ -73,17 +78,41 @@ impl Nonvolatile {
         })
     }
 
-    pub(crate) fn write(&mut self, base: u32, offset: u32, value: u32) -> Option<()> {
+    pub(crate) fn write(
+        &mut self,
+        base: u32,
+        offset: u32,
+        value: u32,
+        context: &mut Context,
+    ) -> Option<()> {
         match (base, offset) {
+            (UICR, _) if self.configuration != WRITE_ENABLED => {
+                let address = base + offset;
+                context.refuse(Refusal::UicrNotWritable { address });
+                return None;
+            }
             // As in all flash, bits go from 1 to 0 only.
-            (UICR, ..=UICR_LAST) if self.is_writable() => {
+            (UICR, ..=UICR_LAST) => {
                 self.uicr.insert(offset, self.word(offset) & value);
             }
             (NVMC, CONFIG) if value <= WRITE_ENABLED => self.configuration = value,
             // Without its profiling.
             (NVMC, ICACHECNF) if value <= 1 => self.cache = value,
+            (TEMP, _) if CALIBRATION.iter().any(|group| group.contains(&offset)) => {}
             _ => return None,
         }
         Some(())
     }
+}
+
+/// Returns the name of the peripheral at `base`, if it is one of these four.
+pub(crate) fn name(base: u32) -> Option<&'static str> {
+    let names = [
+        (FICR, "FICR"),
+        (UICR, "UICR"),
+        (TEMP, "TEMP"),
+        (NVMC, "NVMC"),
+    ];
+    let found = names.iter().find(|(one, _)| *one == base);
+    found.map(|(_, name)| *name)
 }

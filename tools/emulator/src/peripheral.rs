@@ -1,33 +1,35 @@
-//! What all peripherals have in common: tasks, events, shorts, interrupts.
+//! What all peripherals have in common: registers, tasks, events, shorts, interrupts.
 //!
 //! nRF52840 Product Specification, section "Peripheral interface": tasks lie at 0x000, events at
 //! 0x100, SHORTS at 0x200, INTEN, INTENSET and INTENCLR at 0x300; bit n of INTEN is the event at
 //! 0x100 + 4 n.
 
+use crate::assumptions::Assumptions;
+use crate::clock::HFXO_STARTUP;
 use crate::error::Refusal;
+use crate::gpio::Pins;
+use crate::line::Line;
 use crate::memory::Memory;
+use crate::pwm::Period;
 
-/// One peripheral's own behaviour. What is common to all is done by [`Common`] and the chip.
+/// One peripheral's own behaviour. [`Common`] and the chip do the rest.
 pub(crate) trait Peripheral {
-    /// Its name, events and shorts, as they are after a reset.
+    /// Returns its name, events and shorts as they are after a reset.
     fn common(&self) -> Common;
 
-    /// A register of its own at `now`; `None` if it is not modelled.
-    fn read(&self, offset: u32, now: u64) -> Option<u32>;
+    /// Reads a register; `None` if it is not modelled.
+    fn read(&mut self, offset: u32, context: &Context) -> Option<u32>;
 
-    /// A register of its own; `None` if it, or that value of it, is not modelled.
+    /// Writes a register; `None` if the register or this value of it is not modelled.
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()>;
 
-    /// A task; `None` if it is not modelled.
-    fn task(&mut self, offset: u32, context: &mut Context) -> Option<()>;
-
-    /// The tasks that these shorts trigger at this event.
-    fn shorted(&self, _event: u32, _shorts: u32) -> [Option<u32>; 2] {
-        [None, None]
+    /// Triggers a task; `None` if it is not modelled.
+    fn task(&mut self, _offset: u32, _context: &mut Context) -> Option<()> {
+        None
     }
 
     /// When it does something next by itself, in cycles.
-    fn next(&self) -> Option<u64> {
+    fn next(&self, _line: &Line) -> Option<u64> {
         None
     }
 
@@ -35,26 +37,45 @@ pub(crate) trait Peripheral {
     fn advance(&mut self, _context: &mut Context) {}
 }
 
-/// What a peripheral sees of the chip while it acts.
-pub(crate) struct Context<'a> {
+/// The state that peripherals share, and the chip's surroundings. No reset changes it.
+#[derive(Debug)]
+pub(crate) struct Context {
     /// Cycles of 64 MHz since power-on.
     pub(crate) now: u64,
-    pub(crate) memory: &'a Memory,
-    /// Offsets of the events that it raised.
+    pub(crate) memory: Memory,
+    pub(crate) assumptions: Assumptions,
+    pub(crate) line: Line,
+    /// The pin to which the line is wired: 32 * port + pin.
+    pub(crate) line_pin: u32,
+    /// The pin that is wired to the line as well, for UARTE1 to send on.
+    pub(crate) loopback_pin: Option<u32>,
+    /// Cycles that the crystal takes to start; `None` if it never does.
+    pub(crate) crystal_startup: Option<u64>,
+    /// All periods of the PWM so far.
+    pub(crate) pwm_periods: Vec<Period>,
+    /// The current outputs, and all changes of them with their instants.
+    pub(crate) pins: Pins,
+    pub(crate) pin_changes: Vec<(u64, Pins)>,
+    /// Offsets of the events that the acting peripheral has raised.
     pub(crate) raised: Vec<u32>,
-    /// When its output is low, and for how many cycles each time.
-    pub(crate) low: Vec<(u64, u64)>,
-    /// What it was made to do wrong, if anything.
+    /// The first misuse, or access to something that is not modelled.
     pub(crate) refusal: Option<Refusal>,
 }
 
-impl<'a> Context<'a> {
-    pub(crate) fn new(now: u64, memory: &'a Memory) -> Self {
+impl Context {
+    pub(crate) fn new(memory: Memory, line_pin: u32) -> Self {
         Self {
-            now,
+            now: 0,
             memory,
+            assumptions: Assumptions::default(),
+            line: Line::new(),
+            line_pin,
+            loopback_pin: None,
+            crystal_startup: Some(HFXO_STARTUP),
+            pwm_periods: Vec::new(),
+            pins: Pins::default(),
+            pin_changes: Vec::new(),
             raised: Vec::new(),
-            low: Vec::new(),
             refusal: None,
         }
     }
@@ -64,14 +85,86 @@ impl<'a> Context<'a> {
     }
 
     /// Keeps the first refusal; what is wrong after it is its consequence.
+    pub(crate) fn refuse(&mut self, refusal: Refusal) {
+        self.refusal.get_or_insert(refusal);
+    }
+
+    /// Returns the value, or keeps the refusal.
     pub(crate) fn check<T>(&mut self, outcome: Result<T, Refusal>) -> Option<T> {
-        match outcome {
-            Ok(value) => Some(value),
-            Err(refusal) => {
-                self.refusal.get_or_insert(refusal);
+        outcome.map_err(|refusal| self.refuse(refusal)).ok()
+    }
+}
+
+/// Registers that read as they were written: see [`registers!`].
+pub(crate) trait RegisterFile {
+    /// Reads a register, or writes it if there is a new value. Returns the value that it has then; `None`
+    /// if the register or its new value is not modelled.
+    fn access(&mut self, offset: u32, new: Option<u32>) -> Option<u32>;
+
+    fn read(&mut self, offset: u32) -> Option<u32> {
+        self.access(offset, None)
+    }
+
+    fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+        self.access(offset, Some(value)).map(|_| ())
+    }
+}
+
+/// Declares the struct `Registers` of a peripheral's registers that read as they were written. Each line has
+/// the offset, the field, its value after a reset, and the values that are modelled. An array is one
+/// register for each word.
+macro_rules! registers {
+    ($($(#[$doc:meta])* $offset:literal $field:ident: $type:ty = $reset:expr, $values:expr;)+) => {
+        #[derive(Clone, Debug)]
+        struct Registers {
+            $($(#[$doc])* $field: $type,)+
+        }
+
+        impl Default for Registers {
+            fn default() -> Self {
+                Self { $($field: $reset,)+ }
+            }
+        }
+
+        impl $crate::peripheral::RegisterFile for Registers {
+            fn access(&mut self, offset: u32, new: Option<u32>) -> Option<u32> {
+                $(
+                    let words = $crate::peripheral::Words::words(&mut self.$field);
+                    if let Some(word) = words.get_mut(offset.wrapping_sub($offset) as usize / 4) {
+                        if new.is_some_and(|new| !($values).contains(&new)) {
+                            return None;
+                        }
+                        *word = new.unwrap_or(*word);
+                        return Some(*word);
+                    }
+                )+
                 None
             }
         }
+    };
+}
+pub(crate) use registers;
+
+/// One word or several.
+pub(crate) trait Words {
+    fn words(&mut self) -> &mut [u32];
+}
+
+impl Words for u32 {
+    fn words(&mut self) -> &mut [u32] {
+        std::slice::from_mut(self)
+    }
+}
+
+impl<const N: usize> Words for [u32; N] {
+    fn words(&mut self) -> &mut [u32] {
+        self
+    }
+}
+
+impl Words for Vec<u32> {
+    fn words(&mut self) -> &mut [u32] {
+        self
     }
 }
 
@@ -80,26 +173,39 @@ impl<'a> Context<'a> {
 pub(crate) struct Common {
     /// For messages.
     pub(crate) name: &'static str,
+    pub(crate) has_tasks: bool,
     /// Which events there are; bit n is the one at 0x100 + 4 n.
     existing: u32,
     raised: u32,
     enabled: u32,
     raised_only_if_enabled: bool,
-    modelled_shorts: u32,
-    pub(crate) shorts: u32,
+    modelled_shorts: Vec<Short>,
+    shorts: u32,
 }
 
+/// A short: its bit in SHORTS, the event, and the task that the event triggers.
+pub(crate) type Short = (u32, u32, u32);
+
 impl Common {
-    /// `events` are offsets, `shorts` the modelled bits of SHORTS.
-    pub(crate) fn new(name: &'static str, events: &[u32], shorts: u32) -> Self {
+    /// Takes the offsets of the events, and the modelled shorts.
+    pub(crate) fn new(name: &'static str, events: &[u32], shorts: &[Short]) -> Self {
         Self {
             name,
+            has_tasks: true,
             existing: events.iter().fold(0, |mask, event| mask | bit(*event)),
             raised: 0,
             enabled: 0,
             raised_only_if_enabled: false,
-            modelled_shorts: shorts,
+            modelled_shorts: shorts.to_vec(),
             shorts: 0,
+        }
+    }
+
+    /// For a peripheral without tasks and events.
+    pub(crate) fn registers_only(name: &'static str) -> Self {
+        Self {
+            has_tasks: false,
+            ..Self::new(name, &[], &[])
         }
     }
 
@@ -117,14 +223,26 @@ impl Common {
         }
     }
 
+    /// Returns the tasks that the enabled shorts trigger at this event.
+    pub(crate) fn shorted(&self, event: u32) -> impl Iterator<Item = u32> {
+        let shorts = self.modelled_shorts.iter();
+        let taken = shorts.filter(move |(bit, at, _)| self.shorts & bit != 0 && *at == event);
+        taken.map(|(.., task)| *task)
+    }
+
+    fn modelled_shorts(&self) -> u32 {
+        let shorts = self.modelled_shorts.iter();
+        shorts.fold(0, |mask, (bit, ..)| mask | bit)
+    }
+
     /// Whether the interrupt line is up.
     pub(crate) fn interrupts(&self) -> bool {
         self.raised & self.enabled != 0
     }
 
-    /// Whether the register is one of those that all peripherals have.
-    pub(crate) fn owns(offset: u32) -> bool {
-        matches!(offset, 0x100..=0x17C | 0x200 | 0x300 | 0x304 | 0x308)
+    /// Whether the register is one of those that all peripherals with events have.
+    pub(crate) fn owns(&self, offset: u32) -> bool {
+        self.existing != 0 && matches!(offset, 0x100..=0x17C | 0x200 | 0x300 | 0x304 | 0x308)
     }
 
     /// Reads a register that it owns; `None` if there is no such event.
@@ -149,7 +267,7 @@ impl Common {
                     self.raised &= !bit(offset);
                 }
             }
-            0x200 if value & !self.modelled_shorts == 0 => self.shorts = value,
+            0x200 if value & !self.modelled_shorts() == 0 => self.shorts = value,
             0x300 if existing => self.enabled = value,
             0x304 if existing => self.enabled |= value,
             0x308 => self.enabled &= !value,

@@ -8,9 +8,10 @@
 //! at the end of the period; EasyDMA fetches a step when it is loaded, which for the first is the
 //! instant of SEQSTART.
 
+use crate::MICROSECOND;
 use crate::error::Refusal;
-use crate::peripheral::{Common, Context, Peripheral};
-use crate::time::MICROSECOND;
+use crate::line::Line;
+use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
 
 const STOP: u32 = 0x004;
 const SEQSTART0: u32 = 0x008;
@@ -19,21 +20,28 @@ const SEQSTARTED0: u32 = 0x108;
 const SEQEND0: u32 = 0x110;
 const PWMPERIODEND: u32 = 0x118;
 const ENABLE: u32 = 0x500;
-const MODE: u32 = 0x504;
-const COUNTERTOP: u32 = 0x508;
-const PRESCALER: u32 = 0x50C;
-const DECODER: u32 = 0x510;
-const LOOP: u32 = 0x514;
-const SEQ0_PTR: u32 = 0x520;
-const SEQ0_CNT: u32 = 0x524;
-const SEQ0_REFRESH: u32 = 0x528;
-const PSEL_OUT: u32 = 0x560;
 const DISCONNECTED: u32 = 1 << 31;
 /// DECODER: a value for each channel, the next step after REFRESH periods.
 const INDIVIDUAL: u32 = 2;
-const SHORT_SEQEND0_STOP: u32 = 1;
 /// Values that make a step.
 const STEP: u32 = 4;
+
+registers! {
+    0x500 enable: u32 = 0, 0..=1;
+    /// Up counter only.
+    0x504 mode: u32 = 0, 0..=0;
+    0x508 top: u32 = 0x3FF, 3..=0x7FFF;
+    0x50C prescaler: u32 = 0, 0..=7;
+    0x510 decoder: u32 = 0, 0..=2;
+    /// No loop.
+    0x514 loops: u32 = 0, 0..=0;
+    /// Sequence 0: its address, its number of values, and for how many more periods each step goes on.
+    0x520 pointer: u32 = 0, 0..;
+    0x524 values_count: u32 = 0, 0..=0x7FFF;
+    0x528 refresh: u32 = 0, 0..=0xFF_FFFF;
+    /// The pin of each channel.
+    0x560 outputs: [u32; 4] = [u32::MAX; 4], 0..;
+}
 
 /// One period as it came out of the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,16 +72,9 @@ struct Played {
     more_periods: u32,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Pwm {
-    enabled: bool,
-    top: u32,
-    prescaler: u32,
-    decoder: u32,
-    pointer: u32,
-    values_count: u32,
-    refresh: u32,
-    outputs: [u32; 4],
+    registers: Registers,
     values: [u16; 4],
     /// Until its last step is loaded and over.
     played: Option<Played>,
@@ -81,61 +82,42 @@ pub(crate) struct Pwm {
     queued: Option<(Played, [u16; 4])>,
     period_ends_at: Option<u64>,
     stopping: bool,
-    /// SEQSTART begins a period at once: `Assumptions::start_cuts_period`.
-    pub(crate) start_cuts_period: bool,
-    /// All periods so far.
-    pub(crate) periods: Vec<Period>,
 }
 
 impl Pwm {
-    pub(crate) fn new() -> Self {
-        Self {
-            enabled: false,
-            top: 0x3FF,
-            prescaler: 0,
-            decoder: 0,
-            pointer: 0,
-            values_count: 0,
-            refresh: 0,
-            outputs: [u32::MAX; 4],
-            values: [0; 4],
-            played: None,
-            queued: None,
-            period_ends_at: None,
-            stopping: false,
-            start_cuts_period: false,
-            periods: Vec::new(),
-        }
-    }
-
     fn start(&mut self, context: &mut Context) -> Option<()> {
-        if !self.enabled {
-            return context.check(Err(Refusal::Pwm("not enabled")));
-        }
-        if self.decoder != INDIVIDUAL {
-            return context.check(Err(Refusal::Pwm("DECODER is not individual load")));
-        }
-        if self.values_count == 0 || !self.values_count.is_multiple_of(STEP) {
-            return context.check(Err(Refusal::Pwm("SEQ.CNT is no multiple of a step")));
+        let misused = if self.registers.enable == 0 {
+            Some("started while not enabled")
+        } else if self.registers.decoder != INDIVIDUAL {
+            Some("started without individual load in DECODER")
+        } else if self.registers.values_count == 0
+            || !self.registers.values_count.is_multiple_of(STEP)
+        {
+            Some("started with a SEQ.CNT that is no multiple of a step")
+        } else {
+            None
+        };
+        if let Some(how) = misused {
+            return context.check(Err(Refusal::misused("PWM0", how)));
         }
         let first = self.fetch(0, context)?;
         self.stopping = false;
-        if self.period_ends_at.is_some() && !self.start_cuts_period {
+        if self.period_ends_at.is_some() && !context.assumptions.start_cuts_period {
             self.queued = Some(first);
         } else {
-            self.cut_period(context.now);
+            self.cut_period(context);
             self.play(first, context);
-            self.begin_period(context.now);
+            self.begin_period(context);
         }
         Some(())
     }
 
     /// The period under way, if any, is over now.
-    fn cut_period(&mut self, now: u64) {
+    fn cut_period(&self, context: &mut Context) {
         if self.period_ends_at.is_some()
-            && let Some(last) = self.periods.last_mut()
+            && let Some(last) = context.pwm_periods.last_mut()
         {
-            last.length = now - last.at;
+            last.length = context.now - last.at;
             last.high = last.high.map(|high| high.map(|high| high.min(last.length)));
         }
     }
@@ -143,12 +125,13 @@ impl Pwm {
     /// Fetches the step that begins with that value.
     fn fetch(&self, from: u32, context: &mut Context) -> Option<(Played, [u16; 4])> {
         let mut bytes = [0; 8];
-        context.check(context.memory.dma_read(self.pointer + 2 * from, &mut bytes))?;
+        let address = self.registers.pointer + 2 * from;
+        context.check(context.memory.dma_read(address, &mut bytes))?;
         let [a, b, c, d, e, f, g, h] = bytes;
         let values = [[a, b], [c, d], [e, f], [g, h]].map(u16::from_le_bytes);
         let played = Played {
             loaded: from + STEP,
-            more_periods: self.refresh,
+            more_periods: self.registers.refresh,
         };
         Some((played, values))
     }
@@ -159,10 +142,12 @@ impl Pwm {
         context.raise(SEQSTARTED0);
     }
 
-    fn begin_period(&mut self, now: u64) {
-        let (top, count) = (u64::from(self.top), (MICROSECOND / 16) << self.prescaler);
+    fn begin_period(&mut self, context: &mut Context) {
+        let top = u64::from(self.registers.top);
+        let count = (MICROSECOND / 16) << self.registers.prescaler;
         let mut high = [None; 4];
-        for ((high, value), output) in high.iter_mut().zip(self.values).zip(self.outputs) {
+        for ((high, value), output) in high.iter_mut().zip(self.values).zip(self.registers.outputs)
+        {
             if output & DISCONNECTED == 0 {
                 let compare = u64::from(value & 0x7FFF).min(top);
                 // Polarity 1: the period begins high and falls at the compare value.
@@ -175,12 +160,12 @@ impl Pwm {
             }
         }
         let length = top * count;
-        self.periods.push(Period {
-            at: now,
+        context.pwm_periods.push(Period {
+            at: context.now,
             length,
             high,
         });
-        self.period_ends_at = Some(now + length);
+        self.period_ends_at = Some(context.now + length);
     }
 
     /// What is played in the period that begins now.
@@ -193,7 +178,7 @@ impl Pwm {
         };
         if played.more_periods > 0 {
             played.more_periods -= 1;
-        } else if played.loaded < self.values_count {
+        } else if played.loaded < self.registers.values_count {
             let from = played.loaded;
             if let Some((played, values)) = self.fetch(from, context) {
                 self.played = Some(played);
@@ -210,44 +195,19 @@ impl Pwm {
 impl Peripheral for Pwm {
     fn common(&self) -> Common {
         let events = [SEQSTARTED0, SEQEND0, PWMPERIODEND, STOPPED];
-        Common::new("PWM0", &events, SHORT_SEQEND0_STOP)
+        Common::new("PWM0", &events, &[(1, SEQEND0, STOP)])
     }
 
-    fn read(&self, offset: u32, _: u64) -> Option<u32> {
-        Some(match offset {
-            ENABLE => u32::from(self.enabled),
-            MODE | LOOP => 0,
-            COUNTERTOP => self.top,
-            PRESCALER => self.prescaler,
-            DECODER => self.decoder,
-            SEQ0_PTR => self.pointer,
-            SEQ0_CNT => self.values_count,
-            SEQ0_REFRESH => self.refresh,
-            PSEL_OUT.. => *self.outputs.get(((offset - PSEL_OUT) / 4) as usize)?,
-            _ => return None,
-        })
+    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
+        self.registers.read(offset)
     }
 
     fn write(&mut self, offset: u32, value: u32, _: &mut Context) -> Option<()> {
-        match offset {
-            ENABLE if value <= 1 => {
-                self.enabled = value == 1;
-                if !self.enabled {
-                    self.played = None;
-                    self.queued = None;
-                    self.period_ends_at = None;
-                }
-            }
-            // Up counter, no loop: see above.
-            MODE | LOOP if value == 0 => {}
-            COUNTERTOP if (3..=0x7FFF).contains(&value) => self.top = value,
-            PRESCALER if value <= 7 => self.prescaler = value,
-            DECODER if value <= 2 => self.decoder = value,
-            SEQ0_PTR => self.pointer = value,
-            SEQ0_CNT if value <= 0x7FFF => self.values_count = value,
-            SEQ0_REFRESH if value <= 0xFF_FFFF => self.refresh = value,
-            PSEL_OUT.. => *self.outputs.get_mut(((offset - PSEL_OUT) / 4) as usize)? = value,
-            _ => return None,
+        self.registers.write(offset, value)?;
+        if offset == ENABLE && value == 0 {
+            self.played = None;
+            self.queued = None;
+            self.period_ends_at = None;
         }
         Some(())
     }
@@ -268,12 +228,7 @@ impl Peripheral for Pwm {
         }
     }
 
-    fn shorted(&self, event: u32, shorts: u32) -> [Option<u32>; 2] {
-        let stops = event == SEQEND0 && shorts & SHORT_SEQEND0_STOP != 0;
-        [stops.then_some(STOP), None]
-    }
-
-    fn next(&self) -> Option<u64> {
+    fn next(&self, _: &Line) -> Option<u64> {
         self.period_ends_at
     }
 
@@ -286,6 +241,6 @@ impl Peripheral for Pwm {
             return;
         }
         self.next_step(context);
-        self.begin_period(context.now);
+        self.begin_period(context);
     }
 }

@@ -7,8 +7,10 @@
 //! Tasks take effect at once, on silicon at the next edges of the low-frequency clock. That the firmware
 //! has started this clock is not checked.
 
-use crate::peripheral::{Common, Context, Peripheral};
-use crate::time::CYCLES_PER_SECOND;
+use crate::CYCLES_PER_SECOND;
+use crate::counter::Counter;
+use crate::line::Line;
+use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
 
 const START: u32 = 0x000;
 const STOP: u32 = 0x004;
@@ -16,108 +18,76 @@ const CLEAR: u32 = 0x008;
 const OVRFLW: u32 = 0x104;
 const COMPARE: u32 = 0x140;
 const COUNTER: u32 = 0x504;
-const PRESCALER: u32 = 0x508;
 const CC: u32 = 0x540;
 
 const HERTZ: u64 = 32_768;
 const MASK: u32 = 0xFF_FFFF;
 
-#[derive(Clone, Debug, Default)]
+registers! {
+    0x508 prescaler: u32 = 0, 0..=0xFFF;
+    0x540 compare: [u32; 4] = [0; 4], 0..=MASK;
+}
+
+#[derive(Clone, Debug)]
 pub(crate) struct Rtc {
-    prescaler: u32,
-    compare: [u32; 4],
-    running: bool,
-    /// The count at `since`; while it does not run, the count.
-    count: u32,
-    since: u64,
-    /// Events up to this instant have been raised.
-    seen: u64,
+    registers: Registers,
+    counter: Counter,
 }
 
 impl Rtc {
-    /// Counts from `since` to that instant.
-    fn counts(&self, now: u64) -> u64 {
-        (now - self.since) * HERTZ / (CYCLES_PER_SECOND * (u64::from(self.prescaler) + 1))
-    }
-
-    fn at(&self, now: u64) -> u32 {
-        if !self.running {
-            return self.count;
+    pub(crate) fn new() -> Self {
+        Self {
+            registers: Registers::default(),
+            counter: Counter::new(HERTZ, CYCLES_PER_SECOND, MASK),
         }
-        #[expect(clippy::cast_possible_truncation, reason = "counts wrap")]
-        let counts = self.counts(now) as u32;
-        self.count.wrapping_add(counts) & MASK
-    }
-
-    /// Makes `now` the instant from which it counts on.
-    fn rebase(&mut self, count: u32, now: u64) {
-        self.count = count;
-        self.since = now;
-        self.seen = now;
     }
 }
 
 impl Peripheral for Rtc {
     fn common(&self) -> Common {
         let events = [OVRFLW, COMPARE, COMPARE + 4, COMPARE + 8, COMPARE + 12];
-        Common::new("RTC1", &events, 0).raised_only_if_enabled()
+        Common::new("RTC1", &events, &[]).raised_only_if_enabled()
     }
 
-    fn read(&self, offset: u32, now: u64) -> Option<u32> {
+    fn read(&mut self, offset: u32, context: &Context) -> Option<u32> {
         match offset {
-            COUNTER => Some(self.at(now)),
-            PRESCALER => Some(self.prescaler),
-            CC.. => self.compare.get(((offset - CC) / 4) as usize).copied(),
-            _ => None,
+            COUNTER => Some(self.counter.at(context.now)),
+            _ => self.registers.read(offset),
         }
     }
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
-        match offset {
+        if offset < CC && self.counter.runs {
             // "When started, the prescaler cannot be changed."
-            PRESCALER if value <= 0xFFF && !self.running => self.prescaler = value,
-            CC.. if value <= MASK => {
-                *self.compare.get_mut(((offset - CC) / 4) as usize)? = value;
-                // A value that the count already has is not one that it becomes.
-                self.seen = context.now;
-            }
-            _ => return None,
+            return None;
+        }
+        self.registers.write(offset, value)?;
+        self.counter.cycles = CYCLES_PER_SECOND * (u64::from(self.registers.prescaler) + 1);
+        if offset >= CC {
+            // A value that the count already has is not one that it becomes.
+            self.counter.seen = context.now;
         }
         Some(())
     }
 
     fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
         match offset {
-            START | STOP => {
-                self.rebase(self.at(context.now), context.now);
-                self.running = offset == START;
-            }
-            CLEAR => self.rebase(0, context.now),
+            START | STOP => self.counter.run(offset == START, context.now),
+            CLEAR => self.counter.set(0, context.now),
             _ => return None,
         }
         Some(())
     }
 
-    fn next(&self) -> Option<u64> {
-        if !self.running {
-            return None;
-        }
-        // The next count is one that it becomes, and so on.
-        let count = self.at(self.seen).wrapping_add(1);
-        let values = self.compare.iter().chain(&[0]);
-        let more = values.map(|value| value.wrapping_sub(count) & MASK).min()?;
-        let counts = self.counts(self.seen) + u64::from(more) + 1;
-        let cycles = CYCLES_PER_SECOND * (u64::from(self.prescaler) + 1);
-        Some(self.since + (counts * cycles).div_ceil(HERTZ))
+    fn next(&self, _: &Line) -> Option<u64> {
+        self.counter.next(self.registers.compare.iter().chain(&[0]))
     }
 
     fn advance(&mut self, context: &mut Context) {
-        let count = self.at(context.now);
-        self.seen = context.now;
-        if count == 0 {
-            context.raise(OVRFLW);
-        }
-        for (event, compare) in (COMPARE..).step_by(4).zip(self.compare) {
+        let count = self.counter.at(context.now);
+        self.counter.seen = context.now;
+        let compares = (COMPARE..).step_by(4).zip(self.registers.compare);
+        for (event, compare) in compares.chain([(OVRFLW, 0)]) {
             if compare == count {
                 context.raise(event);
             }

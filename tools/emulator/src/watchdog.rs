@@ -4,9 +4,10 @@
 //! once started goes on until a reset. The chip is reset two cycles of the 32.768 kHz clock after
 //! TIMEOUT. Only "runs while the CPU sleeps" is modelled, which is how it comes out of reset.
 
+use crate::CYCLES_PER_SECOND;
 use crate::error::Refusal;
-use crate::peripheral::{Common, Context, Peripheral};
-use crate::time::CYCLES_PER_SECOND;
+use crate::line::Line;
+use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
 
 const START: u32 = 0x000;
 const TIMEOUT: u32 = 0x100;
@@ -20,17 +21,23 @@ const RR_LAST: u32 = 0x61C;
 const RELOAD: u32 = 0x6E52_4635;
 const CONFIG_SLEEP: u32 = 1;
 
+registers! {
+    // "The minimum value is 0xF."
+    0x504 reload_value: u32 = u32::MAX, 0xF..;
+    0x508 requests: u32 = 1, ..=0xFF;
+    0x50C configuration: u32 = CONFIG_SLEEP, [0, 1, 8, 9];
+}
+
 /// Cycles of the 32.768 kHz clock in CPU cycles, to the nearest below.
 fn low_frequency(cycles: u64) -> u64 {
     cycles * CYCLES_PER_SECOND / 32_768
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Watchdog {
-    reload_value: u32,
-    requests: u32,
+    registers: Registers,
+    /// The reload requests still missing, while it runs.
     requested: u32,
-    configuration: u32,
     times_out_at: Option<u64>,
     bites_at: Option<u64>,
     running: bool,
@@ -39,53 +46,31 @@ pub(crate) struct Watchdog {
 }
 
 impl Watchdog {
-    pub(crate) fn new() -> Self {
-        Self {
-            reload_value: u32::MAX,
-            requests: 1,
-            requested: 1,
-            configuration: CONFIG_SLEEP,
-            times_out_at: None,
-            bites_at: None,
-            running: false,
-            bit: false,
-        }
-    }
-
     fn reload(&mut self, now: u64) {
-        self.requested = self.requests;
-        let timeout = low_frequency(u64::from(self.reload_value) + 1);
+        self.requested = self.registers.requests;
+        let timeout = low_frequency(u64::from(self.registers.reload_value) + 1);
         self.times_out_at = Some(now + timeout);
     }
 }
 
 impl Peripheral for Watchdog {
     fn common(&self) -> Common {
-        Common::new("WDT", &[TIMEOUT], 0)
+        Common::new("WDT", &[TIMEOUT], &[])
     }
 
-    fn read(&self, offset: u32, _: u64) -> Option<u32> {
-        Some(match offset {
-            RUNSTATUS => u32::from(self.running),
-            REQSTATUS => self.requested,
-            CRV => self.reload_value,
-            RREN => self.requests,
-            CONFIG => self.configuration,
-            _ => return None,
-        })
+    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
+        match offset {
+            RUNSTATUS => Some(u32::from(self.running)),
+            REQSTATUS if self.running => Some(self.requested),
+            REQSTATUS => Some(self.registers.requests),
+            _ => self.registers.read(offset),
+        }
     }
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         match offset {
             // "Can only be changed before the watchdog is started": writes after it are lost.
             CRV | RREN | CONFIG if self.running => {}
-            // "The minimum value is 0xF."
-            CRV if value >= 0xF => self.reload_value = value,
-            RREN if value <= 0xFF => {
-                self.requests = value;
-                self.requested = value;
-            }
-            CONFIG if value & !9 == 0 => self.configuration = value,
             RR..=RR_LAST => {
                 if value == RELOAD && self.running && self.bites_at.is_none() {
                     self.requested &= !(1 << ((offset - RR) / 4));
@@ -94,7 +79,7 @@ impl Peripheral for Watchdog {
                     }
                 }
             }
-            _ => return None,
+            _ => return self.registers.write(offset, value),
         }
         Some(())
     }
@@ -103,8 +88,8 @@ impl Peripheral for Watchdog {
         if offset != START {
             return None;
         }
-        if self.configuration & CONFIG_SLEEP == 0 {
-            let refusal = Refusal::Watchdog("paused while the CPU sleeps");
+        if self.registers.configuration & CONFIG_SLEEP == 0 {
+            let refusal = Refusal::misused("WDT", "paused while the CPU sleeps");
             return context.check(Err(refusal));
         }
         if !self.running {
@@ -114,11 +99,9 @@ impl Peripheral for Watchdog {
         Some(())
     }
 
-    fn next(&self) -> Option<u64> {
-        [self.times_out_at, self.bites_at]
-            .into_iter()
-            .flatten()
-            .min()
+    fn next(&self, _: &Line) -> Option<u64> {
+        let due = [self.times_out_at, self.bites_at];
+        due.into_iter().flatten().min()
     }
 
     fn advance(&mut self, context: &mut Context) {

@@ -11,10 +11,10 @@ use anyhow::{Context as _, Result};
 use serde::{Deserialize, Serialize};
 
 use crate::cbmc_setup::Cbmc;
+use crate::child_processes::status_within;
 use crate::harness::Harness;
-use crate::kept::Kept;
 use crate::llvm::Module;
-use crate::process::status_within;
+use crate::proof_cache::ProofCache;
 use crate::translate::{COVER, END, INPUT, program};
 
 /// What is known of a harness.
@@ -105,12 +105,12 @@ impl Property {
     }
 }
 
-/// Checks a harness, unless its program was proved before. All that comes of it is kept.
+/// Checks a harness, unless its program was proved before. Leaves the program, the answer and the proof in files.
 pub(crate) fn check(
     cbmc: &Cbmc,
     module: &Module,
     harness: &Harness,
-    kept: &Kept,
+    cache: &ProofCache,
     limit: Duration,
 ) -> Answer {
     let start = Instant::now();
@@ -127,11 +127,11 @@ pub(crate) fn check(
     let run = Run {
         cbmc,
         harness,
-        source: &kept.source(harness),
+        source: &cache.source(harness),
         limit,
         end: start + limit,
     };
-    if let Err(error) = run.all(module, kept, &mut answer) {
+    if let Err(error) = run.all(module, cache, &mut answer) {
         answer.verdict = Verdict::Error;
         answer.failures.push(format!("{error:#}"));
     }
@@ -195,9 +195,9 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn all(&self, module: &Module, kept: &Kept, answer: &mut Answer) -> Result<()> {
+    fn all(&self, module: &Module, cache: &ProofCache, answer: &mut Answer) -> Result<()> {
         let program = program(module, &self.harness.symbol)?;
-        let proof = kept.proof(&program, self.harness);
+        let proof = cache.proof(&program, self.harness);
         if let Ok(properties) = fs::read_to_string(&proof) {
             (answer.verdict, answer.properties) = (Verdict::Proved, properties.parse()?);
             answer.is_old = true;

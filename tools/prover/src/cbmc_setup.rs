@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context as _, Result};
 
-use crate::process::output;
+use crate::child_processes::output;
 
 const UNPACK: &str = include_str!("unpack-cbmc.sh");
 

@@ -9,8 +9,8 @@ use std::process::{Command, Stdio};
 use anyhow::{Context as _, Result, ensure};
 use cargo_metadata::{Artifact, Message, MetadataCommand};
 
+use crate::child_processes::output;
 use crate::llvm::Module;
-use crate::process::output;
 
 /// In the workspace: of a copy with a seeded bug it is the copy's.
 const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";

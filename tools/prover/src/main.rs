@@ -2,11 +2,11 @@
 
 mod cbmc;
 mod cbmc_setup;
+mod child_processes;
 mod compile;
 mod harness;
-mod kept;
 mod llvm;
-mod process;
+mod proof_cache;
 mod translate;
 
 use std::collections::BTreeSet;
@@ -22,7 +22,7 @@ use serde_json::json;
 use cbmc::{Answer, Verdict};
 use compile::Sources;
 use harness::{Harness, harnesses};
-use kept::Kept;
+use proof_cache::ProofCache;
 
 /// Check the Kani harnesses of the workspace in this folder, with CBMC alone.
 #[derive(Parser)]
@@ -89,7 +89,7 @@ fn main() -> ExitCode {
 
 /// Whether all is well.
 fn run(arguments: &Arguments) -> Result<bool> {
-    process::end_with_the_prover()?;
+    child_processes::end_with_the_prover()?;
     let sources = Sources::new(&arguments.packages)?;
     match arguments.action {
         Action::Prove => prove(&sources, arguments),
@@ -137,14 +137,14 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
     let module = sources.improved()?;
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
-    let kept = Kept::new(&sources.target, &cbmc, arguments.anew)?;
+    let cache = ProofCache::new(&sources.target, &cbmc, arguments.anew)?;
     let limit = Duration::from_secs(arguments.timeout);
     let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs);
     let check = |harness: &Harness| {
-        let answer = cbmc::check(&cbmc, &module, harness, &kept, limit);
+        let answer = cbmc::check(&cbmc, &module, harness, &cache, limit);
         show(&answer, arguments.format);
         if arguments.fail_fast && answer.verdict != Verdict::Proved {
-            process::end_all(1);
+            child_processes::end_all(1);
         }
         answer
     };

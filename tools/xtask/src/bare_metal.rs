@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, ensure};
 use xshell::{Cmd, Shell, cmd};
 
-use crate::debian;
+use crate::install;
 
 /// Debian keeps a recent compiler for its browsers, and the source of Rust's libraries with it.
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
@@ -86,7 +86,7 @@ fn has_core(sh: &Shell, target: &str) -> bool {
 
 /// Finds Debian's compiler, or installs it; returns its version.
 fn debians(sh: &Shell) -> Result<String> {
-    debian::install(sh, &["rustc-web", "rust-web-src"])?;
+    install::from_debian(sh, &["rustc-web", "rust-web-src"])?;
     let rustc = || cmd!(sh, "{DEBIAN_RUSTC}").env_remove("LD_LIBRARY_PATH");
     let sysroot = rustc().args(["--print", "sysroot"]).read()?;
     let core = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core");

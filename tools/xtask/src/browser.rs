@@ -5,13 +5,13 @@ use std::env;
 use anyhow::{Context as _, Result};
 use xshell::cmd;
 
-use crate::debian;
-use crate::report::{Report, run_tests};
+use crate::install;
+use crate::stage_report::{Report, run_tests};
 use crate::web;
-use crate::workspace::{Workspace, cargo_in};
+use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
 
-/// Not in the workspace: what drives the browser takes long to compile.
-pub(crate) const TESTS: &str = "host/web/browser";
+/// The package of these tests. Other stages leave it out, because its browser driver takes long to compile.
+pub(crate) const TESTS: &str = "framelock-web-browser";
 
 /// Where the README's pictures of the page go, if they are wanted.
 const PICTURES: &str = "FRAMELOCK_PICTURES";
@@ -27,26 +27,23 @@ const BROWSERS: [&str; 4] = [
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     if !BROWSERS.iter().any(|browser| is_in_path(browser)) {
-        debian::install(&sh, &["chromium"]).context(
+        install::from_debian(&sh, &["chromium"]).context(
             "there is no Chromium in PATH. On Debian, as root: apt-get install chromium, \
              which was tried too",
         )?;
     }
     if !["firefox-esr", "firefox"].iter().any(|it| is_in_path(it)) {
-        debian::install(&sh, &["firefox-esr"]).context(
+        install::from_debian(&sh, &["firefox-esr"]).context(
             "there is no Firefox in PATH. On Debian, as root: apt-get install firefox-esr, \
              which was tried too",
         )?;
     }
     let page = web::page(workspace)?;
     cmd!(sh, "cargo build --package framelock-host").run()?;
-    {
-        let _here = sh.push_dir(TESTS);
-        cmd!(sh, "cargo clippy --locked --all-targets -- -Dwarnings").run()?;
-    }
     let target = &workspace.target_directory;
-    let mut cargo = cargo_in(&workspace.root.join(TESTS));
-    cargo.args(["test", "--locked", "--", "--show-output"]);
+    let mut cargo = workspace.cargo();
+    cargo.args(["test", "--package", TESTS]).args(CLIPPY);
+    cargo.envs([NO_WARNINGS]).args(["--", "--show-output"]);
     cargo.env("FRAMELOCK_PAGE", page);
     cargo.env("FRAMELOCK", target.join("debug/framelock"));
     if let Some(folder) = env::var_os(PICTURES) {

@@ -3,7 +3,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::ExitCode;
 
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
@@ -11,7 +10,7 @@ use serde::Deserialize;
 use crate::firmware::{self, test_passes};
 use crate::machine_code;
 use crate::prove::{Engine, Prover};
-use crate::report::Report;
+use crate::stage_report::Report;
 use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";
@@ -111,9 +110,8 @@ pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
     run(workspace, None, &[])
 }
 
-pub(crate) fn bugs(arguments: &Arguments) -> Result<ExitCode> {
-    run(&Workspace::load()?, arguments.engine, &arguments.names)?;
-    Ok(ExitCode::SUCCESS)
+pub(crate) fn bugs(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    run(workspace, arguments.engine, &arguments.names)
 }
 
 pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String]) -> Result<()> {

@@ -11,9 +11,9 @@ use object::{Object as _, ObjectSymbol as _};
 use xshell::cmd;
 
 use crate::bare_metal::Compiler;
-use crate::report::{Report, run_tests};
+use crate::stage_report::{Report, run_tests};
 use crate::workspace::{CORE, Workspace};
-use crate::{browser, firmware, prove};
+use crate::{firmware, prove};
 
 /// From the smallest to the largest: no atomic compare-and-swap, a floating-point unit, not Arm.
 const MICROCONTROLLERS: [&str; 3] = [
@@ -29,7 +29,7 @@ const HOST: &str = "framelock-host";
 /// The sources are formatted by rustfmt.
 pub(crate) fn format(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    for folder in [".", "firmware", "firmware/examples", "fuzz", browser::TESTS] {
+    for folder in [".", "firmware", "fuzz"] {
         let _here = sh.push_dir(folder);
         cmd!(sh, "cargo fmt --all --check")
             .run()
@@ -79,7 +79,13 @@ pub(crate) fn generated(workspace: &Workspace, report: &mut Report) -> Result<()
 /// The examples in the documentation, and that it builds without warnings.
 pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
     run_tests(workspace.cargo_test().arg("--doc"), &mut report.tests)?;
-    let libraries = [CORE, FORMATS, "framelock-proofs", "framelock-simulation"];
+    let libraries = [
+        CORE,
+        FORMATS,
+        "framelock-proofs",
+        "framelock-receiving",
+        "framelock-simulation",
+    ];
     let packages = libraries.map(|library| ["--package", library]).concat();
     let sh = workspace.shell()?;
     cmd!(sh, "cargo doc --no-deps --all-features {packages...}")

@@ -1,8 +1,10 @@
 //! `cargo xtask emulate`: the firmware on an emulated board.
 
-use std::process::{Command, ExitCode};
+use std::process::Command;
 
 use anyhow::Result;
+#[cfg(not(unix))]
+use anyhow::ensure;
 
 use crate::bare_metal::Compiler;
 use crate::firmware::{BUILDS, TARGET, build_image};
@@ -18,8 +20,7 @@ pub(crate) struct Arguments {
 }
 
 /// Builds the firmware unless an ELF is named, and becomes the emulator.
-pub(crate) fn emulate(Arguments { arguments }: &Arguments) -> Result<ExitCode> {
-    let workspace = Workspace::load()?;
+pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments) -> Result<()> {
     let mut emulator = Command::new("cargo");
     emulator
         .args(["run", "--quiet", "--package", "nrf52840-emulator"])
@@ -35,7 +36,7 @@ pub(crate) fn emulate(Arguments { arguments }: &Arguments) -> Result<ExitCode> {
         let name = if is_fast { "megabaud" } else { "default" };
         let compiler = Compiler::of(&[TARGET])?;
         for build in BUILDS.iter().filter(|build| build.0 == name) {
-            let image = build_image(&workspace, &workspace.root, &compiler, build)?;
+            let image = build_image(workspace, &workspace.root, &compiler, build)?;
             emulator.arg("--elf").arg(image);
         }
     }
@@ -44,13 +45,13 @@ pub(crate) fn emulate(Arguments { arguments }: &Arguments) -> Result<ExitCode> {
 
 /// Replaces this process, so that Ctrl-C is the emulator's alone.
 #[cfg(unix)]
-fn become_program(mut command: Command) -> Result<ExitCode> {
+fn become_program(mut command: Command) -> Result<()> {
     use std::os::unix::process::CommandExt as _;
     Err(command.exec().into())
 }
 
 #[cfg(not(unix))]
-fn become_program(mut command: Command) -> Result<ExitCode> {
-    let succeeded = command.status()?.success();
-    Ok(ExitCode::from(u8::from(!succeeded)))
+fn become_program(mut command: Command) -> Result<()> {
+    ensure!(command.status()?.success(), "the emulator failed");
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! The firmware: its images built, checked by clippy, and run in the emulator by its tests.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::Command;
 
 use anyhow::{Context as _, Result, ensure};
 use object::read::elf::{ElfFile32, ProgramHeader as _};
@@ -9,9 +9,9 @@ use object::{Endianness, elf::PT_LOAD};
 use xshell::{Cmd, Shell, cmd};
 
 use crate::bare_metal::Compiler;
-use crate::report::{self, Report, TestCount};
+use crate::stage_report::{self, Report, TestCount};
 use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
-use crate::{checks, debian};
+use crate::{checks, install};
 
 /// The nRF52840's processor: a Cortex-M4F.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
@@ -23,15 +23,15 @@ pub(crate) const TESTS: &str = "framelock-firmware-tests";
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
 /// All that the tests run. The others share the first one's dependencies, so each takes a second or
-/// two. `discard` also leaves the debug port as it is; the last has single steps of the parsers, for the
+/// two. `lecture` also leaves the debug port as it is; the last has single steps of the parsers, for the
 /// figures.
 pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
     (
-        "discard",
+        "lecture",
         "framelock-firmware",
-        &["--features=discard,leave-debug-port"],
+        &["--features=lecture,leave-debug-port"],
     ),
     ("small", "framelock-firmware", &["--no-default-features"]),
     ("bin-crc8", "framelock-firmware", &["--features=bin-crc8"]),
@@ -55,15 +55,14 @@ pub(crate) struct Arguments {
 }
 
 /// `cargo xtask firmware`.
-pub(crate) fn build(arguments: &Arguments) -> Result<ExitCode> {
-    let workspace = Workspace::load()?;
+pub(crate) fn build(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     let compiler = Compiler::of(&[TARGET])?;
     let count = if arguments.all { BUILDS.len() } else { 1 };
     for build in BUILDS.iter().take(count) {
-        let image = build_image(&workspace, &workspace.root, &compiler, build)?;
+        let image = build_image(workspace, &workspace.root, &compiler, build)?;
         println!("{}: {} bytes of flash", image.display(), flash(&image)?);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// The stage: the firmware builds without a warning from the compiler or clippy.
@@ -85,7 +84,7 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
 /// The stage: the release images do what they should, in the emulator; so do the C programs.
 pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut tests = tests(workspace, &workspace.root)?;
-    report::run_tests(&mut tests, &mut report.tests)?;
+    stage_report::run_tests(&mut tests, &mut report.tests)?;
     let sh = &workspace.shell()?;
     if cmd!(sh, "arm-none-eabi-gcc --version")
         .quiet()
@@ -93,7 +92,8 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
         .run()
         .is_err()
     {
-        debian::install(sh, &["gcc-arm-none-eabi"]).context("there is no arm-none-eabi-gcc")?;
+        install::from_debian(sh, &["gcc-arm-none-eabi"])
+            .context("there is no arm-none-eabi-gcc")?;
     }
     let library = checks::library_for_c(workspace, &Compiler::of(&[TARGET])?)?;
     let mut formats = workspace.cargo_test();
@@ -111,7 +111,7 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
     );
     let mut in_c = workspace.cargo_test();
     in_c.args(["--test", "c", "--", "--ignored", "a_chip_does"]);
-    report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)
+    stage_report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)
 }
 
 /// The stage: they do it with many more random streams and mixes of what the chip may do, and under
@@ -121,9 +121,9 @@ pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Resu
     if std::env::var_os("FRAMELOCK_RANDOM_RUNS").is_none() {
         random.env("FRAMELOCK_RANDOM_RUNS", "20000");
     }
-    report::run_tests(random.args(["--", "random::"]), &mut report.tests)?;
+    stage_report::run_tests(random.args(["--", "random::"]), &mut report.tests)?;
     let mut each = tests(workspace, &workspace.root)?;
-    report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
+    stage_report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
 }
 
 /// The stage: the examples for other frameworks build without a warning from the compiler or clippy,
@@ -132,11 +132,14 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     let compiler = Compiler::of(&[TARGET])?;
     report.says = format!("by {}", compiler.says);
     let sh = &Shell::new()?;
-    let folder = workspace.root.join("firmware").join("examples");
+    let folder = workspace.root.join("firmware");
     sh.change_dir(&folder);
     let build = || {
-        // Where the guide's commands find it.
-        let cargo = cmd!(sh, "cargo build --locked --release --target-dir target");
+        // Into the folder where the guide's commands find them.
+        let cargo = cmd!(
+            sh,
+            "cargo build --locked --release --target-dir target --package framelock-embassy --package framelock-rtic"
+        );
         compiler.with(sh, cargo.env_remove("RUSTFLAGS"))
     };
     let mut tests = workspace.cargo_test();
@@ -149,7 +152,7 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     }
     build().run()?;
     let images = folder.join("target").join(TARGET).join("release");
-    report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
+    stage_report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
 }
 
 /// Clippy optimises less: the image is built again.
@@ -161,7 +164,8 @@ fn lint(build: Cmd) -> Cmd {
 pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
     let mut tests = tests(workspace, root)?;
     let mut count = TestCount::default();
-    let outcome = report::run_tests(tests.args(["--", "--include-ignored", test]), &mut count);
+    let outcome =
+        stage_report::run_tests(tests.args(["--", "--include-ignored", test]), &mut count);
     ensure!(count.passed + count.failed == 1, "{test} is not one test");
     Ok(outcome.is_ok())
 }

@@ -13,8 +13,7 @@ use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use serde::Deserialize;
 
-use crate::answer::Answer;
-use crate::theorems::is_called;
+use crate::theorems::{Answer, is_called};
 use crate::workspace::cargo_in;
 
 /// Name and version, or why it cannot be used. Found out from files: whatever one asks a `cargo kani`

@@ -7,16 +7,16 @@ use anyhow::{Result, ensure};
 use xshell::cmd;
 
 use crate::bare_metal::Compiler;
-use crate::report::{Report, TestCount, run_tests};
+use crate::stage_report::{Report, TestCount, run_tests};
 use crate::workspace::Workspace;
-use crate::{bugs, debian, firmware};
+use crate::{bugs, firmware, install};
 
 /// The stage, the folder, and what a seeded bug names in place of a test.
 pub(crate) const NAME: &str = "machine-code";
 
 /// The images that are flashed, and the seeded bugs.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let images = ["default", "megabaud", "discard", "small"];
+    let images = ["default", "megabaud", "lecture", "small"];
     let mut prover = prover(workspace, &workspace.root, &images)?;
     run_tests(&mut prover, &mut report.tests)?;
     bugs::run(workspace, None, &[NAME.to_owned()])
@@ -26,7 +26,7 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
 /// be, as it was just before.
 pub(crate) fn is_proved(workspace: &Workspace, root: &Path) -> Result<bool> {
     let mut count = TestCount::default();
-    let mut prover = prover(workspace, root, &["default", "discard"])?;
+    let mut prover = prover(workspace, root, &["default", "lecture"])?;
     let outcome = run_tests(&mut prover, &mut count);
     ensure!(outcome.is_ok() || count.failed > 0, "no theorem was tried");
     Ok(outcome.is_ok())
@@ -44,7 +44,7 @@ fn prover(workspace: &Workspace, root: &Path, images: &[&str]) -> Result<Command
     );
     if sh.read_file(&installed).ok() != Some(sh.read_file(&requirements)?) {
         if cmd!(sh, "python3 -c 'import ensurepip'").run().is_err() {
-            debian::install(&sh, &["python3-venv"])?;
+            install::from_debian(&sh, &["python3-venv"])?;
         }
         cmd!(sh, "python3 -m venv --clear {environment}").run()?;
         cmd!(

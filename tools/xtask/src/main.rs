@@ -1,20 +1,19 @@
 //! The project's checks: `cargo xtask verify` for all, `cargo xtask prove` for the theorems.
 
-mod answer;
 mod bare_metal;
 mod browser;
 mod bugs;
 mod checks;
-mod debian;
 mod emulate;
 mod firmware;
 mod fuzz;
+mod install;
 mod kani;
 mod machine_code;
 mod mutants;
-mod mutated_firmware;
 mod prove;
-mod report;
+
+mod stage_report;
 mod theorems;
 mod verify;
 mod web;
@@ -22,7 +21,10 @@ mod workspace;
 
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::Parser;
+
+use workspace::Workspace;
 
 /// The project's own tasks.
 #[derive(Parser)]
@@ -39,18 +41,28 @@ enum Task {
 }
 
 fn main() -> ExitCode {
-    let outcome = match Task::parse() {
-        Task::Verify(arguments) => verify::verify(&arguments),
-        Task::Prove(arguments) => prove::prove(&arguments),
-        Task::Bugs(arguments) => bugs::bugs(&arguments),
-        Task::Mutants(arguments) => mutants::mutants(&arguments),
-        Task::Firmware(arguments) => firmware::build(&arguments),
-        Task::Emulate(arguments) => emulate::emulate(&arguments),
-        Task::Fuzz(arguments) => fuzz::fuzz(&arguments),
-        Task::Web(arguments) => web::web(&arguments),
-    };
-    outcome.unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
-        ExitCode::FAILURE
-    })
+    match run(&Task::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whether all is well.
+fn run(task: &Task) -> Result<bool> {
+    let workspace = &Workspace::load()?;
+    match task {
+        Task::Verify(arguments) => return Ok(verify::verify(workspace, arguments)),
+        Task::Prove(arguments) => return prove::prove(workspace, arguments),
+        Task::Bugs(arguments) => bugs::bugs(workspace, arguments)?,
+        Task::Mutants(arguments) => mutants::mutants(workspace, arguments)?,
+        Task::Firmware(arguments) => firmware::build(workspace, arguments)?,
+        Task::Emulate(arguments) => emulate::emulate(workspace, arguments)?,
+        Task::Fuzz(arguments) => fuzz::fuzz(workspace, arguments)?,
+        Task::Web(arguments) => web::web(workspace, arguments)?,
+    }
+    Ok(true)
 }

@@ -1,16 +1,26 @@
 //! `cargo xtask mutants`: cargo-mutants changes the sources one place at a time; some test, or some harness of a theorem,
 //! must fail.
+//!
+//! cargo-mutants compiles and tests for the computer. For the firmware's images only its list of changes is taken: each
+//! is made in a copy of the firmware, and some test of the copy's images in the emulator must fail.
 
-use std::process::{Command, ExitCode};
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context as _, Result, ensure};
+use cargo_metadata::Message;
 use clap::ValueEnum;
-use xshell::cmd;
+use serde::Deserialize;
+use xshell::{Shell, cmd};
 
-use crate::answer::Answer;
-use crate::mutated_firmware;
+use crate::firmware;
 use crate::prove::{Engine, OFFLINE_PROVER, Prover};
-use crate::report::Report;
+use crate::stage_report::Report;
+use crate::theorems::Answer;
 use crate::workspace::{CORE, Workspace};
 
 const CARGO_MUTANTS: &str = "27.1.0";
@@ -47,18 +57,14 @@ enum By {
     Images,
 }
 
-pub(crate) fn mutants(arguments: &Arguments) -> Result<ExitCode> {
-    run(&Workspace::load()?, arguments)?;
-    Ok(ExitCode::SUCCESS)
-}
-
 /// The stage of `verify --all`: all of them, against the tests. Against the harnesses they take most of a day.
 pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let (by, more) = (By::Tests, Vec::new());
-    run(workspace, &Arguments { by, more })
+    mutants(workspace, &Arguments { by, more })
 }
 
-fn run(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> {
+/// Those that the arguments choose.
+pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> {
     let sh = workspace.shell_with("cargo-mutants", CARGO_MUTANTS)?;
     let (config, tested, output) = match by {
         By::Tests => (
@@ -73,7 +79,7 @@ fn run(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> 
         ),
         By::Images => {
             let output = workspace.target_directory.join("mutants-by-images");
-            return mutated_firmware::run(workspace, &sh, &output, more);
+            return by_images(workspace, &sh, &output, more);
         }
     };
     if *by == By::Harnesses {
@@ -97,4 +103,141 @@ fn run(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> 
         "some are not noticed: see above"
     );
     Ok(())
+}
+
+/// Only the self-test has them, and only its tests can notice.
+const OF_SELF_TEST: [&str; 2] = ["src/self-test.rs", "src/loopback.rs"];
+
+/// A change, as `cargo mutants --list --json` has it.
+#[derive(Deserialize)]
+struct Mutant {
+    name: String,
+    /// In `firmware/`.
+    file: String,
+    /// Of that file.
+    diff: String,
+}
+
+/// All of them, or those that `more`, which is for cargo-mutants, chooses. What was noticed before, as the file in
+/// `output` says, is not tried again.
+fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) -> Result<()> {
+    let config = "firmware/mutants.toml";
+    let list = cmd!(
+        sh,
+        "cargo mutants --dir firmware --config {config} --list --json {more...}"
+    );
+    let mut mutants: Vec<Mutant> = serde_json::from_str(&list.read()?)?;
+    // What both programs have is listed twice.
+    let mut listed = BTreeSet::new();
+    mutants.retain(|mutant| listed.insert(mutant.name.clone()));
+    fs::create_dir_all(output)?;
+    let noticed = output.join("noticed.txt");
+    let before = fs::read_to_string(&noticed).unwrap_or_default();
+    let mut noticed = fs::File::options()
+        .create(true)
+        .append(true)
+        .open(noticed)?;
+    let copy = output.join("copy");
+    firmware::copy(workspace, &copy)?;
+    let images = firmware::build_images(workspace, &copy)?;
+    let tests = Tests::of(workspace, images)?;
+    let mut missed = Vec::new();
+    for (number, mutant) in mutants.iter().enumerate() {
+        if before.lines().any(|name| name == mutant.name) {
+            continue;
+        }
+        firmware::copy(workspace, &copy)?;
+        let file = copy.join("firmware").join(&mutant.file);
+        let patch = cmd!(sh, "patch --quiet {file}").stdin(&mutant.diff);
+        patch.quiet().run()?;
+        let of_self_test = OF_SELF_TEST.contains(&mutant.file.as_str());
+        let only = if of_self_test { "self_test::" } else { "" };
+        let says = if firmware::build_images(workspace, &copy).is_err() {
+            "does not compile".to_owned()
+        } else if let Some(test) = tests.first_to_fail(only)? {
+            writeln!(noticed, "{}", mutant.name)?;
+            format!("noticed by {test}")
+        } else {
+            missed.push(mutant.name.as_str());
+            "NOT NOTICED".to_owned()
+        };
+        let (number, all) = (number + 1, mutants.len());
+        println!("{number} of {all}: {}: {says}", mutant.name);
+    }
+    ensure!(missed.is_empty(), "not noticed:\n{}", missed.join("\n"));
+    Ok(())
+}
+
+/// The firmware's tests but those of figures: each change changes how many bytes and cycles the firmware takes.
+struct Tests {
+    program: PathBuf,
+    images: PathBuf,
+    /// Those that take least come first.
+    names: Vec<String>,
+}
+
+impl Tests {
+    /// All have to pass.
+    fn of(workspace: &Workspace, images: PathBuf) -> Result<Self> {
+        let program = test_program(workspace)?;
+        let list = Command::new(&program)
+            .args(["--list", "--format=terse"])
+            .output()?;
+        let list = String::from_utf8(list.stdout)?;
+        let names = list.lines().filter_map(|line| line.strip_suffix(": test"));
+        let names = names.filter(|name| !name.starts_with("figures::"));
+        let mut tests = Self {
+            program,
+            images,
+            names: names.map(str::to_owned).collect(),
+        };
+        let mut timed = Vec::new();
+        for name in &tests.names {
+            let began = Instant::now();
+            ensure!(tests.passes(name)?, "without any change {name} fails");
+            timed.push((began.elapsed(), name.clone()));
+        }
+        timed.sort_unstable();
+        tests.names = timed.into_iter().map(|(_, name)| name).collect();
+        Ok(tests)
+    }
+
+    fn passes(&self, name: &str) -> Result<bool> {
+        let mut test = Command::new(&self.program);
+        test.args(["--exact", name]);
+        test.env("FRAMELOCK_IMAGES", &self.images);
+        Ok(test.output()?.status.success())
+    }
+
+    /// Of those whose names begin with `only`.
+    fn first_to_fail(&self, only: &str) -> Result<Option<&str>> {
+        for name in self.names.iter().filter(|name| name.starts_with(only)) {
+            if !self.passes(name)? {
+                return Ok(Some(name));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// The program of the firmware's tests.
+fn test_program(workspace: &Workspace) -> Result<PathBuf> {
+    let mut cargo = workspace.cargo_test();
+    cargo.args([
+        "--test",
+        "firmware",
+        "--no-run",
+        "--message-format=json-render-diagnostics",
+    ]);
+    let output = cargo.stderr(Stdio::inherit()).output()?;
+    ensure!(
+        output.status.success(),
+        "the firmware's tests do not compile"
+    );
+    let messages = Message::parse_stream(output.stdout.as_slice());
+    let programs = messages.filter_map(|message| match message {
+        Ok(Message::CompilerArtifact(made)) if made.target.name == "firmware" => made.executable,
+        _ => None,
+    });
+    Ok(programs.last().context("cargo names no program")?.into())
 }

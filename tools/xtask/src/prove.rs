@@ -2,16 +2,15 @@
 
 use std::env;
 use std::path::PathBuf;
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 use clap::ValueEnum;
 use serde::de::DeserializeOwned;
 
-use crate::answer::{Answer, Harness};
 use crate::kani;
-use crate::report::{Report, run_tests};
-use crate::theorems::theorems;
+use crate::stage_report::{Report, run_tests};
+use crate::theorems::{Answer, Harness, theorems};
 use crate::workspace::{Workspace, cargo_in};
 
 /// The packages with the theorems.
@@ -53,17 +52,16 @@ pub(crate) enum Engine {
     Offline,
 }
 
-pub(crate) fn prove(arguments: &Arguments) -> Result<ExitCode> {
-    let mut prover = Prover::new(&Workspace::load()?, arguments.engine)?;
+/// Whether all harnesses hold.
+pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool> {
+    let mut prover = Prover::new(workspace, arguments.engine)?;
     prover.timeout = arguments.timeout;
     prover.jobs = arguments.jobs;
     if arguments.list {
-        return list(&prover).map(|()| ExitCode::SUCCESS);
+        list(&prover)?;
+        return Ok(true);
     }
-    Ok(match report(&prover.check(&arguments.harnesses)?) {
-        0 => ExitCode::SUCCESS,
-        _ => ExitCode::FAILURE,
-    })
+    Ok(report(&prover.check(&arguments.harnesses)?) == 0)
 }
 
 /// The harnesses under each theorem that names them.

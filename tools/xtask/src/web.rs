@@ -3,7 +3,6 @@
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use anyhow::{Context as _, Result};
 use base64::{Engine as _, engine::general_purpose::STANDARD as BASE64};
@@ -38,8 +37,8 @@ pub(crate) struct Arguments {
 }
 
 /// `cargo xtask web`.
-pub(crate) fn web(arguments: &Arguments) -> Result<ExitCode> {
-    let page = page(&Workspace::load()?)?;
+pub(crate) fn web(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
+    let page = page(workspace)?;
     if arguments.open {
         let browser = match std::env::consts::OS {
             "macos" => "open",
@@ -50,7 +49,7 @@ pub(crate) fn web(arguments: &Arguments) -> Result<ExitCode> {
         let sh = Shell::new()?;
         cmd!(sh, "{browser} {page}").ignore_status().run()?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Builds the page; returns its file.

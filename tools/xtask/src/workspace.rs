@@ -6,7 +6,9 @@ use std::{env, fs};
 
 use anyhow::{Context as _, Result, ensure};
 use cargo_metadata::MetadataCommand;
-use xshell::{Shell, cmd};
+use xshell::Shell;
+
+use crate::browser;
 
 /// The package that microcontrollers use, in the folder `core`.
 pub(crate) const CORE: &str = "framelock";
@@ -46,12 +48,13 @@ impl Workspace {
         cargo_in(&self.root)
     }
 
-    /// Tests of all packages: cargo chooses the features of what they have in common by the packages that it is given,
+    /// Tests of all packages except the [browser's](browser::TESTS): cargo chooses the features of what they have in common by the packages that it is given,
     /// and would compile it again for others. Clippy compiles them, as [`CLIPPY`] says: what it has looked at need not
     /// be compiled again to be run.
     pub(crate) fn cargo_test(&self) -> Command {
         let mut cargo = self.cargo();
         cargo.args(["test", "--workspace", "--all-features"]);
+        cargo.args(["--exclude", browser::TESTS]);
         cargo.args(CLIPPY).envs([NO_WARNINGS]);
         cargo
     }
@@ -60,38 +63,6 @@ impl Workspace {
     pub(crate) fn shell(&self) -> Result<Shell> {
         let sh = Shell::new()?;
         sh.change_dir(&self.root);
-        Ok(sh)
-    }
-
-    /// Where a cargo command is installed.
-    fn tool(&self, package: &str) -> PathBuf {
-        self.target_directory.join("tools").join(package)
-    }
-
-    /// Whether a cargo command of this version is there.
-    pub(crate) fn has_tool(&self, package: &str, version: &str) -> bool {
-        self.tool(package).join(version).exists()
-    }
-
-    /// A shell in the root, with a cargo command of this version, which is installed into `target` if
-    /// it is not there.
-    pub(crate) fn shell_with(&self, package: &str, version: &str) -> Result<Shell> {
-        let sh = self.shell()?;
-        let root = self.tool(package);
-        let stamp = root.join(version);
-        if !self.has_tool(package, version) {
-            let build = root.join("build");
-            cmd!(
-                sh,
-                "cargo install --locked --force --version {version} --root {root} --target-dir {build} {package}"
-            )
-            .run()?;
-            sh.remove_path(build)?;
-            sh.write_file(stamp, "")?;
-        }
-        let path = env::var_os("PATH").unwrap_or_default();
-        let folders = std::iter::once(root.join("bin")).chain(env::split_paths(&path));
-        sh.set_var("PATH", env::join_paths(folders)?);
         Ok(sh)
     }
 
@@ -151,4 +122,42 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     }
     all.sort();
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The targets of `[text](target)` and of `[text]: target`, without the part of a page they name.
+    fn links(text: &str) -> impl Iterator<Item = &str> {
+        let inline = text.split("](").skip(1);
+        let inline = inline.filter_map(|rest| rest.split([')', ' ', '\n']).next());
+        let named = text.lines().filter_map(|line| line.strip_prefix('['));
+        let named = named.filter_map(|line| line.split_once("]: ")?.1.split(' ').next());
+        let all = inline.chain(named);
+        all.filter_map(|link| link.split('#').next())
+    }
+
+    #[test]
+    fn every_relative_link_leads_to_a_file() {
+        let root = Workspace::load().expect("cargo knows this workspace").root;
+        let mut broken = Vec::new();
+        for entry in fs::read_dir(&root).expect("a folder").flatten() {
+            let name = entry.file_name().into_string().expect("a plain name");
+            if name.starts_with('.') || name == "target" {
+                continue;
+            }
+            for file in files(&entry.path()).expect("readable folders") {
+                if file.extension().is_none_or(|extension| extension != "md") {
+                    continue;
+                }
+                let text = fs::read_to_string(&file).expect("text");
+                let folder = file.parent().expect("a file is in a folder");
+                let relative = links(&text).filter(|link| !link.contains(':'));
+                let missing = relative.filter(|link| !folder.join(link).exists());
+                broken.extend(missing.map(|link| format!("{}: {link}", file.display())));
+            }
+        }
+        assert!(broken.is_empty(), "{}", broken.join("\n"));
+    }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use framelock::motion::{Phase, Setpoint};
-use framelock_host::simulate::{Point, parameters, phase_name, rows, run_all};
+use framelock_host::simulate::{Point, parameters, rows, run_all};
 use framelock_simulation::{Event, FrameFormat, Parameters, run, theory};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -95,7 +95,7 @@ impl Figure {
         bands.push(Band {
             from: burst_at,
             to: burst_at + burst_length,
-            name: "noise on the line",
+            name: "noise on the line".to_owned(),
             is_shaded: true,
         });
         for of_phase in looks.chunk_by(|(.., before), (.., after)| before.phase == after.phase) {
@@ -106,7 +106,7 @@ impl Figure {
                 bands.push(Band {
                     from,
                     to,
-                    name: phase_name(output.phase),
+                    name: output.phase.to_string(),
                     is_shaded: false,
                 });
             }

@@ -24,8 +24,8 @@ const SIZE: (u32, u32) = (640, 440);
 /// mean nothing else in any figure.
 fn colour(name: &str) -> RGBColor {
     match name {
-        "rescan" => RGBColor(0, 114, 178),
-        "discard" => RGBColor(213, 94, 0),
+        "framelock" => RGBColor(0, 114, 178),
+        "lecture" => RGBColor(213, 94, 0),
         "green" => RGBColor(0, 158, 115),
         "purple" => RGBColor(204, 121, 167),
         "black" => BLACK,
@@ -103,7 +103,7 @@ pub(crate) struct Place {
 pub(crate) struct Band {
     pub(crate) from: f64,
     pub(crate) to: f64,
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     pub(crate) is_shaded: bool,
 }
 
@@ -249,7 +249,7 @@ impl Chart {
                 }
                 (y.start, -20)
             };
-            let text = Text::new(band.name, (0, from_end), centred(14.0));
+            let text = Text::new(band.name.clone(), (0, from_end), centred(14.0));
             chart.draw_series([EmptyElement::at((middle, at)) + text])?;
         }
         for (place, name) in (0_u32..).zip(&self.places) {

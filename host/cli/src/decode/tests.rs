@@ -7,12 +7,11 @@
 use std::io::Read;
 
 use framelock::motion::Setpoint;
-use framelock_proofs::reference::{self, Policy};
+use framelock_proofs::reference;
 use rand::{Rng, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::line::Watched;
 
 /// Gives a few bytes at a time, and fails in passing in between.
 struct Dribble<'a>(&'a [u8], ChaCha8Rng);
@@ -28,7 +27,7 @@ impl Read for Dribble<'_> {
 }
 
 /// Noise that is full of beginnings of frames, some frames, and an end anywhere.
-fn noise(frame: &Frame, random: &mut ChaCha8Rng) -> Vec<u8> {
+fn noise(frame: &Protocol, random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for _ in 0..random.random_range(0..60) {
         if random.random_ratio(1, 3) {
@@ -43,8 +42,8 @@ fn noise(frame: &Frame, random: &mut ChaCha8Rng) -> Vec<u8> {
 }
 
 /// Against the reference: every row, every byte that is discarded, and where all have gone.
-fn agrees<F: reference::Format>(name: &str, policy: PolicyName, reference: Policy) {
-    let frame = &Frame::named(name).unwrap();
+fn agrees<F: reference::Format>(name: &str, policy: Policy) {
+    let frame = &Protocol::named(name).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut frames_in_all = 0;
     for _ in 0..2_000 {
@@ -52,7 +51,7 @@ fn agrees<F: reference::Format>(name: &str, policy: PolicyName, reference: Polic
         let mut undecided = stream.iter().copied();
         let mut rows = b"offset,pitch,roll,yaw\n".to_vec();
         let (mut setpoints, mut discarded, mut settled) = (vec![], vec![], 0);
-        let pending = reference::whole_buffer::<F>(&stream, reference, |found| {
+        let pending = reference::whole_buffer::<F>(&stream, |found| {
             settled += found.bytes();
             let bytes = undecided.by_ref().take(found.bytes());
             let Some(setpoint) = found.message() else {
@@ -83,34 +82,13 @@ fn agrees<F: reference::Format>(name: &str, policy: PolicyName, reference: Polic
         assert_eq!(summary, expected, "{stream:?}");
         assert_eq!(summary.discarded_by.total(), summary.discarded);
         assert_eq!(output, rows, "{stream:?}");
-
-        // Byte by byte, with counters that are set to zero somewhere.
-        let mut watched = Watched::new(AnyLine::new(frame, policy).unwrap());
-        let reset_at = random.random_range(0..60);
-        let (mut seen, mut gone, mut counted) = (vec![], vec![], 0);
-        for (place, &byte) in stream.iter().enumerate() {
-            if place == reset_at {
-                watched.reset_counters();
-                counted = watched.pending().len();
-            }
-            for piece in watched.push(byte) {
-                match piece.discarded {
-                    None => seen.extend(frame.setpoint(&piece.bytes)),
-                    Some(_) => gone.extend(piece.bytes),
-                }
-            }
-            counted += 1;
-        }
-        assert_eq!((seen, gone), (setpoints, discarded), "{stream:?}");
-        assert_eq!(watched.pending(), &stream[stream.len() - pending..]);
-        assert_eq!(watched.counters().bytes, counted);
     }
     assert!(frames_in_all > 2_000, "{frames_in_all}");
 }
 
 #[test]
 fn every_machine_agrees_with_the_reference() {
-    agrees::<reference::Bin>("bin", PolicyName::Rescan, Policy::Rescan);
-    agrees::<reference::Bin>("bin", PolicyName::Discard, Policy::Discard);
-    agrees::<reference::BinCrc8>("bin-crc8", PolicyName::Rescan, Policy::Rescan);
+    agrees::<reference::Bin>("bin", Policy::Framelock);
+    agrees::<reference::Lecture>("bin", Policy::Lecture);
+    agrees::<reference::BinCrc8>("bin-crc8", Policy::Framelock);
 }

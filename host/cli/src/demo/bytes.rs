@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use framelock_simulation::Outcome;
+use framelock_simulation::{FrameFormat, Outcome};
 use ratatui::style::{Style, Stylize};
 use ratatui::text::{Line, Span};
 
-use crate::frame::LECTURE_STATES;
 use crate::view_parts::{BLUE, VERMILLION};
 
 /// One byte on the line, and what it made of each receiver.
@@ -16,7 +15,7 @@ pub(super) struct ByteOnLine {
     /// Its place in its frame: 0 to 6.
     pub(super) place: usize,
     pub(super) received: Option<u8>,
-    /// What it made of the lecture's machine and of the receiver; nothing if it was lost.
+    /// What it made of the lecture's machine and of framelock; nothing if it was lost.
     pub(super) outcomes: Vec<Outcome>,
 }
 
@@ -67,7 +66,7 @@ const NAMES_WIDTH: usize = 10;
 
 /// Four rows: what was sent, what arrived, and what each machine waits for next.
 pub(super) fn rows<'a>(bytes: impl Iterator<Item = &'a ByteOnLine>) -> [Line<'static>; 4] {
-    let mut rows = ["sent", "arrived", "lecture's", "framelock"]
+    let mut rows = ["sent", "arrived", "lecture", "framelock"]
         .map(|name| Line::from(Span::from(format!("{name:<NAMES_WIDTH$}")).dim()));
     for byte in bytes {
         let separator = if byte.place == 6 { "│" } else { " " };
@@ -99,7 +98,11 @@ fn column(byte: &ByteOnLine) -> [Span<'static>; 4] {
 fn cell(outcome: &Outcome) -> Span<'static> {
     match outcome {
         Outcome::Pending(bytes) => {
-            let state = LECTURE_STATES.get(*bytes).copied().unwrap_or_default();
+            let state = FrameFormat::Bin
+                .states()
+                .get(*bytes)
+                .copied()
+                .unwrap_or_default();
             Span::from(format!("{state:<2}")).dim()
         }
         Outcome::Delivered => Span::from("ok").fg(BLUE).bold(),
@@ -130,7 +133,7 @@ mod tests {
             [
                 "sent      41 41 41│",
                 "arrived   41 -- 43│",
-                "lecture's B     CR│",
+                "lecture   B     CR│",
                 "framelock !!    ok│",
             ]
         );

@@ -5,13 +5,13 @@ use std::time::Duration;
 use anyhow::Result;
 use framelock::motion::{Output, Setpoint};
 use framelock_simulation::{
-    Event, FaultRates, Frame, FrameFormat, Kind, LineTally, Origin, Parameters, Policy,
-    ReceiverTally, Seed, SmoothMotion, Trial, check_rate,
+    Event, FaultRates, FrameFormat, Kind, LineTally, Origin, Parameters, Policy, ReceiverTally,
+    Seed, SmoothMotion, Transmission, Trial, check_rate,
 };
 
-use super::arguments::Arguments;
+use super::Arguments;
 use super::bytes::{ByteOnLine, Bytes};
-use super::lane::{Fate, Lane};
+use super::lane::Lane;
 use super::script::{Passage, Script};
 
 /// Bytes in a frame.
@@ -39,7 +39,7 @@ pub(super) struct Demonstration {
     /// The setpoint sent last.
     pub(super) last_sent: Option<Setpoint>,
     pub(super) bytes: Bytes,
-    /// Of the lecture's machine and of the receiver.
+    /// Of the lecture's machine and of framelock.
     pub(super) lanes: [Lane; 2],
     script: Script,
     motion: SmoothMotion,
@@ -70,7 +70,7 @@ impl Demonstration {
         };
         let (seed, trial) = (arguments.seed, 0);
         let seed = Seed { seed, trial };
-        let stations = [Policy::Discard, Policy::Rescan].map(|policy| Kind {
+        let stations = [Policy::Lecture, Policy::Framelock].map(|policy| Kind {
             policy,
             has_idle_gap: arguments.idle_gap.is_some(),
         });
@@ -115,26 +115,27 @@ impl Demonstration {
     fn run_to(&mut self, bit: u64) {
         self.trial.advance_to(bit);
         for event in self.trial.events.replace(Vec::new()).unwrap_or_default() {
-            let Event::Byte {
-                sent: Some((Origin { frame, place }, sent)),
-                received,
-                outcomes,
-            } = event
-            else {
-                continue;
-            };
-            let due = self.slot_begin(frame);
-            let byte = ByteOnLine {
-                sent,
-                place,
-                received,
-                outcomes,
-            };
-            self.bytes.push(due, byte);
-            if place + 1 == FRAME_LENGTH {
-                for (station, lane) in self.lanes.iter_mut().enumerate() {
-                    lane.push(due, Fate::of(&self.bytes.frame, station));
+            match event {
+                Event::Byte {
+                    sent: Some((Origin { frame, place }, sent)),
+                    received,
+                    outcomes,
+                } => {
+                    let byte = ByteOnLine {
+                        sent,
+                        place,
+                        received,
+                        outcomes,
+                    };
+                    self.bytes.push(self.slot_begin(frame), byte);
                 }
+                Event::Frame { number, fates } => {
+                    let due = self.slot_begin(number);
+                    for (lane, fate) in self.lanes.iter_mut().zip(fates) {
+                        lane.push(due, Some(fate));
+                    }
+                }
+                Event::Byte { sent: None, .. } | Event::Look { .. } => {}
             }
         }
     }
@@ -150,7 +151,7 @@ impl Demonstration {
         if passage == Passage::Silence {
             let due = self.slot_begin(slot);
             for lane in &mut self.lanes {
-                lane.push(due, Fate::NotSent);
+                lane.push(due, None);
             }
             return;
         }
@@ -160,7 +161,7 @@ impl Demonstration {
             self.trial.lost = Some(Origin { frame, place });
         }
         let [pitch, roll, yaw] = setpoint.into();
-        let frame = Frame::new(FrameFormat::Bin, [0, pitch, roll, yaw]);
+        let frame = Transmission::new(FrameFormat::Bin, [0, pitch, roll, yaw]);
         self.trial.send(slot, frame);
         self.last_sent = Some(setpoint);
     }
@@ -178,7 +179,7 @@ impl Demonstration {
         self.script.passage(self.slot.saturating_sub(1)).0
     }
 
-    /// The line, and the stations of the lecture's machine and of the receiver.
+    /// The line, and the stations of the lecture's machine and of framelock.
     pub(super) fn report(&self) -> (LineTally, Vec<Report>) {
         let tally = self.trial.tally();
         let stations = self.trial.stations().zip(tally.receivers).zip(&self.lanes);

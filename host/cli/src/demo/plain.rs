@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use super::demonstration::{Demonstration, Report};
 use super::story::story;
-use crate::view_parts::phase_name;
 
 /// How many lines of numbers there are at most, so that a long run can still be read.
 const MOST_LINES: u32 = 20;
@@ -18,7 +17,7 @@ pub(super) fn run(demonstration: &mut Demonstration, out: &mut impl Write) -> io
     writeln!(
         out,
         "{:<31}{:<29}framelock\n{:>8}{:>8}{COLUMNS}{COLUMNS}",
-        "", "lecture's machine", "time", "sent"
+        "", "lecture", "time", "sent"
     )?;
     let (mut second, mut told) = (0, None);
     loop {
@@ -49,7 +48,7 @@ fn columns(report: &Report) -> String {
         || "-".to_owned(),
         |time| format!("{:.1} s", time.as_secs_f64()),
     );
-    let phase = phase_name(report.output.phase);
+    let phase = report.output.phase;
     format!("{:>8}{deaf:>12}  {phase:<8}", report.lost)
 }
 
@@ -79,11 +78,7 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
         let now = demonstration.now.as_secs_f64();
         writeln!(out, "ended early, after {now:.1} s")?;
     }
-    writeln!(
-        out,
-        "\n{:<30}{:>20}{:>12}",
-        "", "lecture's machine", "framelock"
-    )?;
+    writeln!(out, "\n{:<30}{:>20}{:>12}", "", "lecture", "framelock")?;
     let (line, reports) = demonstration.report();
     let rows: [(&str, Value); 8] = [
         ("frames sent", &|_| line.frames_sent),
@@ -111,7 +106,6 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
     let [lecture, framelock] = [(); 2].map(|()| missed.next().unwrap_or_default());
     writeln!(
         out,
-        "\nBroken by the line: {broken}. Missed though whole: lecture's machine {lecture}, \
-         framelock {framelock}."
+        "\nBroken by the line: {broken}. Missed though whole: lecture {lecture}, framelock {framelock}."
     )
 }

@@ -1,7 +1,11 @@
-//! The live view as a moving picture: an SVG that a browser plays without a script.
+//! Draws the live view as a moving picture: an SVG that a browser plays without a script.
 //!
-//! What stays the same from one drawing to the next is written once. All that is seen in the same
-//! drawings is one group, whose classes say from which drawing on and for how many.
+//! Terminal recorders write down when the bytes came, so each recording differs, and no test could tell whether the
+//! committed picture is of the current view. termtosvg's has 450 KB for six seconds; this one has 140 KB for ten,
+//! follows the reader's dark or light theme, and stands still for readers who want no motion.
+//!
+//! A cell that stays the same from one drawing to the next is written once. All cells that are visible in the same
+//! drawings are one group, whose classes name its first drawing and their number.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};

@@ -3,6 +3,7 @@
 //! Laid out for 80 columns and 24 rows. A lower terminal goes without the bytes, then without the
 //! seats.
 
+use framelock_simulation::Fate;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Margin};
 use ratatui::style::Stylize;
@@ -11,9 +12,8 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::bytes;
 use super::demonstration::{Demonstration, Report};
-use super::lane::Fate;
 use super::story::story;
-use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, phase_name, phase_style};
+use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, phase_style};
 
 /// The smallest terminal that the story fits on.
 const LEAST_WIDTH: u16 = 60;
@@ -50,7 +50,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
         lane_height,
         bytes_height,
     ];
-    let [title, told, _, lecture, _, receiver, bytes] =
+    let [title, told, _, lecture, _, framelock, bytes] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
 
     let space = if is_paused { "goes on" } else { "pauses" };
@@ -69,12 +69,14 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
 
     let (line, reports) = demonstration.report();
     let broken = line.frames_sent - line.frames_intact;
-    let names = ["the lecture's machine", "framelock"];
+    let names = ["lecture", "framelock"];
     let receivers = reports.iter().zip(&demonstration.lanes).zip(names);
-    for (((report, lane), name), area) in receivers.zip([lecture, receiver]) {
+    for (((report, lane), name), area) in receivers.zip([lecture, framelock]) {
         let lines = vec![
             status(name, report, area.width),
-            lane.last(area.width.into()).map(mark).collect(),
+            lane.last(area.width.into())
+                .map(|fate| fate.map_or(" ".into(), mark))
+                .collect(),
             counts(report, broken, area.width),
             seat(report, demonstration, area.width),
         ];
@@ -102,7 +104,7 @@ fn status(name: &'static str, report: &Report, width: u16) -> Line<'static> {
     };
     let name = format!("{name:<23}").bold();
     let phase = report.output.phase;
-    let phase_name = phase_name(phase).to_uppercase();
+    let phase_name = phase.to_string().to_uppercase();
     let failsafe = vec![
         "failsafe ".into(),
         Span::styled(phase_name, phase_style(phase)),
@@ -114,7 +116,6 @@ fn status(name: &'static str, report: &Report, width: u16) -> Line<'static> {
 /// How the fate of a frame is marked.
 fn mark(fate: Fate) -> Span<'static> {
     match fate {
-        Fate::NotSent => " ".into(),
         Fate::Delivered => "●".fg(BLUE),
         Fate::Missed => "○".fg(VERMILLION).bold(),
         Fate::Broken => "×".bold(),

@@ -10,9 +10,9 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use framelock::LineEvent;
 
 use super::watch::Watch;
-use crate::clock::time_of_day;
-use crate::frame::Frame;
+use crate::frame_writer::FrameWriter;
 use crate::line_errors::{Marking, Marks};
+use crate::process::time_of_day;
 use crate::screen::quits;
 use crate::serial::Device;
 
@@ -30,7 +30,7 @@ pub(super) struct Recording {
 impl Recording {
     /// Begins one in a new file: a recording never replaces anything. It is of frames if the file's
     /// name ends in `.csv`.
-    pub(super) fn begin(path: PathBuf, frame: &Frame) -> io::Result<Self> {
+    pub(super) fn begin(path: PathBuf, frame: &FrameWriter) -> io::Result<Self> {
         let mut file = BufWriter::new(File::create_new(&path)?);
         let has_frames = path.extension().is_some_and(|extension| extension == "csv");
         if has_frames {
@@ -48,7 +48,7 @@ impl Recording {
 
     /// Begins one in `directory`, in the first of `framelock-1.bin`, `framelock-2.bin` and so on
     /// that is not there yet.
-    fn begin_numbered(directory: &Path, frame: &Frame) -> io::Result<Self> {
+    fn begin_numbered(directory: &Path, frame: &FrameWriter) -> io::Result<Self> {
         (1..=MOST_NAMES)
             .map(|number| Self::begin(directory.join(format!("framelock-{number}.bin")), frame))
             .find(|outcome| !matches!(outcome, Err(error) if error.kind() == ErrorKind::AlreadyExists))

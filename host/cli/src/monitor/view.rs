@@ -5,6 +5,7 @@
 
 use framelock::LineEvent;
 use framelock::motion::Output;
+use framelock_receiving::FrameFormat;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Stylize};
@@ -15,7 +16,7 @@ use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph,
 use super::session::Session;
 use super::watch::{Lock, Watch};
 use crate::line_errors::Marks;
-use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, emphasised, phase_name, phase_style};
+use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, emphasised, phase_style};
 
 const TITLE_ROWS: u16 = 2;
 const BOX_ROWS: u16 = 9;
@@ -35,7 +36,7 @@ pub(super) fn draw(frame: &mut Frame, session: &Session) {
     let area = frame.area();
     let mut rows_left = RowsLeft::new(area.height, TITLE_ROWS + BOX_ROWS + KEY_ROWS);
     let discarded = rows_left.exactly(DISCARDED_ROWS);
-    let has_setpoints = session.shown().frame.has_setpoints();
+    let has_setpoints = session.shown().frame.protocol.has_setpoints();
     let (box_rows, chart) = if has_setpoints {
         (BOX_ROWS, rows_left.all_of(CHART_ROWS))
     } else {
@@ -127,10 +128,12 @@ fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
         line.push_span(format!(" {sent} out {}", number(output)));
         lines.push(line);
     }
-    let phase = Span::styled(phase_name(phase).to_uppercase(), phase_style(phase));
+    let phase = Span::styled(phase.to_string().to_uppercase(), phase_style(phase));
     lines.push(Line::from(vec!["failsafe ".into(), phase]));
+    let states = watch.frame.protocol.setpoints.map(FrameFormat::states);
+    let states = states.unwrap_or_default();
     let mut line = Line::from("state   ");
-    for (place, name) in watch.frame.states().iter().enumerate() {
+    for (place, name) in states.iter().enumerate() {
         line.push_span(if place == watch.line.pending().len() {
             format!("[{name}]").cyan().bold()
         } else {
@@ -197,7 +200,7 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
             (None, None) => Line::from("not recorded").dim(),
         },
     ];
-    if !session.shown().frame.has_setpoints() {
+    if !session.shown().frame.protocol.has_setpoints() {
         let (header, long) = (discarded.header, discarded.too_long);
         let unknown = discarded.unknown_message;
         let line = format!("  header {header}  too long {long}  unknown {unknown}");

@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use framelock::LineEvent;
 use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Output, Setpoint};
+use framelock_receiving::{AnyLine, Piece, TrackedLine};
 
-use crate::frame::{Frame, Place};
-use crate::line::{AnyLine, Piece, Watched};
+use crate::frame_writer::{FrameWriter, Place};
 
 /// How far apart samples are, and how many are kept: the last ten seconds.
 const SAMPLE_EVERY: Duration = Duration::from_millis(100);
@@ -47,14 +47,12 @@ pub(super) struct Sample {
 #[derive(Clone)]
 pub(super) struct Watch {
     pub(super) now: Sample,
-    pub(super) frame: Frame,
+    pub(super) frame: FrameWriter,
     /// Frames that were not taken from here yet, each with its place.
     pub(super) arrived: Vec<(Place, Vec<u8>)>,
-    /// How many bytes have become a frame, or were discarded.
-    settled: usize,
     /// The last frame's bytes.
     pub(super) last: Option<Vec<u8>>,
-    pub(super) line: Watched,
+    pub(super) line: TrackedLine,
     failsafe: Failsafe<u8, 3>,
     hold_after: Duration,
     idle_gap: Option<Duration>,
@@ -74,7 +72,7 @@ impl Watch {
     /// Nothing has come yet. Ticks of `parameters` are microseconds; a pause in the bytes of more
     /// than `idle_gap` is reported to the receiver.
     pub(super) fn new(
-        frame: Frame,
+        frame: FrameWriter,
         line: AnyLine,
         parameters: FailsafeParameters<u8, 3>,
         idle_gap: Option<Duration>,
@@ -83,9 +81,8 @@ impl Watch {
             now: Sample::default(),
             frame,
             arrived: Vec::new(),
-            settled: 0,
             last: None,
-            line: Watched::new(line),
+            line: TrackedLine::new(line),
             failsafe: Failsafe::new(parameters, 0)?,
             hold_after: Duration::from_micros(parameters.hold_after.into()),
             idle_gap,
@@ -141,8 +138,12 @@ impl Watch {
     }
 
     fn settle(&mut self, pieces: Vec<Piece>) {
-        for Piece { bytes, discarded } in pieces {
-            self.settled += bytes.len();
+        for Piece {
+            from,
+            bytes,
+            discarded,
+        } in pieces
+        {
             if discarded.is_some() {
                 for byte in bytes {
                     let follows = std::mem::replace(&mut self.is_in_loss, true);
@@ -152,12 +153,12 @@ impl Watch {
                 continue;
             }
             self.now.frames += 1;
-            if let Some(setpoint) = self.frame.setpoint(&bytes) {
+            if let Some(setpoint) = self.frame.protocol.setpoint(&bytes) {
                 self.now.setpoint = Some(setpoint);
                 self.failsafe.frame(ticks(self.now.at), setpoint);
             }
             let place = Place {
-                offset: self.settled - 1,
+                offset: from + bytes.len() - 1,
                 time: Some(self.now.at),
             };
             self.arrived.push((place, bytes.clone()));

@@ -7,13 +7,13 @@ use framelock_description::Column;
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
-use super::{Fields, Line, fill};
+use super::{Fields, NumberedFields, fill};
 
 /// Of a text with an object in each line.
 pub(super) fn lines<'a>(
     input: impl BufRead + 'a,
     columns: &'a [Column],
-) -> impl Iterator<Item = io::Result<Line<'a>>> {
+) -> impl Iterator<Item = io::Result<NumberedFields<'a>>> {
     let lines = (1..).zip(input.split(b'\n'));
     lines.filter_map(move |(number, line)| match line {
         Ok(line) => match line.trim_ascii() {
@@ -25,7 +25,7 @@ pub(super) fn lines<'a>(
 }
 
 /// Of a text that is an array of objects.
-pub(super) fn array<'a>(text: &str, columns: &'a [Column]) -> Vec<Line<'a>> {
+pub(super) fn array<'a>(text: &str, columns: &'a [Column]) -> Vec<NumberedFields<'a>> {
     let values = match serde_json::from_str::<Vec<&RawValue>>(text) {
         Ok(values) => values,
         Err(error) => return vec![(error.line() as u64, Err(told(&error)))],

@@ -6,7 +6,7 @@ use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
 use framelock_description::Column;
 use serde_json::Value;
 
-use super::{Fields, Line, fill};
+use super::{Fields, NumberedFields, fill};
 
 /// What separates values: what the first line has most of, of commas, semicolons and tabs.
 pub(super) fn delimiter(first: &[u8]) -> u8 {
@@ -20,7 +20,7 @@ pub(super) fn lines<'a>(
     columns: &'a [Column],
     delimiter: u8,
     reads_times: bool,
-) -> impl Iterator<Item = io::Result<Line<'a>>> {
+) -> impl Iterator<Item = io::Result<NumberedFields<'a>>> {
     // A line feed at the end of every line, so that a row's number follows from the reader's.
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
@@ -31,7 +31,7 @@ pub(super) fn lines<'a>(
         .terminator(Terminator::Any(b'\n'))
         .from_reader(input.chain(&b"\n"[..]));
     let (mut header, mut record) = (None, ByteRecord::new());
-    let mut next = move || -> io::Result<Option<Line<'a>>> {
+    let mut next = move || -> io::Result<Option<NumberedFields<'a>>> {
         while reader.read_byte_record(&mut record)? {
             // What a column that means nothing holds need not be UTF-8.
             let record = StringRecord::from_byte_record_lossy(record.clone());

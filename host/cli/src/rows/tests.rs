@@ -17,7 +17,7 @@ impl Read for Pieces<'_> {
 
 fn read(text: impl AsRef<[u8]>, piece: usize, reads_times: bool) -> Result<Vec<Row>> {
     let input = Input::new("moves", Pieces(text.as_ref(), piece));
-    let frame = Frame::named("bin").unwrap();
+    let frame = Protocol::named("bin").unwrap();
     rows(input, InputFormat::Auto, &frame, reads_times)?.collect()
 }
 

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use framelock::Receiver;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock_receiving::Protocol;
 
 use super::pacer::Rate;
-use super::session::Source;
-use super::setpoint;
-use crate::frame::Frame;
+use super::transmission::Source;
+use crate::options;
 use crate::output::note;
 
 /// Longer than any datagram that means something.
@@ -56,7 +56,7 @@ impl Datagrams {
 
     /// The latest setpoint at a rate, as long as anything is heard. It is good for `stale_after`:
     /// then nothing is sent, so that the board's failsafe sees the silence that there is.
-    pub(super) fn source(&self, frame: Frame, rate: Rate, stale_after: Duration) -> Source {
+    pub(super) fn source(&self, frame: Protocol, rate: Rate, stale_after: Duration) -> Source {
         let (listening, heard) = (self.clone(), self.clone());
         let is_listening = move |_: &Duration| listening.lock().failure.is_none();
         Source {
@@ -125,7 +125,7 @@ fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
     };
     // Some programs send the end of their string too.
     let text = String::from_utf8_lossy(datagram);
-    let text = || setpoint::parse(text.trim_end_matches('\0').trim());
+    let text = || options::setpoint(text.trim_end_matches('\0').trim());
     frame
         .map_or_else(text, Ok)
         .map_err(|problem| format!("it is neither three bytes nor a frame, and {problem}"))

@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use anyhow::{Result, bail};
+use framelock_receiving::Protocol;
 
 use super::pacer::{MOST_MADE_UP, Rate};
-use super::session::Source;
-use crate::frame::Frame;
+use super::transmission::Source;
 use crate::input::Input;
 use crate::rows::{InputFormat, Row, rows};
 
@@ -18,7 +18,7 @@ pub(super) struct Profile {
 
 impl Profile {
     /// Reads `input` to its end, so that nothing is sent of a profile that has a mistake in it.
-    pub(super) fn read(input: Input, frame: &Frame) -> Result<Self> {
+    pub(super) fn read(input: Input, frame: &Protocol) -> Result<Self> {
         let name = input.name.clone();
         let rows: Vec<Row> = rows(input, InputFormat::Auto, frame, true)?.collect::<Result<_>>()?;
         let Some(first) = rows.first() else {
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_line_makes_up_for_frames_that_are_due_at_once() {
-        let frame = Frame::named("bin").unwrap();
+        let frame = Protocol::named("bin").unwrap();
         let time_of = |bytes| Duration::from_millis(bytes as u64);
         // Of 7 ms each: so many at once every second are the most that are not 250 ms late.
         for (count, is_carried) in [(36, true), (37, false)] {
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn a_line_carries_what_is_held_by_what_each_row_takes() {
         // A long frame for a moment, short ones for a second; and the other way round.
-        let frame = Frame::named("ubx").unwrap();
+        let frame = Protocol::named("ubx").unwrap();
         let time_of = |bytes: usize| Duration::from_millis(bytes as u64);
         for (until, is_carried) in [("0.05", true), ("1", false)] {
             let rows = format!(
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn each_setpoint_is_sent_at_its_time_or_held_at_a_rate() {
-        let frame = Frame::named("bin").unwrap();
+        let frame = Protocol::named("bin").unwrap();
         let read = |text: &'static str| {
             Profile::read(Input::new("moves", text.as_bytes()), &frame).unwrap()
         };

@@ -176,7 +176,7 @@ pub(super) fn write_text(
             let line = include_str!("tables/line.txt");
             write_table(out, line, [22, 14], slice::from_ref(first))?;
             writeln!(out)?;
-            write_table(out, include_str!("tables/receiver.txt"), [26, 13], &rows)
+            write_table(out, include_str!("tables/receiver.txt"), [24, 14], &rows)
         }
         _ => write_many(out, sweeps, &rows),
     }
@@ -203,10 +203,10 @@ fn write_table(
 fn write_many(out: &mut impl Write, sweeps: &[Sweep], rows: &[Value]) -> io::Result<()> {
     let columns = [
         ("delivered", 11, "/receiver/delivered %"),
-        ("lost", 8, "/receiver/lost_intact/count"),
+        ("lost", 7, "/receiver/lost_intact/count"),
         ("wrong", 7, "/receiver/wrong_setpoints/count"),
         ("false", 7, "/receiver/false_frames/count"),
-        ("silence", 9, "/receiver/longest_silence_ms .1"),
+        ("silence", 8, "/receiver/longest_silence_ms .1"),
         ("holds", 7, "/receiver/failsafe_engagements"),
         ("RMS", 6, "/receiver/actuator_error/rms .2"),
     ];
@@ -216,7 +216,7 @@ fn write_many(out: &mut impl Write, sweeps: &[Sweep], rows: &[Value]) -> io::Res
         [swept] => (None, swept),
         _ => return Ok(()),
     };
-    write!(out, "{:>12}  {:<11}", swept.number.name, "policy")?;
+    write!(out, "{:>12}  {:<13}", swept.number.name, "policy")?;
     for (name, width, _) in columns {
         write!(out, "{name:>width$}")?;
     }
@@ -231,7 +231,7 @@ fn write_many(out: &mut impl Write, sweeps: &[Sweep], rows: &[Value]) -> io::Res
             before = Some(value);
         }
         let (value, name) = (cell(row, &place(swept)), cell(row, "/name"));
-        write!(out, "{value:>12}  {name:<11}")?;
+        write!(out, "{value:>12}  {name:<13}")?;
         for (_, width, place) in columns {
             write!(out, "{:>width$}", cell(row, place))?;
         }

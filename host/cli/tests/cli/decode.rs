@@ -3,94 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::time::{Duration, Instant, SystemTime};
 
-use framelock::Encode;
-use framelock::motion::BinCrc8;
-
-use crate::process::{CLEAN, LOSSY, complaint, run, shown, signal, start, text};
-
-#[test]
-fn what_is_received_is_written_in_every_format() {
-    let both = [&CLEAN[..], &LOSSY].concat();
-    let clean = "{\"offset\":6,\"pitch\":127,\"roll\":200,\"yaw\":74}\n";
-    let lossy = "{\"offset\":11,\"pitch\":130,\"roll\":196,\"yaw\":74}\n";
-    let header = "offset,pitch,roll,yaw\n";
-    let text = "byte          6   pitch 127   roll 200   yaw  74\n";
-    let summary = "{\"bytes\":12,\"frame_length\":7,\"frames\":1,\"discarded\":5,\"pending\":0,\
-                   \"discarded_by\":{\"no_sync\":4,\"broken_sync\":0,\"header\":0,\
-                   \"too_long\":0,\"unknown_message\":0,\"check\":0,\"terminator\":1,\"line_event\":0},\"resynchronisations\":1}\n";
-    for (arguments, stream, expected) in [
-        (&[][..], &CLEAN[..], clean),
-        (&["--policy=discard"], &CLEAN, clean),
-        (&["-"], &LOSSY, lossy),
-        (&["--policy=discard"], &LOSSY, ""),
-        (
-            &["--format=csv"],
-            &both,
-            &format!("{header}6,127,200,74\n18,130,196,74\n"),
-        ),
-        (&["--format=text"], &CLEAN, text),
-        (
-            &["--format=text", "--hex"],
-            &CLEAN,
-            "byte          6   pitch  7F   roll  C8   yaw  4A\n",
-        ),
-        (&["--format=none"], &both, ""),
-        (&[], b"", ""),
-        (&["--format=csv"], b"", header),
-        (&["--summary=-"], &LOSSY, &format!("{lossy}{summary}")),
-    ] {
-        let shown = shown(&[&["decode"], arguments].concat(), stream);
-        assert_eq!(shown, expected, "{arguments:?}");
-    }
-}
-
-#[test]
-fn the_summary_is_apart_from_the_frames() {
-    let output = run(&["decode", "--format=csv", "--summary"], CLEAN);
-    assert_eq!(output.status.code(), Some(0));
-    assert_eq!(text(output.stdout), "offset,pitch,roll,yaw\n6,127,200,74\n");
-    let summary = text(output.stderr);
-    assert!(summary.starts_with("{\"bytes\":7,"), "{summary}");
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("summary.json");
-    let option = format!("--summary={}", file.display());
-    assert!(shown(&["decode", &option], CLEAN).starts_with("{\"offset\":6,"));
-    assert_eq!(std::fs::read_to_string(file).unwrap(), summary);
-}
-
-#[test]
-fn a_file_takes_the_frames_and_is_not_the_input() {
-    let folder = tempfile::tempdir().unwrap();
-    let [input, output] = ["in", "out"].map(|name| folder.path().join(name));
-    std::fs::write(&input, CLEAN).unwrap();
-    std::fs::write(&output, "what was there before").unwrap();
-    let [from, to] = [&input, &output].map(|path| path.to_str().unwrap());
-    assert_eq!(shown(&["decode", from, "-o", to], ""), "");
-    let object = "{\"offset\":6,\"pitch\":127,\"roll\":200,\"yaw\":74}\n";
-    assert_eq!(std::fs::read_to_string(&output).unwrap(), object);
-    let describe = ["decode", "--frame=sbus", "--describe"];
-    assert_eq!(shown(&[&describe[..], &["-o", to]].concat(), ""), "");
-    let description = std::fs::read_to_string(&output).unwrap();
-    assert_eq!(description, shown(&describe, ""));
-    let told = complaint(run(&["decode", from, "--output", from], ""));
-    assert!(
-        told.contains("is the input: give --output another"),
-        "{told}"
-    );
-    assert_eq!(std::fs::read(input).unwrap(), CLEAN);
-}
-
-#[test]
-fn hex_as_loggers_print_it_is_read_and_what_is_not_hex_is_told_with_its_line() {
-    let log = "41 42 00 7F\r\n\n0xc8, 0x4A, 0x0D\n";
-    assert_eq!(
-        shown(&["decode", "--input=hex", "--format=csv"], log),
-        "offset,pitch,roll,yaw\n6,127,200,74\n"
-    );
-    let told = complaint(run(&["decode", "--input=hex"], "41 42\n[12:00] 41\n"));
-    let expected = "cannot read standard input behind byte 2: line 2: word 1, '[12', has '['";
-    assert!(told.contains(expected), "{told}");
-}
+use crate::process::{CLEAN, complaint, run, shown, signal, start};
 
 #[test]
 fn a_time_stands_beside_each_frame_of_a_stream_and_not_of_a_file() {
@@ -133,28 +46,6 @@ fn a_time_stands_beside_each_frame_of_a_stream_and_not_of_a_file() {
 }
 
 #[test]
-fn the_summary_counts() {
-    // A frame whose payload looks like the beginning of another, joined one byte late.
-    let late = &b"AB\0AB\0\r".repeat(5)[1..];
-    let late_with_check = &BinCrc8::encode([b'A', b'B', 0].into()).repeat(5)[1..];
-    for (argument, stream, [bytes, length, frames]) in [
-        ("--policy=rescan", &b""[..], [0, 7, 0]),
-        ("--policy=discard", &LOSSY, [12, 7, 0]),
-        ("--policy=rescan", late, [34, 7, 4]),
-        ("--policy=discard", late, [34, 7, 0]),
-        ("--frame=bin-crc8", late_with_check, [39, 8, 4]),
-    ] {
-        let summary = shown(
-            &["decode", "--format=none", "--summary=-", argument],
-            stream,
-        );
-        let expected =
-            format!("{{\"bytes\":{bytes},\"frame_length\":{length},\"frames\":{frames},");
-        assert!(summary.starts_with(&expected), "{argument}: {summary}");
-    }
-}
-
-#[test]
 fn offsets_count_from_the_beginning_of_the_stream() {
     // Longer than any buffer, and the frames lie across the buffers' ends.
     let frames = 200_000;
@@ -194,6 +85,20 @@ fn setpoints_come_out_while_the_stream_goes_on_and_ctrl_c_ends_it_with_the_summa
     drop(input);
 }
 
+#[test]
+fn after_a_pause_whole_frames_behind_a_false_beginning_come_out() {
+    let mut child = start(&["decode", "--frame=ubx", "--idle-gap=20"]);
+    let mut input = child.stdin.take().unwrap();
+    let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
+    input
+        .write_all(b"\xB5\x62\x01\x07\x5C\x00\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38")
+        .unwrap();
+    // The input is still open.
+    assert!(rows.next().unwrap().unwrap().starts_with("{\"offset\":15,"));
+    drop(input);
+    assert!(child.wait().unwrap().success());
+}
+
 #[cfg(target_os = "linux")]
 mod at_a_serial_port {
     use std::fs::{self, File};
@@ -208,7 +113,7 @@ mod at_a_serial_port {
     use crate::pseudo_terminal::line;
 
     /// A decoder that has shown the header and a frame.
-    struct Session {
+    struct Decoding {
         far_end: File,
         /// Held open: a pseudo-terminal that nobody has open counts as disconnected.
         near_end: File,
@@ -217,11 +122,11 @@ mod at_a_serial_port {
         output: BufReader<ChildStdout>,
     }
 
-    fn decoding(arguments: &[&str]) -> Session {
+    fn decoding(arguments: &[&str]) -> Decoding {
         let (far_end, near_end, port) = line();
         let mut child = start(&[&["decode", &port, "--format=csv"], arguments].concat());
         let output = BufReader::new(child.stdout.take().unwrap());
-        let mut session = Session {
+        let mut session = Decoding {
             far_end,
             near_end,
             port,
@@ -234,7 +139,7 @@ mod at_a_serial_port {
         session
     }
 
-    impl Session {
+    impl Decoding {
         fn next_line(&mut self) -> String {
             let mut line = String::new();
             self.output.read_line(&mut line).unwrap();

@@ -153,61 +153,21 @@ fn a_full_disk_is_told() {
     }
 }
 
-/// Command lines, and what they complain of in one line; `DIRECTORY` is one.
-const CANNOT_BE_OPENED: &str = "
-    decode no/such/file => cannot open no/such/file
-    decode no/such/port => name a file, a serial port (`framelock ports` lists them), or -
-    decode DIRECTORY => is a directory; name a file, a serial port
-    decode --baud=9600 /dev/ttyNONE => cannot open /dev/ttyNONE
-    decode --baud=9600 => --baud is for serial ports, and standard input is none
-    decode --baud=9600 Cargo.toml => --baud is for serial ports, and Cargo.toml
-    decode --policy=discard --frame=bin-crc8 => the lecture's machine, which knows --frame bin and no
-    trace no-such-file => not hex: word 1, 'no-such-file', has 'n'
-    trace no-such-file => cannot open no-such-file
-    trace 41 42 4G => word 3, '4G', has 'G', which is no hex digit
-    trace 41 420 => word 2, '420', is not a whole number of bytes
-    trace , => no bytes in the arguments
-    encode no/such/file => cannot open no/such/file
-    generate --frame=bin --language=c --output=no/such/folder/file => cannot write to no/such/folder/file
-    encode --output=no/such/folder/file => cannot write to no/such/folder/file
-    decode --parity=even => --parity is for serial ports, and standard input is none
-    decode --stop-bits=2 Cargo.toml => --stop-bits is for serial ports, and Cargo.toml
-    man nothing => there is no command nothing
-    send - --profile=no/such/file => cannot open no/such/file
-    send Cargo.toml --motion=step => Cargo.toml is no serial port
-    send no/such/port --motion=step => there is no no/such/port
-    send - --motion=step --baud=9600 => --baud is for serial ports
-    monitor /dev/ttyACM0 => `framelock decode /dev/ttyACM0 --format text` writes lines
-";
-
-/// Command lines that no run could mean, and what is named.
-const IMPOSSIBLE: &str = "
-    decode --baud=abc => a rate in bits per second is wanted, for example 115200
-    decode --baud=0 => for example 115200
-    decode --stop-bits=3 => a whole number from 1 to 2 is wanted
-    decode --parity=mark => [possible values: none, even, odd]
-    send - --udp=4123 => an address and a port are wanted, for example 127.0.0.1:4123
-    send - --motion=step --rate=abc => a whole number from 1 to 100000 is wanted
-    trace 41 --policy guess => guess
-    generate --frame=bin --language=basic => [possible values: rust, c]
-    generate --frame=nothing --language=c => there is neither such a frame nor such a file
-    send - => --motion <MOTION>|--profile <FILE>|--udp
-    send - --motion=step --udp=127.0.0.1:0 => --motion
-    send - --motion=step --drop=2 => a number from 0 to 1
-    send - --motion=step --park=1,2 => is not three numbers
-    send - --motion=step --park=1,2,300 => yaw \"300\"
-    send - --motion=step --no-park --park=1,2,3 => --no-park
-";
-
 #[test]
 fn what_cannot_be_done_is_named_with_what_is_wanted() {
-    let directory = tempfile::tempdir().unwrap();
-    for (table, is_one_line) in [(CANNOT_BE_OPENED, true), (IMPOSSIBLE, false)] {
-        for case in table.lines().filter(|case| !case.is_empty()) {
-            let (arguments, told) = case.split_once(" => ").unwrap();
-            let arguments = arguments.replace("DIRECTORY", directory.path().to_str().unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let table = include_str!("../complaints.txt").replace('\r', "");
+    let (impossible, senseless) = table.split_once("\n\n").unwrap();
+    for (cases, is_one_line) in [(impossible, true), (senseless, false)] {
+        for case in cases.lines().filter(|case| !case.starts_with('#')) {
+            let (command, told) = case.split_once(" => ").unwrap();
+            let (input, arguments) = match command.split_once(" | ") {
+                Some((echo, arguments)) => (echo.replacen("echo ", "", 1) + "\n", arguments),
+                None => (String::new(), command),
+            };
+            let arguments = arguments.replace("FOLDER", folder.path().to_str().unwrap());
             let arguments: Vec<&str> = arguments.split_whitespace().collect();
-            let output = feed(start(&arguments), b"");
+            let output = run(&arguments, input);
             assert!(output.stdout.is_empty());
             let complaint = complaint(output);
             assert!(complaint.contains(told), "{case}: {complaint}");

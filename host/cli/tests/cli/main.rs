@@ -16,17 +16,15 @@ mod decode;
 mod demo;
 mod encode;
 mod every_subcommand;
-mod frames;
-mod guide;
 #[cfg(target_os = "linux")]
 mod monitor;
-mod own_frame;
 mod process;
 #[cfg(target_os = "linux")]
 mod pseudo_terminal;
-mod recordings;
 #[cfg(target_os = "linux")]
 mod send;
 mod simulate;
 mod terminal;
 mod trace;
+#[cfg(unix)]
+mod transcripts;

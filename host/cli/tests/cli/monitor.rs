@@ -171,7 +171,7 @@ fn standard_input_may_be_the_stream_and_keys_come_all_the_same() {
     let (behind, code) = monitor.end();
     assert_eq!(code, Some(0), "{behind}");
     assert!(
-        behind.contains("standard input, bin, rescan: bytes 21, frames 3,"),
+        behind.contains("standard input, bin, framelock: bytes 21, frames 3,"),
         "{behind}"
     );
 }
@@ -238,8 +238,8 @@ fn what_is_sent_over_a_serial_line_is_watched_and_recorded() {
     let decoded = shown(&["decode", "capture.bin", "--format=csv"], directory);
     let setpoints = decoded.lines().map(|row| row.split_once(',').unwrap().1);
     assert!(setpoints.eq(profile.lines()), "{decoded}");
-    let traced = shown(&["trace", "capture.bin", "--policy=rescan"], directory);
-    assert!(traced.contains("rescan:  1792 bytes = 7 x 256 committed + 0 discarded"));
+    let traced = shown(&["trace", "capture.bin", "--policy=framelock"], directory);
+    assert!(traced.contains("framelock: 1792 bytes = 7 x 256 committed + 0 discarded"));
 }
 
 #[test]

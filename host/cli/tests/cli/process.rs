@@ -1,16 +1,14 @@
 //! `framelock` as a process.
 
+use std::fs;
 use std::io::Write;
 use std::process::{Child, Command, Output, Stdio};
 
 use framelock::motion::Setpoint;
 use framelock::{Line, Parser};
 
-/// The lecture's worked examples.
+/// The lecture's first example.
 pub(crate) const CLEAN: [u8; 7] = [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
-pub(crate) const LOSSY: [u8; 12] = [
-    0x41, 0x42, 0x00, 0x4A, 0x0D, 0x41, 0x42, 0x00, 0x82, 0xC4, 0x4A, 0x0D,
-];
 
 /// The program, with every standard stream in the test's hands.
 pub(crate) fn framelock(arguments: &[&str]) -> Command {
@@ -84,4 +82,13 @@ pub(crate) fn received(
     assert_eq!(line.counters().discarded.total(), 0);
     assert_eq!(line.pending(), 0);
     setpoints
+}
+
+/// A file that describes frames, in a folder that is to be kept, as an option.
+pub(crate) fn described(text: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.toml");
+    fs::write(&path, text).unwrap();
+    let frame = format!("--frame={}", path.display());
+    (folder, frame)
 }

@@ -7,9 +7,9 @@ use std::net::UdpSocket;
 use std::os::unix::fs::symlink;
 
 use framelock::Receiver;
-use framelock::motion::{Bin, BinCrc8};
+use framelock::motion::Bin;
 
-use crate::process::{complaint, feed, run, signal, start, text};
+use crate::process::{complaint, feed, run, shown, signal, start, text, written};
 use crate::pseudo_terminal::{line, read_exactly};
 
 /// Where the axes are sent at the end.
@@ -55,69 +55,6 @@ fn a_profile_arrives_as_it_is_and_then_the_axes_park() {
     assert_eq!(park[1999..], [PARK; 6]);
     assert!(told.contains(": 256, and 2005 to park"), "{told}");
     assert!(told.contains("ms late"), "{told}");
-}
-
-#[test]
-fn a_profile_with_times_is_sent_at_these_or_held_at_a_rate() {
-    let rows = "time,yaw,pitch,roll\n1.00,3,1,2\n1.02,6,4,5\n1.05,9,7,8\n";
-    let [first, second, third] = [[1, 2, 3], [4, 5, 6], [7, 8, 9]];
-    let (setpoints, told) = sent(&["--profile=-", "--no-park"], rows);
-    assert_eq!(setpoints, [first, second, third]);
-    assert!(told.contains(": 3, and 0 to park"), "{told}");
-    let held = sent(&["--profile=-", "--no-park", "--rate=100"], rows).0;
-    assert_eq!(held, [first, first, second, second, second, third]);
-}
-
-#[test]
-fn a_mistake_in_a_profile_is_told_before_anything_is_sent() {
-    for (rows, told) in [
-        ("", "standard input: no setpoint in it"),
-        ("pitch,roll,yaw\n", "no setpoint in it"),
-        ("1,2,3\n4,5,256\n", "input: line 2: yaw 256 is not a"),
-    ] {
-        let output = run(&["send", "-", "--profile=-"], rows);
-        assert_eq!(output.stdout, b"");
-        let complaint = complaint(output);
-        assert!(complaint.contains(told), "{rows}: {complaint}");
-    }
-}
-
-#[test]
-fn motions_are_what_they_are_called() {
-    for (motion, expected) in [
-        (
-            "--motion=step --axes=roll,yaw",
-            "128,178,178 128,178,178 128,78,78 128,78,78",
-        ),
-        (
-            "--motion=figure-of-eight",
-            "128,128,128 128,178,128 128,128,128 128,78,128",
-        ),
-        // A quarter of a turn in each frame.
-        (
-            "--motion=sine-sweep --from=25 --to=25",
-            "128,128,128 178,178,178 128,128,128 78,78,78",
-        ),
-    ] {
-        let four = "--period=0.04 --seconds=0.04 --rate=100 --no-park --amplitude=50";
-        let arguments = motion.split(' ').chain(four.split(' '));
-        let (setpoints, _) = sent(&arguments.collect::<Vec<_>>(), "");
-        assert_eq!(
-            csv(&setpoints, |_| String::new()),
-            expected.replace(' ', "\n") + "\n"
-        );
-    }
-}
-
-#[test]
-fn frames_may_have_a_checksum() {
-    let arguments = ["send", "-", "--profile=-", "--frame=bin-crc8", "--no-park"];
-    let output = run(&arguments, "1,2,3\n");
-    let receiver = Receiver::<BinCrc8>::new();
-    assert_eq!(
-        crate::process::received(receiver, output.stdout),
-        [[1, 2, 3]]
-    );
 }
 
 #[test]
@@ -182,19 +119,25 @@ fn a_second_ctrl_c_does_not_wait_for_the_parking() {
     }
 }
 
-#[test]
-fn every_byte_arrives_at_the_other_end_of_a_serial_line() {
+/// Sends rows over a serial line, which must succeed; returns the bytes that arrive at its other end.
+fn arrived(arguments: &[&str], rows: String, length: usize) -> Vec<u8> {
     let (mut far_end, _near_end, port) = line();
-    let rows = csv(&profile(), |row| format!("0.0{row:03},"));
-    let child = start(&["send", &port, "--profile=-", "--no-park", "--baud=1000000"]);
+    let child = start(&[&["send", &port, "--profile=-"], arguments].concat());
     let ended = std::thread::spawn(move || feed(child, rows.as_bytes()));
-    let mut bytes = vec![0; 7 * 256];
+    let mut bytes = vec![0; length];
     read_exactly(&mut far_end, &mut bytes);
-    assert_eq!(received(bytes), profile());
     let ended = ended.join().unwrap();
     let told = text(ended.stderr);
     assert_eq!(ended.status.code(), Some(0), "{told}");
     assert!(told.contains(&format!("sent to {port}")), "{told}");
+    bytes
+}
+
+#[test]
+fn every_byte_arrives_at_the_other_end_of_a_serial_line() {
+    let rows = csv(&profile(), |row| format!("0.0{row:03},"));
+    let bytes = arrived(&["--no-park", "--baud=1000000"], rows, 7 * 256);
+    assert_eq!(received(bytes), profile());
 }
 
 #[test]
@@ -335,5 +278,40 @@ fn without_a_datagram_nothing_is_sent_and_an_address_in_use_is_told() {
     assert!(
         told.contains(&format!("cannot listen for datagrams at {address}")),
         "{told}"
+    );
+}
+
+/// Two frames in one read have the same time, and the line takes a while for them.
+#[test]
+fn a_recording_with_equal_times_is_sent() {
+    let frames = written(&["encode"], "1,2,3\n4,5,6\n7,8,9\n");
+    let rows = shown(&["decode", "--timestamps", "--format=csv"], &frames);
+    let times: Vec<&str> = rows
+        .lines()
+        .skip(1)
+        .filter_map(|row| row.split(',').next())
+        .collect();
+    assert!(
+        times.len() == 3 && times.iter().all(|time| *time == times[0]),
+        "{rows}"
+    );
+    assert_eq!(arrived(&["--no-park"], rows, frames.len()), frames);
+}
+
+/// 40 frames a second of 130 bytes go over 115 200 baud, however long UBX frames may be.
+#[test]
+fn a_line_carries_the_frames_that_there_are() {
+    let rows = format!(
+        "class,id,payload\n{}",
+        format!("1,7,{}\n", "00".repeat(122)).repeat(4)
+    );
+    let frames = written(&["encode", "--frame=ubx"], &rows);
+    assert_eq!(
+        arrived(
+            &["--frame=ubx", "--rate=40", "--baud=115200",],
+            rows,
+            frames.len()
+        ),
+        frames
     );
 }

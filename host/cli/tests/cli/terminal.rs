@@ -4,13 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use framelock_fuzz_oracles::{LINES, is_harmless, terminal};
-use framelock_host::texts::Texts;
+use framelock_host::text_outputs::TextOutputs;
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::frames::described;
-use crate::process::{complaint, run, shown};
+use crate::process::{complaint, described, run, shown};
 
 /// What a terminal acts on, in pieces of UTF-8 and not.
 const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u{200F}"];
@@ -25,7 +24,7 @@ fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
 /// What is fuzzed, on the fuzzer's corpus and on random bytes: every frame in every format of text.
 #[test]
 fn no_text_that_is_made_of_a_stream_is_acted_on() {
-    let all = Texts::all(LINES).unwrap();
+    let all = TextOutputs::all(LINES).unwrap();
     let (mut longest, mut escapes) = (0, 0);
     let mut check = |bytes: &[u8]| {
         terminal(bytes, |number, stream| {

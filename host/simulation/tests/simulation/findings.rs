@@ -25,7 +25,7 @@ fn one_lost_byte(payload: &str) -> Parameters {
 
 /// Of each policy, without an idle-gap rule: the lecture's, and the receiver's.
 fn policies(tally: &Tally) -> [&ReceiverTally; 2] {
-    [Policy::Discard, Policy::Rescan].map(|policy| receiver(tally, policy, false))
+    [Policy::Lecture, Policy::Framelock].map(|policy| receiver(tally, policy, false))
 }
 
 /// Finding 1: the lecture's machine goes deaf, and the receiver does not.
@@ -36,14 +36,14 @@ fn one_lost_byte_makes_the_lectures_machine_deaf() {
         frames: 300,
         ..one_lost_byte("00414200")
     });
-    let [discard, rescan] = policies(&tally);
+    let [lecture, framelock] = policies(&tally);
     assert_eq!(tally.line.frames_intact, 70 * 299);
-    assert_eq!(discard.delivered, 0);
-    assert_eq!(discard.never_back, 70);
+    assert_eq!(lecture.delivered, 0);
+    assert_eq!(lecture.never_back, 70);
     // It is never heard, so the failsafe takes over once, as the first frame's time has passed.
-    assert_eq!([discard.engagements, rescan.engagements], [70, 0]);
-    assert_eq!(rescan.delivered, 70 * 299);
-    assert_eq!(rescan.times_back(), 70);
+    assert_eq!([lecture.engagements, framelock.engagements], [70, 0]);
+    assert_eq!(framelock.delivered, 70 * 299);
+    assert_eq!(framelock.times_back(), 70);
 }
 
 /// Finding 2: a repeated ambiguous payload is read at the wrong phase for ever, until the line
@@ -64,7 +64,7 @@ fn an_ambiguous_payload_is_read_wrongly_until_the_line_pauses() {
         rate: 50.0,
         ..parameters
     });
-    for policy in [Policy::Discard, Policy::Rescan] {
+    for policy in [Policy::Lecture, Policy::Framelock] {
         let without_rule = receiver(&with_pauses, policy, false);
         assert!(without_rule.never_back > 200);
         let with_rule = receiver(&with_pauses, policy, true);
@@ -74,7 +74,7 @@ fn an_ambiguous_payload_is_read_wrongly_until_the_line_pauses() {
     }
 }
 
-/// Finding 3: intact frames lost per lost byte, uniform random payload: Discard 0.715, Rescan
+/// Finding 3: intact frames lost per lost byte, uniform random payload: lecture 0.715, framelock
 /// 0.000001.
 #[test]
 fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
@@ -84,12 +84,12 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
         frames: 8,
         ..one_lost_byte("random")
     });
-    let [discard, rescan] = policies(&tally);
-    let mean = discard.lost_per_byte().unwrap();
+    let [lecture, framelock] = policies(&tally);
+    let mean = lecture.lost_per_byte().unwrap();
     assert!(is_about(mean, 0.715), "{mean:?}");
     assert!(mean.high - mean.low < 0.02);
     let expected = 1e-6 * f64::from(trials);
-    assert!(is_plausible(rescan.lost_intact, expected, expected));
+    assert!(is_plausible(framelock.lost_intact, expected, expected));
 }
 
 /// Finding 3, with payloads of bytes from 40 to 43 that are repeated, in runs of 40 frames: some never
@@ -104,22 +104,22 @@ fn where_the_payload_can_hold_the_sync_it_costs_far_more() {
             lose_one_in: Some(frame),
             ..one_lost_byte("repeated:40-43")
         });
-        let [discard, rescan] = policies(&tally);
-        let mean = discard.lost_per_byte().unwrap();
+        let [lecture, framelock] = policies(&tally);
+        let mean = lecture.lost_per_byte().unwrap();
         let expected = lost_of_repeated_frames(frame as usize);
         for value in [Some(expected), finding].into_iter().flatten() {
             assert!(is_about(mean, value), "{mean:?} {value}");
         }
         assert!(expected > at_least);
-        let never = discard.never_back;
+        let never = lecture.never_back;
         assert!(never > u64::from(trials) / 20, "{never}");
-        assert_eq!(rescan.lost_intact, 0);
+        assert_eq!(framelock.lost_intact, 0);
     }
 }
 
 const RUN: u32 = 40;
 
-/// What the naive reference loses with policy Discard, over all 256 payloads of bytes from 40 to 43
+/// What the naive reference loses with the lecture's machine, over all 256 payloads of bytes from 40 to 43
 /// and all seven places of the byte lost in that frame: exact.
 fn lost_of_repeated_frames(lost_in: usize) -> f64 {
     let mut lost = 0;
@@ -134,18 +134,14 @@ fn lost_of_repeated_frames(lost_in: usize) -> f64 {
             bytes.remove(missing);
             // A commit is a frame's if it ends where a frame does.
             let (mut delivered, mut behind) = (0, 0);
-            reference::whole_buffer::<reference::Bin>(
-                &bytes,
-                reference::Policy::Discard,
-                |found| {
-                    behind += found.bytes();
-                    if found.message().is_some() {
-                        let index = behind - 1;
-                        let sent_as = index + usize::from(index >= missing);
-                        delivered += u32::from(sent_as % 7 == 6 && sent_as / 7 != lost_in);
-                    }
-                },
-            );
+            reference::whole_buffer::<reference::Lecture>(&bytes, |found| {
+                behind += found.bytes();
+                if found.message().is_some() {
+                    let index = behind - 1;
+                    let sent_as = index + usize::from(index >= missing);
+                    delivered += u32::from(sent_as % 7 == 6 && sent_as / 7 != lost_in);
+                }
+            });
             lost += RUN - 1 - delivered;
             cases += 1;
         }

@@ -163,14 +163,17 @@ fn every_frame_and_every_byte_is_accounted_for() {
     }
 }
 
-/// Under Rescan a frame that arrives intact is committed unless an earlier commit ends inside it:
+/// With framelock a frame that arrives intact is committed unless an earlier commit ends inside it:
 /// that one is false, and ends inside no other frame.
 #[test]
 fn the_receiver_loses_an_intact_frame_only_to_a_false_one() {
     for parameters in lines() {
         let tally = simulated(&parameters);
-        let rescan = tally.receivers.iter().nth_back(1).unwrap();
-        assert!(rescan.lost_intact <= rescan.false_frames, "{parameters:?}");
+        let framelock = tally.receivers.iter().nth_back(1).unwrap();
+        assert!(
+            framelock.lost_intact <= framelock.false_frames,
+            "{parameters:?}"
+        );
     }
 }
 
@@ -200,7 +203,7 @@ fn looks(parameters: &Parameters, number: u64) -> (Vec<(Setpoint, Output<u8, 3>)
             Event::Look {
                 demand, outputs, ..
             } => Some((*demand, *outputs.get(2)?)),
-            Event::Byte { .. } => None,
+            Event::Byte { .. } | Event::Frame { .. } => None,
         });
     (looks.collect(), trial.tally())
 }
@@ -244,16 +247,16 @@ fn a_burst_drives_the_output_to_park_and_back() {
         Phase::Live,
     ];
     assert_eq!(phases, expected);
-    let [_, _, rescan, _] = &tally.receivers[..] else {
+    let [_, _, framelock, _] = &tally.receivers[..] else {
         panic!("four receivers");
     };
-    assert_eq!(rescan.engagements, 1);
-    assert_eq!(rescan.never_back, 0);
+    assert_eq!(framelock.engagements, 1);
+    assert_eq!(framelock.never_back, 0);
     // 1.5 s of burst, and at most a frame in front of it and one behind it.
     assert!(
-        (1_500_000..1_545_000).contains(&rescan.longest_silence),
+        (1_500_000..1_545_000).contains(&framelock.longest_silence),
         "{}",
-        rescan.longest_silence
+        framelock.longest_silence
     );
     assert!(tally.line.framing_errors > 100);
 }
@@ -277,7 +280,7 @@ fn a_reported_error_drops_the_frame_under_way() {
     });
     assert_eq!(reported.line, unreported.line);
     assert!(reported.line.breaks > 500);
-    let lost = |tally: &Tally| receiver(tally, Policy::Discard, false).lost_intact;
+    let lost = |tally: &Tally| receiver(tally, Policy::Lecture, false).lost_intact;
     assert!(lost(&unreported) > 100);
     assert!(lost(&reported) < lost(&unreported) / 10);
 }
@@ -342,7 +345,7 @@ fn an_idle_gap_must_not_be_shorter_than_the_gaps_in_a_frame() {
             frames: 50,
             ..Parameters::DEFAULT
         });
-        for policy in [Policy::Discard, Policy::Rescan] {
+        for policy in [Policy::Lecture, Policy::Framelock] {
             assert_eq!(receiver(&tally, policy, false).delivered, 50);
             let with_rule = receiver(&tally, policy, true);
             assert_eq!(with_rule.delivered, expected, "{idle_gap}");
@@ -364,5 +367,8 @@ fn the_lectures_machine_receives_bin_only() {
         Kind::of(FrameFormat::Bin).as_slice(),
     );
     let complaint = trial.err().unwrap().to_string();
-    assert!(complaint.contains("frame bin only"), "{complaint}");
+    assert!(
+        complaint.contains("knows --frame bin and no other"),
+        "{complaint}"
+    );
 }

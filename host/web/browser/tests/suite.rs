@@ -90,10 +90,10 @@ fn described(state: &Value) -> String {
 
 /// What the command line calls a machine of the page.
 fn policy(machine: &Value) -> &'static str {
-    if machine["name"] == "The lecture's machine" {
-        "discard"
+    if machine["name"] == "lecture" {
+        "lecture"
     } else {
-        "rescan"
+        "framelock"
     }
 }
 
@@ -144,7 +144,7 @@ fn compare_values(name: &str, state: &Value, bytes: &[u8]) {
         let expected = axes.map(|axis| last[axis].clone());
         let shown = axes.map(|axis| machine["axes"]["setpoint"][axis].clone());
         assert_eq!(shown, expected, "{name}, {policy}");
-        if policy == "discard" {
+        if policy == "lecture" {
             let row = framelock(
                 &["trace", "--policy", policy, "--format", "jsonl", "-"],
                 bytes,

@@ -93,18 +93,16 @@ fn assumption(name: &str) -> Result<Assumptions, String> {
 }
 
 fn probability(text: &str) -> Result<f64, String> {
-    let number = text.parse().map_err(|_| "not a number".to_owned())?;
-    let is_one = (0.0..=1.0).contains(&number);
-    is_one
-        .then_some(number)
+    number(text, |number| (0.0..=1.0).contains(&number))
         .ok_or_else(|| "a probability is 0 to 1".to_owned())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    let number = text.parse().map_err(|_| "not a number".to_owned())?;
     // A day of emulated time takes longer than anyone waits.
-    let is_one = number > 0.0 && number <= 86_400.0;
-    is_one
-        .then_some(number)
+    number(text, |number| number > 0.0 && number <= 86_400.0)
         .ok_or_else(|| "more than 0, and at most a day (86400)".to_owned())
+}
+
+fn number(text: &str, is_one: impl Fn(f64) -> bool) -> Option<f64> {
+    text.parse().ok().filter(|number| is_one(*number))
 }

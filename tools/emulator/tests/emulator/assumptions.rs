@@ -1,10 +1,8 @@
 //! What the chip may do, one behaviour at a time.
 
-use crate::board::{load, ticking};
+use crate::board::ticking;
 use crate::registers::*;
-use nrf52840_emulator::{
-    Assumptions, Board, Image, LineSymbol, MICROSECOND, MILLISECOND, RAM_START,
-};
+use nrf52840_emulator::{Assumptions, Board, LineSymbol, MICROSECOND, MILLISECOND, RAM_START};
 
 /// A byte at 1 Mbaud.
 const BYTE: u64 = 10 * MICROSECOND;
@@ -42,7 +40,7 @@ fn endrx_may_come_before_the_last_rxdrdy() {
     for (end_first, lag) in [(false, 0), (false, 31), (true, 32), (true, 600)] {
         let mut board = assuming(4, |a| a.ready_lag = lag);
         board.send(b"abcd");
-        board.run_for(6 * BYTE).unwrap();
+        board.wait(6 * BYTE);
         assert!(board.take_event(ENDRX));
         assert_eq!(board.get(CC + 4), if end_first { 3 } else { 4 }, "{lag}");
         assert_eq!(ready(&mut board), 4);
@@ -59,9 +57,9 @@ fn a_late_rxdrdy_comes_before_the_next_byte() {
     board.run_until(end).unwrap();
     assert_eq!(ready(&mut board), 3, "or what is no byte");
     board.send(b"e");
-    board.run_for(2 * BYTE).unwrap();
+    board.wait(2 * BYTE);
     board.set(STOPRX, 1);
-    board.run_for(6 * BYTE).unwrap();
+    board.wait(6 * BYTE);
     assert_eq!(ready(&mut board), 4, "and before RXTO");
 }
 
@@ -70,11 +68,11 @@ fn rxdrdy_may_wait_for_the_head_of_the_fifo() {
     for (at_store, first) in [(true, 4), (false, 2)] {
         let mut board = assuming(1, |a| a.ready_at_store = at_store);
         board.send(b"abcd");
-        board.run_for(5 * BYTE).unwrap();
+        board.wait(5 * BYTE);
         assert_eq!(ready(&mut board), first);
         board.set(RXD_MAXCNT, 3);
         board.set(STARTRX, 1);
-        board.run_for(BYTE).unwrap();
+        board.wait(BYTE);
         assert_eq!(ready(&mut board), 4);
     }
 }
@@ -84,7 +82,7 @@ fn rxdrdy_may_count_what_is_not_stored() {
     for counted in [false, true] {
         let mut board = assuming(8, |a| a.ready_on_framing_error = counted);
         board.send_symbols(&[LineSymbol::BadStop(b'b')]);
-        board.run_for(2 * BYTE).unwrap();
+        board.wait(2 * BYTE);
         assert_eq!(ready(&mut board), u32::from(counted));
 
         let mut board = assuming(1, |a| {
@@ -92,7 +90,7 @@ fn rxdrdy_may_count_what_is_not_stored() {
             a.ready_on_overrun = counted;
         });
         board.send(b"0abcdefg");
-        board.run_for(10 * BYTE).unwrap();
+        board.wait(10 * BYTE);
         assert_eq!(board.get(ERRORSRC), OVERRUN);
         assert_eq!(ready(&mut board), 7 + u32::from(counted));
     }
@@ -106,7 +104,7 @@ fn rxdrdy_may_be_lost_or_doubled() {
             a.doubled_ready = doubled;
         });
         board.send(b"abcde");
-        board.run_for(6 * BYTE).unwrap();
+        board.wait(6 * BYTE);
         assert_eq!(ready(&mut board), count);
         assert_eq!(
             board.bytes(BUFFER, 5),
@@ -121,11 +119,11 @@ fn endrx_may_be_lost() {
     for lost in [0, 1] {
         let mut board = assuming(1, |a| a.lost_end = lost);
         board.send(b"ab");
-        board.run_for(2 * BYTE).unwrap();
+        board.wait(2 * BYTE);
         assert_eq!(board.take_event(ENDRX), lost == 0);
         assert_eq!(board.bytes(BUFFER, 1), b"a");
         board.set(STARTRX, 1);
-        board.run_for(2 * BYTE).unwrap();
+        board.wait(2 * BYTE);
         assert!(board.take_event(ENDRX), "only one");
         assert_eq!(board.bytes(BUFFER, 1), b"b");
     }
@@ -135,12 +133,12 @@ fn endrx_may_be_lost() {
 fn rxstarted_may_take_its_time_and_no_byte_is_stored_before() {
     let mut board = assuming(1, |a| a.start_lag = BYTE);
     board.send(b"ab");
-    board.run_for(3 * BYTE).unwrap();
+    board.wait(3 * BYTE);
     assert!(board.take_event(ENDRX) && board.take_event(RXSTARTED));
     board.set(STARTRX, 1);
-    board.run_for(BYTE - 1).unwrap();
+    board.wait(BYTE - 1);
     assert!(!board.take_event(RXSTARTED) && !board.take_event(ENDRX));
-    board.run_for(1).unwrap();
+    board.wait(1);
     assert!(board.take_event(RXSTARTED) && board.take_event(ENDRX));
     assert_eq!(board.bytes(BUFFER, 1), b"b");
 }
@@ -150,11 +148,11 @@ fn an_overrun_may_drop_the_oldest_byte() {
     for (oldest, kept) in [(false, b"bcdefg"), (true, b"cdefgh")] {
         let mut board = assuming(1, |a| a.overrun_drops_oldest = oldest);
         board.send(b"abcdefgh");
-        board.run_for(9 * BYTE).unwrap();
+        board.wait(9 * BYTE);
         assert_eq!(board.get(ERRORSRC), OVERRUN);
         board.set(RXD_MAXCNT, 6);
         board.set(STARTRX, 1);
-        board.run_for(BYTE).unwrap();
+        board.wait(BYTE);
         assert_eq!(board.bytes(BUFFER, 6), kept);
     }
 }
@@ -168,7 +166,7 @@ fn a_task_that_is_triggered_twice_at_once_may_act_once() {
         board.set(PPI + 0x514 + 8 * 3, COUNT);
         board.set(PPI + 0x504, 1 << 3);
         board.send(b"a");
-        board.run_for(2 * BYTE).unwrap();
+        board.wait(2 * BYTE);
         assert_eq!(ready(&mut board), count);
     }
 }
@@ -178,26 +176,18 @@ fn the_fifo_may_hold_five() {
     for (fifo, error) in [(6, 0), (5, OVERRUN)] {
         let mut board = assuming(1, |a| a.fifo = fifo);
         board.send(b"0abcdef");
-        board.run_for(9 * BYTE).unwrap();
+        board.wait(9 * BYTE);
         assert_eq!(board.get(ERRORSRC), error);
     }
 }
 
 /// Starts the cycle counter, and copies it to RAM for ever.
 fn copies_the_cycle_counter() -> Board {
-    let mut main = Vec::new();
-    for (address, value) in [(0xE000_EDFC, 1 << 24), (0xE000_1000, 1)] {
-        main.extend(load(0, address));
-        main.extend(load(1, value));
-        main.push(0x6001); // str r1, [r0]
-    }
+    let mut main = [store(0xE000_EDFC, 1 << 24), store(0xE000_1000, 1)].concat();
     main.extend(load(0, 0xE000_1004));
     main.extend(load(1, RAM_START));
     main.extend([0x6802, 0x600A, 0xE7FC]); // ldr r2, [r0]; str r2, [r1]; b .-4
-    let image = Image::of_code(program(&main, &[0x4770]), Vec::new());
-    let mut board = Board::new(image).unwrap();
-    board.run_for(100).unwrap();
-    board
+    booted(board_of(&main, &[RETURN]))
 }
 
 #[test]
@@ -210,7 +200,7 @@ fn a_slow_core_does_less_in_the_same_time_and_its_cycle_counter_knows() {
         });
         let read = |board: &Board| u64::from(board.memory().word(RAM_START).unwrap());
         let (instructions, cycles, began) = (board.instructions(), read(&board), board.now());
-        board.run_for(30_000).unwrap();
+        board.wait(30_000);
         let took = board.now() - began;
         assert!(took.abs_diff(read(&board) - cycles) < 30, "{slowness}");
         board.instructions() - instructions
@@ -229,7 +219,7 @@ fn a_slow_core_is_awake_for_longer_and_wakes_as_often() {
             ..Assumptions::default()
         });
         let (slept, began) = (board.slept(), board.now());
-        board.run_for(10 * MILLISECOND).unwrap();
+        board.wait(10 * MILLISECOND);
         let awake = (board.now() - began) - (board.slept() - slept);
         (awake, board.trace().activations.len())
     };

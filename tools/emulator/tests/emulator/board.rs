@@ -2,7 +2,7 @@
 
 use crate::registers::*;
 use nrf52840_emulator::{
-    Board, Error, Image, MICROSECOND, MILLISECOND, RAM_START, Refusal, ResetCause, Symbol,
+    Board, Error, MICROSECOND, MILLISECOND, RAM_START, Refusal, ResetCause, Symbol,
 };
 
 const TIMER0: u32 = 0x4000_8000;
@@ -12,26 +12,9 @@ const NVIC_ISER0: u32 = 0xE000_E100;
 /// TIMER0 is interrupt 8.
 const TIMER0_EXCEPTION: u16 = 16 + 8;
 
-/// `ldr r0, [pc, #off]`-free constants: `movw`/`movt` of a register.
-pub(crate) fn load(register: u16, value: u32) -> [u16; 4] {
-    let half = |opcode: u16, imm: u32| {
-        let imm = u16::try_from(imm & 0xFFFF).unwrap();
-        let (imm4, i, imm3, imm8) = (imm >> 12, imm >> 11 & 1, imm >> 8 & 7, imm & 0xFF);
-        [opcode | i << 10 | imm4, imm3 << 12 | register << 8 | imm8]
-    };
-    let [a, b] = half(0xF240, value);
-    let [c, d] = half(0xF2C0, value >> 16);
-    [a, b, c, d]
-}
-
 /// Enables TIMER0's interrupt and sleeps for ever.
 fn sleep_until_timer0() -> Vec<u16> {
-    let mut main = Vec::new();
-    main.extend(load(0, NVIC_ISER0));
-    main.extend(load(1, 1 << 8));
-    main.push(0x6001); // str r1, [r0]
-    main.extend([0xBF30, 0xE7FD]); // wfi; b .-2
-    main
+    [&store(NVIC_ISER0, 1 << 8)[..], &SLEEP].concat()
 }
 
 /// Sleeps between the ticks.
@@ -39,10 +22,18 @@ pub(crate) fn ticking() -> Board {
     ticking_in(&sleep_until_timer0())
 }
 
+fn variable(name: &str, address: u32, size: u32) -> Symbol {
+    Symbol {
+        name: name.to_owned(),
+        address,
+        size,
+        function: false,
+    }
+}
+
 /// Handler: clears COMPARE[0], counts in RAM.
 fn ticking_in(main: &[u16]) -> Board {
-    let mut handler = Vec::new();
-    handler.extend(load(0, COMPARE0));
+    let mut handler = load(0, COMPARE0).to_vec();
     handler.push(0x2100); // movs r1, #0
     handler.push(0x6001); // str r1, [r0]
     handler.extend(load(2, RAM_START));
@@ -50,22 +41,13 @@ fn ticking_in(main: &[u16]) -> Board {
     handler.push(0x4770); // bx lr
     let handler_at = u32::try_from(0x100 + 2 * main.len()).unwrap();
     let symbols = vec![
+        variable("TICKS", RAM_START, 4),
         Symbol {
-            name: "TICKS".to_owned(),
-            address: RAM_START,
-            size: 4,
-            function: false,
-        },
-        Symbol {
-            name: "example::TIMER0".to_owned(),
-            address: handler_at,
-            size: 2 * 10,
             function: true,
+            ..variable("example::TIMER0", handler_at, 2 * 10)
         },
     ];
-    let image = Image::of_code(program(main, &handler), symbols);
-    let mut board = Board::new(image).unwrap();
-    board.run_for(100).unwrap();
+    let mut board = booted(board_with(main, &handler, symbols));
     // Every 100 us.
     for (register, value) in [
         (0x508, 3),
@@ -83,7 +65,7 @@ fn ticking_in(main: &[u16]) -> Board {
 #[test]
 fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
     let mut board = ticking();
-    board.run_for(1_050 * MICROSECOND).unwrap();
+    board.wait(1_050 * MICROSECOND);
     assert_eq!(board.word("TICKS").unwrap(), 10);
     let activations = &board.trace().activations;
     assert_eq!(activations.len(), 10);
@@ -101,17 +83,14 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
 /// What a condition skips stays skipped where an interrupt comes between.
 #[test]
 fn an_interrupt_in_an_it_block_changes_nothing() {
-    let mut main = Vec::new();
-    main.extend(load(0, NVIC_ISER0));
-    main.extend(load(1, 1 << 8));
-    main.push(0x6001); // str r1, [r0]
+    let mut main = store(NVIC_ISER0, 1 << 8);
     main.extend(load(6, RAM_START + 4));
     main.extend([0x2500, 0x2401]); // movs r5, #0; movs r4, #1: not zero
     main.extend([0xBF01, 0x3501, 0x3501, 0x3501, 0x3501]); // itttt eq; addeq r5, #1 (4 times)
     main.extend([0x6035, 0xE7F8]); // str r5, [r6]; b to the itttt
     let mut board = ticking_in(&main);
     for _ in 0..500 {
-        board.run_for(101 * MICROSECOND).unwrap();
+        board.wait(101 * MICROSECOND);
     }
     assert!(board.word("TICKS").unwrap() > 500);
     assert_eq!(board.memory().word(RAM_START + 4), Some(0));
@@ -126,9 +105,8 @@ fn an_interrupt_that_is_pending_and_masked_wakes_the_core_from_the_sleep_that_it
     main.push(0xB672); // cpsid i
     main.extend([0x6001, 0xF8C0, 0x1100]); // str r1, [r0]; str.w r1, [r0, #0x100]: pending
     main.extend([0xBF30, 0x6011, 0xE7FE]); // wfi; str r1, [r2]; b .
-    let image = Image::of_code(program(&main, &[]), Vec::new());
-    let mut board = Board::new(image).unwrap();
-    board.run_for(MILLISECOND).unwrap();
+    let mut board = board_of(&main, &[]);
+    board.wait(MILLISECOND);
     assert_eq!(board.memory().word(RAM_START), Some(1 << 8));
 }
 
@@ -136,7 +114,7 @@ fn an_interrupt_that_is_pending_and_masked_wakes_the_core_from_the_sleep_that_it
 fn the_same_run_takes_the_same_cycles() {
     let run = || {
         let mut board = ticking();
-        board.run_for(5 * MILLISECOND).unwrap();
+        board.wait(5 * MILLISECOND);
         (
             board.now(),
             board.instructions(),
@@ -153,7 +131,7 @@ fn a_core_that_is_held_off_runs_its_handler_late() {
     board.watch("TICKS").unwrap();
     let began = board.now();
     board.hold_off(began + 350 * MICROSECOND, 200 * MICROSECOND);
-    board.run_for(1_050 * MICROSECOND).unwrap();
+    board.wait(1_050 * MICROSECOND);
     let at: Vec<u64> = board
         .trace()
         .changes
@@ -194,13 +172,13 @@ fn a_symbol_that_is_not_there_is_an_error() {
 #[test]
 fn a_stuck_main_loop_still_takes_interrupts_and_never_sleeps() {
     let mut board = ticking();
-    board.run_for(150 * MICROSECOND).unwrap();
+    board.wait(150 * MICROSECOND);
     board.stick_main_loop().unwrap();
     let before = board.word("TICKS").unwrap();
     // Up to the next interrupt the core may still be in its last sleep.
-    board.run_for(100 * MICROSECOND).unwrap();
+    board.wait(100 * MICROSECOND);
     let slept = board.slept();
-    board.run_for(MILLISECOND).unwrap();
+    board.wait(MILLISECOND);
     assert_eq!(board.slept(), slept);
     assert_eq!(board.word("TICKS").unwrap(), before + 11);
     assert_eq!(board.exception(), 0);
@@ -209,9 +187,9 @@ fn a_stuck_main_loop_still_takes_interrupts_and_never_sleeps() {
 #[test]
 fn a_reset_starts_the_program_again() {
     let mut board = ticking();
-    board.run_for(150 * MICROSECOND).unwrap();
+    board.wait(150 * MICROSECOND);
     board.reset();
-    board.run_for(10 * MILLISECOND).unwrap();
+    board.wait(10 * MILLISECOND);
     assert_eq!(board.trace().resets[0].cause, ResetCause::Pin);
     // RAM is as it was; the timer stands still, since nobody has started it again.
     assert_eq!(board.word("TICKS").unwrap(), 1);
@@ -219,14 +197,9 @@ fn a_reset_starts_the_program_again() {
 
 /// TIMER0's handler asks for a soft reset.
 fn resets_itself() -> Board {
-    let mut handler = Vec::new();
-    handler.extend(load(0, 0xE000_ED0C));
-    handler.extend(load(1, 0x05FA_0004));
-    handler.extend([0x6001, 0xE7FE]); // str r1, [r0]; b .
-    let image = Image::of_code(program(&sleep_until_timer0(), &handler), Vec::new());
-    let mut board = Board::new(image).unwrap();
-    board.run_for(100).unwrap();
-    board
+    let mut handler = store(0xE000_ED0C, 0x05FA_0004);
+    handler.push(0xE7FE); // b .
+    booted(board_of(&sleep_until_timer0(), &handler))
 }
 
 #[test]
@@ -238,14 +211,14 @@ fn a_soft_reset_stops_the_timers_and_leaves_the_watchdog_running() {
     for (register, value) in [(0x508, 3), (0x540, 100), (0x304, 1 << 16), (0, 1)] {
         board.set(TIMER0 + register, value);
     }
-    board.run_for(90 * MILLISECOND).unwrap();
+    board.wait(90 * MILLISECOND);
     let causes = |board: &mut Board| {
         let resets = board.trace().resets.iter();
         resets.map(|reset| reset.cause).collect::<Vec<_>>()
     };
     assert_eq!(causes(&mut board), [ResetCause::Soft]);
     assert_eq!(board.get(WDT + 0x400), 1, "the watchdog runs");
-    board.run_for(20 * MILLISECOND).unwrap();
+    board.wait(20 * MILLISECOND);
     assert_eq!(causes(&mut board), [ResetCause::Soft, ResetCause::Watchdog]);
     assert_eq!(board.get(WDT + 0x400), 0);
     assert_eq!(board.get(0x4000_0400), 0b110, "the causes add up");
@@ -256,18 +229,9 @@ fn a_soft_reset_stops_the_timers_and_leaves_the_watchdog_running() {
 fn a_reset_leaves_the_line_as_it_is() {
     let mut board = receiving(8);
     board.reset();
-    for (register, value) in [
-        (PSEL_RXD, 8),
-        (BAUDRATE, BAUD_1M),
-        (UARTE_ENABLE, 8),
-        (RXD_PTR, BUFFER),
-        (RXD_MAXCNT, 1),
-        (STARTRX, 1),
-    ] {
-        board.set(register, value);
-    }
+    start_receiving(&mut board, BAUD_1M, 1);
     board.send(b"a");
-    board.run_for(20 * MICROSECOND).unwrap();
+    board.wait(20 * MICROSECOND);
     assert_eq!(board.bytes(BUFFER, 1), b"a");
 }
 
@@ -276,9 +240,7 @@ fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
     // Reads GPIOTE.
     let mut main = load(0, 0x4000_6100).to_vec();
     main.extend([0x6801, 0xE7FE]); // ldr r1, [r0]; b .
-    let image = Image::of_code(program(&main, &[0x4770]), Vec::new());
-    let mut board = Board::new(image).unwrap();
-    let error = board.run_for(100).unwrap_err();
+    let error = board_of(&main, &[RETURN]).run_for(100).unwrap_err();
     assert!(
         matches!(
             error,
@@ -298,9 +260,7 @@ fn what_the_firmware_does_wrong_is_told_with_the_program_counter() {
 #[test]
 fn a_fault_ends_the_emulation_with_its_status() {
     // udf
-    let image = Image::of_code(program(&[0xDE00], &[0x4770]), Vec::new());
-    let mut board = Board::new(image).unwrap();
-    let error = board.run_for(100).unwrap_err();
+    let error = board_of(&[0xDE00], &[RETURN]).run_for(100).unwrap_err();
     assert!(
         matches!(
             error,
@@ -318,8 +278,7 @@ fn a_fault_ends_the_emulation_with_its_status() {
 fn flash_is_not_written_by_accident() {
     let mut main = load(0, 0x100).to_vec();
     main.extend([0x6001, 0xE7FE]); // str r1, [r0]; b .
-    let image = Image::of_code(program(&main, &[0x4770]), Vec::new());
-    let error = Board::new(image).unwrap().run_for(100).unwrap_err();
+    let error = board_of(&main, &[RETURN]).run_for(100).unwrap_err();
     assert!(matches!(error, Error::Fault { bfar: 0x100, .. }), "{error}");
 }
 
@@ -327,12 +286,8 @@ fn flash_is_not_written_by_accident() {
 #[test]
 fn rtt_is_read_across_the_end_of_its_buffer() {
     let (block, buffer) = (RAM_START + 0x1000, RAM_START + 0x2000);
-    let mut board = asleep_with(vec![Symbol {
-        name: "_SEGGER_RTT".to_owned(),
-        address: block,
-        size: 48,
-        function: false,
-    }]);
+    let symbols = vec![variable("_SEGGER_RTT", block, 48)];
+    let mut board = booted(board_with(&SLEEP, &[RETURN], symbols));
     let mut control = b"SEGGER RTT\0\0\0\0\0\0".to_vec();
     for word in [1, 0, 0, buffer, 8, 2, 6, 0] {
         control.extend(u32::to_le_bytes(word));

@@ -63,7 +63,7 @@ fn widths(board: &mut Board) -> Vec<[Option<u64>; 4]> {
 fn pulses_are_as_wide_as_the_values_say() {
     let mut board = servos(&[pulse(1_000), pulse(1_498), pulse(2_000), 0]);
     board.set(SEQSTART0, 1);
-    board.run_for(45 * MILLISECOND).unwrap();
+    board.wait(45 * MILLISECOND);
     // A step goes on until something else is started; the fourth channel goes to no pin.
     let pulses = [Some(1_000), Some(1_498), Some(2_000), None];
     assert_eq!(widths(&mut board), [pulses; 3]);
@@ -89,10 +89,10 @@ fn without_the_polarity_bit_the_rest_of_the_period_is_high() {
 fn a_start_while_it_runs_takes_effect_with_the_next_period() {
     let mut board = servos(&[pulse(1_000); 4]);
     board.set(SEQSTART0, 1);
-    board.run_for(5 * MILLISECOND).unwrap();
+    board.wait(5 * MILLISECOND);
     write_values(&mut board, &[pulse(2_000); 4]);
     board.set(SEQSTART0, 1);
-    board.run_for(20 * MILLISECOND).unwrap();
+    board.wait(20 * MILLISECOND);
     let [first, second] = [1_000, 2_000].map(|w| [Some(w), Some(w), Some(w), None]);
     assert_eq!(widths(&mut board), [first, second]);
 }
@@ -103,11 +103,11 @@ fn each_step_of_a_sequence_is_repeated_as_refresh_says() {
     let mut board = servos(&[a, a, a, a, b, b, b, b]);
     board.set(SEQ0_REFRESH, 1);
     board.set(SEQSTART0, 1);
-    board.run_for(79 * MILLISECOND).unwrap();
+    board.wait(79 * MILLISECOND);
     let first: Vec<u64> = widths(&mut board).iter().filter_map(|w| w[0]).collect();
     assert_eq!(first, [1_000, 1_000, 1_500, 1_500]);
     assert!(!board.take_event(SEQEND0));
-    board.run_for(2 * MILLISECOND).unwrap();
+    board.wait(2 * MILLISECOND);
     assert!(board.take_event(SEQEND0));
 }
 
@@ -115,12 +115,12 @@ fn each_step_of_a_sequence_is_repeated_as_refresh_says() {
 fn stopping_waits_for_the_end_of_the_period() {
     let mut board = servos(&[pulse(1_000); 4]);
     board.set(SEQSTART0, 1);
-    board.run_for(5 * MILLISECOND).unwrap();
+    board.wait(5 * MILLISECOND);
     board.set(PWM_STOP, 1);
     assert!(!board.take_event(STOPPED));
-    board.run_for(16 * MILLISECOND).unwrap();
+    board.wait(16 * MILLISECOND);
     assert!(board.take_event(STOPPED));
-    board.run_for(100 * MILLISECOND).unwrap();
+    board.wait(100 * MILLISECOND);
     assert_eq!(board.trace().pwm_periods.len(), 1);
 }
 
@@ -128,9 +128,9 @@ fn stopping_waits_for_the_end_of_the_period() {
 fn a_reset_ends_the_pulses_and_they_have_been_seen() {
     let mut board = servos(&[pulse(1_000); 4]);
     board.set(SEQSTART0, 1);
-    board.run_for(25 * MILLISECOND).unwrap();
+    board.wait(25 * MILLISECOND);
     board.reset();
-    board.run_for(50 * MILLISECOND).unwrap();
+    board.wait(50 * MILLISECOND);
     assert_eq!(board.trace().pwm_periods.len(), 2);
 }
 
@@ -153,9 +153,9 @@ fn the_watchdog_bites_when_it_is_not_fed_and_says_why() {
     let mut board = watched();
     board.set(0x5000_0518, 1 << 13);
     let began = board.now();
-    board.run_for(100 * MILLISECOND).unwrap();
+    board.wait(100 * MILLISECOND);
     assert!(board.trace().resets.is_empty());
-    board.run_for(MILLISECOND).unwrap();
+    board.wait(MILLISECOND);
     let &[reset] = board.trace().resets.as_slice() else {
         panic!("{:?}", board.trace().resets)
     };
@@ -177,7 +177,7 @@ fn the_watchdog_bites_when_it_is_not_fed_and_says_why() {
 fn a_watchdog_that_is_fed_does_not_bite() {
     let mut board = watched();
     for _ in 0..20 {
-        board.run_for(90 * MILLISECOND).unwrap();
+        board.wait(90 * MILLISECOND);
         board.set(WDT + 0x600, 0x6E52_4635);
     }
     assert!(board.trace().resets.is_empty());
@@ -186,9 +186,9 @@ fn a_watchdog_that_is_fed_does_not_bite() {
 #[test]
 fn another_value_does_not_feed_it() {
     let mut board = watched();
-    board.run_for(90 * MILLISECOND).unwrap();
+    board.wait(90 * MILLISECOND);
     board.set(WDT + 0x600, 1);
-    board.run_for(20 * MILLISECOND).unwrap();
+    board.wait(20 * MILLISECOND);
     assert_eq!(board.trace().resets.len(), 1);
 }
 
@@ -196,7 +196,7 @@ fn another_value_does_not_feed_it() {
 fn a_running_watchdog_cannot_be_slowed_down() {
     let mut board = watched();
     board.set(WDT + 0x504, 100_000);
-    board.run_for(110 * MILLISECOND).unwrap();
+    board.wait(110 * MILLISECOND);
     assert_eq!(board.trace().resets.len(), 1);
 }
 
@@ -206,7 +206,7 @@ fn outputs_are_seen_when_they_change() {
     // PIN_CNF[13] as output, then OUTSET and OUTCLR.
     board.set(0x5000_0700 + 4 * 13, 3);
     board.set(0x5000_0508, 1 << 13);
-    board.run_for(10 * MICROSECOND).unwrap();
+    board.wait(10 * MICROSECOND);
     board.set(0x5000_050C, 1 << 13);
     // P1.02 as well.
     board.set(0x5000_0300 + 0x518, 1 << 2);
@@ -240,9 +240,9 @@ fn a_quiet_line_is_read_as_high() {
 fn the_crystal_takes_its_time() {
     let mut board = asleep();
     board.set(0x4000_0000, 1);
-    board.run_for(359 * MICROSECOND).unwrap();
+    board.wait(359 * MICROSECOND);
     assert!(!board.take_event(0x4000_0100));
-    board.run_for(2 * MICROSECOND).unwrap();
+    board.wait(2 * MICROSECOND);
     assert!(board.take_event(0x4000_0100));
 }
 
@@ -256,9 +256,9 @@ fn seqstart_may_cut_the_period() {
             ..Assumptions::default()
         });
         board.set(SEQSTART0, 1);
-        board.run_for(1_200 * MICROSECOND).unwrap();
+        board.wait(1_200 * MICROSECOND);
         board.set(SEQSTART0, 1);
-        board.run_for(30 * MILLISECOND).unwrap();
+        board.wait(30 * MILLISECOND);
         let first = board.trace().pwm_periods[0];
         let length = if cuts { 1_200 } else { 20_000 };
         assert!(first.length.abs_diff(length * MICROSECOND) < 100);

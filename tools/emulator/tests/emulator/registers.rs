@@ -1,4 +1,5 @@
-//! A board whose firmware only sleeps, so that a test can use the registers itself.
+//! Boards with firmware of a few instructions, and their registers, which a test can use itself while the
+//! firmware sleeps.
 
 use nrf52840_emulator::{Board, Image, RAM_START, Symbol};
 
@@ -49,21 +50,55 @@ pub(crate) fn program(main: &[u16], handler: &[u16]) -> Vec<u8> {
     code
 }
 
-/// `wfi; b .-2`, and `bx lr` for a handler.
-pub(crate) fn asleep() -> Board {
-    asleep_with(Vec::new())
+/// `bx lr`
+pub(crate) const RETURN: u16 = 0x4770;
+/// `wfi; b .-2`
+pub(crate) const SLEEP: [u16; 2] = [0xBF30, 0xE7FD];
+
+/// `movw` and `movt`: a constant in a register.
+pub(crate) fn load(register: u16, value: u32) -> [u16; 4] {
+    let half = |opcode: u16, imm: u32| {
+        let imm = u16::try_from(imm & 0xFFFF).unwrap();
+        let (imm4, i, imm3, imm8) = (imm >> 12, imm >> 11 & 1, imm >> 8 & 7, imm & 0xFF);
+        [opcode | i << 10 | imm4, imm3 << 12 | register << 8 | imm8]
+    };
+    let [a, b] = half(0xF240, value);
+    let [c, d] = half(0xF2C0, value >> 16);
+    [a, b, c, d]
+}
+
+/// Stores a word, and leaves its address in r0, the word in r1.
+pub(crate) fn store(address: u32, value: u32) -> Vec<u16> {
+    // str r1, [r0]
+    [&load(0, address)[..], &load(1, value), &[0x6001]].concat()
+}
+
+/// A board at power-on with this main loop, and one handler for all exceptions.
+pub(crate) fn board_of(main: &[u16], handler: &[u16]) -> Board {
+    board_with(main, handler, Vec::new())
 }
 
 /// The same with symbols.
-pub(crate) fn asleep_with(symbols: Vec<Symbol>) -> Board {
-    let code = program(&[0xBF30, 0xE7FD], &[0x4770]);
-    let mut board = Board::new(Image::of_code(code, symbols)).unwrap();
+pub(crate) fn board_with(main: &[u16], handler: &[u16], symbols: Vec<Symbol>) -> Board {
+    Board::new(Image::of_code(program(main, handler), symbols)).unwrap()
+}
+
+/// The same after its first instructions.
+pub(crate) fn booted(mut board: Board) -> Board {
     board.run_for(100).unwrap();
     board
 }
 
+/// Firmware that only sleeps.
+pub(crate) fn asleep() -> Board {
+    booted(board_of(&SLEEP, &[RETURN]))
+}
+
 pub(crate) trait Registers {
     fn set(&mut self, address: u32, value: u32);
+    fn set_all(&mut self, registers: &[(u32, u32)]);
+    /// Lets time pass, in cycles.
+    fn wait(&mut self, cycles: u64);
     fn get(&mut self, address: u32) -> u32;
     /// Reads an event and clears it.
     fn take_event(&mut self, address: u32) -> bool;
@@ -73,6 +108,16 @@ pub(crate) trait Registers {
 impl Registers for Board {
     fn set(&mut self, address: u32, value: u32) {
         self.set_register(address, value).unwrap();
+    }
+
+    fn set_all(&mut self, registers: &[(u32, u32)]) {
+        for (address, value) in registers {
+            self.set(*address, *value);
+        }
+    }
+
+    fn wait(&mut self, cycles: u64) {
+        self.run_for(cycles).unwrap();
     }
 
     fn get(&mut self, address: u32) -> u32 {
@@ -107,10 +152,17 @@ pub(crate) fn receiving_at(register: u32, millibaud: u64, size: u32) -> Board {
 
 /// What firmware does after each reset.
 pub(crate) fn start_receiving(board: &mut Board, baud: u32, size: u32) {
-    board.set(PSEL_RXD, 8);
-    board.set(BAUDRATE, baud);
-    board.set(UARTE_ENABLE, 8);
-    board.set(RXD_PTR, BUFFER);
-    board.set(RXD_MAXCNT, size);
-    board.set(STARTRX, 1);
+    start_receiving_from(8, board, baud, size);
+}
+
+/// The same, with RXD on another pin.
+pub(crate) fn start_receiving_from(pin: u32, board: &mut Board, baud: u32, size: u32) {
+    board.set_all(&[
+        (PSEL_RXD, pin),
+        (BAUDRATE, baud),
+        (UARTE_ENABLE, 8),
+        (RXD_PTR, BUFFER),
+        (RXD_MAXCNT, size),
+        (STARTRX, 1),
+    ]);
 }

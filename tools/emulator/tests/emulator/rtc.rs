@@ -32,7 +32,7 @@ fn it_counts_32768_in_a_second_divided_by_its_prescaler() {
         board.run_until(start + CYCLES_PER_SECOND).unwrap();
         assert_eq!(board.get(COUNTER), counts);
         board.set(STOP, 1);
-        board.run_for(MILLISECOND).unwrap();
+        board.wait(MILLISECOND);
         assert_eq!(board.get(COUNTER), counts);
         board.set(CLEAR, 1);
         assert_eq!(board.get(COUNTER), 0);
@@ -56,7 +56,7 @@ fn a_compare_comes_when_the_count_becomes_its_value_if_its_interrupt_is_enabled(
     assert!(board.take_event(COMPARE0));
     // What it already has, it does not become.
     board.set(CC0, 200);
-    board.run_for(MILLISECOND).unwrap();
+    board.wait(MILLISECOND);
     assert!(!board.take_event(COMPARE0));
 }
 
@@ -64,11 +64,9 @@ fn a_compare_comes_when_the_count_becomes_its_value_if_its_interrupt_is_enabled(
 fn it_overflows_behind_24_bits() {
     let mut board = counting(0);
     board.set(INTENSET, 1 << 1);
-    board
-        .run_for(512 * CYCLES_PER_SECOND - MILLISECOND)
-        .unwrap();
+    board.wait(512 * CYCLES_PER_SECOND - MILLISECOND);
     assert!(!board.take_event(OVRFLW));
-    board.run_for(2 * MILLISECOND).unwrap();
+    board.wait(2 * MILLISECOND);
     assert!(board.take_event(OVRFLW));
     assert_eq!(board.get(COUNTER), 32);
 }
@@ -80,8 +78,8 @@ fn the_low_frequency_clock_starts() {
     const LFCLKSTARTED: u32 = 0x4000_0104;
     let mut board = asleep();
     board.set(LFCLKSTART, 1);
-    board.run_for(MILLISECOND / 2).unwrap();
+    board.wait(MILLISECOND / 2);
     assert!(!board.take_event(LFCLKSTARTED));
-    board.run_for(MILLISECOND).unwrap();
+    board.wait(MILLISECOND);
     assert!(board.take_event(LFCLKSTARTED));
 }

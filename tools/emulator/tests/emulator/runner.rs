@@ -29,22 +29,33 @@ fn elf(code: &[u8]) -> Vec<u8> {
 fn lights_led_1() -> Vec<u8> {
     // ldr r0, [pc, #8]; ldr r1, [pc, #12]; str r1, [r0]; wfi; b .-2; nop; the two words
     let code = [0x4802, 0x4903, 0x6001, 0xBF30, 0xE7FD, 0xBF00];
-    let words = [0x5000_0518_u32, 1 << 13];
-    let words = words.iter().flat_map(|w| w.to_le_bytes());
-    let words: Vec<u8> = words.collect();
-    let halves: Vec<u16> = words
-        .chunks_exact(2)
-        .map(|half| u16::from_le_bytes([half[0], half[1]]))
-        .collect();
-    elf(&program(&[&code[..], &halves].concat(), &[0x4770]))
+    elf_of(&code, &[0x5000_0518, 1 << 13])
+}
+
+/// An ELF with this main loop, followed by constants.
+fn elf_of(code: &[u16], words: &[u32]) -> Vec<u8> {
+    #[allow(clippy::cast_possible_truncation, reason = "the two halves")]
+    let halves = words.iter().flat_map(|w| [*w as u16, (*w >> 16) as u16]);
+    let main: Vec<u16> = code.iter().copied().chain(halves).collect();
+    elf(&program(&main, &[RETURN]))
+}
+
+/// A file in the folder for tests.
+fn file(name: &str, content: &[u8]) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
+
+fn emulator(name: &str, image: &[u8], arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nrf52840-emulator"));
+    command.arg("--elf").arg(file(name, image)).args(arguments);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped());
+    command
 }
 
 fn emulate(name: &str, image: &[u8], arguments: &[&str]) -> Output {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::write(&path, image).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_nrf52840-emulator"));
-    command.arg("--elf").arg(path).args(arguments);
-    command.output().unwrap()
+    emulator(name, image, arguments).output().unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -117,17 +128,13 @@ fn lights_led_1_after_seven_bytes() -> Vec<u8> {
         [STARTRX, 1],
         [0, 0],
     ];
-    let words = words.iter().flatten();
-    #[allow(clippy::cast_possible_truncation, reason = "the two halves")]
-    let halves: Vec<u16> = words.flat_map(|w| [*w as u16, (*w >> 16) as u16]).collect();
-    elf(&program(&[&code[..], &halves].concat(), &[0x4770]))
+    elf_of(&code, words.as_flattened())
 }
 
 /// A file is sent as fast as the emulation goes, and a second later it ends by itself.
 #[test]
 fn a_file_is_sent_at_the_lines_rate() {
-    let bytes = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("bytes");
-    std::fs::write(&bytes, b"seven b").unwrap();
+    let bytes = file("bytes", b"seven b");
     let image = lights_led_1_after_seven_bytes();
     let output = emulate("file.elf", &image, &["--input", bytes.to_str().unwrap()]);
     // 5 ms to boot, and seven bytes at 115200 baud, up to the middle of the last stop bit.
@@ -137,8 +144,7 @@ fn a_file_is_sent_at_the_lines_rate() {
 
 #[test]
 fn bytes_without_a_stop_bit_are_not_received() {
-    let bytes = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("bytes for faults");
-    std::fs::write(&bytes, b"seven b").unwrap();
+    let bytes = file("bytes for faults", b"seven b");
     let image = lights_led_1_after_seven_bytes();
     let faults = "--framing 1 --break 1 --pause 1 --seed 7 --seconds 0.02";
     let faults: Vec<&str> = faults.split(' ').collect();
@@ -153,11 +159,8 @@ fn bytes_without_a_stop_bit_are_not_received() {
 fn standard_input_is_read_before_it_ends() {
     use std::io::{BufRead, BufReader, Write};
 
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("stdin.elf");
-    std::fs::write(&path, lights_led_1_after_seven_bytes()).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_nrf52840-emulator"));
-    command.arg("--elf").arg(path).args(["--input", "-"]);
-    command.stdin(Stdio::piped()).stdout(Stdio::piped());
+    let image = lights_led_1_after_seven_bytes();
+    let mut command = emulator("stdin.elf", &image, &["--input", "-"]);
     let mut child = command.spawn().unwrap();
     let mut input = child.stdin.take().unwrap();
     input.write_all(b"seven b").unwrap();
@@ -176,13 +179,9 @@ fn standard_input_is_read_before_it_ends() {
 fn it_listens_at_a_pseudo_terminal() {
     use std::io::{BufRead, BufReader, Read, Write};
 
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("pty.elf");
-    std::fs::write(&path, lights_led_1_after_seven_bytes()).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_nrf52840-emulator"));
-    command.arg("--elf").arg(path).args(["--input", "pty"]);
-    command.stderr(Stdio::piped());
-    command.stdout(Stdio::piped());
-    let mut child = command.spawn().unwrap();
+    let image = lights_led_1_after_seven_bytes();
+    let mut command = emulator("pty.elf", &image, &["--input", "pty"]);
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap());
     let mut errors = BufReader::new(child.stderr.take().unwrap());
     let name = loop {

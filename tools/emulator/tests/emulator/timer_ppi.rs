@@ -52,10 +52,10 @@ fn a_timer_counts_microseconds_exactly() {
 #[test]
 fn a_stopped_timer_keeps_its_count_and_clearing_sets_it_to_zero() {
     let mut board = microseconds(TIMER1);
-    board.run_for(50 * MICROSECOND).unwrap();
+    board.wait(50 * MICROSECOND);
     board.set(TIMER1 + STOP, 1);
     let stopped = count(&mut board, TIMER1);
-    board.run_for(50 * MICROSECOND).unwrap();
+    board.wait(50 * MICROSECOND);
     assert_eq!(count(&mut board, TIMER1), stopped);
     assert_eq!(stopped, 50);
     board.set(TIMER1 + CLEAR, 1);
@@ -66,11 +66,11 @@ fn a_stopped_timer_keeps_its_count_and_clearing_sets_it_to_zero() {
 fn a_compare_comes_when_the_count_is_reached_and_once() {
     let mut board = microseconds(TIMER1);
     board.set(TIMER1 + CC + 4, 30);
-    board.run_for(29 * MICROSECOND).unwrap();
+    board.wait(29 * MICROSECOND);
     assert!(!board.take_event(TIMER1 + COMPARE + 4));
-    board.run_for(2 * MICROSECOND).unwrap();
+    board.wait(2 * MICROSECOND);
     assert!(board.take_event(TIMER1 + COMPARE + 4));
-    board.run_for(1_000 * MICROSECOND).unwrap();
+    board.wait(1_000 * MICROSECOND);
     assert!(!board.take_event(TIMER1 + COMPARE + 4));
 }
 
@@ -78,9 +78,9 @@ fn a_compare_comes_when_the_count_is_reached_and_once() {
 #[test]
 fn a_compare_in_the_past_does_not_come() {
     let mut board = microseconds(TIMER1);
-    board.run_for(100 * MICROSECOND).unwrap();
+    board.wait(100 * MICROSECOND);
     board.set(TIMER1 + CC + 4, 99);
-    board.run_for(1_000_000 * MICROSECOND).unwrap();
+    board.wait(1_000_000 * MICROSECOND);
     assert!(!board.take_event(TIMER1 + COMPARE + 4));
 }
 
@@ -90,12 +90,12 @@ fn shorts_clear_and_stop_at_a_compare() {
     board.set(TIMER2 + CC, 30);
     // COMPARE[0] clears, so it comes every 30 us.
     board.set(TIMER2 + SHORTS, 1);
-    board.run_for(75 * MICROSECOND).unwrap();
+    board.wait(75 * MICROSECOND);
     board.set(TIMER2 + CAPTURE + 4, 1);
     assert_eq!(board.get(TIMER2 + CC + 4), 15);
     // And with STOP as well it stays at 0.
     board.set(TIMER2 + SHORTS, 0x101);
-    board.run_for(75 * MICROSECOND).unwrap();
+    board.wait(75 * MICROSECOND);
     board.set(TIMER2 + CAPTURE + 4, 1);
     assert_eq!(board.get(TIMER2 + CC + 4), 0);
 }
@@ -105,7 +105,7 @@ fn eight_bits_wrap() {
     let mut board = asleep();
     board.set(TIMER1 + BITMODE, 1);
     board.set(TIMER1 + START, 1);
-    board.run_for(260 * MICROSECOND).unwrap();
+    board.wait(260 * MICROSECOND);
     assert_eq!(count(&mut board, TIMER1), 4);
 }
 
@@ -115,7 +115,7 @@ fn a_counter_counts_tasks_not_time() {
     board.set(TIMER1 + MODE, 2);
     board.set(TIMER1 + CC + 4, 2);
     board.set(TIMER1 + START, 1);
-    board.run_for(100 * MICROSECOND).unwrap();
+    board.wait(100 * MICROSECOND);
     assert_eq!(count(&mut board, TIMER1), 0);
     board.set(TIMER1 + COUNT, 1);
     assert!(!board.take_event(TIMER1 + COMPARE + 4));
@@ -142,7 +142,7 @@ fn an_event_triggers_a_task_and_its_fork() {
     assert_eq!(count(&mut board, TIMER2), 20);
     board.set(CHENCLR, 1);
     board.send(b"d");
-    board.run_for(20 * MICROSECOND).unwrap();
+    board.wait(20 * MICROSECOND);
     assert_eq!(
         count(&mut board, TIMER1),
         3,

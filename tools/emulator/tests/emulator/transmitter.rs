@@ -1,8 +1,7 @@
 //! UARTE1's transmitter, wired to UARTE0.
 
-use crate::board::load;
 use crate::registers::*;
-use nrf52840_emulator::{Board, Error, Image, MICROSECOND, RAM_START, Refusal};
+use nrf52840_emulator::{Board, Error, MICROSECOND, RAM_START, Refusal};
 
 const UARTE1: u32 = 0x4002_8000;
 const STARTTX: u32 = UARTE1 + 0x008;
@@ -65,7 +64,7 @@ fn what_uarte1_sends_is_heard_by_uarte0() {
     start_receiving(&mut board, BAUD_1M, 3);
     prepare(&mut board, b"abc");
     board.set(STARTTX, 1);
-    board.run_for(4 * BYTE).unwrap();
+    board.wait(4 * BYTE);
     assert!(board.take_event(ENDRX));
     assert_eq!(board.bytes(BUFFER, 3), b"abc");
 }
@@ -80,7 +79,7 @@ fn without_the_wire_uarte0_hears_the_sender_only() {
         prepare(&mut board, b"xyz");
         board.set(STARTTX, 1);
         board.send(b"ab");
-        board.run_for(5 * BYTE).unwrap();
+        board.wait(5 * BYTE);
         assert!(board.take_event(ENDTX));
         assert_eq!(board.bytes(BUFFER, 3), b"ab\0");
     }
@@ -91,21 +90,21 @@ fn another_baud_rate_and_an_unexpected_parity_bit_are_framing_errors() {
     let mut slow = wired(&[0]);
     slow.set(TX_BAUDRATE, BAUD_500K);
     slow.set(STARTTX, 1);
-    slow.run_for(3 * BYTE).unwrap();
+    slow.wait(3 * BYTE);
     assert_eq!(slow.get(ERRORSRC), FRAMING | BREAK);
 
     // Two ones: the parity bit is 0, where UARTE0 expects the stop bit.
     let mut parity = wired(&[0x03]);
     parity.set(CONFIG, 7 << 1);
     parity.set(STARTTX, 1);
-    parity.run_for(3 * BYTE).unwrap();
+    parity.wait(3 * BYTE);
     assert_eq!(parity.get(ERRORSRC), FRAMING);
 
     // One: it is 1, which UARTE0 takes for a longer stop bit.
     let mut parity = wired(&[0x01]);
     parity.set(CONFIG, 7 << 1);
     parity.set(STARTTX, 1);
-    parity.run_for(3 * BYTE).unwrap();
+    parity.wait(3 * BYTE);
     assert_eq!(parity.get(ERRORSRC), 0);
     assert_eq!(parity.bytes(BUFFER, 1), [0x01]);
 }
@@ -118,7 +117,7 @@ fn a_second_stop_bit_takes_a_bit() {
     board.set(STARTTX, 1);
     board.run_until(began + 22 * BIT - 1).unwrap();
     assert!(!board.take_event(ENDTX));
-    board.run_for(1).unwrap();
+    board.wait(1);
     assert!(board.take_event(ENDTX));
     assert_eq!(board.bytes(BUFFER, 3), b"ab\0");
 }
@@ -127,9 +126,9 @@ fn a_second_stop_bit_takes_a_bit() {
 fn stopping_ends_after_the_byte_under_way() {
     let mut board = wired(b"abcdef");
     board.set(STARTTX, 1);
-    board.run_for(3 * BYTE / 2).unwrap();
+    board.wait(3 * BYTE / 2);
     board.set(STOPTX, 1);
-    board.run_for(3 * BYTE).unwrap();
+    board.wait(3 * BYTE);
     assert!(board.take_event(ENDTX));
     assert!(board.take_event(TXSTOPPED));
     assert_eq!(board.get(TXD_AMOUNT), 2);
@@ -150,27 +149,23 @@ fn a_string_in_flash_and_a_second_start_are_errors() {
     assert_eq!(refusal(&mut board), outside);
     board.set(TXD_PTR, SOURCE);
     board.set(STARTTX, 1);
-    assert!(matches!(refusal(&mut board), Refusal::Transmitter(_)));
+    let peripheral = "UARTE1";
+    let how = "STARTTX while it sends";
+    assert_eq!(refusal(&mut board), Refusal::Misused { peripheral, how });
     // UARTE0's own transmitter is not modelled.
     assert!(board.set_register(STARTRX + 8, 1).is_err());
 }
 
 #[test]
 fn the_end_is_interrupt_40() {
-    let mut main = Vec::new();
-    main.extend(load(0, 0xE000_E104));
-    main.extend(load(1, 1 << (40 - 32)));
-    main.extend([0x6001, 0xBF30, 0xE7FD]); // str r1, [r0]; wfi; b .-2
-    let mut handler = Vec::new();
-    handler.extend(load(0, ENDTX));
-    handler.extend([0x2100, 0x6001, 0x4770]); // movs r1, #0; str r1, [r0]; bx lr
-    let image = Image::of_code(program(&main, &handler), Vec::new());
-    let mut board = Board::new(image).unwrap();
-    board.run_for(100).unwrap();
+    let main = [&store(0xE000_E104, 1 << (40 - 32))[..], &SLEEP].concat();
+    let mut handler = load(0, ENDTX).to_vec();
+    handler.extend([0x2100, 0x6001, RETURN]); // movs r1, #0; str r1, [r0]
+    let mut board = booted(board_of(&main, &handler));
     prepare(&mut board, b"ab");
     board.set(INTENSET, 1 << 8);
     board.set(STARTTX, 1);
-    board.run_for(3 * BYTE).unwrap();
+    board.wait(3 * BYTE);
     let ran: Vec<u16> = board
         .trace()
         .activations

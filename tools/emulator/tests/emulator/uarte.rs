@@ -1,25 +1,21 @@
 //! The receiver of UARTE0, register by register.
 
 use crate::registers::*;
-use nrf52840_emulator::{Board, Error, LineSymbol, MICROSECOND, Parity, Refusal};
+use nrf52840_emulator::{Error, LineSymbol, MICROSECOND, Parity, Refusal};
 
 /// A byte at 1 Mbaud.
 const BYTE: u64 = 10 * MICROSECOND;
-
-fn run(board: &mut Board, cycles: u64) {
-    board.run_for(cycles).unwrap();
-}
 
 #[test]
 fn bytes_arrive_in_ram_and_the_transfer_ends_when_it_is_full() {
     let mut board = receiving(4);
     assert!(board.take_event(RXSTARTED));
     board.send(&[0x00, 0xFF, 0x55]);
-    run(&mut board, 4 * BYTE);
+    board.wait(4 * BYTE);
     assert_eq!(board.bytes(BUFFER, 3), [0x00, 0xFF, 0x55]);
     assert!(!board.take_event(ENDRX));
     board.send(&[0xAA]);
-    run(&mut board, 2 * BYTE);
+    board.wait(2 * BYTE);
     assert!(board.take_event(ENDRX));
     assert_eq!(board.get(RXD_AMOUNT), 4);
     assert_eq!(board.bytes(BUFFER, 4), [0x00, 0xFF, 0x55, 0xAA]);
@@ -35,7 +31,7 @@ fn rxdrdy_comes_before_the_byte_is_in_ram() {
     board.run_until(end - MICROSECOND / 2 + 8).unwrap();
     assert!(board.take_event(RXDRDY));
     assert_eq!(board.bytes(BUFFER, 1), [0]);
-    run(&mut board, 32);
+    board.wait(32);
     assert_eq!(board.bytes(BUFFER, 1), [0x5A]);
 }
 
@@ -45,9 +41,9 @@ fn the_next_buffer_is_armed_while_the_first_fills() {
     board.set(UARTE_SHORTS, 1 << 5);
     board.set(RXD_PTR, BUFFER + 4);
     board.send(b"abcdefgh");
-    run(&mut board, 5 * BYTE);
+    board.wait(5 * BYTE);
     board.set(RXD_PTR, BUFFER + 8);
-    run(&mut board, 4 * BYTE);
+    board.wait(4 * BYTE);
     assert_eq!(board.bytes(BUFFER, 8), b"abcdefgh");
 }
 
@@ -56,7 +52,7 @@ fn a_late_handler_is_overwritten_without_a_word() {
     let mut board = receiving(4);
     board.set(UARTE_SHORTS, 1 << 5);
     board.send(b"abcdefgh");
-    run(&mut board, 9 * BYTE);
+    board.wait(9 * BYTE);
     // Nobody wrote RXD.PTR: the second half of the stream lies over the first.
     assert_eq!(board.bytes(BUFFER, 8), b"efgh\0\0\0\0");
     assert!(!board.take_event(ERROR));
@@ -67,14 +63,14 @@ fn a_late_handler_is_overwritten_without_a_word() {
 fn six_bytes_wait_without_a_transfer_and_the_seventh_is_lost() {
     let mut board = receiving(1);
     board.send(b"0abcdefg");
-    run(&mut board, 10 * BYTE);
+    board.wait(10 * BYTE);
     assert!(board.take_event(ERROR));
     assert_eq!(board.get(ERRORSRC), OVERRUN);
     board.set(ERRORSRC, OVERRUN);
     assert_eq!(board.get(ERRORSRC), 0);
     board.set(RXD_MAXCNT, 6);
     board.set(STARTRX, 1);
-    run(&mut board, BYTE);
+    board.wait(BYTE);
     assert_eq!(board.bytes(BUFFER, 6), b"abcdef");
 }
 
@@ -82,7 +78,7 @@ fn six_bytes_wait_without_a_transfer_and_the_seventh_is_lost() {
 fn each_cause_is_cleared_by_itself() {
     let mut board = receiving(8);
     board.send_symbols(&[LineSymbol::Break(20)]);
-    run(&mut board, 3 * BYTE);
+    board.wait(3 * BYTE);
     assert_eq!(board.get(ERRORSRC), FRAMING | BREAK);
     board.set(ERRORSRC, FRAMING);
     assert_eq!(board.get(ERRORSRC), BREAK);
@@ -97,7 +93,7 @@ fn a_byte_without_a_stop_bit_is_not_stored() {
         LineSymbol::BadStop(b'b'),
         LineSymbol::Byte(b'c'),
     ]);
-    run(&mut board, 4 * BYTE);
+    board.wait(4 * BYTE);
     assert_eq!(board.bytes(BUFFER, 3), b"ac\0");
     assert_eq!(board.get(ERRORSRC), FRAMING);
 }
@@ -107,12 +103,12 @@ fn a_byte_without_a_stop_bit_is_not_stored() {
 fn a_break_is_a_framing_error_first() {
     let mut board = receiving(8);
     board.send_symbols(&[LineSymbol::Break(40), LineSymbol::Byte(b'a')]);
-    run(&mut board, 39 * MICROSECOND / 4);
+    board.wait(39 * MICROSECOND / 4);
     assert_eq!(board.get(ERRORSRC), FRAMING);
-    run(&mut board, MICROSECOND);
+    board.wait(MICROSECOND);
     assert_eq!(board.get(ERRORSRC), FRAMING | BREAK);
     board.set(ERRORSRC, FRAMING | BREAK);
-    run(&mut board, 6 * BYTE);
+    board.wait(6 * BYTE);
     assert_eq!(board.get(ERRORSRC), 0, "one break is one event");
     assert_eq!(board.bytes(BUFFER, 1), b"a");
 }
@@ -121,7 +117,7 @@ fn a_break_is_a_framing_error_first() {
 fn a_break_no_longer_than_a_character_is_a_framing_error_only() {
     let mut board = receiving(8);
     board.send_symbols(&[LineSymbol::Break(10)]);
-    run(&mut board, 5 * BYTE);
+    board.wait(5 * BYTE);
     assert_eq!(board.get(ERRORSRC), FRAMING);
 }
 
@@ -133,18 +129,13 @@ fn a_byte_with_wrong_parity_is_stored() {
         line.set_millibaud(1_000_000_000);
         line.set_parity(Parity::Even);
     });
-    board.set(PSEL_RXD, 8);
-    board.set(BAUDRATE, BAUD_1M);
     board.set(UARTE_CONFIG, 7 << 1);
-    board.set(UARTE_ENABLE, 8);
-    board.set(RXD_PTR, BUFFER);
-    board.set(RXD_MAXCNT, 8);
-    board.set(STARTRX, 1);
+    start_receiving(&mut board, BAUD_1M, 8);
     board.send(&[0x07, 0x03]);
-    run(&mut board, 3 * BYTE);
+    board.wait(3 * BYTE);
     assert_eq!(board.get(ERRORSRC), 0);
     board.send_symbols(&[LineSymbol::BadParity(0x07)]);
-    run(&mut board, 3 * BYTE);
+    board.wait(3 * BYTE);
     assert_eq!(board.get(ERRORSRC), PARITY);
     assert_eq!(board.bytes(BUFFER, 3), [0x07, 0x03, 0x07]);
 }
@@ -153,15 +144,15 @@ fn a_byte_with_wrong_parity_is_stored() {
 fn stopping_ends_the_transfer_and_then_says_so() {
     let mut board = receiving(8);
     board.send(b"abc");
-    run(&mut board, 4 * BYTE);
+    board.wait(4 * BYTE);
     board.set(STOPRX, 1);
     assert!(!board.take_event(ENDRX));
-    run(&mut board, 6 * BYTE);
+    board.wait(6 * BYTE);
     assert!(board.take_event(ENDRX));
     assert!(board.take_event(RXTO));
     assert_eq!(board.get(RXD_AMOUNT), 3);
     board.send(b"d");
-    run(&mut board, 3 * BYTE);
+    board.wait(3 * BYTE);
     assert_eq!(
         board.bytes(BUFFER, 4),
         b"abc\0",
@@ -173,10 +164,10 @@ fn stopping_ends_the_transfer_and_then_says_so() {
 fn flushing_brings_what_is_left_and_keeps_the_amount_if_nothing_is() {
     let mut board = receiving(2);
     board.send(b"abcd");
-    run(&mut board, 5 * BYTE);
+    board.wait(5 * BYTE);
     assert_eq!(board.get(RXD_AMOUNT), 2);
     board.set(STOPRX, 1);
-    run(&mut board, 6 * BYTE);
+    board.wait(6 * BYTE);
     board.set(RXD_PTR, BUFFER + 2);
     board.set(RXD_MAXCNT, 5);
     assert!(board.take_event(ENDRX));
@@ -194,9 +185,9 @@ fn noise_shorter_than_half_a_bit_is_no_start_bit() {
     let mut board = receiving(8);
     let at = board.now() + BYTE;
     board.line(|line| line.invert(at, MICROSECOND / 4));
-    run(&mut board, 3 * BYTE);
+    board.wait(3 * BYTE);
     board.send(b"a");
-    run(&mut board, 2 * BYTE);
+    board.wait(2 * BYTE);
     assert_eq!(board.bytes(BUFFER, 2), b"a\0");
     assert_eq!(board.get(ERRORSRC), 0);
 }
@@ -208,7 +199,7 @@ fn noise_in_the_middle_of_a_bit_inverts_it() {
     // The sender's bit 3 is the fourth after the start bit: 4.5 bits after the beginning.
     let middle = end - BYTE + 9 * MICROSECOND / 2;
     board.line(|line| line.invert(middle - 16, 40));
-    run(&mut board, 2 * BYTE);
+    board.wait(2 * BYTE);
     assert_eq!(board.bytes(BUFFER, 1), [0x08]);
 }
 
@@ -249,7 +240,7 @@ fn a_sender_at_half_the_rate_gives_framing_errors() {
 fn a_transfer_outside_ram_is_an_error() {
     let mut board = receiving(1);
     board.send(b"a");
-    run(&mut board, 3 * BYTE);
+    board.wait(3 * BYTE);
     board.set(RXD_PTR, 0x1000);
     let error = board.set_register(STARTRX, 1).unwrap_err();
     let refusal = Refusal::DmaOutsideRam { address: 0x1000 };
@@ -261,15 +252,10 @@ fn the_receiver_hears_only_the_pin_that_is_wired() {
     for wired in [8, 9] {
         let mut board = asleep();
         board.wire_line_to(wired);
-        board.set(PSEL_RXD, 9);
-        board.set(BAUDRATE, BAUD_1M);
-        board.set(UARTE_ENABLE, 8);
-        board.set(RXD_PTR, BUFFER);
-        board.set(RXD_MAXCNT, 4);
-        board.set(STARTRX, 1);
+        start_receiving_from(9, &mut board, BAUD_1M, 4);
         board.line(|line| line.set_millibaud(1_000_000_000));
         board.send(b"a");
-        run(&mut board, 3 * BYTE);
+        board.wait(3 * BYTE);
         assert_eq!(board.take_event(RXDRDY), wired == 9);
     }
 }
@@ -283,7 +269,7 @@ fn an_unconnected_line_is_as_the_pull_up_has_it() {
         board.line(nrf52840_emulator::Line::unplug);
         board.set(PIN_CNF_8, configuration);
         start_receiving(&mut board, BAUD_1M, 4);
-        board.run_for(100 * MICROSECOND).unwrap();
+        board.wait(100 * MICROSECOND);
         assert_eq!(board.get(ERRORSRC), error);
     }
 }

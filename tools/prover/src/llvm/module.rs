@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use anyhow::{Context as _, Result, bail, ensure};
 
-use super::cursor::Cursor;
+use super::parser::{Cursor, Type};
 use super::token::{Token, tokens};
-use super::types::Type;
 
 /// Functions and constants are kept as text: what is not modelled is an error where a harness
 /// reaches it, and nowhere else.
@@ -97,7 +96,7 @@ impl Module {
         let [Token::Local(name), _, _, of @ ..] = tokens.as_slice() else {
             bail!("{line}: this is no `%name = type …`");
         };
-        let of = Cursor::new(of, self).of_type();
+        let of = Cursor::new(of, &self.types).of_type();
         let of = of.with_context(|| line.to_owned())?;
         let other = self.types.get(name);
         let same = other.is_none_or(|other| *other == of);
@@ -118,7 +117,7 @@ impl Module {
         let tokens = tokens(line)?;
         let keyword = tokens.iter().position(|token| token.is_word("constant"));
         let keyword = keyword.with_context(|| format!("{line}: only constants are modelled"))?;
-        let mut at = Cursor::new(tokens.get(keyword + 1..).unwrap_or_default(), self);
+        let mut at = Cursor::new(tokens.get(keyword + 1..).unwrap_or_default(), &self.types);
         let mut constant = Constant::default();
         let read = constant.append(&mut at);
         read.with_context(|| line.to_owned())?;

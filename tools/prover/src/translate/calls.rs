@@ -6,9 +6,8 @@ use std::fmt::Write as _;
 
 use anyhow::{Result, bail, ensure};
 
-use super::function::FunctionWriter;
 use super::statements::operation;
-use super::values::Operand;
+use super::writer::{FunctionWriter, Operand};
 use super::{COVER, INPUT, readable};
 use crate::llvm::{Cursor, Module, Token, Type};
 
@@ -64,7 +63,7 @@ impl FunctionWriter<'_, '_> {
         statement: &[Token],
         given: &HashMap<&str, &Token>,
     ) -> Result<String> {
-        let mut at = Cursor::new(statement, self.module());
+        let mut at = self.cursor(statement);
         while !at.next()?.is_word("call") {}
         let call = self.read_call(&mut at)?;
         Ok(message(&call, given, self.module()))

@@ -7,18 +7,8 @@ use anyhow::{Context as _, Result};
 
 use super::Program;
 use super::order::{Item, Order, order};
-use super::values::Operand;
-use crate::llvm::{Block, Cursor, Module, Token, Type};
-
-/// Writes one function.
-pub(super) struct FunctionWriter<'p, 'm> {
-    pub(super) program: &'p mut Program<'m>,
-    pub(super) symbol: &'p str,
-    /// The C names of values, by LLVM's.
-    names: HashMap<String, String>,
-    declared: String,
-    text: String,
-}
+use super::writer::{FunctionWriter, Operand};
+use crate::llvm::{Block, Cursor, Token, Type};
 
 /// A value that depends on the block that the jump came from.
 struct Phi<'a> {
@@ -77,13 +67,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
     pub(super) fn write(program: &'p mut Program<'m>, symbol: &'p str) -> Result<(String, String)> {
         let function = program.module.functions.get(symbol);
         let function = function.context("it is not defined")?;
-        let mut writer = Self {
-            program,
-            symbol,
-            names: HashMap::new(),
-            declared: String::new(),
-            text: String::new(),
-        };
+        let mut writer = Self::new(program, symbol);
         let head = writer.head(&function.header()?)?;
         let blocks = function.blocks()?;
         let graph = Graph::new(&blocks)?;
@@ -103,13 +87,9 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         Ok((head, writer.declared + &writer.text))
     }
 
-    pub(super) fn module(&self) -> &'m Module {
-        self.program.module
-    }
-
     /// `define ATTRIBUTES TYPE @name(TYPE ATTRIBUTES %parameter, …)`
     fn head(&mut self, header: &[Token]) -> Result<String> {
-        let mut at = Cursor::new(header, self.module());
+        let mut at = self.cursor(header);
         at.word("define")?;
         at.skip_attributes();
         let result = self.program.type_name(&at.of_type()?)?;
@@ -125,31 +105,6 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         Ok(format!("static {result} {name}({})", parameters.join(", ")))
     }
 
-    /// The C name of LLVM's `%local`.
-    pub(super) fn name(&mut self, local: &str) -> String {
-        let new = format!("v{}", self.names.len());
-        self.names.entry(local.to_owned()).or_insert(new).clone()
-    }
-
-    /// Declares the value `to`, and returns its name.
-    pub(super) fn declare(&mut self, to: &str, of: &Type) -> Result<String> {
-        let (name, of) = (self.name(to), self.program.type_name(of)?);
-        writeln!(self.declared, "  {of} {name};")?;
-        Ok(name)
-    }
-
-    /// Declares an array of bytes.
-    pub(super) fn declare_bytes(&mut self, to: &str, bytes: u64) -> Result<()> {
-        let name = self.name(to);
-        writeln!(self.declared, "  u8 {name}[{}];", bytes.max(1))?;
-        Ok(())
-    }
-
-    pub(super) fn line(&mut self, text: &str) -> Result<()> {
-        writeln!(self.text, "  {text}")?;
-        Ok(())
-    }
-
     /// `%to = phi TYPE [ VALUE, %label ], …`; `None` if it is another statement.
     fn read_phi<'a>(&mut self, tokens: &'a [Token]) -> Result<Option<Phi<'a>>>
     where
@@ -159,7 +114,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
             [Token::Local(to), _, word, rest @ ..] if word.is_word("phi") => (to, rest),
             _ => return Ok(None),
         };
-        let mut at: Cursor<'a> = Cursor::new(rest, self.module());
+        let mut at: Cursor<'a> = self.cursor(rest);
         let of = at.of_type()?;
         let mut incoming = Vec::new();
         while at.try_sign('[') {
@@ -218,13 +173,6 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         }
         let jump = self.jump(from, first, graph)?;
         self.line(&jump)
-    }
-
-    /// It is wrong to come here.
-    pub(super) fn fails(&mut self, says: &str) -> Result<()> {
-        self.line(&format!(
-            "__CPROVER_assert(0, \"{says}\"); __CPROVER_assume(0);"
-        ))
     }
 
     /// A branch to a block that does nothing but panic is written as an assertion: CBMC goes on with

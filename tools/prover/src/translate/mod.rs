@@ -5,7 +5,7 @@ mod calls;
 mod function;
 mod order;
 mod statements;
-mod values;
+mod writer;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use anyhow::{Context as _, Result, bail};
 
 use crate::llvm::{Constant, Module, Type};
-use function::FunctionWriter;
+use writer::FunctionWriter;
 
 /// LLVM's operations on whole numbers, in C.
 const PRELUDE: &str = include_str!("llvm.h");

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use anyhow::{Context as _, Result, bail, ensure};
 
 use super::PRELUDE;
-use super::function::{FunctionWriter, Graph};
-use super::values::Operand;
+use super::function::Graph;
+use super::writer::{FunctionWriter, Operand};
 use crate::llvm::{Cursor, Token, Type};
 
 impl FunctionWriter<'_, '_> {
@@ -21,7 +21,7 @@ impl FunctionWriter<'_, '_> {
             [Token::Local(to), Token::Sign('='), rest @ ..] => (to.as_str(), rest),
             _ => ("", tokens),
         };
-        let at = &mut Cursor::new(rest, self.module());
+        let at = &mut self.cursor(rest);
         at.try_word("tail");
         let Token::Word(operator) = at.next()? else {
             bail!("no statement");
@@ -145,15 +145,6 @@ impl FunctionWriter<'_, '_> {
             write!(text, " ({address})[{byte}] = (u8)(whole >> {});", 8 * byte)?;
         }
         self.line(&(text + " }"))
-    }
-
-    /// Declares `to`, and gives it that value, cut to its type.
-    pub(super) fn assign(&mut self, to: &str, of: &Type, value: &str) -> Result<()> {
-        let to = self.declare(to, of)?;
-        match of {
-            Type::Integer(bits) => self.line(&format!("{to} = (u{bits})({value});")),
-            _ => self.line(&format!("{to} = {value};")),
-        }
     }
 }
 

@@ -5,6 +5,8 @@
 )]
 
 use super::super::watch::tests::{FRAME, ms, watch_frames};
+use framelock_receiving::Protocol;
+
 use super::*;
 
 pub(in super::super) fn session(directory: &Path, with_marks: bool) -> Session {
@@ -12,7 +14,7 @@ pub(in super::super) fn session(directory: &Path, with_marks: bool) -> Session {
 }
 
 pub(in super::super) fn session_of(frame: &str, directory: &Path, with_marks: bool) -> Session {
-    let title = format!("/dev/ttyACM0, 115200 baud, {frame}, rescan");
+    let title = format!("/dev/ttyACM0, 115200 baud, {frame}, framelock");
     let mut session = Session::new(title, watch_frames(frame, None), None);
     session.marks = with_marks.then(|| Marks::new(false));
     session.directory = directory.to_owned();
@@ -76,7 +78,13 @@ fn a_recording_holds_what_came_between_the_two_keys_and_replaces_nothing() {
     let directory = tempfile::tempdir().unwrap();
     let path = |name: &str| directory.path().join(name);
     std::fs::write(path("framelock-1.bin"), "precious").unwrap();
-    assert!(Recording::begin(path("framelock-1.bin"), &Frame::named("bin").unwrap()).is_err());
+    assert!(
+        Recording::begin(
+            path("framelock-1.bin"),
+            &FrameWriter::new(Protocol::named("bin").unwrap())
+        )
+        .is_err()
+    );
     let mut session = session(directory.path(), false);
     session.receive(ms(1), b"before");
     session.press('r');
@@ -172,7 +180,7 @@ fn the_end_tells_what_was_counted() {
     assert_eq!(
         session.finish(),
         [
-            "/dev/ttyACM0, 115200 baud, bin, rescan: bytes 9, frames 1, bytes discarded 2, \
+            "/dev/ttyACM0, 115200 baud, bin, framelock: bytes 9, frames 1, bytes discarded 2, \
              resynchronisations 1, line errors 0"
         ]
     );

@@ -50,7 +50,7 @@ fn shows(session: &mut Session, width: u16, expected: &str) {
 #[test]
 fn the_screen_is_what_was_watched() {
     let expected = [
-        " framelock monitor  /dev/ttyACM0, 115200 baud, bin, rescan                      ",
+        " framelock monitor  /dev/ttyACM0, 115200 baud, bin, framelock                   ",
         " SEARCHING   50.0 frames/s      350 bytes/s   last frame 0.0 s ago              ",
         "┌ setpoint ────────────────────────────┐┌ counters ────────────────────────────┐",
         "│pitch ███████████┃         149 out 149││bytes 1057  frames 150                │",
@@ -96,7 +96,7 @@ fn described_frames_are_shown_with_their_fields() {
     );
     session.advance_to(ms(3_010));
     let expected = "
-        0: 115200 baud, sbus, rescan
+        0: 115200 baud, sbus, framelock
         1: SEARCHING
         2: ┌ last frame ──
         3: │length 25                             ││bytes 5011  frames 200

@@ -4,9 +4,9 @@ use std::num::NonZeroU32;
 
 use framelock::Counters;
 use framelock::motion::Phase;
+use framelock_receiving::{Policy, Protocol};
 
 use super::*;
-use crate::names::PolicyName;
 
 pub(in super::super) const FRAME: &[u8; 7] = b"AB\0\x10\x20\x30\r";
 
@@ -25,9 +25,9 @@ pub(in super::super) fn watch_frames(name: &str, idle_gap: Option<Duration>) -> 
         park: framelock_simulation::LEVEL.into(),
         ticks_per_unit: [NonZeroU32::new(3_922).unwrap(); 3],
     };
-    let frame = Frame::named(name).unwrap();
-    let line = AnyLine::new(&frame, PolicyName::Rescan).unwrap();
-    Watch::new(frame, line, parameters, idle_gap).unwrap()
+    let frame = Protocol::named(name).unwrap();
+    let line = AnyLine::new(&frame, Policy::Framelock).unwrap();
+    Watch::new(FrameWriter::new(frame), line, parameters, idle_gap).unwrap()
 }
 
 fn feed(watch: &mut Watch, at: Duration, bytes: &[u8]) {

@@ -1,9 +1,0 @@
-//! framelock's receiver, on a line.
-#![no_std]
-#![no_main]
-
-use framelock::{BufferedReceiver, Line};
-use framelock_formats::Ibus;
-use framelock_rivals_on_chip::receiver;
-
-receiver!(Line::new(BufferedReceiver::<Ibus, 64>::new(Ibus)));

@@ -1,0 +1,145 @@
+//! Hands a stream to one receiver byte by byte, and counts frames.
+//!
+//! A feature chooses the receiver. The benchmark `rivals` builds this program once for each, runs it in the emulator, and
+//! gives it its streams. It finds the symbols below by their names.
+#![no_std]
+#![no_main]
+
+mod rivals;
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+
+use framelock::{BufferedReceiver, FixedFormat, Format, Line, Parser};
+
+/// The stream. The benchmark writes it when `begin` is called.
+#[unsafe(no_mangle)]
+static STREAM: [AtomicU8; 1 << 14] = [const { AtomicU8::new(0) }; _];
+
+/// How many bytes it has.
+#[unsafe(no_mangle)]
+static LENGTH: AtomicU32 = AtomicU32::new(0);
+
+/// How many frames were found.
+#[unsafe(no_mangle)]
+static FRAMES: AtomicU32 = AtomicU32::new(0);
+
+/// Bytes of the receiver's state.
+#[unsafe(no_mangle)]
+static STATE: AtomicU32 = AtomicU32::new(0);
+
+/// A receiver.
+pub(crate) trait Receiver {
+    /// Takes a byte, and says how many frames it completes.
+    fn take(&mut self, byte: u8) -> u32;
+}
+
+impl<F: Format, const N: usize> Receiver for BufferedReceiver<F, N> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        found(self.push(byte).as_ref())
+    }
+}
+
+impl<F: FixedFormat> Receiver for framelock::Receiver<F> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        found(self.push(byte).as_ref())
+    }
+}
+
+impl<P: Parser> Receiver for Line<P> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        found(self.push(byte).as_ref())
+    }
+}
+
+#[inline]
+fn found<M>(message: Option<&M>) -> u32 {
+    message.map_or(0, |message| {
+        black_box(message);
+        1
+    })
+}
+
+/// Hands the stream over.
+#[inline]
+fn receive<R: Receiver>(mut receiver: R) -> ! {
+    STATE.store(
+        u32::try_from(size_of::<R>()).unwrap_or(u32::MAX),
+        Ordering::Relaxed,
+    );
+    begin();
+    let mut frames = 0;
+    let length = LENGTH.load(Ordering::Relaxed) as usize;
+    for byte in STREAM.get(..length).unwrap_or_default() {
+        frames += receiver.take(byte.load(Ordering::Relaxed));
+    }
+    FRAMES.store(frames, Ordering::Relaxed);
+    // The counters are to be kept.
+    black_box(&receiver);
+    end()
+}
+
+/// Here the stream is there.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn begin() {
+    STATE.fetch_add(0, Ordering::Relaxed);
+}
+
+/// Here it has been taken.
+#[unsafe(no_mangle)]
+#[inline(never)]
+extern "C" fn end() -> ! {
+    loop {
+        FRAMES.fetch_add(0, Ordering::Relaxed);
+    }
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    end()
+}
+
+/// The entry point of each feature: framelock's receiver, with the feature `line` on a line.
+macro_rules! framelock {
+    ($($feature:literal: $receiver:expr;)*) => {$(
+        #[cfg(feature = $feature)]
+        #[cortex_m_rt::entry]
+        fn main() -> ! {
+            #[cfg(feature = "line")]
+            receive(Line::new($receiver));
+            #[cfg(not(feature = "line"))]
+            receive($receiver)
+        }
+    )*};
+}
+
+framelock! {
+    "bin": framelock::Receiver::<framelock::motion::Bin>::new();
+    "bin-crc8": framelock::Receiver::<framelock::motion::BinCrc8>::new();
+    "six-axes": framelock::Receiver::<framelock_formats::SixAxes>::new();
+    "sbus": BufferedReceiver::<_, 50>::new(framelock_formats::Sbus);
+    "ibus": BufferedReceiver::<_, 64>::new(framelock_formats::Ibus);
+    "crsf": BufferedReceiver::<_, 128>::new(framelock_formats::Crsf);
+    "ubx": BufferedReceiver::<_, 212>::new(framelock_formats::Ubx::<106>);
+    "mavlink2": BufferedReceiver::<_, 560>::new(framelock_formats::Mavlink2(MESSAGES));
+}
+
+/// The `MAVLink` messages that are sent, and the longest of all, `ENCAPSULATED_DATA`: number, CRC extra, most bytes
+/// of payload.
+#[cfg(any(feature = "mavlink2", feature = "mavlink2-mavlink-core"))]
+const MESSAGES: &[framelock_formats::layout::Message] = &[
+    framelock_formats::layout::Message::with_extra(0, 50, 9),
+    framelock_formats::layout::Message::with_extra(1, 124, 43),
+    framelock_formats::layout::Message::with_extra(24, 24, 52),
+    framelock_formats::layout::Message::with_extra(30, 39, 28),
+    framelock_formats::layout::Message::with_extra(33, 104, 28),
+    framelock_formats::layout::Message::with_extra(65, 118, 42),
+    framelock_formats::layout::Message::with_extra(74, 20, 20),
+    framelock_formats::layout::Message::with_extra(131, 223, 255),
+    framelock_formats::layout::Message::with_extra(253, 83, 54),
+];

@@ -1,0 +1,33 @@
+//! The option `--frame`: which frames are on the line.
+
+use std::ffi::OsStr;
+
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use framelock_description::SHIPPED;
+use framelock_receiving::Protocol;
+
+use framelock_description::text::harmless;
+
+/// Reads the name of a shipped description, or the file of that name.
+#[derive(Clone)]
+pub(crate) struct ProtocolParser;
+
+impl TypedValueParser for ProtocolParser {
+    type Value = Protocol;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        name: &OsStr,
+    ) -> Result<Protocol, clap::Error> {
+        let parser = StringValueParser::new();
+        let parser = parser.try_map(|name| Protocol::named(&name).map_err(|why| harmless(&why)));
+        parser.parse_ref(command, argument, name)
+    }
+
+    /// The names that completions offer.
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(SHIPPED.iter().map(|(name, _)| name.into())))
+    }
+}

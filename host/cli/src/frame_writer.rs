@@ -1,0 +1,304 @@
+//! Frames as people and programs read them: JSON, comma-separated values, columns of text. Each is appended to a
+//! row, digit by digit.
+
+use std::io::Write as _;
+use std::time::Duration;
+
+use framelock_description::{Column, Description, Field, KIND, Value};
+use framelock_receiving::Protocol;
+
+/// Where in a stream a frame's last byte is, and when it came, if that is to be written.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) offset: usize,
+    pub(crate) time: Option<Duration>,
+}
+
+/// How a kind of frames is written.
+#[derive(Clone)]
+struct Kind {
+    /// The fields that frames differ in, each by its number, with what is in front of its value in JSON.
+    fields: Vec<(usize, Vec<u8>)>,
+    /// What the columns hold: the value of a field, or each of an array, if it has one; and how many columns they are.
+    cells: Vec<(Option<usize>, usize)>,
+}
+
+/// How the kinds of a description are written.
+fn kinds(description: &Description) -> Vec<Kind> {
+    let kinds = description.kinds.iter().map(|kind| {
+        let fields = kind.fields.iter().enumerate();
+        let shown = fields.filter(|(_, field)| field.constant.is_none());
+        let keys =
+            shown.map(|(number, field)| (number, format!(",\"{}\":", field.name).into_bytes()));
+        let columns = description
+            .columns
+            .get(usize::from(description.has_kinds())..);
+        let arrays = columns
+            .unwrap_or_default()
+            .chunk_by(|one, next| one.array.is_some() && one.array == next.array);
+        let cells = arrays.filter_map(|columns| {
+            let Column { name, array, .. } = columns.first()?;
+            let name = array.as_ref().unwrap_or(name);
+            let is_it = |field: &Field| field.name == *name && field.constant.is_none();
+            Some((kind.fields.iter().position(is_it), columns.len()))
+        });
+        Kind {
+            fields: keys.collect(),
+            cells: cells.collect(),
+        }
+    });
+    kinds.collect()
+}
+
+/// Writes the frames of a protocol.
+#[derive(Clone)]
+pub(crate) struct FrameWriter {
+    pub(crate) protocol: Protocol,
+    /// How each kind of frames is written.
+    written: Vec<Kind>,
+    /// Whether people are shown numbers in hex.
+    pub(crate) is_hex: bool,
+}
+
+impl FrameWriter {
+    /// Writes numbers in decimal.
+    pub(crate) fn new(protocol: Protocol) -> Self {
+        Self {
+            written: kinds(&protocol.description),
+            protocol,
+            is_hex: false,
+        }
+    }
+
+    /// Appends the header of comma-separated values.
+    pub(crate) fn append_csv_header(&self, row: &mut Vec<u8>, has_time: bool) {
+        row.extend(if has_time {
+            &b"time,offset"[..]
+        } else {
+            b"offset"
+        });
+        if !self.protocol.has_setpoints() {
+            row.extend(b",length");
+        }
+        for column in &self.protocol.description.columns {
+            row.push(b',');
+            row.extend(column.name.as_bytes());
+        }
+        row.push(b'\n');
+    }
+
+    /// The kind of a frame, and how it is written.
+    #[inline]
+    fn kind(&self, frame: &[u8]) -> Option<(&framelock_description::Kind, &Kind)> {
+        match (&*self.protocol.description.kinds, &*self.written) {
+            ([kind], [written]) => Some((kind, written)),
+            (kinds, written) => {
+                let number = self.protocol.description.number(frame);
+                Some((kinds.get(number)?, written.get(number)?))
+            }
+        }
+    }
+
+    /// Appends a frame as comma-separated values.
+    pub(crate) fn append_csv(&self, row: &mut Vec<u8>, place: &Place, frame: &[u8]) {
+        if let Some(time) = place.time {
+            append_time(row, time, 0);
+            row.push(b',');
+        }
+        append_number(row, place.offset);
+        if !self.protocol.has_setpoints() {
+            row.push(b',');
+            append_number(row, frame.len());
+        }
+        let Some((kind, written)) = self.kind(frame) else {
+            return;
+        };
+        if self.protocol.description.has_kinds() {
+            row.push(b',');
+            append_cell(row, &Value::Text(kind.name.as_bytes()));
+        }
+        for &(number, columns) in &written.cells {
+            let field = number.and_then(|number| kind.fields.get(number));
+            match field.and_then(|field| kind.content(field, frame)) {
+                Some(content) if columns == 1 => {
+                    row.push(b',');
+                    append_cell(row, &content.value());
+                }
+                Some(content) => content.values().for_each(|value| {
+                    row.push(b',');
+                    append_cell(row, &value);
+                }),
+                None => row.extend(std::iter::repeat_n(b',', columns)),
+            }
+        }
+        row.push(b'\n');
+    }
+
+    /// Appends a frame as a JSON object.
+    pub(crate) fn append_json(&self, row: &mut Vec<u8>, place: &Place, frame: &[u8]) {
+        match place.time {
+            Some(time) => {
+                row.extend(b"{\"time\":");
+                append_time(row, time, 0);
+                row.extend(b",\"offset\":");
+            }
+            None => row.extend(b"{\"offset\":"),
+        }
+        append_number(row, place.offset);
+        if !self.protocol.has_setpoints() {
+            row.extend(b",\"length\":");
+            append_number(row, frame.len());
+        }
+        let Some((kind, written)) = self.kind(frame) else {
+            return;
+        };
+        if self.protocol.description.has_kinds() {
+            row.extend(b",\"kind\":");
+            Value::Text(kind.name.as_bytes()).append_json_to(row);
+        }
+        for (number, key) in &written.fields {
+            let Some(field) = kind.fields.get(*number) else {
+                continue;
+            };
+            let Some(content) = kind.content(field, frame) else {
+                continue;
+            };
+            row.extend(key);
+            if !field.is_array() {
+                content.value().append_json_to(row);
+                continue;
+            }
+            row.push(b'[');
+            for (number, value) in content.values().enumerate() {
+                if number > 0 {
+                    row.push(b',');
+                }
+                value.append_json_to(row);
+            }
+            row.push(b']');
+        }
+        row.push(b'}');
+    }
+
+    /// Appends a frame as columns for people to read.
+    pub(crate) fn append_columns(&self, row: &mut Vec<u8>, place: &Place, frame: &[u8]) {
+        if let Some(time) = place.time {
+            append_time(row, time, 13);
+            row.extend(b" s  ");
+        }
+        row.extend(b"byte ");
+        append_aligned(row, 10, |row| append_number(row, place.offset));
+        self.append_text(row, frame);
+    }
+
+    /// Appends a frame's length and its fields, in columns if they are small.
+    pub(crate) fn append_text(&self, row: &mut Vec<u8>, frame: &[u8]) {
+        if !self.protocol.has_setpoints() {
+            row.extend(b"   length ");
+            append_aligned(row, 3, |row| append_number(row, frame.len()));
+        }
+        self.append_fields(row, frame, b"   ");
+    }
+
+    /// A frame's fields, a line for each.
+    pub(crate) fn lines(&self, frame: &[u8]) -> Vec<String> {
+        let mut text = Vec::new();
+        if !frame.is_empty() {
+            self.append_fields(&mut text, frame, b"\n");
+        }
+        let text = String::from_utf8_lossy(&text);
+        text.lines().skip(1).map(str::to_owned).collect()
+    }
+
+    /// Appends a frame's kind and its fields with `between` in front of each: the name, the values, numbers as wide as
+    /// those of one byte, so that they stand in columns, and the unit.
+    fn append_fields(&self, row: &mut Vec<u8>, frame: &[u8], between: &[u8]) {
+        let Some((kind, _)) = self.kind(frame) else {
+            return;
+        };
+        if self.protocol.description.has_kinds() {
+            for part in [between, KIND.as_bytes(), b" ", kind.name.as_bytes()] {
+                row.extend(part);
+            }
+        }
+        for (field, content) in kind.shown(frame) {
+            row.extend(between);
+            row.extend(field.name.as_bytes());
+            for value in content.values() {
+                row.push(b' ');
+                match value {
+                    Value::Unsigned(number) if self.is_hex => {
+                        row.extend(self.number(number).bytes());
+                    }
+                    value => append_aligned(row, 3, |row| value.append_to(row)),
+                }
+            }
+            if let Some(unit) = &field.unit {
+                row.push(b' ');
+                row.extend(unit.as_bytes());
+            }
+        }
+    }
+
+    /// A number as people are shown it.
+    pub(crate) fn number(&self, number: u64) -> String {
+        if self.is_hex {
+            format!("{:>3}", format!("{number:02X}"))
+        } else {
+            format!("{number:>3}")
+        }
+    }
+}
+
+fn append_number(row: &mut Vec<u8>, number: usize) {
+    Value::Unsigned(number as u64).append_to(row);
+}
+
+fn append_time(row: &mut Vec<u8>, time: Duration, width: usize) {
+    // To memory nothing is written in vain.
+    let _ = write!(row, "{:>width$.6}", time.as_secs_f64());
+}
+
+/// At the right of a column.
+fn append_aligned(row: &mut Vec<u8>, width: usize, append: impl FnOnce(&mut Vec<u8>)) {
+    let from = row.len();
+    append(row);
+    let missing = (from + width).saturating_sub(row.len());
+    if missing > 0 {
+        row.extend(std::iter::repeat_n(b' ', missing));
+        if let Some(cell) = row.get_mut(from..) {
+            cell.rotate_right(missing);
+        }
+    }
+}
+
+/// In quotation marks if that is needed.
+#[inline]
+fn append_cell(row: &mut Vec<u8>, value: &Value) {
+    if value.is_text() {
+        append_text_cell(row, value);
+    } else {
+        value.append_to(row);
+    }
+}
+
+#[inline(never)]
+fn append_text_cell(row: &mut Vec<u8>, value: &Value) {
+    let from = row.len();
+    value.append_to(row);
+    let is_special = |byte: &u8| matches!(byte, b',' | b'"');
+    if row
+        .get(from..)
+        .is_some_and(|text| text.iter().any(is_special))
+    {
+        let text = row.split_off(from);
+        row.push(b'"');
+        for byte in text {
+            if byte == b'"' {
+                row.push(b'"');
+            }
+            row.push(byte);
+        }
+        row.push(b'"');
+    }
+}

@@ -1,0 +1,64 @@
+//! This process: its clock, its standard streams, and its end by Ctrl-C.
+
+use std::fs::File;
+use std::io;
+use std::time::{Duration, Instant, SystemTime};
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+
+/// What the times of frames count from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Timestamps {
+    /// The start of the program
+    Start,
+    /// The beginning of 1970, UTC
+    Unix,
+}
+
+impl Timestamps {
+    /// The time now, of a program that was started then.
+    pub(crate) fn now(self, start: Instant) -> Duration {
+        match self {
+            Self::Start => start.elapsed(),
+            Self::Unix => since_1970(),
+        }
+    }
+}
+
+fn since_1970() -> Duration {
+    SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default()
+}
+
+/// The time of day, for messages: `09:30:05 UTC`.
+pub(crate) fn time_of_day() -> String {
+    let seconds = since_1970().as_secs();
+    let [hours, minutes] = [seconds / 3600 % 24, seconds / 60 % 60];
+    format!("{hours:02}:{minutes:02}:{:02} UTC", seconds % 60)
+}
+
+/// Standard input or output as a file: its size can be asked for, and nothing is buffered twice.
+#[cfg(unix)]
+pub(crate) fn standard_stream(stream: impl std::os::fd::AsFd) -> io::Result<File> {
+    stream.as_fd().try_clone_to_owned().map(File::from)
+}
+
+/// Standard input or output as a file.
+#[cfg(windows)]
+pub(crate) fn standard_stream(stream: impl std::os::windows::io::AsHandle) -> io::Result<File> {
+    stream.as_handle().try_clone_to_owned().map(File::from)
+}
+
+/// What the shell reports for a program that Ctrl-C ended.
+const EXIT_CODE_INTERRUPTED: i32 = 130;
+
+/// Calls `first` at the first Ctrl-C, SIGTERM or SIGHUP, on a thread of its own. The second one ends the process, in
+/// case `first` has to wait.
+pub(crate) fn on_interrupt(first: impl FnOnce() + Send + 'static) -> Result<()> {
+    let mut first = Some(first);
+    ctrlc::set_handler(move || match first.take() {
+        Some(first) => drop(std::thread::spawn(first)),
+        None => std::process::exit(EXIT_CODE_INTERRUPTED),
+    })
+    .context("cannot watch for Ctrl-C")
+}

@@ -1,0 +1,189 @@
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic fails the test"
+)]
+
+use std::io::ErrorKind;
+use std::num::NonZeroU32;
+
+use framelock::motion::{Bin, BinCrc8};
+use framelock::{Line, Parser, Receiver};
+use framelock_simulation::{FaultRates, Seed};
+
+use super::super::pacer::tests::TestClock;
+use super::*;
+
+const RATE: Rate = Rate(NonZeroU32::new(50).unwrap());
+
+const PARKING: Parking = Parking {
+    at: Setpoint {
+        pitch: 100,
+        roll: 128,
+        yaw: 128,
+    },
+    seconds: 0.1,
+    rate: RATE,
+};
+
+/// The way from a pitch of 9, and the end of it.
+const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
+
+fn named(name: &str) -> Protocol {
+    Protocol::named(name).unwrap()
+}
+
+/// Ten frames: pitch counts them; some are silent.
+fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
+    let frame = named(name);
+    let mut numbers = 0..10;
+    Source {
+        dues: Box::new(RATE.dues().take(10)),
+        frame: Box::new(move |_| {
+            let number = numbers.next()?;
+            (!silent(number)).then(|| frame.encode_setpoint([number, 128, 128].into()))
+        }),
+    }
+}
+
+/// The pitch of every frame that the receiver finds; it must find nothing else.
+fn pitches(
+    receiver: impl for<'a> Parser<Message<'a> = Setpoint> + 'static,
+    bytes: &[u8],
+) -> Vec<u8> {
+    let mut pitches = Vec::new();
+    let mut line = Line::new(receiver);
+    line.feed(bytes, |found| {
+        let setpoint = found.message().unwrap();
+        assert_eq!((setpoint.roll, setpoint.yaw), (128, 128));
+        pitches.push(setpoint.pitch);
+    });
+    assert_eq!((line.counters().discarded.total(), line.pending()), (0, 0));
+    pitches
+}
+
+/// The pitches sent, and how many frames moved, were silent and parked.
+fn run(
+    clock: &mut TestClock,
+    source: Source,
+    length: Option<Duration>,
+    parking: Option<Parking>,
+) -> (Vec<u8>, [u64; 3]) {
+    let (mut line, frame) = (Vec::new(), named("bin"));
+    let mut transmission = Transmission::new(clock, &mut line, &frame, None);
+    transmission.run(source, length, parking).unwrap();
+    let counts = [
+        transmission.frames,
+        transmission.silent,
+        transmission.park_frames,
+    ];
+    (pitches(Receiver::<Bin>::new(), &line), counts)
+}
+
+#[test]
+fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
+    let mut clock = TestClock::default();
+    let source = ten("bin", |number| (3..6).contains(&number));
+    let (pitches, counts) = run(&mut clock, source, None, None);
+    assert_eq!(pitches, [0, 1, 2, 6, 7, 8, 9]);
+    let due: Vec<Duration> = RATE.dues().take(10).collect();
+    assert_eq!(clock.waits, due);
+    assert_eq!(counts, [7, 3, 0]);
+    // A length ends it before the source does.
+    let length = Some(Duration::from_millis(60));
+    assert_eq!(
+        run(
+            &mut TestClock::default(),
+            ten("bin", |_| false),
+            length,
+            None
+        )
+        .0,
+        [0, 1, 2]
+    );
+}
+
+#[test]
+fn the_end_is_in_a_straight_line_to_park_and_stays_there() {
+    let mut clock = TestClock::default();
+    let (pitches, counts) = run(&mut clock, ten("bin", |_| false), None, Some(PARKING));
+    assert_eq!((pitches[9], &pitches[10..]), (9, &PARKED[..]));
+    assert_eq!(counts, [10, 0, 10]);
+    // At the same pace as before.
+    assert_eq!(clock.waits.last(), Some(&RATE.due(19)));
+    let at_once = Parking {
+        seconds: 0.0,
+        ..PARKING
+    };
+    let (pitches, _) = run(
+        &mut TestClock::default(),
+        ten("bin", |_| false),
+        None,
+        Some(at_once),
+    );
+    assert_eq!(pitches[10..], [100; 5]);
+}
+
+#[test]
+fn a_reason_to_stop_ends_the_motion_and_parks() {
+    // Before the first frame there is nothing to approach.
+    for (stop_after, park_frames) in [(4, 10), (0, 5)] {
+        let mut clock = TestClock {
+            stop_after: Some(stop_after),
+            ..TestClock::default()
+        };
+        let (pitches, counts) = run(&mut clock, ten("bin", |_| false), None, Some(PARKING));
+        assert_eq!(pitches[..stop_after], [0, 1, 2, 3][..stop_after]);
+        assert!(pitches.ends_with(&[100; 5]));
+        assert_eq!(counts, [stop_after as u64, 0, park_frames]);
+    }
+}
+
+#[test]
+fn faults_are_in_the_motion_but_not_in_the_parking() {
+    let rates = FaultRates {
+        drop: 1.0,
+        ..FaultRates::default()
+    };
+    let faults = Some(ByteFaults::new(rates, Seed { seed: 1, trial: 0 }));
+    let (mut clock, mut line) = (TestClock::default(), Vec::new());
+    let frame = named("bin-crc8");
+    let mut transmission = Transmission::new(&mut clock, &mut line, &frame, faults);
+    transmission
+        .run(ten("bin-crc8", |_| false), None, Some(PARKING))
+        .unwrap();
+    assert_eq!(transmission.faults.unwrap().counts().dropped, 80);
+    assert_eq!(pitches(Receiver::<BinCrc8>::new(), &line), PARKED);
+}
+
+#[test]
+fn a_time_has_room_for_so_many_frames() {
+    for (seconds, frames) in [(1.0, 50), (0.0, 1), (1e300, u32::MAX)] {
+        assert_eq!(RATE.frames_in(seconds), frames);
+    }
+}
+
+/// Takes a number of frames, then no more.
+struct Cut(usize);
+
+impl Write for Cut {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0 = self.0.checked_sub(1).ok_or(ErrorKind::Other)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_line_that_is_cut_ends_it_with_what_was_sent() {
+    let (mut clock, mut line) = (TestClock::default(), Cut(3));
+    let frame = named("bin");
+    let mut transmission = Transmission::new(&mut clock, &mut line, &frame, None);
+    transmission
+        .run(ten("bin", |_| false), None, Some(PARKING))
+        .unwrap_err();
+    assert_eq!(transmission.frames, 3);
+}

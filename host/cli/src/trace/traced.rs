@@ -1,0 +1,336 @@
+//! A machine, and what each byte makes it do: a row of the trace.
+
+use std::io::Write as _;
+
+use anyhow::{Error, Result};
+use framelock::motion::Setpoint;
+use framelock_description::hex;
+use framelock_receiving::{AnyLine, FrameFormat, Piece, Policy, Protocol, TrackedLine};
+
+use crate::frame_writer::{FrameWriter, Place};
+
+/// The columns of BIN: the machine, the lecture's state before and after the byte, what is stored and the setpoint.
+const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
+
+/// The column of all other frames.
+const OTHER_COLUMNS: &str = "    pending";
+
+/// What stands before further things that happened: they go on below the columns.
+const GOES_ON: &str = "\n                       ";
+
+/// The place of pitch in a frame; roll and yaw follow.
+const AXES_AT: usize = 3;
+const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
+
+/// A machine under observation.
+pub(super) struct Traced {
+    pub(super) policy: Policy,
+    frames: FrameWriter,
+    line: TrackedLine,
+    bin: Option<BinTrace>,
+}
+
+/// The lecture's columns, for BIN alone.
+#[derive(Clone, Copy, Default)]
+struct BinTrace {
+    /// Pitch, roll, yaw, each as stored last; none where nothing was stored yet.
+    temp: [Option<u8>; 3],
+    /// The setpoint of the last frame.
+    setpoint: Option<Setpoint>,
+}
+
+/// What one byte did to one machine.
+pub(super) struct Step {
+    offset: usize,
+    byte: u8,
+    /// How many bytes were pending before and after it.
+    before: usize,
+    after: usize,
+    /// What it decided about.
+    pieces: Vec<Piece>,
+    bin: Option<BinTrace>,
+}
+
+impl Traced {
+    pub(super) fn new(protocol: &Protocol, policy: Policy) -> Result<Self> {
+        let is_bin = protocol.setpoints == Some(FrameFormat::Bin);
+        Ok(Self {
+            policy,
+            line: TrackedLine::new(AnyLine::new(protocol, policy).map_err(Error::msg)?),
+            frames: FrameWriter::new(protocol.clone()),
+            bin: is_bin.then(BinTrace::default),
+        })
+    }
+
+    /// The names of the columns between the byte and what happened.
+    pub(super) const fn columns(&self) -> &'static str {
+        match self.bin {
+            Some(_) => BIN_COLUMNS,
+            None => OTHER_COLUMNS,
+        }
+    }
+
+    /// Takes the next byte.
+    pub(super) fn push(&mut self, byte: u8) -> Step {
+        let before = self.line.pending().len();
+        let offset = self.line.decided() + before;
+        let pieces = self.line.push(byte);
+        let pending = self.line.pending();
+        if let Some(bin) = &mut self.bin {
+            for (stored, &new) in bin.temp.iter_mut().zip(pending.iter().skip(AXES_AT)) {
+                *stored = Some(new);
+            }
+            let frames = pieces.iter().filter(|piece| piece.discarded.is_none());
+            let mut setpoints =
+                frames.filter_map(|piece| self.frames.protocol.setpoint(&piece.bytes));
+            bin.setpoint = setpoints.next_back().or(bin.setpoint);
+        }
+        Step {
+            offset,
+            byte,
+            before,
+            after: pending.len(),
+            pieces,
+            bin: self.bin,
+        }
+    }
+
+    /// Returns a step as rows of text: the first has the columns, further ones go on with what happened. `policy` is
+    /// the machine's name.
+    pub(super) fn row(&self, step: &Step, policy: &str) -> String {
+        let Step { offset, byte, .. } = *step;
+        let columns = match &step.bin {
+            Some(bin) => format!(
+                " {policy:<9} {:>2} -> {:<2}  {}  {}",
+                state(step.before),
+                state(step.after),
+                in_hex(bin.temp),
+                in_hex(bin.axes()),
+            ),
+            None => format!("  {:>7}", step.after),
+        };
+        let happened = self.happened(step).into_iter();
+        let happened: Vec<String> = happened.map(|what| format!("  {what}")).collect();
+        let happened = happened.join(GOES_ON);
+        format!(
+            "{offset:>6}  {byte:02X} {:<3}{columns}{happened}",
+            character(byte)
+        )
+    }
+
+    /// Appends a step as a JSON object. All frames have the same keys, and BIN also those of the lecture's columns.
+    pub(super) fn json(&self, step: &Step, into: &mut Vec<u8>) -> Result<()> {
+        let (offset, byte, after) = (step.offset, step.byte, step.after);
+        let policy = self.policy;
+        write!(
+            into,
+            r#"{{"offset":{offset},"byte":{byte},"policy":"{policy}","pending":{after},"#
+        )?;
+        if let Some(bin) = &step.bin {
+            write!(
+                into,
+                r#""state_before":"{}","state_after":"{}","temp":{},"setpoint":{},"#,
+                state(step.before),
+                state(after),
+                serde_json::to_string(&bin.temp)?,
+                serde_json::to_string(&bin.setpoint.map(<[u8; 3]>::from))?
+            )?;
+        }
+        into.extend(br#""what":["#);
+        for (number, piece) in step.pieces.iter().enumerate() {
+            let (from, count) = (piece.from, piece.bytes.len());
+            into.extend(if number > 0 { &b","[..] } else { b"" });
+            if let Some(why) = piece.discarded {
+                let bytes = hex::glued(&piece.bytes);
+                write!(
+                    into,
+                    r#"{{"discarded":{count},"from":{from},"bytes":"{bytes}","why":"{why}"}}"#
+                )?;
+            } else {
+                let (offset, time) = (from + count - 1, None);
+                self.frames
+                    .append_json(into, &Place { offset, time }, &piece.bytes);
+            }
+        }
+        into.extend(b"]}\n");
+        Ok(())
+    }
+
+    /// Returns what happened, in words: a line for each thing.
+    fn happened(&self, step: &Step) -> Vec<String> {
+        if let Some(bin) = &step.bin {
+            return bin.happened(step);
+        }
+        let lines = step.pieces.iter().map(|piece| {
+            let (from, bytes) = (piece.from, &piece.bytes);
+            if let Some(why) = piece.discarded {
+                return format!("discarded {} from offset {from}: {why}", hex::glued(bytes));
+            }
+            let mut fields = Vec::new();
+            self.frames.append_text(&mut fields, bytes);
+            let fields = String::from_utf8_lossy(&fields);
+            format!("frame from offset {from}:{fields}")
+        });
+        lines.collect()
+    }
+
+    /// Returns where every byte has gone. `policy` is the machine's name.
+    pub(super) fn balance(&self, policy: &str) -> String {
+        let counters = self.line.counters();
+        let discarded = &counters.discarded;
+        let (bytes, pending) = (counters.bytes, self.line.pending().len());
+        let Some(bin) = &self.bin else {
+            return format!(
+                "{bytes} bytes = {} in {} frames + {} discarded + {pending} pending",
+                counters.frame_bytes,
+                counters.frames,
+                discarded.total(),
+            );
+        };
+        let reasons = [
+            ("no sync", discarded.no_sync),
+            ("broken sync", discarded.broken_sync),
+            ("no CR", discarded.terminator),
+        ];
+        let reasons = reasons.iter().filter(|(_, count)| *count > 0);
+        let reasons = reasons.map(|(why, count)| format!("; {why}: {count}"));
+        format!(
+            "{:<11}{bytes} byte{} = {} x {} committed + {} discarded + {pending} pending\n{:11}SP={}{}",
+            format!("{policy}:"),
+            if bytes == 1 { "" } else { "s" },
+            FrameFormat::Bin.length(),
+            counters.frames,
+            discarded.total(),
+            "",
+            in_brackets(bin.axes()),
+            reasons.collect::<String>(),
+        )
+    }
+}
+
+impl BinTrace {
+    fn axes(&self) -> [Option<u8>; 3] {
+        self.setpoint
+            .map_or([None; 3], |setpoint| <[u8; 3]>::from(setpoint).map(Some))
+    }
+
+    /// What a byte did, in the lecture's words.
+    fn happened(&self, step: &Step) -> Vec<String> {
+        let (before, after, byte) = (step.before, step.after, step.byte);
+        if step.pieces.iter().any(|piece| piece.discarded.is_none()) {
+            return vec![format!("SP={}", in_brackets(self.axes()))];
+        }
+        let stored = before.checked_sub(AXES_AT).and_then(|axis| AXES.get(axis));
+        let what = match (before, stored) {
+            (0 | 1, _) if after > before => "sync".into(),
+            (0, _) => "no sync: discarded".into(),
+            (1, _) if after == 1 => "sync; the 'A' discarded".into(),
+            (1, _) => "no sync: both discarded".into(),
+            (2, _) => "reserved, not kept".into(),
+            (_, Some(axis)) => format!("temp {axis}={byte:02X}"),
+            (_, None) => {
+                let discarded: usize = step.pieces.iter().map(|piece| piece.bytes.len()).sum();
+                format!("not CR: {discarded} bytes discarded")
+            }
+        };
+        let is_resynchronised = before + 1 == FrameFormat::Bin.length() && after > 0;
+        let goes_on = is_resynchronised.then(|| {
+            let start = if after == 1 { "A" } else { "AB" };
+            let offset = step.offset + 1 - after;
+            format!("resynchronised to the {start} at offset {offset}")
+        });
+        [what].into_iter().chain(goes_on).collect()
+    }
+}
+
+/// The lecture's name of the state in which that many bytes are pending.
+fn state(pending: usize) -> &'static str {
+    let states = FrameFormat::Bin.states();
+    states.get(pending).copied().unwrap_or_default()
+}
+
+/// What a byte is as text, if it is anything.
+fn character(byte: u8) -> String {
+    match byte {
+        b'\r' => "CR".into(),
+        b' '..=b'~' => format!("'{}'", char::from(byte)),
+        _ => String::new(),
+    }
+}
+
+/// Three values in hex, dashes where there is none yet.
+fn in_hex(axes: [Option<u8>; 3]) -> String {
+    joined(axes, " ")
+}
+
+/// A setpoint as the lecture writes it, `(7F,C8,4A)`; dashes if there is none yet.
+fn in_brackets(axes: [Option<u8>; 3]) -> String {
+    format!("({})", joined(axes, ","))
+}
+
+fn joined(axes: [Option<u8>; 3], separator: &str) -> String {
+    axes.map(|axis| axis.map_or_else(|| "--".into(), |value| format!("{value:02X}")))
+        .join(separator)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(
+        clippy::unwrap_used,
+        clippy::indexing_slicing,
+        reason = "a panic fails the test"
+    )]
+
+    use rand::seq::IndexedRandom;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// On streams in which starts of frames, and starts that come to nothing, are frequent.
+    #[test]
+    fn what_is_said_is_what_the_bytes_are() {
+        let bin = Protocol::named("bin").unwrap();
+        for policy in [Policy::Lecture, Policy::Framelock] {
+            let (mut starts, mut frames) = ([0; 7], 0);
+            for seed in 0..2_000 {
+                let mut random = ChaCha8Rng::seed_from_u64(seed);
+                let length = random.random_range(0..60);
+                let byte = |_| *b"AABB\r\0x".choose(&mut random).unwrap();
+                let stream: Vec<u8> = (0..length).map(byte).collect();
+                let mut machine = Traced::new(&bin, policy).unwrap();
+                let mut setpoint = None;
+                for (offset, &byte) in stream.iter().enumerate() {
+                    let step = machine.push(byte);
+                    let shown = step.bin.unwrap();
+                    let what = machine.happened(&step);
+                    if what[0].starts_with("SP=") {
+                        let &[b'A', b'B', _, pitch, roll, yaw, b'\r'] =
+                            &stream[offset - 6..=offset]
+                        else {
+                            panic!("{stream:?}")
+                        };
+                        setpoint = Some([pitch, roll, yaw]);
+                        assert_eq!((state(step.before), state(step.after)), ("CR", "A"));
+                        assert_eq!(Some(shown.temp), setpoint.map(|axes| axes.map(Some)));
+                        frames += 1;
+                    } else if let Some((_, place)) = what.last().unwrap().split_once("at offset ") {
+                        let start = &stream[place.parse().unwrap()..=offset];
+                        assert_eq!(step.after, start.len());
+                        assert!(b"AB".starts_with(start) || start.starts_with(b"AB"));
+                        // What the frame under way has brought already is stored.
+                        for (&byte, stored) in start.iter().skip(3).zip(shown.temp) {
+                            assert_eq!(stored, Some(byte));
+                        }
+                        starts[start.len()] += 1;
+                    }
+                    assert_eq!(shown.setpoint.map(<[u8; 3]>::from), setpoint);
+                }
+            }
+            assert!(frames > 0);
+            // Of the five bytes behind the failed AB any may be where the receiver begins.
+            let may_begin = |count: &i32| (*count > 0) == (policy == Policy::Framelock);
+            assert!(starts[1..=5].iter().all(may_begin), "{starts:?}");
+        }
+    }
+}

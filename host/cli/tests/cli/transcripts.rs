@@ -1,0 +1,275 @@
+//! The commands of guides, help texts and `tests/cases`, run in a shell: a page shows what its commands print.
+//!
+//! `SNAPSHOTS=overwrite cargo test -p framelock-host` writes into the pages what their commands print now. In a page,
+//! `[..]` stands for any part of a line. (trycmd, from which the form of the cases is taken, has no shell: the guides
+//! write files and use pipes.)
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use snapbox::{Assert, Data};
+use tempfile::TempDir;
+
+/// Pages whose commands are run from the first to the last, and print what the page shows.
+const GUIDES: [&str; 3] = [
+    "docs/from-the-lecture.md",
+    "docs/motion-software.md",
+    "docs/own-frame.md",
+];
+
+/// The first words of commands in other pages that are not run here, and why.
+const NOT_RUN: [(&str, &str); 7] = [
+    (
+        "cargo",
+        "builds, tests or measures: the stages of verify do",
+    ),
+    ("(cd firmware", "firmware/tests/examples.rs runs it"),
+    ("printf", "firmware/tests/examples.rs runs it"),
+    ("cd", "cargo follows"),
+    ("rustup", "changes the computer"),
+    ("sha256sum", "needs a release"),
+    ("chmod", "needs a release"),
+];
+
+/// Errors are shown among what is printed, nothing is typed, bytes are shown as hex, and examples need no viewer.
+const PRELUDE: &str = "exec 2>&1 < /dev/null
+hex() { od -An -v -tx1 \"$@\" | xargs; }
+xxd() { cat; }
+less() { cat; }
+";
+
+/// Ports in examples. In their place is one that no computer has: what is sent must not move anybody's board.
+const PORTS: [&str; 4] = [
+    "/dev/ttyACM0",
+    "/dev/ttyUSB0",
+    "COM3",
+    "/dev/cu.usbmodem0010501234561",
+];
+const NO_PORT: &str = "no-such-port";
+
+#[test]
+fn guides_and_cases_show_what_their_commands_print() {
+    let guides = GUIDES.map(|page| root().join(page));
+    let cases = fs::read_dir(root().join("host/cli/tests/cases")).unwrap();
+    let cases = cases.map(|entry| entry.unwrap().path());
+    let mut commands = 0;
+    for path in guides.into_iter().chain(cases) {
+        let folder = Folder::new();
+        let page = fs::read_to_string(&path).unwrap();
+        let (printed, count) = folder.print(&page);
+        // Backslashes are no folders' here.
+        let compare = Assert::new().normalize_paths(false).action_env("SNAPSHOTS");
+        compare.eq(printed, Data::read_from(&path, None));
+        commands += count;
+        if path.ends_with("own-frame.md") {
+            // The page's first block is what its commands make.
+            let (_, block) = page.split_once("```text\n").unwrap();
+            let (captured, _) = block.split_once("```").unwrap();
+            let made = fs::read(folder.0.path().join("capture.bin")).unwrap();
+            assert_eq!(
+                framelock_description::hex::glued(&made),
+                captured.replace([' ', '\n'], "")
+            );
+        }
+    }
+    assert!(commands >= 170, "{commands}");
+}
+
+#[test]
+fn examples_in_help_texts_and_in_other_pages_run() {
+    let help = files("host/cli/src/help", "txt");
+    let pages = ["README.md", "BENCHMARKS.md", "firmware/README.md"].map(|page| root().join(page));
+    let docs = files("docs", "md").into_iter();
+    let docs = docs.filter(|path| !GUIDES.iter().any(|guide| path.ends_with(guide)));
+    let mut examples = 0;
+    for path in help.into_iter().chain(docs).chain(pages) {
+        let text = fs::read_to_string(&path).unwrap();
+        let is_help = path.extension().is_some_and(|it| it == "txt");
+        let commands = if is_help {
+            of_help(&text)
+        } else {
+            of_page(&text)
+        };
+        let folder = Folder::with_files();
+        for command in commands {
+            let (printed, code) = folder.run(&command);
+            if command.contains(NO_PORT) {
+                assert!(printed.contains(NO_PORT), "{command}: {printed}");
+            }
+            // The options are right, whatever else is missing.
+            assert!(!printed.contains("error: "), "{command}: {printed}");
+            // A view needs a terminal.
+            let fails = command.contains(NO_PORT) || command.contains("framelock monitor");
+            assert_eq!(code, if fails { 2 } else { 0 }, "{command}: {printed}");
+            examples += 1;
+        }
+    }
+    assert!(examples >= 75, "{examples}");
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(root().join(folder)).unwrap();
+    let files = entries.map(|entry| entry.unwrap().path());
+    files
+        .filter(|path| path.extension().is_some_and(|it| it == extension))
+        .collect()
+}
+
+/// The examples of a help text: two blanks, a command, and what it does after two blanks or more.
+fn of_help(help: &str) -> Vec<String> {
+    let examples = help.strip_prefix("Examples:\n").unwrap_or_default();
+    let lines = examples.lines().take_while(|line| !line.is_empty());
+    let lines = lines.filter_map(|line| {
+        line.strip_prefix("  ")
+            .filter(|line| !line.starts_with(' '))
+    });
+    lines
+        .map(|line| runnable(line.split("  ").next().unwrap()))
+        .collect()
+}
+
+/// The commands of the command line in a page's blocks; each other line of a block of `sh` must be in [`NOT_RUN`].
+fn of_page(page: &str) -> Vec<String> {
+    let mut commands = Vec::new();
+    let mut block = None;
+    for line in page.replace("\\\n", "").lines().map(str::trim) {
+        match (line.strip_prefix("```"), block) {
+            (Some(_), Some(_)) => block = None,
+            (Some(language), None) => block = Some(language == "sh"),
+            (None, Some(is_shell)) => {
+                let line = line.split(" #").next().unwrap();
+                let line = line.replace("cargo run --release -- ", "framelock ");
+                if line.starts_with("framelock ") {
+                    commands.push(runnable(&line));
+                } else if is_shell {
+                    let why = NOT_RUN.iter().find(|(first, _)| line.starts_with(first));
+                    assert!(why.is_some() || line.is_empty(), "is this run? {line}");
+                }
+            }
+            _ => {}
+        }
+    }
+    commands
+}
+
+/// An example as it can be run anywhere, within a moment.
+fn runnable(example: &str) -> String {
+    let mut command = PORTS
+        .iter()
+        .fold(example.to_owned(), |it, port| it.replace(port, NO_PORT));
+    // A port that is waited for does not come.
+    command = command.replace(" --wait", "");
+    // A shell reads completions, or has a folder for them.
+    if let Some((completions, _)) = command.split_once(" > ") {
+        command = completions.to_owned();
+    }
+    command = command.replace("source <(", "").replace("bash)", "bash");
+    if command.contains("framelock simulate") {
+        let mut words: Vec<&str> = command.split_whitespace().collect();
+        let is_count = |word: &&str| ["--trials", "--frames"].contains(word);
+        while let Some(at) = words.iter().position(is_count) {
+            words.drain(at..at + 2);
+        }
+        command = words.join(" ") + " --trials 2 --frames 2";
+    }
+    command
+}
+
+/// The folder in which commands run.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    /// A folder with the files that examples read.
+    fn with_files() -> Self {
+        let folder = Self::new();
+        let motor = "printf 'sync = \"AA 55\"\\nlength = 3\\nfields = []' > motor.toml";
+        let recordings = "printf 'AB\\000\\177\\310J\\r' | tee capture.bin a.bin | hex > log.txt";
+        let moves = "echo 127,200,74 > moves.csv";
+        let channels = "framelock encode --frame ibus | framelock decode --frame ibus --format csv > channels.csv";
+        for command in [motor, recordings, moves, channels] {
+            let (printed, code) = folder.run(command);
+            assert_eq!(code, 0, "{command}: {printed}");
+        }
+        folder
+    }
+
+    /// Runs commands; returns what they print, errors included, and the exit code.
+    fn run(&self, commands: &str) -> (String, i32) {
+        let program = Path::new(env!("CARGO_BIN_EXE_framelock")).parent().unwrap();
+        let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
+        let mut shell = Command::new("sh");
+        shell.args(["-e", "-c", &format!("{PRELUDE}{commands}")]);
+        let output = shell
+            .current_dir(&self.0)
+            .env("PATH", path)
+            .output()
+            .unwrap();
+        (
+            String::from_utf8_lossy(&output.stdout).into_owned(),
+            output.status.code().unwrap(),
+        )
+    }
+
+    /// What a page shows of commands: what they print, after the exit code if it is not 0.
+    fn shown(&self, commands: &str) -> String {
+        match self.run(commands) {
+            (printed, 0) => printed,
+            (printed, code) => format!("? {code}\n{printed}"),
+        }
+    }
+
+    /// The page with what its commands print now, and how many blocks and commands there are.
+    ///
+    /// A block of `sh` is run as a whole, and what it prints is in the block of `text` that follows directly. A block
+    /// of `console` has a command after each `$`, which goes on after `>`, and then what it prints.
+    fn print(&self, page: &str) -> (String, usize) {
+        let mut lines = page.lines().peekable();
+        let (mut printed, mut count) = (Vec::new(), 0);
+        while let Some(line) = lines.next() {
+            printed.push(line.to_owned());
+            if !["```sh", "```console"].contains(&line) {
+                continue;
+            }
+            let block = lines.by_ref().take_while(|line| *line != "```");
+            let block: Vec<&str> = block.collect();
+            if line == "```sh" {
+                count += 1;
+                let commands = block.join("\n");
+                let shown = self.shown(&commands);
+                printed.extend([commands, "```".to_owned()]);
+                if lines.next_if_eq(&"```text").is_some() {
+                    lines.by_ref().find(|line| *line == "```");
+                }
+                if !shown.is_empty() {
+                    printed.extend(["```text".to_owned(), shown + "```"]);
+                }
+                continue;
+            }
+            let mut block = block.into_iter().peekable();
+            while let Some(line) = block.next() {
+                let Some(first) = line.strip_prefix("$ ") else {
+                    continue;
+                };
+                count += 1;
+                printed.push(line.to_owned());
+                let mut command = first.to_owned();
+                while let Some(more) = block.next_if(|line| line.starts_with("> ")) {
+                    printed.push(more.to_owned());
+                    command += &more.replacen("> ", "\n", 1);
+                }
+                printed.extend(self.shown(&command).lines().map(str::to_owned));
+            }
+            printed.push("```".to_owned());
+        }
+        (printed.join("\n") + "\n", count)
+    }
+}

@@ -1,0 +1,154 @@
+//! A line with any of the receivers at its end.
+
+use std::fmt;
+
+use framelock::can_go_deaf::Lecture;
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{BufferedIn, Counters, Encode, Format as _, Found, Line, LineEvent, Receiver};
+use framelock_formats::AnyOf;
+use serde::Serialize;
+
+use crate::protocol::{FrameFormat, Protocol};
+
+/// Which machine receives: they differ in what they do with the bytes of a broken frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
+pub enum Policy {
+    /// The lecture's machine, which throws the bytes of a broken frame away; bin only
+    Lecture,
+    /// framelock's receiver, which searches the bytes of a broken frame for the next
+    #[default]
+    Framelock,
+}
+
+impl fmt::Display for Policy {
+    /// Writes the name of the machine: `lecture` or `framelock`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Lecture => "lecture",
+            Self::Framelock => "framelock",
+        })
+    }
+}
+
+/// A line with any of the receivers at its end.
+#[derive(Clone, Debug)]
+pub enum AnyLine {
+    /// The lecture's machine.
+    Lecture(Line<Lecture>),
+    /// The receiver of BIN.
+    Bin(Line<Receiver<Bin>>),
+    /// The receiver of BIN-CRC8.
+    BinCrc8(Line<Receiver<BinCrc8>>),
+    /// The receiver of frames that a description describes.
+    Described(Line<BufferedIn<AnyOf<'static>, Vec<u8>>>),
+}
+
+/// Does the same with any of them.
+macro_rules! for_any {
+    ($any:expr, $line:ident => $does:expr) => {
+        match $any {
+            AnyLine::Lecture($line) => $does,
+            AnyLine::Bin($line) => $does,
+            AnyLine::BinCrc8($line) => $does,
+            AnyLine::Described($line) => $does,
+        }
+    };
+}
+
+impl AnyLine {
+    /// Makes the machine for these frames under this policy. Nothing has been received yet.
+    ///
+    /// # Errors
+    /// The lecture's machine does not receive these frames, or they have no bytes.
+    pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
+        match (policy, protocol.setpoints) {
+            (_, Some(format)) => Self::of_setpoints(format, policy),
+            (Policy::Lecture, None) => Err(lecture_receives_bin()),
+            (Policy::Framelock, None) => {
+                let format = protocol.description.format();
+                let receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]);
+                let receiver = receiver
+                    .ok_or_else(|| format!("--frame {protocol}: its frames have no bytes"))?;
+                Ok(Self::Described(Line::new(receiver)))
+            }
+        }
+    }
+
+    /// Makes the machine for frames of setpoints under this policy, without their description.
+    ///
+    /// # Errors
+    /// The lecture's machine does not receive these frames.
+    pub fn of_setpoints(format: FrameFormat, policy: Policy) -> Result<Self, String> {
+        match (policy, format) {
+            (Policy::Framelock, FrameFormat::Bin) => Ok(Self::Bin(Line::default())),
+            (Policy::Framelock, FrameFormat::BinCrc8) => Ok(Self::BinCrc8(Line::default())),
+            (Policy::Lecture, FrameFormat::Bin) => Ok(Self::Lecture(Line::default())),
+            (Policy::Lecture, FrameFormat::BinCrc8) => Err(lecture_receives_bin()),
+        }
+    }
+
+    /// Takes bytes; reports the outcome of each byte except those pending, in the order of the stream. A message
+    /// is the frame's bytes. The reserved byte of a frame of setpoints is reported as 0.
+    pub fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<&[u8]>)) {
+        match self {
+            Self::Lecture(line) => line.feed(bytes, encoded(Bin::encode, found)),
+            Self::Bin(line) => line.feed(bytes, encoded(Bin::encode, found)),
+            Self::BinCrc8(line) => line.feed(bytes, encoded(BinCrc8::encode, found)),
+            Self::Described(line) => line.feed(bytes, frame_alone(found)),
+        }
+    }
+
+    /// Takes a line event; reports the outcome of each pending byte. Then nothing is pending.
+    pub fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<&[u8]>)) {
+        match self {
+            Self::Lecture(line) => line.line_event(event, encoded(Bin::encode, found)),
+            Self::Bin(line) => line.line_event(event, encoded(Bin::encode, found)),
+            Self::BinCrc8(line) => line.line_event(event, encoded(BinCrc8::encode, found)),
+            Self::Described(line) => line.line_event(event, frame_alone(found)),
+        }
+    }
+
+    /// The line's counters.
+    #[must_use]
+    pub fn counters(&self) -> &Counters {
+        for_any!(self, line => line.counters())
+    }
+
+    /// The number of the last bytes that may yet be part of a frame.
+    #[must_use]
+    pub fn pending(&self) -> usize {
+        for_any!(self, line => line.pending())
+    }
+
+    /// The lecture's machine, if it is the one that receives.
+    #[must_use]
+    pub fn lecture(&self) -> Option<&Lecture> {
+        match self {
+            Self::Lecture(line) => Some(line.parser()),
+            _ => None,
+        }
+    }
+}
+
+fn lecture_receives_bin() -> String {
+    "--policy lecture is the lecture's machine, which knows --frame bin and no other: leave one of the two out"
+        .to_owned()
+}
+
+/// Gives `found` each frame without its kind.
+fn frame_alone(mut found: impl FnMut(Found<&[u8]>)) -> impl FnMut(Found<(usize, &[u8])>) {
+    move |one| found(one.map(|(_, frame)| frame))
+}
+
+/// Gives `found` each setpoint as the frame that means it.
+fn encoded<const N: usize>(
+    encode: impl Fn(Setpoint) -> [u8; N],
+    mut found: impl FnMut(Found<&[u8]>),
+) -> impl FnMut(Found<Setpoint>) {
+    move |one| {
+        let mut frame = None;
+        found(one.map(|setpoint| frame.insert(encode(setpoint)).as_slice()));
+    }
+}

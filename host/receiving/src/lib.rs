@@ -1,0 +1,34 @@
+//! Any receiver of any frames, for programs on a computer: the command line, the simulation and the page.
+//!
+//! ```text
+//!  name or description ─► Protocol ─┐
+//!                          Policy ──┴─► AnyLine ─► TrackedLine ─► outcome of each byte
+//!                                                  DeliveryCheck ─► was a whole frame delivered?
+//! ```
+//!
+//! # Examples
+//! ```
+//! use framelock_receiving::{AnyLine, Policy, Protocol, TrackedLine};
+//!
+//! let protocol = Protocol::named("bin")?;
+//! let mut line = TrackedLine::new(AnyLine::new(&protocol, Policy::Framelock)?);
+//! let mut frames = Vec::new();
+//! for byte in *b"?AB\0xyz\rAB" {
+//!     let outcomes = line.push(byte);
+//!     frames.extend(outcomes.into_iter().filter(|piece| piece.discarded.is_none()));
+//! }
+//! assert_eq!((frames.len(), frames[0].from), (1, 1));
+//! assert_eq!(line.pending(), b"AB");
+//! # Ok::<(), String>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod any_line;
+mod delivery_check;
+mod protocol;
+mod tracked_line;
+
+pub use any_line::{AnyLine, Policy};
+pub use delivery_check::DeliveryCheck;
+pub use protocol::{FrameFormat, Protocol};
+pub use tracked_line::{Piece, TrackedLine};

@@ -1,0 +1,145 @@
+//! The frames on a line, by the name of a shipped description or by the text of another.
+
+use std::fmt;
+use std::path::Path;
+
+use framelock::motion::{Bin, BinCrc8, Setpoint};
+use framelock::{Encode, Format as _};
+use framelock_description::{Description, SHIPPED, read, shipped};
+use serde::Serialize;
+
+/// A format of frames that carry setpoints. Each has a receiver of its own in the core.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "kebab-case")]
+pub enum FrameFormat {
+    /// 'A' 'B' reserved pitch roll yaw CR
+    Bin,
+    /// 'A' 'B' reserved pitch roll yaw crc CR
+    BinCrc8,
+}
+
+impl FrameFormat {
+    /// The format of the shipped description with this name.
+    fn named(name: &str) -> Option<Self> {
+        match name {
+            "bin" => Some(Self::Bin),
+            "bin-crc8" => Some(Self::BinCrc8),
+            _ => None,
+        }
+    }
+
+    /// Bytes in a frame.
+    #[must_use]
+    pub const fn length(self) -> usize {
+        self.states().len()
+    }
+
+    /// The lecture's names of the states in which a receiver waits for each byte of a frame.
+    #[must_use]
+    pub const fn states(self) -> &'static [&'static str] {
+        match self {
+            Self::Bin => &["A", "B", "1", "2", "3", "4", "CR"],
+            Self::BinCrc8 => &["A", "B", "1", "2", "3", "4", "crc", "CR"],
+        }
+    }
+
+    /// Returns the frame of a setpoint.
+    #[must_use]
+    pub fn encode(self, setpoint: Setpoint) -> Vec<u8> {
+        match self {
+            Self::Bin => Bin::encode(setpoint).to_vec(),
+            Self::BinCrc8 => BinCrc8::encode(setpoint).to_vec(),
+        }
+    }
+
+    /// Returns the setpoint in a frame; none if the bytes are too few.
+    #[must_use]
+    pub fn setpoint(self, frame: &[u8]) -> Option<Setpoint> {
+        match frame {
+            &[_, _, _, pitch, roll, yaw, ..] => Some(Setpoint { pitch, roll, yaw }),
+            _ => None,
+        }
+    }
+}
+
+/// The frames on a line: their name, and their description.
+#[derive(Clone, Debug)]
+pub struct Protocol {
+    /// The name of a shipped description, or of the file that has the description.
+    pub name: String,
+    /// The description's text, in TOML.
+    pub text: String,
+    /// What the text says.
+    pub description: Description,
+    /// The format, if the frames carry setpoints: then there are a failsafe and motions for them.
+    pub setpoints: Option<FrameFormat>,
+}
+
+impl Protocol {
+    /// Looks up a shipped description, or reads the file of that name.
+    ///
+    /// # Errors
+    /// There is neither, the file cannot be read, or it does not describe frames.
+    pub fn named(name: &str) -> Result<Self, String> {
+        match shipped(name) {
+            Some(text) => Self::described(name, text.to_owned()),
+            None if !Path::new(name).exists() => Err(no_such_protocol()),
+            None => Self::described(name, read(Path::new(name))?),
+        }
+    }
+
+    /// Parses a description.
+    ///
+    /// # Errors
+    /// What is wrong with the text: `name:line:column: …`.
+    pub fn described(name: &str, text: String) -> Result<Self, String> {
+        Ok(Self {
+            name: name.to_owned(),
+            setpoints: FrameFormat::named(name),
+            description: Description::parse(name, &text)?,
+            text,
+        })
+    }
+
+    /// Bytes in the longest frame.
+    #[must_use]
+    pub fn longest(&self) -> usize {
+        self.description.format().longest()
+    }
+
+    /// Whether the frames carry pitch, roll and yaw.
+    #[must_use]
+    #[inline]
+    pub fn has_setpoints(&self) -> bool {
+        self.setpoints.is_some()
+    }
+
+    /// Returns the frame of a setpoint: a BIN frame if the frames carry no setpoints.
+    #[must_use]
+    pub fn encode_setpoint(&self, setpoint: Setpoint) -> Vec<u8> {
+        self.setpoints.unwrap_or(FrameFormat::Bin).encode(setpoint)
+    }
+
+    /// Returns the setpoint in a frame, if the frames carry setpoints.
+    #[must_use]
+    pub fn setpoint(&self, frame: &[u8]) -> Option<Setpoint> {
+        self.setpoints?.setpoint(frame)
+    }
+}
+
+fn no_such_protocol() -> String {
+    let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+    format!(
+        "there is neither such a frame nor such a file: the frames are {}; a file describes another, \
+         see docs/own-frame.md",
+        names.join(", ")
+    )
+}
+
+impl fmt::Display for Protocol {
+    /// Writes the name.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)
+    }
+}

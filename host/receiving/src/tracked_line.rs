@@ -1,0 +1,194 @@
+//! A line byte by byte: which bytes are pending, and the outcome of the others.
+
+use framelock::{Counters, DiscardReason, Found, LineEvent};
+
+use crate::any_line::AnyLine;
+
+/// Consecutive bytes with the same outcome: they are a frame, or were discarded together.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Piece {
+    /// The offset of the first byte in the stream.
+    pub from: usize,
+    /// The bytes, at least one.
+    pub bytes: Vec<u8>,
+    /// Why the bytes were discarded; none if they are a frame.
+    pub discarded: Option<DiscardReason>,
+}
+
+/// A line that knows its pending bytes.
+#[derive(Clone, Debug)]
+pub struct TrackedLine {
+    /// The line before it received anything.
+    fresh: AnyLine,
+    line: AnyLine,
+    pending: Vec<u8>,
+    decided: usize,
+}
+
+impl TrackedLine {
+    /// Tracks a line that has not received anything.
+    #[must_use]
+    pub fn new(line: AnyLine) -> Self {
+        Self {
+            fresh: line.clone(),
+            line,
+            pending: Vec::new(),
+            decided: 0,
+        }
+    }
+
+    /// Takes a byte; returns the bytes that it decides about, oldest first.
+    pub fn push(&mut self, byte: u8) -> Vec<Piece> {
+        self.pending.push(byte);
+        self.decide(|line, found| line.feed(&[byte], found))
+    }
+
+    /// Takes a line event; returns what was pending, oldest first.
+    pub fn line_event(&mut self, event: LineEvent) -> Vec<Piece> {
+        self.decide(|line, found| line.line_event(event, found))
+    }
+
+    fn decide(
+        &mut self,
+        step: impl FnOnce(&mut AnyLine, &mut dyn FnMut(Found<&[u8]>)),
+    ) -> Vec<Piece> {
+        let mut pieces = Vec::new();
+        step(&mut self.line, &mut |found| {
+            let count = found.bytes().min(self.pending.len());
+            pieces.push(Piece {
+                from: self.decided,
+                bytes: self.pending.drain(..count).collect(),
+                discarded: match found {
+                    Found::Frame { .. } => None,
+                    Found::Discarded { why, .. } => Some(why),
+                },
+            });
+            self.decided += count;
+        });
+        pieces
+    }
+
+    /// The bytes that may yet be part of a frame. Their number is the machine's state.
+    #[must_use]
+    pub fn pending(&self) -> &[u8] {
+        &self.pending
+    }
+
+    /// The number of bytes that have become a frame or were discarded: the offset of the first pending byte.
+    #[must_use]
+    pub const fn decided(&self) -> usize {
+        self.decided
+    }
+
+    /// The line's counters.
+    #[must_use]
+    pub fn counters(&self) -> &Counters {
+        self.line.counters()
+    }
+
+    /// Sets the counters to zero. The pending bytes have been received already, and count.
+    pub fn reset_counters(&mut self) {
+        self.line = self.fresh.clone();
+        self.line.feed(&self.pending, |_| ());
+    }
+
+    /// The line.
+    #[must_use]
+    pub const fn line(&self) -> &AnyLine {
+        &self.line
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(
+        clippy::unwrap_used,
+        clippy::indexing_slicing,
+        reason = "a panic fails the test"
+    )]
+
+    use framelock::motion::Setpoint;
+    use framelock_proofs::reference;
+    use rand::{Rng, SeedableRng, seq::IndexedRandom};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::{FrameFormat, Policy, Protocol};
+
+    /// Noise that is full of beginnings of frames, some frames, and an end anywhere.
+    fn noise(format: FrameFormat, random: &mut ChaCha8Rng) -> Vec<u8> {
+        let mut stream = Vec::new();
+        for _ in 0..random.random_range(0..60) {
+            if random.random_ratio(1, 3) {
+                let bytes: [u8; 3] = std::array::from_fn(|_| *b"AB\r?".choose(random).unwrap());
+                stream.extend(format.encode(Setpoint::from(bytes)));
+            } else {
+                stream.push(*b"AB\r?".choose(random).unwrap());
+            }
+        }
+        stream.truncate(random.random_range(0..=stream.len()));
+        stream
+    }
+
+    /// Against the reference: the outcome of every byte, with counters that are set to zero somewhere. A line event
+    /// ends the stream.
+    fn agrees<F: reference::Format>(name: &str, policy: Policy) {
+        let protocol = Protocol::named(name).unwrap();
+        let format = protocol.setpoints.unwrap();
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut frames = 0;
+        for _ in 0..2_000 {
+            let stream = noise(format, &mut random);
+            let mut expected = Vec::new();
+            let pending = reference::whole_buffer::<F>(&stream, |found| expected.push(found));
+
+            let mut line = TrackedLine::new(AnyLine::new(&protocol, policy).unwrap());
+            let reset_at = random.random_range(0..60);
+            let (mut pieces, mut counted) = (Vec::new(), 0);
+            for (place, &byte) in stream.iter().enumerate() {
+                if place == reset_at {
+                    line.reset_counters();
+                    counted = line.pending().len();
+                }
+                pieces.extend(line.push(byte));
+                counted += 1;
+            }
+            assert_eq!(line.pending(), &stream[stream.len() - pending..]);
+            assert_eq!(line.decided(), stream.len() - pending);
+            assert_eq!(line.counters().bytes, counted, "{stream:?}");
+
+            let (mut decided, mut outcomes) = (0, Vec::new());
+            for piece in &pieces {
+                assert_eq!(piece.from, decided);
+                decided += piece.bytes.len();
+                assert_eq!(piece.bytes, stream[piece.from..decided]);
+                let setpoint = protocol.setpoint(&piece.bytes);
+                let each = match piece.discarded {
+                    None => Ok((piece.bytes.len(), setpoint.unwrap().into())),
+                    Some(why) => Err(why),
+                };
+                let times = piece.discarded.map_or(1, |_| piece.bytes.len());
+                outcomes.extend(std::iter::repeat_n(each, times));
+                frames += usize::from(piece.discarded.is_none());
+            }
+            let expected = expected.into_iter().flat_map(|found| match found {
+                Found::Frame { length, message } => vec![Ok((length, message)); 1],
+                Found::Discarded { count, why } => vec![Err(why); count],
+            });
+            assert!(outcomes.into_iter().eq(expected), "{stream:?}");
+
+            let rest = line.line_event(LineEvent::Idle);
+            let rest: Vec<u8> = rest.into_iter().flat_map(|piece| piece.bytes).collect();
+            assert_eq!(rest, stream[stream.len() - pending..]);
+            assert_eq!((line.pending(), line.decided()), (&[][..], stream.len()));
+        }
+        assert!(frames > 2_000, "{frames}");
+    }
+
+    #[test]
+    fn every_byte_has_the_outcome_that_the_reference_gives_it() {
+        agrees::<reference::Bin>("bin", Policy::Framelock);
+        agrees::<reference::Lecture>("bin", Policy::Lecture);
+        agrees::<reference::BinCrc8>("bin-crc8", Policy::Framelock);
+    }
+}

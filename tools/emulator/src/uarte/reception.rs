@@ -1,0 +1,344 @@
+//! UARTE0's receiver.
+//!
+//! EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX,
+//! stopping and flushing, and all four causes of ERROR. The transmitter is not modelled: its registers
+//! are refused, except PSEL of unused pins.
+//!
+//! Where the specification is silent or doubted, [`Assumptions`](crate::Assumptions) says what is assumed.
+
+use std::collections::VecDeque;
+
+use super::sampler::{Heard, Sampler};
+use super::{CONFIG_PARITY, ENABLE, RXD, Settings, Transfer};
+use crate::error::Refusal;
+use crate::line::Line;
+use crate::peripheral::{Common, Context, Peripheral};
+
+const STARTRX: u32 = 0x000;
+const STOPRX: u32 = 0x004;
+const FLUSHRX: u32 = 0x02C;
+const RXDRDY: u32 = 0x108;
+const ENDRX: u32 = 0x110;
+const ENDTX: u32 = 0x120;
+const ERROR: u32 = 0x124;
+const RXTO: u32 = 0x144;
+const RXSTARTED: u32 = 0x14C;
+const TXSTARTED: u32 = 0x150;
+const ERRORSRC: u32 = 0x480;
+
+const OVERRUN: u32 = 1;
+const PARITY: u32 = 1 << 1;
+const FRAMING: u32 = 1 << 2;
+const BREAK: u32 = 1 << 3;
+
+/// Character times from STOPRX to RXTO: up to four more bytes are received, then it times out.
+const STOP_AFTER: u64 = 5;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Reception {
+    settings: Settings,
+    error_source: u32,
+    sampler: Sampler,
+    transfer: Option<Transfer>,
+    /// Bytes, and from when on EasyDMA may take them.
+    fifo: VecDeque<(u64, u8)>,
+    /// When the RXDRDY that is still to come does.
+    ready_at: Option<u64>,
+    stops_at: Option<u64>,
+    /// When the RXSTARTED that is still to come does.
+    started_at: Option<u64>,
+    /// When ENDRX comes again.
+    again_at: Option<u64>,
+}
+
+/// The instant at which the receiver acts by itself, if it will, and the action.
+type Deadline = (Option<u64>, fn(&mut Reception, &mut Context));
+
+impl Reception {
+    pub(crate) fn new() -> Self {
+        Self {
+            // No flow control, one stop bit.
+            settings: Settings::new(CONFIG_PARITY, RXD),
+            error_source: 0,
+            sampler: Sampler::default(),
+            transfer: None,
+            fifo: VecDeque::new(),
+            ready_at: None,
+            stops_at: None,
+            started_at: None,
+            again_at: None,
+        }
+    }
+
+    fn start(&mut self, context: &mut Context) -> Result<(), Refusal> {
+        if !self.settings.is_enabled() {
+            return Ok(());
+        }
+        if self.transfer.is_some() {
+            return Err(Refusal::misused(
+                "UARTE0",
+                "STARTRX while a transfer is open",
+            ));
+        }
+        if self.settings.size == 0 {
+            return Err(Refusal::misused("UARTE0", "STARTRX with RXD.MAXCNT 0"));
+        }
+        // Both ends of the buffer must be RAM.
+        let mut byte = [0];
+        context.memory.dma_read(self.settings.pointer, &mut byte)?;
+        context
+            .memory
+            .dma_read(self.settings.pointer + self.settings.size - 1, &mut byte)?;
+        self.transfer = Some(self.settings.transfer());
+        self.stops_at = None;
+        self.again_at = None;
+        let connected = self.settings.registers.pins.last() == Some(&context.line_pin);
+        if !self.sampler.runs() && connected {
+            context.line.forget_before(context.now);
+            let (bit, parity) = (self.settings.bit(), self.settings.has_parity());
+            self.sampler.start(context.now, bit, parity);
+        }
+        self.started_at = Some(context.now + context.assumptions.start_lag);
+        if context.assumptions.start_lag == 0 {
+            self.overdue_started(context);
+        }
+        Ok(())
+    }
+
+    /// After RXTO: what is left in the FIFO goes to RXD.PTR. AMOUNT keeps its old value when nothing was
+    /// left, which drivers in the field work around.
+    fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
+        if self.sampler.runs() {
+            return Err(Refusal::misused(
+                "UARTE0",
+                "FLUSHRX while the receiver runs, before RXTO",
+            ));
+        }
+        let room = (self.settings.size as usize).min(self.fifo.len());
+        let bytes: Vec<u8> = (0..room).filter_map(|_| self.pop(context)).collect();
+        context.memory.dma_write(self.settings.pointer, &bytes)?;
+        if let Ok(amount @ 1..) = u32::try_from(bytes.len()) {
+            self.settings.amount = amount;
+        }
+        context.raise(ENDRX);
+        Ok(())
+    }
+
+    /// Returns the pending actions. Of several that are due, the first in this list is done first.
+    fn deadlines(&self, line: &Line) -> [Deadline; 6] {
+        let stores = self.transfer.is_some() && self.started_at.is_none();
+        let byte = self.fifo.front().filter(|_| stores);
+        [
+            (self.started_at, Self::overdue_started),
+            (self.again_at, Self::end_again),
+            (self.stops_at, Self::stopped),
+            (byte.map(|(ready, _)| *ready), Self::transfer_byte),
+            (self.ready_at, Self::overdue_ready),
+            (self.sampler.next(line), Self::listen),
+        ]
+    }
+
+    /// The RXSTARTED that is still to come, if any, comes now.
+    fn overdue_started(&mut self, context: &mut Context) {
+        if self.started_at.take().is_some() {
+            context.raise(RXSTARTED);
+        }
+    }
+
+    /// Lets RXDRDY come, now or after its lag.
+    fn ready(&mut self, context: &mut Context) {
+        self.overdue_ready(context);
+        self.ready_at = Some(context.now + context.assumptions.ready_lag);
+        if context.assumptions.ready_lag == 0 {
+            self.overdue_ready(context);
+        }
+    }
+
+    /// The RXDRDY that is still to come, if any, comes now.
+    fn overdue_ready(&mut self, context: &mut Context) {
+        if self.ready_at.take().is_some() && !lost(&mut context.assumptions.lost_ready) {
+            context.raise(RXDRDY);
+            if lost(&mut context.assumptions.doubled_ready) {
+                context.raise(RXDRDY);
+            }
+        }
+    }
+
+    /// Takes the byte at the head of the FIFO.
+    fn pop(&mut self, context: &mut Context) -> Option<u8> {
+        let (_, byte) = self.fifo.pop_front()?;
+        if !context.assumptions.ready_at_store && !self.fifo.is_empty() {
+            self.ready(context);
+        }
+        Some(byte)
+    }
+
+    fn error(&mut self, cause: u32, context: &mut Context) {
+        self.error_source |= cause;
+        context.raise(ERROR);
+    }
+
+    /// Lets the sampler do what is due.
+    fn listen(&mut self, context: &mut Context) {
+        let due = self.sampler.next(&context.line);
+        let heard = due.and_then(|at| self.sampler.advance(at, &mut context.line));
+        if let Some(heard) = heard {
+            self.overdue_ready(context);
+            self.hear(heard, context);
+        }
+    }
+
+    fn hear(&mut self, heard: Heard, context: &mut Context) {
+        match heard {
+            Heard::FramingError => {
+                if context.assumptions.ready_on_framing_error {
+                    self.ready(context);
+                }
+                self.error(FRAMING, context);
+            }
+            Heard::Break => self.error(BREAK, context),
+            Heard::Byte { byte, parity_error } => {
+                if self.fifo.len() >= context.assumptions.fifo {
+                    if context.assumptions.ready_on_overrun {
+                        self.ready(context);
+                    }
+                    self.error(OVERRUN, context);
+                    if !context.assumptions.overrun_drops_oldest {
+                        return;
+                    }
+                    self.fifo.pop_front();
+                }
+                self.fifo
+                    .push_back((context.now + context.assumptions.dma_lag, byte));
+                if context.assumptions.ready_at_store || self.fifo.len() == 1 {
+                    self.ready(context);
+                }
+                if parity_error {
+                    self.error(PARITY, context);
+                }
+            }
+        }
+    }
+
+    /// Moves one byte from the FIFO to RAM, if there is one and room for it.
+    fn transfer_byte(&mut self, context: &mut Context) {
+        let Some(mut transfer) = self.transfer else {
+            return;
+        };
+        let Some(byte) = self.pop(context) else {
+            return;
+        };
+        let address = transfer.pointer + transfer.done;
+        let written = context.memory.dma_write(address, &[byte]);
+        context.check(written);
+        transfer.done += 1;
+        self.transfer = Some(transfer);
+        if transfer.done == transfer.size {
+            self.end_transfer(context);
+        }
+    }
+
+    fn end_transfer(&mut self, context: &mut Context) {
+        if let Some(transfer) = self.transfer.take() {
+            self.overdue_started(context);
+            self.settings.amount = transfer.done;
+            let full = transfer.done == transfer.size;
+            if !(full && lost(&mut context.assumptions.lost_end)) {
+                context.raise(ENDRX);
+                let comes_again = full && lost(&mut context.assumptions.doubled_end);
+                self.again_at = comes_again.then_some(context.now + context.assumptions.double_lag);
+            }
+        }
+    }
+
+    fn end_again(&mut self, context: &mut Context) {
+        self.again_at = None;
+        context.raise(ENDRX);
+    }
+
+    /// RXTO. What is in the FIFO goes into the open transfer as far as there is room, and the
+    /// transfer ends, full or not.
+    fn stopped(&mut self, context: &mut Context) {
+        while self.transfer.is_some() && !self.fifo.is_empty() {
+            self.transfer_byte(context);
+        }
+        self.overdue_ready(context);
+        self.end_transfer(context);
+        self.stops_at = None;
+        self.sampler.stop();
+        context.raise(RXTO);
+    }
+}
+
+/// Whether one of those that are lost is lost.
+fn lost(count: &mut u32) -> bool {
+    let lost = *count > 0;
+    if *count < u32::MAX {
+        *count = count.saturating_sub(1);
+    }
+    lost
+}
+
+impl Peripheral for Reception {
+    fn common(&self) -> Common {
+        // The transmitter's, which never come, are cleared by drivers nevertheless.
+        let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
+        let shorts = [(1 << 5, ENDRX, STARTRX), (1 << 6, ENDRX, STOPRX)];
+        Common::new("UARTE0", &events, &shorts)
+    }
+
+    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
+        if offset == ERRORSRC {
+            return Some(self.error_source);
+        }
+        self.settings.read(offset)
+    }
+
+    fn write(&mut self, offset: u32, value: u32, _: &mut Context) -> Option<()> {
+        if offset == ERRORSRC {
+            // "A '1' clears."
+            self.error_source &= !value;
+            self.again_at = None;
+            return Some(());
+        }
+        self.settings.write(offset, value)?;
+        if offset == ENABLE && value == 0 {
+            *self = Self {
+                settings: self.settings.clone(),
+                error_source: self.error_source,
+                ..Self::new()
+            };
+        }
+        Some(())
+    }
+
+    fn task(&mut self, offset: u32, context: &mut Context) -> Option<()> {
+        let outcome = match offset {
+            STARTRX => self.start(context),
+            STOPRX => {
+                if self.transfer.is_some() || self.sampler.runs() {
+                    let character = 10 * self.settings.bit();
+                    let stops_at = context.now + STOP_AFTER * character;
+                    self.stops_at.get_or_insert(stops_at);
+                }
+                Ok(())
+            }
+            FLUSHRX => self.flush(context),
+            _ => return None,
+        };
+        context.check(outcome);
+        Some(())
+    }
+
+    fn next(&self, line: &Line) -> Option<u64> {
+        self.deadlines(line).iter().filter_map(|(at, _)| *at).min()
+    }
+
+    fn advance(&mut self, context: &mut Context) {
+        let deadlines = self.deadlines(&context.line).into_iter();
+        let mut due = deadlines.filter(|(at, _)| at.is_some_and(|at| at <= context.now));
+        if let Some((_, act)) = due.next() {
+            act(self, context);
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! Samples the line bit by bit, and turns its levels into bytes and errors.
+//!
+//! The product specification (section "UARTE", "Reception" and "Error conditions") says what the
+//! errors are, not how the line is sampled. The model does what is usual: the start bit's edge is
+//! seen with a sixteenth of a bit's resolution, each bit is sampled once, in its middle by the
+//! receiver's own clock, and a start bit that is high in its middle is none.
+
+use crate::line::Line;
+
+/// A byte or an error that the sampler found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Heard {
+    /// A byte; the stop bit was high.
+    Byte { byte: u8, parity_error: bool },
+    /// No stop bit.
+    FramingError,
+    /// Low for longer than a whole character; a framing error came before it.
+    Break,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+enum State {
+    #[default]
+    Off,
+    /// Looks for a low level, from that instant on.
+    Hunting { since: u64 },
+    /// A character whose start bit was seen then.
+    Character { start: u64 },
+    /// No stop bit was found: waits for the line to be high.
+    Low { break_at: Option<u64>, since: u64 },
+}
+
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sampler {
+    state: State,
+    /// Cycles of a bit.
+    bit: u64,
+    parity: bool,
+}
+
+impl Sampler {
+    /// `bit`: cycles of a bit.
+    pub(super) fn start(&mut self, now: u64, bit: u64, parity: bool) {
+        self.bit = bit;
+        self.parity = parity;
+        // A line that is low when the receiver starts counts as a start bit: that is the framing
+        // error and break which a floating RX pin gives at once.
+        self.state = State::Hunting { since: now };
+    }
+
+    pub(super) fn stop(&mut self) {
+        self.state = State::Off;
+    }
+
+    pub(super) fn runs(&self) -> bool {
+        !matches!(self.state, State::Off)
+    }
+
+    /// Bits up to and including the stop bit.
+    fn bits(&self) -> u64 {
+        10 + u64::from(self.parity)
+    }
+
+    /// The middle of a bit; bit 0 is the start bit.
+    fn middle(&self, start: u64, bit: u64) -> u64 {
+        start + self.bit * bit + self.bit / 2
+    }
+
+    /// When it has something to do.
+    pub(super) fn next(&self, line: &Line) -> Option<u64> {
+        match self.state {
+            State::Off => None,
+            State::Hunting { since } => line.reaches(false, since),
+            State::Character { start } => Some(self.middle(start, self.bits() - 1)),
+            State::Low { break_at, since } => {
+                let high = line.reaches(true, since);
+                [break_at, high].into_iter().flatten().min()
+            }
+        }
+    }
+
+    /// Does what is due at `at`, the instant that [`Sampler::next`] said.
+    pub(super) fn advance(&mut self, at: u64, line: &mut Line) -> Option<Heard> {
+        match self.state {
+            State::Off => None,
+            State::Hunting { .. } => {
+                line.forget_before(at);
+                // Its clock runs all the time: the edge is seen at the next sixteenth of a bit.
+                let start = at.next_multiple_of((self.bit / 16).max(1));
+                self.state = State::Character { start };
+                None
+            }
+            State::Character { start } => self.end_of_character(start, at, line),
+            State::Low { break_at, since } => {
+                if break_at == Some(at) {
+                    self.state = State::Low {
+                        break_at: None,
+                        since,
+                    };
+                    return Some(Heard::Break);
+                }
+                self.state = State::Hunting { since: at };
+                None
+            }
+        }
+    }
+
+    fn end_of_character(&mut self, start: u64, now: u64, line: &Line) -> Option<Heard> {
+        let sample = |bit| line.level_at(self.middle(start, bit));
+        if sample(0) {
+            // Noise, no start bit: from there on it looked for another.
+            let since = self.middle(start, 0);
+            self.state = State::Hunting { since };
+            return None;
+        }
+        let byte = (0..8).fold(0, |byte, bit| byte | u8::from(sample(1 + bit)) << bit);
+        let odd = byte.count_ones() % 2 == 1;
+        let parity_error = self.parity && sample(9) != odd;
+        if sample(self.bits() - 1) {
+            self.state = State::Hunting { since: now };
+            return Some(Heard::Byte { byte, parity_error });
+        }
+        // The line has been low since then, or since the character began.
+        let low_since = line
+            .change_before(now)
+            .map_or(start, |change| change.max(start));
+        let break_at = low_since + self.bits() * self.bit + 1;
+        self.state = State::Low {
+            break_at: Some(break_at.max(now + 1)),
+            since: now,
+        };
+        Some(Heard::FramingError)
+    }
+}

@@ -1,0 +1,70 @@
+//! Runs checkers, each in a process group of its own: at the time limit, and when the prover is
+//! interrupted, the whole group ends.
+
+use std::collections::BTreeSet;
+use std::os::unix::process::CommandExt as _;
+use std::process::{Command, ExitStatus};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use anyhow::{Context as _, Result};
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::Pid;
+use wait_timeout::ChildExt as _;
+
+/// The groups that run now.
+static RUNNING: Mutex<BTreeSet<Pid>> = Mutex::new(BTreeSet::new());
+
+fn running() -> MutexGuard<'static, BTreeSet<Pid>> {
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn end(group: Pid) {
+    // An error says that the group has ended already.
+    let _ = killpg(group, Signal::SIGKILL);
+}
+
+/// From now on, Ctrl-C and a request to terminate end what runs, and then the prover.
+pub(crate) fn end_with_the_prover() -> Result<()> {
+    ctrlc::set_handler(|| end_all(130))?;
+    Ok(())
+}
+
+/// Ends what runs, and the prover with that exit code.
+pub(crate) fn end_all(code: i32) -> ! {
+    // ProofCache until the end, so that nothing new is started.
+    let running = running();
+    running.iter().copied().for_each(end);
+    std::process::exit(code);
+}
+
+/// Runs it, and returns how it ended; `None` if it was not done within the limit and was ended.
+pub(crate) fn status_within(limit: Duration, command: &mut Command) -> Result<Option<ExitStatus>> {
+    let mut groups = running();
+    let child = command.process_group(0).spawn();
+    let mut child =
+        child.with_context(|| format!("{} does not start", command.get_program().display()))?;
+    let group = Pid::from_raw(child.id().cast_signed());
+    groups.insert(group);
+    drop(groups);
+    let status = child.wait_timeout(limit);
+    end(group);
+    child.wait()?;
+    running().remove(&group);
+    Ok(status?)
+}
+
+/// What a command writes, without the space at the end; an error with all that it said if it fails.
+pub(crate) fn output(command: &mut Command) -> Result<String> {
+    let program = command.get_program().display().to_string();
+    let output = command.output();
+    let output = output.with_context(|| format!("{program} does not start"))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    anyhow::ensure!(
+        output.status.success(),
+        "{program} ended with {}:\n{text}{}",
+        output.status,
+        String::from_utf8_lossy(&output.stderr)
+    );
+    Ok(text.trim_end().to_owned())
+}
