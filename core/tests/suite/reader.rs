@@ -5,8 +5,9 @@ use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
 use framelock::motion::{Bin, Setpoint};
-use framelock::{BufferedReceiver, Encode, Format, LineEvent, Reader, Receiver};
-use framelock_formats::layout::{FixedBits, Layout, Length, LengthField, Patterns};
+use framelock::{
+    BufferedReceiver, DiscardReason, Encode, Format, LineEvent, Reader, Receiver, Verdict,
+};
 
 /// A UART that gives what it is told to, in the pieces it is told to.
 struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
@@ -107,25 +108,23 @@ fn the_smallest_buffer() -> Result<(), Infallible> {
 /// `'#' length payload`; the last byte is a letter.
 struct Short;
 
-const SHORT: Layout = Layout {
-    sync: Patterns::one(b"#"),
-    length: Length::Field(LengthField {
-        plus: 2,
-        ..LengthField::byte(1)
-    }),
-    shortest: 2,
-    longest: 9,
-    fixed: &[FixedBits {
-        at: -1,
-        mask: 0x40,
-        value: 0x40,
-    }],
-    ..Layout::NONE
-};
-
 impl Format for Short {
-    framelock_formats::judged_by!(SHORT);
+    const LONGEST: usize = 9;
     type Message<'a> = &'a [u8];
+
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        let whole = match *bytes {
+            [b'#'] => 2,
+            [b'#', length, ..] if length > 7 => return Verdict::Reject(DiscardReason::TooLong),
+            [b'#', length, ..] => 2 + usize::from(length),
+            _ => return Verdict::Reject(DiscardReason::NoSync),
+        };
+        match bytes.get(whole - 1) {
+            None => Verdict::Incomplete { at_least: whole },
+            Some(last) if last & 0x40 != 0 => Verdict::Frame(whole),
+            Some(_) => Verdict::Reject(DiscardReason::Terminator),
+        }
+    }
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         &frame[2..]
