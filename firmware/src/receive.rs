@@ -12,7 +12,7 @@ use framelock::{Counters, LineEvent};
 use framelock_reception::{NO_BYTE, Registers};
 use nrf52840_hal::pac::{Interrupt, TIMER2, UARTE0, interrupt};
 
-use crate::settings::{GAP_AFTER, InputPin, NONE_WAITS_AFTER, Parser, baud_register};
+use crate::settings::{GAP_AFTER, InputPin, Line, NONE_WAITS_AFTER, Parser, baud_register};
 use crate::telemetry::COUNTERS;
 use crate::{clock, setpoint};
 
@@ -25,9 +25,6 @@ const NONE_WAITS: usize = 1;
 /// The receiver and all that it owns. Its two handlers have one priority, so neither interrupts the
 /// other; the main loop looks with interrupts off. The cell checks both, at no risk and little cost.
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
-
-/// What has come over the line, and what became of it.
-pub(crate) type Line = framelock::Line<Parser>;
 
 /// Nothing has come yet. A constant, so that it is there at the start: to copy it into place would
 /// take more flash than the receiver does.
