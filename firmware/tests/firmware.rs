@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use framelock_proofs::reference::{Format, whole_buffer};
-use nrf52840_emulator::{Assumptions, Board, Image, LogTable, MICROSECOND, MILLISECOND};
+use nrf52840_emulator::{
+    Assumptions, Board, Image, LineSymbol, LogTable, MICROSECOND, MILLISECOND, ResetCause,
+};
 use object::{Object, ObjectSection};
 
 /// Pitch, roll, yaw.
@@ -153,6 +155,24 @@ impl Firmware {
         self.board.run_until(end + then).unwrap();
     }
 
+    /// The same with symbols, which may be errors.
+    pub(crate) fn send_symbols_and_wait(&mut self, symbols: &[LineSymbol], then: u64) {
+        let end = self.board.send_symbols(symbols);
+        self.board.run_until(end + then).unwrap();
+    }
+
+    /// Sends one more frame, which alone is committed within that many cycles.
+    pub(crate) fn takes_a_frame(&mut self, then: u64, what: &str) {
+        self.send_and_wait(&frame([4, 5, 6]), then);
+        assert_eq!(self.commits(), [[4, 5, 6]], "{what}");
+    }
+
+    /// Why the chip was reset, each time.
+    pub(crate) fn resets(&mut self) -> Vec<ResetCause> {
+        let resets = &self.board.trace().resets;
+        resets.iter().map(|reset| reset.cause).collect()
+    }
+
     /// The setpoints committed since last asked, in order.
     pub(crate) fn commits(&mut self) -> Vec<Setpoint> {
         let changes = &self.board.trace().changes;
@@ -188,8 +208,8 @@ impl Firmware {
         [13, 14, 15].map(|pin| p0 >> pin & 1 == 0)
     }
 
-    /// The bytes that are part of no frame.
-    pub(crate) fn discarded(&self) -> u32 {
+    /// Every byte is part of a frame, discarded or pending (L2).
+    pub(crate) fn assert_every_byte_has_one_place(&self, what: &str) {
         let reasons = [
             "no_sync",
             "broken_sync",
@@ -197,7 +217,9 @@ impl Firmware {
             "terminator",
             "line_event",
         ];
-        reasons.iter().map(|name| self.counter(name)).sum()
+        let discarded: u32 = reasons.iter().map(|name| self.counter(name)).sum();
+        let placed = 7 * self.counter("frames") + discarded + self.counter("pending");
+        assert_eq!(self.counter("bytes"), placed, "{what}");
     }
 
     /// The log since last asked.
@@ -219,6 +241,13 @@ pub(crate) fn setpoints(count: u32) -> impl Iterator<Item = Setpoint> {
         let [low, high, ..] = n.to_le_bytes();
         [low.wrapping_mul(7), high, low]
     })
+}
+
+/// As many setpoints, and the bytes of their frames.
+pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
+    let sent: Vec<_> = setpoints(count).collect();
+    let bytes = sent.iter().copied().flat_map(frame).collect();
+    (sent, bytes)
 }
 
 /// What the reference of a machine commits.

@@ -54,12 +54,9 @@ fn from_power_on_the_servos_are_parked() {
 
 #[test]
 fn silence_holds_then_ramps_then_parks() {
-    parks_in_silence(&mut Firmware::booted("default"));
-}
-
-/// No pulse is cut if the PWM begins a new period at once, whenever it is given new widths.
-#[test]
-fn silence_parks_too_where_seqstart_cuts_periods() {
+    let mut firmware = Firmware::booted("default");
+    parks_in_silence(&mut firmware);
+    // No pulse is cut if the PWM begins a new period at once, whenever it is given new widths.
     let mut firmware = Firmware::booted("default");
     firmware.assume(|all| all.start_cuts_period = true);
     parks_in_silence(&mut firmware);
@@ -162,8 +159,7 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
     assert!(log.contains("reset by watchdog"), "{log}");
     // And it works again.
     firmware.commits();
-    firmware.send_and_wait(&frame([1, 2, 3]), RESTART);
-    assert_eq!(firmware.commits(), [[1, 2, 3]]);
+    firmware.takes_a_frame(RESTART, "after the reset");
 }
 
 /// A handler that ends just before a tick leaves the main loop awake when the tick comes. A break
@@ -230,14 +226,7 @@ fn a_dead_receiver_is_reset_by_the_watchdog() {
     // `bx lr`: the handler returns at once.
     firmware.board.patch(handler, &[0x70, 0x47]).unwrap();
     firmware.run_for(400 * MILLISECOND);
-    let causes: Vec<_> = firmware
-        .board
-        .trace()
-        .resets
-        .iter()
-        .map(|reset| reset.cause)
-        .collect();
-    assert_eq!(causes, [ResetCause::Watchdog]);
+    assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
 #[test]
