@@ -137,16 +137,14 @@ proptest! {
 #[test]
 fn a_whole_outage() {
     let mut failsafe = Failsafe::new(parameters(), 0).expect("valid");
-    let demand = Setpoint {
-        pitch: 138,
-        roll: 100,
-        yaw: 0,
+    let frame = |failsafe: &mut Failsafe<u8, 3>, now, pitch| {
+        failsafe.frame(now, [pitch, PARK.roll, PARK.yaw]);
     };
     let output = |failsafe: &mut Failsafe<u8, 3>, now| {
         let Output { axes, phase } = failsafe.poll(now);
         (phase, axes[0])
     };
-    failsafe.frame(0, demand);
+    frame(&mut failsafe, 0, 138);
     assert_eq!(output(&mut failsafe, 9), (Phase::Approach, 137));
     assert_eq!(output(&mut failsafe, 10), (Phase::Live, 138));
     assert_eq!(output(&mut failsafe, 19), (Phase::Live, 138));
@@ -155,34 +153,13 @@ fn a_whole_outage() {
     assert_eq!(output(&mut failsafe, 55), (Phase::Ramp, 133));
     assert_eq!(output(&mut failsafe, 60), (Phase::Parked, 128));
     // Back, from the middle of the ramp's way.
-    failsafe.frame(
-        1000,
-        Setpoint {
-            pitch: 255,
-            roll: 100,
-            yaw: 0,
-        },
-    );
+    frame(&mut failsafe, 1000, 255);
     assert_eq!(output(&mut failsafe, 1000), (Phase::Approach, 128));
     assert_eq!(output(&mut failsafe, 1019), (Phase::Approach, 147));
     // Live, a step is the sender's.
-    failsafe.frame(
-        1019,
-        Setpoint {
-            pitch: 147,
-            roll: 100,
-            yaw: 0,
-        },
-    );
+    frame(&mut failsafe, 1019, 147);
     assert_eq!(output(&mut failsafe, 1019), (Phase::Live, 147));
-    failsafe.frame(
-        1020,
-        Setpoint {
-            pitch: 0,
-            roll: 100,
-            yaw: 0,
-        },
-    );
+    frame(&mut failsafe, 1020, 0);
     assert_eq!(output(&mut failsafe, 1020), (Phase::Live, 0));
 }
 
