@@ -3,7 +3,7 @@
 
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
-use crate::firmware::{Firmware, NVMC_CONFIG, UICR, frame};
+use crate::firmware::{Firmware, NVMC_CONFIG, UICR, UNDEFINED, frame};
 use crate::outputs::{pulse, pulses};
 
 const SERVO: [u64; 3] = [1_784, 1_196, 1_501];
@@ -19,16 +19,12 @@ fn uicr(firmware: &mut Firmware) -> [u32; 3] {
 /// One reset of the kind that a fault leads to.
 fn reset_by_software(firmware: &mut Firmware) {
     firmware.board.let_faults_be_handled();
-    let handler = firmware.board.image().symbol("TIMER0").unwrap().address;
-    let mut code = [0; 2];
-    firmware.board.memory().read(handler, &mut code).unwrap();
-    // `udf`, an instruction that is none.
-    firmware.board.patch(handler, &[0x00, 0xDE]).unwrap();
+    let code = firmware.patch("TIMER0", UNDEFINED);
     let resets = firmware.resets().len();
     while firmware.resets().len() == resets {
         firmware.run_for(20);
     }
-    firmware.board.patch(handler, &code).unwrap();
+    firmware.patch("TIMER0", code);
 }
 
 /// A hundred frames a second until the outputs follow them.

@@ -46,6 +46,9 @@ pub(crate) const RATES: [(u64, u32); 9] = [
     (1_000_000, 0x1000_0000),
 ];
 
+/// `udf`, an instruction that is none.
+pub(crate) const UNDEFINED: [u8; 2] = [0x00, 0xDE];
+
 /// A board that runs an image, and what is watched on it.
 pub(crate) struct Firmware {
     /// The board.
@@ -165,6 +168,15 @@ impl Firmware {
     pub(crate) fn takes_a_frame(&mut self, then: u64, what: &str) {
         self.send_and_wait(&frame([4, 5, 6]), then);
         assert_eq!(self.commits(), [[4, 5, 6]], "{what}");
+    }
+
+    /// Overwrites a function's first instruction; returns what was there.
+    pub(crate) fn patch(&mut self, function: &str, code: [u8; 2]) -> [u8; 2] {
+        let address = self.board.image().symbol(function).unwrap().address;
+        let mut before = [0; 2];
+        self.board.memory().read(address, &mut before).unwrap();
+        self.board.patch(address, &code).unwrap();
+        before
     }
 
     /// Why the chip was reset, each time.

@@ -2,7 +2,7 @@
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
 
-use crate::firmware::{Firmware, RESTART, frame};
+use crate::firmware::{Firmware, RESTART, UNDEFINED, frame};
 
 /// The pulse for a demand, in microseconds.
 pub(crate) fn pulse(demand: u64) -> u64 {
@@ -197,10 +197,7 @@ fn a_tick_that_is_over_already_is_not_waited_for() {
 fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     let mut firmware = Firmware::booted("default");
     firmware.board.let_faults_be_handled();
-    let handler = firmware.board.image().symbol("UARTE0_UART0").unwrap();
-    // `udf`, an instruction that is none.
-    let address = handler.address;
-    firmware.board.patch(address, &[0x00, 0xDE]).unwrap();
+    firmware.patch("UARTE0_UART0", UNDEFINED);
     firmware.run_for(50 * MILLISECOND);
     firmware.board.send(b"x");
     firmware.run_for(50 * MILLISECOND);
@@ -217,14 +214,8 @@ fn a_fault_lets_the_servos_go_and_resets_the_chip() {
 #[test]
 fn a_dead_receiver_is_reset_by_the_watchdog() {
     let mut firmware = Firmware::booted("default");
-    let handler = firmware
-        .board
-        .image()
-        .symbol("UARTE0_UART0")
-        .unwrap()
-        .address;
     // `bx lr`: the handler returns at once.
-    firmware.board.patch(handler, &[0x70, 0x47]).unwrap();
+    firmware.patch("UARTE0_UART0", [0x70, 0x47]);
     firmware.run_for(400 * MILLISECOND);
     assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
