@@ -68,7 +68,7 @@ pub enum Verdict {
 ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[1..frame.len() - 1] }
 /// }
 ///
-/// // Law 5, whatever was seen before.
+/// // Law 5 holds, whatever was seen before.
 /// let text = b"$GPTXT,hello\n";
 /// for bytes in (1..=text.len()).map(|length| &text[..length]) {
 ///     assert!((0..bytes.len()).all(|seen| Line.judge_on(bytes, seen) == Line.judge(bytes)));

@@ -1,4 +1,4 @@
-//! The time, in microseconds: TIMER0; its tick, and the sleep of the main loop until then.
+//! The time in microseconds (TIMER0), its tick, and the sleep of the main loop until the tick.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 

@@ -1,4 +1,4 @@
-//! Resets: what leads to one, why the last one was, and where the outputs were before it.
+//! Resets: panics, faults and the watchdog; the cause of the last reset, and the outputs before it.
 //!
 //! After a panic or a fault the servos are let go and the chip is reset. A stack overflow gets no
 //! further than a fault with nowhere to put its frame: the processor locks up, at which the chip

@@ -157,12 +157,8 @@ fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
 fn after_power_on_the_outputs_begin_at_park() {
     let mut firmware = Firmware::booted("default");
     live(&mut firmware);
-    let kept = firmware
-        .board
-        .image()
-        .symbol("LAST_OUTPUT")
-        .unwrap()
-        .address;
+    let image = firmware.board.image();
+    let kept = image.symbol("LAST_OUTPUT").unwrap().address;
     let mut bytes = [0; 8];
     firmware.board.memory().read(kept, &mut bytes).unwrap();
     let [demand @ .., _] = bytes.first_chunk::<4>().unwrap();

@@ -158,13 +158,13 @@ impl Firmware {
         self.board.run_until(end + then).unwrap();
     }
 
-    /// The same with symbols, which may be errors.
+    /// Sends symbols, which may be errors, and lets that many cycles pass behind the last.
     pub(crate) fn send_symbols_and_wait(&mut self, symbols: &[LineSymbol], then: u64) {
         let end = self.board.send_symbols(symbols);
         self.board.run_until(end + then).unwrap();
     }
 
-    /// Sends one more frame, which alone is committed within that many cycles.
+    /// Sends one more frame; asserts that it alone is committed within that many cycles.
     pub(crate) fn takes_a_frame(&mut self, then: u64, what: &str) {
         self.send_and_wait(&frame([4, 5, 6]), then);
         assert_eq!(self.commits(), [[4, 5, 6]], "{what}");
@@ -179,7 +179,7 @@ impl Firmware {
         before
     }
 
-    /// Why the chip was reset, each time.
+    /// Returns the causes of all resets, in order.
     pub(crate) fn resets(&mut self) -> Vec<ResetCause> {
         let resets = &self.board.trace().resets;
         resets.iter().map(|reset| reset.cause).collect()
@@ -220,7 +220,7 @@ impl Firmware {
         [13, 14, 15].map(|pin| p0 >> pin & 1 == 0)
     }
 
-    /// Every byte is part of a frame, discarded or pending (L2).
+    /// Asserts that every byte is part of a frame, discarded or pending (L2).
     pub(crate) fn assert_every_byte_has_one_place(&self, what: &str) {
         let reasons = [
             "no_sync",
@@ -255,7 +255,7 @@ pub(crate) fn setpoints(count: u32) -> impl Iterator<Item = Setpoint> {
     })
 }
 
-/// As many setpoints, and the bytes of their frames.
+/// Returns `count` setpoints, and the bytes of their frames.
 pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
     let sent: Vec<_> = setpoints(count).collect();
     let bytes = sent.iter().copied().flat_map(frame).collect();

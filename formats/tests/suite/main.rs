@@ -21,7 +21,7 @@ fn receive<F: Format, const N: usize>(
     }
 }
 
-/// What the format makes of a frame: exactly one message, which `see` checks.
+/// Asserts that the format finds exactly one message in a frame; `see` checks the message.
 fn receive_one<F: Format, const N: usize>(
     format: F,
     frame: &[u8],
