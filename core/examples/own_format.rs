@@ -2,8 +2,9 @@
 //!
 //! `cargo run -p framelock-examples --bin own_format`
 
-use framelock::{BufferedReceiver, Encode, FixedFormat, Format, Receiver, Shape};
-use framelock_formats::layout::{Checksum, Layout, Length, LengthField, Patterns};
+use framelock::{
+    BufferedReceiver, DiscardReason, Encode, FixedFormat, Format, Receiver, Shape, Verdict,
+};
 
 /// `FE`, a 16-bit throttle, `0A`.
 struct Throttle;
@@ -29,27 +30,37 @@ impl Encode for Throttle {
     }
 }
 
-/// `AA`, how many bytes of text follow, the text, the sum of its bytes.
-struct Text;
-
-const TEXT: Layout = Layout {
-    sync: Patterns::one(&[0xAA]),
-    length: Length::Field(LengthField {
-        plus: 3,
-        ..LengthField::byte(1)
-    }),
-    shortest: 3,
-    longest: 34,
-    checksum: Some(Checksum {
-        from: 2,
-        ..Checksum::at_the_end(1)
-    }),
-    ..Layout::NONE
-};
+/// `AA`, the length of the text, the text, the sum of its bytes.
+///
+/// Written by hand here. A `Layout` of the crate `framelock-formats` describes such a frame in a few lines:
+/// docs/own-frame.md.
+pub(crate) struct Text;
 
 impl Format for Text {
-    framelock_formats::judged_by!(TEXT);
+    const LONGEST: usize = 34;
     type Message<'a> = &'a [u8];
+
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        let &[0xAA, ref rest @ ..] = bytes else {
+            return Verdict::Reject(DiscardReason::NoSync);
+        };
+        let Some((&length, rest)) = rest.split_first() else {
+            return Verdict::Incomplete { at_least: 2 };
+        };
+        let whole = usize::from(length) + 3;
+        if whole > Self::LONGEST {
+            return Verdict::Reject(DiscardReason::TooLong);
+        }
+        match rest.split_at_checked(length.into()) {
+            Some((text, &[sum, ..]))
+                if sum == text.iter().fold(0, |sum, b| b.wrapping_add(sum)) =>
+            {
+                Verdict::Frame(whole)
+            }
+            Some((_, [_, ..])) => Verdict::Reject(DiscardReason::Check),
+            _ => Verdict::Incomplete { at_least: whole },
+        }
+    }
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         frame.get(2..frame.len() - 1).unwrap_or_default()

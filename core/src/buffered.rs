@@ -54,29 +54,54 @@ mod verification;
 ///
 /// # Examples
 /// ```
-/// use framelock::BufferedReceiver;
-/// use framelock_formats::Ubx;
+/// use framelock::{BufferedReceiver, DiscardReason, Format, Verdict};
 ///
-/// // An empty message of class 5, id 1. A false beginning claims that 16 bytes of payload follow.
-/// let (frame, beginning) = (*b"\xB5\x62\x05\x01\0\0\x06\x17", *b"\xB5\x62\x05\x01\x10\0");
-/// let mut receiver = BufferedReceiver::<_, 48>::new(Ubx::<24>);
-/// let mut received = 0;
-/// for byte in frame {
-///     received += receiver.push(byte).map_or(0, |message| message.class);
+/// /// `#`, the length of the text, 22 at most, and the text.
+/// struct Text;
+///
+/// impl Format for Text {
+///     const LONGEST: usize = 24;
+///     type Message<'a> = &'a [u8];
+///
+///     fn judge(&self, bytes: &[u8]) -> Verdict {
+///         match *bytes {
+///             [b'#'] => Verdict::Incomplete { at_least: 2 },
+///             [b'#', length, ..] if length > 22 => Verdict::Reject(DiscardReason::TooLong),
+///             [b'#', length, ..] => match 2 + usize::from(length) {
+///                 whole if bytes.len() < whole => Verdict::Incomplete { at_least: whole },
+///                 whole => Verdict::Frame(whole),
+///             },
+///             _ => Verdict::Reject(DiscardReason::NoSync),
+///         }
+///     }
+///
+///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..] }
 /// }
-/// assert_eq!(received, 5);
 ///
-/// // Behind a false beginning the frame waits: a line event delivers it.
-/// receiver.feed(&[&beginning[..], &frame[..]].concat(), |_| unreachable!());
-/// assert_eq!(receiver.pending(), 14);
-/// receiver.line_event(|found| received += found.message().map_or(0, |message| message.class));
-/// assert_eq!(received, 10);
+/// let mut receiver = BufferedReceiver::<_, 48>::new(Text);
+/// let mut received = Vec::new();
+/// for byte in *b"#\x03one" {
+///     received.extend(receiver.push(byte).map(<[u8]>::to_vec));
+/// }
+/// assert_eq!(received, [b"one"]);
+///
+/// // A false start claims that 16 bytes follow. The frame after it waits until a line event delivers it.
+/// receiver.feed(b"#\x10#\x03two", |_| unreachable!());
+/// assert_eq!(receiver.pending(), 7);
+/// receiver.line_event(|found| received.extend(found.message().map(|text| text.to_vec())));
+/// assert_eq!(received, [b"one", b"two"]);
 /// ```
 /// A buffer that does not hold the longest frame does not compile:
 /// ```compile_fail,E0080
-/// # use framelock::BufferedReceiver;
-/// # use framelock_formats::Ubx;
-/// const _: BufferedReceiver<Ubx<64>, 63> = BufferedReceiver::new(Ubx);
+/// # use framelock::{BufferedReceiver, Format, Verdict};
+/// # struct Text;
+/// # impl Format for Text {
+/// #     const LONGEST: usize = 24;
+/// #     type Message<'a> = &'a [u8];
+/// #     fn judge(&self, bytes: &[u8]) -> Verdict { Verdict::Frame(bytes.len()) }
+/// #     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { frame }
+/// # }
+/// const _: BufferedReceiver<Text, 23> = BufferedReceiver::new(Text);
 /// ```
 pub type BufferedReceiver<F, const N: usize> = BufferedIn<F, [u8; N]>;
 

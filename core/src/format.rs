@@ -68,7 +68,12 @@ pub enum Verdict {
 ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[1..frame.len() - 1] }
 /// }
 ///
-/// framelock_formats::check_laws(&Line, &mut *b"$GPTXT,hello\n".to_vec()).unwrap();
+/// // Law 5 holds, whatever was seen before.
+/// let text = b"$GPTXT,hello\n";
+/// for bytes in (1..=text.len()).map(|length| &text[..length]) {
+///     assert!((0..bytes.len()).all(|seen| Line.judge_on(bytes, seen) == Line.judge(bytes)));
+/// }
+///
 /// let mut receiver = BufferedReceiver::<_, 164>::new(Line);
 /// let mut lines = Vec::new();
 /// for byte in *b"noise $one\n$tw$two\n" {

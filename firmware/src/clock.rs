@@ -1,9 +1,12 @@
-//! The time, in microseconds, and the tick that wakes the main loop: TIMER0.
+//! The time in microseconds (TIMER0), its tick, and the sleep of the main loop until the tick.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use cortex_m::interrupt::free;
 use nrf52840_hal::pac::timer0::RegisterBlock;
 use nrf52840_hal::pac::{TIMER0, interrupt};
 
-use crate::wake;
+static IS_WOKEN: AtomicBool = AtomicBool::new(false);
 
 /// Lets a timer count microseconds, from 0.
 pub(crate) fn count_microseconds(timer: &RegisterBlock) {
@@ -44,7 +47,7 @@ impl Clock {
         // SAFETY: any value is a time.
         self.timer.cc[1].write(|w| unsafe { w.bits(time) });
         if self.now().wrapping_sub(time) <= u32::MAX / 2 {
-            wake::wake();
+            wake();
         }
     }
 }
@@ -55,5 +58,25 @@ fn TIMER0() {
     // SAFETY: the only register written here is the event's own, which nothing else touches, and
     // writing 0 to it only withdraws the interrupt request.
     unsafe { (*TIMER0::ptr()).events_compare[1].reset() };
-    wake::wake();
+    wake();
+}
+
+/// Wakes the main loop; from a handler.
+pub(crate) fn wake() {
+    IS_WOKEN.store(true, Ordering::Relaxed);
+}
+
+/// Sleeps until [`wake`], or not at all if it was called since the last sleep. Handlers run meanwhile.
+pub(crate) fn sleep() {
+    // With interrupts off between look and sleep, none can slip in and be slept through: one that is
+    // pending ends the sleep all the same.
+    while free(|_| {
+        let sleeps = !IS_WOKEN.load(Ordering::Relaxed);
+        if sleeps {
+            cortex_m::asm::wfi();
+        }
+        sleeps
+    }) {}
+    // What woke it is looked at only now.
+    IS_WOKEN.store(false, Ordering::Relaxed);
 }

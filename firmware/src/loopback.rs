@@ -8,6 +8,7 @@ use nrf52840_hal::pac::uarte0::RegisterBlock;
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 use nrf52840_hal::pac::{UARTE0, UARTE1};
 
+use crate::receive::connect;
 use crate::settings::InputPin;
 
 /// A byte at 1 Mbaud, in cycles.
@@ -83,13 +84,7 @@ pub(crate) struct Receiver<'a>(&'a RegisterBlock);
 
 impl<'a> Receiver<'a> {
     pub(crate) fn new(uarte: &'a UARTE0, pin: &InputPin) -> Self {
-        uarte.baudrate.write(|w| w.baudrate().baud1m());
-        // SAFETY: the value is a pin's own; one byte, in RAM for ever, that may change at any time.
-        unsafe {
-            uarte.psel.rxd.write(|w| w.bits(pin.psel_bits()));
-            (uarte.rxd.ptr).write(|w| w.bits(BYTE_IN_MEMORY.as_ptr() as u32));
-            uarte.rxd.maxcnt.write(|w| w.bits(1));
-        }
+        connect(uarte, BAUDRATE_A::BAUD1M, pin, &BYTE_IN_MEMORY);
         let receiver = Self(uarte);
         receiver.switch_on();
         receiver

@@ -11,16 +11,12 @@
 
 mod clock;
 mod debug_port;
-mod last_output;
-mod leds;
-mod panic;
 mod receive;
+mod reset;
 mod servo;
 mod setpoint;
 mod settings;
 mod telemetry;
-mod wake;
-mod watchdog;
 
 use cortex_m::peripheral::{NVIC, SCB};
 use cortex_m_rt::entry;
@@ -31,12 +27,11 @@ use nrf52840_hal::gpio::{p0, p1};
 use nrf52840_hal::pac::{self, Interrupt};
 
 use crate::clock::Clock;
-use crate::leds::Leds;
+use crate::reset::Watchdog;
 use crate::servo::Servos;
 use crate::setpoint::Published;
-use crate::settings::{FAILSAFE, TICK};
-use crate::telemetry::COUNTERS;
-use crate::watchdog::Watchdog;
+use crate::settings::{FAILSAFE, Line, TICK};
+use crate::telemetry::{COUNTERS, Leds};
 
 /// From one log of the counters to the next, in microseconds.
 const LOG_EVERY: u32 = 1_000_000;
@@ -44,7 +39,7 @@ const LOG_EVERY: u32 = 1_000_000;
 #[entry]
 fn main() -> ! {
     static mut WIDTHS: [[u16; 4]; 2] = [[0; 4]; 2];
-    static mut LINE: receive::Line = receive::NOTHING_YET;
+    static mut LINE: Line = receive::NOTHING_YET;
 
     // Both are there at the start and cannot be refused; were they, a reset is all there is to do.
     let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), pac::CorePeripherals::take())
@@ -61,12 +56,12 @@ fn main() -> ! {
     // The crystal: the UARTE's baud rate is only as accurate as this clock. If it does not start, the
     // watchdog bites.
     let _clocks = Clocks::new(chip.CLOCK).enable_ext_hfosc();
-    let reset_cause = watchdog::reset_cause(&chip.POWER);
+    let reset_cause = reset::cause(&chip.POWER);
     telemetry::booted(reset_cause);
 
     let mut pins = settings::pins(p0::Parts::new(chip.P0), p1::Parts::new(chip.P1));
     let clock = Clock::start(chip.TIMER0);
-    let output = last_output::before_reset().unwrap_or(FAILSAFE.park.into());
+    let output = reset::last_output().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
     // In place: to move it out of the result would take more flash than the failsafe does.
     let Ok(failsafe) = &mut Failsafe::resumed(FAILSAFE, now, output) else {
@@ -92,7 +87,7 @@ fn main() -> ! {
         }
         let output = failsafe.poll(now);
         servos.show(now, output.axes.into());
-        last_output::keep(output.axes.into());
+        reset::keep_output(output.axes.into());
         let receives = receive::tick();
         line_break.update(pins.receive.is_low() == Ok(true));
         lock.update(COUNTERS.frames.get(), COUNTERS.discarded(), output.phase);
@@ -102,7 +97,7 @@ fn main() -> ! {
             logged_at = now;
             telemetry::log();
         }
-        wake::sleep();
+        clock::sleep();
     }
 }
 

@@ -10,9 +10,10 @@ use cortex_m::interrupt::{Mutex, free};
 use cortex_m::peripheral::NVIC;
 use framelock::{Counters, LineEvent};
 use framelock_reception::{NO_BYTE, Registers};
+use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 use nrf52840_hal::pac::{Interrupt, TIMER2, UARTE0, interrupt};
 
-use crate::settings::{GAP_AFTER, InputPin, NONE_WAITS_AFTER, Parser, baud_register};
+use crate::settings::{GAP_AFTER, InputPin, Line, NONE_WAITS_AFTER, Parser, baud_register};
 use crate::telemetry::COUNTERS;
 use crate::{clock, setpoint};
 
@@ -25,9 +26,6 @@ const NONE_WAITS: usize = 1;
 /// The receiver and all that it owns. Its two handlers have one priority, so neither interrupts the
 /// other; the main loop looks with interrupts off. The cell checks both, at no risk and little cost.
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
-
-/// What has come over the line, and what became of it.
-pub(crate) type Line = framelock::Line<Parser>;
 
 /// Nothing has come yet. A constant, so that it is there at the start: to copy it into place would
 /// take more flash than the receiver does.
@@ -48,15 +46,7 @@ pub(crate) fn start(uarte: UARTE0, timer: TIMER2, pin: &InputPin, line: &'static
     // SAFETY: any value is a time.
     timer.cc[NONE_WAITS].write(|w| unsafe { w.bits(NONE_WAITS_AFTER) });
 
-    let rate = baud_register();
-    uarte.baudrate.write(|w| w.baudrate().variant(rate));
-    // SAFETY: an input is only read. The transfer is of one byte, in RAM for ever, which may change at any
-    // time: an atomic.
-    unsafe {
-        uarte.psel.rxd.write(|w| w.bits(pin.psel_bits()));
-        uarte.rxd.ptr.write(|w| w.bits(BYTE.as_ptr() as u32));
-        uarte.rxd.maxcnt.write(|w| w.bits(1));
-    }
+    connect(&uarte, baud_register(), pin, &BYTE);
     uarte.enable.write(|w| w.enable().enabled());
     let mut hardware = Hardware { uarte, timer, line };
     let receiver = (Reception::begin(&mut hardware), hardware);
@@ -65,6 +55,18 @@ pub(crate) fn start(uarte: UARTE0, timer: TIMER2, pin: &InputPin, line: &'static
             *cell = Some(receiver);
         }
     });
+}
+
+/// Sets the rate and the pin of a receiver that is off, and where each transfer puts its one byte.
+pub(crate) fn connect(uarte: &UARTE0, rate: BAUDRATE_A, pin: &InputPin, byte: &'static AtomicU8) {
+    uarte.baudrate.write(|w| w.baudrate().variant(rate));
+    // SAFETY: an input is only read. The transfer is of one byte, in RAM for ever, which may change at any
+    // time: an atomic.
+    unsafe {
+        uarte.psel.rxd.write(|w| w.bits(pin.psel_bits()));
+        uarte.rxd.ptr.write(|w| w.bits(byte.as_ptr() as u32));
+        uarte.rxd.maxcnt.write(|w| w.bits(1));
+    }
 }
 
 /// Once a tick: writes down the counters for those who look, and asks for a round. Returns whether the

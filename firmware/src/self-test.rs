@@ -10,13 +10,12 @@
 mod clock;
 mod debug_port;
 mod loopback;
-mod panic;
 mod receive;
+mod reset;
 mod servo;
 mod setpoint;
 mod settings;
 mod telemetry;
-mod wake;
 
 use core::hint::black_box;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -29,7 +28,7 @@ use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 use nrf52840_hal::pac::{self, Interrupt, NVMC, PWM0};
 
 use crate::loopback::{BYTE, Receiver, Sender, pause, wait};
-use crate::settings::{BAUD, PULSE_PERIOD, Parser};
+use crate::settings::{BAUD, Line, PULSE_PERIOD, Parser};
 use crate::telemetry::COUNTERS;
 
 /// Frames that are sent at once.
@@ -67,7 +66,7 @@ macro_rules! answer {
 
 #[entry]
 fn main() -> ! {
-    static mut LINE: receive::Line = receive::NOTHING_YET;
+    static mut LINE: Line = receive::NOTHING_YET;
     static mut SENT: [u8; 7 * FRAMES] = [0; 7 * FRAMES];
     static mut WIDTHS: [[u16; 4]; 2] = [[0; 4]; 2];
 

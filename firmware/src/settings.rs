@@ -25,6 +25,9 @@ pub(crate) type Parser = framelock::Receiver<framelock::motion::BinCrc8>;
 #[cfg(feature = "lecture")]
 pub(crate) type Parser = framelock::can_go_deaf::Lecture;
 
+/// The receiver, and the counters of what came over the line.
+pub(crate) type Line = framelock::Line<Parser>;
+
 /// In this time, in microseconds, the UARTE stores a byte that waits, once it may. Under half a byte
 /// time, so that after a line error it is over before the next byte comes.
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;

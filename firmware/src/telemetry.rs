@@ -1,14 +1,17 @@
-//! What the firmware reports: to a debugger always, over RTT with the feature `defmt`.
+//! What the firmware reports: by LEDs and to a debugger always, over RTT with the feature `defmt`.
 
 use core::panic::Location;
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use embedded_hal::digital::{OutputPin, PinState};
 use framelock::Counters;
+use framelock::motion::Phase;
+use nrf52840_hal::gpio::{Output, Pin, PushPull};
 
-use crate::receive::Line;
+use crate::settings::Line;
 
 macro_rules! shown {
-    ($($(#[$attribute:meta])* $name:ident)*) => {
+    ($($(#[$attribute:meta])* $name:ident $(= $counter:ident$(.$of_it:ident)?)?;)*) => {
         /// The counters: `print COUNTERS` in a debugger.
         #[repr(C)]
         pub(crate) struct Shown {
@@ -18,6 +21,13 @@ macro_rules! shown {
         /// Written by the main loop, once a tick.
         #[unsafe(no_mangle)]
         pub(crate) static COUNTERS: Shown = Shown { $($name: Count(AtomicU32::new(0)),)* };
+
+        impl Shown {
+            /// Takes over what the receiver has counted.
+            fn show_counters(&self, counters: &Counters) {
+                $($(self.$name.set(counters.$counter$(.$of_it)?);)?)*
+            }
+        }
 
         const NAMES: &str = concat!($(stringify!($name), " "),*);
         /// Their names, in the order in which they lie there, for who reads them from outside: in the
@@ -29,29 +39,29 @@ macro_rules! shown {
 }
 
 shown! {
-    bytes
-    frames
-    no_sync
-    broken_sync
-    check
-    terminator
-    line_event
-    resynchronisations
-    framing
-    parity
-    overrun
-    line_break
-    idle
+    bytes = bytes;
+    frames = frames;
+    no_sync = discarded.no_sync;
+    broken_sync = discarded.broken_sync;
+    check = discarded.check;
+    terminator = discarded.terminator;
+    line_event = discarded.line_event;
+    resynchronisations = resynchronisations;
+    framing = events.framing;
+    parity = events.parity;
+    overrun = events.overrun;
+    line_break = events.line_break;
+    idle = events.idle;
     /// Bytes held because a frame may yet include them.
-    pending
+    pending;
     /// Bytes that were received and dropped, since they may have come before an error.
-    skipped
+    skipped;
     /// How often the UARTE was switched off and on, since it did not say that a byte was there.
-    restarts
+    restarts;
     /// Ticks of 2 ms at which the line was still low after a break.
-    break_ticks
+    break_ticks;
     /// How often the receiver could not be reached: a mistake in this program.
-    unserved
+    unserved;
 }
 
 /// One counter, read and written by one instruction.
@@ -76,23 +86,7 @@ impl Count {
 
 impl Shown {
     pub(crate) fn show(&self, line: &Line, skipped: u32, restarts: u32) {
-        let counters = line.counters();
-        let Counters {
-            discarded, events, ..
-        } = counters;
-        self.bytes.set(counters.bytes);
-        self.frames.set(counters.frames);
-        self.no_sync.set(discarded.no_sync);
-        self.broken_sync.set(discarded.broken_sync);
-        self.check.set(discarded.check);
-        self.terminator.set(discarded.terminator);
-        self.line_event.set(discarded.line_event);
-        self.resynchronisations.set(counters.resynchronisations);
-        self.framing.set(events.framing);
-        self.parity.set(events.parity);
-        self.overrun.set(events.overrun);
-        self.line_break.set(events.line_break);
-        self.idle.set(events.idle);
+        self.show_counters(line.counters());
         self.pending.set(line.pending());
         self.skipped.set(skipped as usize);
         self.restarts.set(restarts as usize);
@@ -116,28 +110,60 @@ impl Shown {
     }
 }
 
+/// How long LED2 stays on after an error, in microseconds: long enough to see.
+const ERROR_SHOWN: u32 = 100_000;
+
+/// The LEDs, and what they show.
+pub(crate) struct Leds {
+    pins: [Pin<Output<PushPull>>; 3],
+    line_errors: u32,
+    error_at: Option<u32>,
+}
+
+impl Leds {
+    /// All dark.
+    pub(crate) fn new(pins: [Pin<Output<PushPull>>; 3]) -> Self {
+        Self {
+            pins,
+            line_errors: 0,
+            error_at: None,
+        }
+    }
+
+    /// LED1: in lock. LED2: an error on the line a moment ago. LED3: the failsafe has the outputs.
+    pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, phase: Phase) {
+        if line_errors != self.line_errors {
+            self.line_errors = line_errors;
+            self.error_at = Some(now);
+        }
+        self.error_at = self
+            .error_at
+            .filter(|at| now.wrapping_sub(*at) < ERROR_SHOWN);
+        let failsafe = !matches!(phase, Phase::Live | Phase::Approach);
+        let lit = [in_lock, self.error_at.is_some(), failsafe];
+        for (pin, lit) in self.pins.iter_mut().zip(lit) {
+            // Cannot fail: the error is uninhabited.
+            let _ = pin.set_state(PinState::from(!lit));
+        }
+    }
+}
+
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
 
 /// Boot, and why.
 pub(crate) fn booted(reset_cause: u32) {
     #[cfg(feature = "defmt")]
+    let named = |is_cause: bool, name| if is_cause { name } else { "" };
+    #[cfg(feature = "defmt")]
     defmt::info!(
         "boot at {=u32} baud; reset by{=str}{=str}{=str}{=str}{=str} (RESETREAS {=u32:#x})",
         crate::settings::BAUD,
-        if reset_cause == 0 { " power" } else { "" },
-        if reset_cause & 1 != 0 { " pin" } else { "" },
-        if reset_cause & 2 != 0 {
-            " watchdog"
-        } else {
-            ""
-        },
-        if reset_cause & 4 != 0 {
-            " software"
-        } else {
-            ""
-        },
-        if reset_cause & 8 != 0 { " lockup" } else { "" },
+        named(reset_cause == 0, " power"),
+        named(reset_cause & 1 != 0, " pin"),
+        named(reset_cause & 2 != 0, " watchdog"),
+        named(reset_cause & 4 != 0, " software"),
+        named(reset_cause & 8 != 0, " lockup"),
         reset_cause,
     );
     #[cfg(not(feature = "defmt"))]

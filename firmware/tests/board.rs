@@ -3,7 +3,7 @@
 
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
-use crate::firmware::{Firmware, NVMC_CONFIG, UICR, frame};
+use crate::firmware::{Firmware, NVMC_CONFIG, UICR, UNDEFINED, frame};
 use crate::outputs::{pulse, pulses};
 
 const SERVO: [u64; 3] = [1_784, 1_196, 1_501];
@@ -12,11 +12,6 @@ const DEMAND: [u8; 3] = [200, 50, 128];
 /// Where the servos park.
 const PARK: [u64; 3] = [1_501; 3];
 
-fn causes(firmware: &mut Firmware) -> Vec<ResetCause> {
-    let resets = &firmware.board.trace().resets;
-    resets.iter().map(|reset| reset.cause).collect()
-}
-
 fn uicr(firmware: &mut Firmware) -> [u32; 3] {
     UICR.map(|(word, _)| firmware.board.register(word).unwrap())
 }
@@ -24,16 +19,12 @@ fn uicr(firmware: &mut Firmware) -> [u32; 3] {
 /// One reset of the kind that a fault leads to.
 fn reset_by_software(firmware: &mut Firmware) {
     firmware.board.let_faults_be_handled();
-    let handler = firmware.board.image().symbol("TIMER0").unwrap().address;
-    let mut code = [0; 2];
-    firmware.board.memory().read(handler, &mut code).unwrap();
-    // `udf`, an instruction that is none.
-    firmware.board.patch(handler, &[0x00, 0xDE]).unwrap();
-    let resets = causes(firmware).len();
-    while causes(firmware).len() == resets {
+    let code = firmware.patch("TIMER0", UNDEFINED);
+    let resets = firmware.resets().len();
+    while firmware.resets().len() == resets {
         firmware.run_for(20);
     }
-    firmware.board.patch(handler, &code).unwrap();
+    firmware.patch("TIMER0", code);
 }
 
 /// A hundred frames a second until the outputs follow them.
@@ -52,7 +43,7 @@ fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
     firmware.run_for(5 * MILLISECOND);
     // What was written counts from a reset on.
     let mut expected = vec![ResetCause::Soft];
-    assert_eq!(causes(&mut firmware), expected);
+    assert_eq!(firmware.resets(), expected);
     assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
     assert!(firmware.board.debug_port_is_open());
 
@@ -67,7 +58,7 @@ fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
     firmware.run_for(300 * MILLISECOND);
     assert!(firmware.board.debug_port_is_open());
     expected.extend([ResetCause::Pin, ResetCause::Soft, ResetCause::Watchdog]);
-    assert_eq!(causes(&mut firmware), expected, "no further writes");
+    assert_eq!(firmware.resets(), expected, "no further writes");
     assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0);
 }
 
@@ -77,7 +68,7 @@ fn with_the_setting_off_nothing_is_written() {
     firmware.run_for(5 * MILLISECOND);
     assert_eq!(uicr(&mut firmware), [u32::MAX; 3]);
     assert!(!firmware.board.debug_port_is_open());
-    assert!(causes(&mut firmware).is_empty());
+    assert!(firmware.resets().is_empty());
 }
 
 #[test]
@@ -89,7 +80,7 @@ fn the_one_word_of_uicr_that_is_erased_is_written_and_counts() {
         firmware.write_uicr(written);
         firmware.run_for(5 * MILLISECOND);
         assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
-        assert_eq!(causes(&mut firmware), [ResetCause::Soft]);
+        assert_eq!(firmware.resets(), [ResetCause::Soft]);
         assert!(firmware.board.debug_port_is_open());
     }
 }
@@ -102,7 +93,7 @@ fn what_someone_else_wrote_to_uicr_stays() {
     firmware.write_uicr([(reset, 21), (again, 22), (protection, 0)]);
     firmware.run_for(5 * MILLISECOND);
     assert_eq!(uicr(&mut firmware), others);
-    assert!(causes(&mut firmware).is_empty());
+    assert!(firmware.resets().is_empty());
 }
 
 #[test]
@@ -122,7 +113,7 @@ fn with_a_clock_that_stands_still_the_watchdog_resets_the_chip() {
     for _ in 0..40 {
         firmware.send_and_wait(&frame([1, 2, 3]), 10 * MILLISECOND);
     }
-    assert_eq!(causes(&mut firmware), [ResetCause::Watchdog]);
+    assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
 #[test]
@@ -130,7 +121,7 @@ fn with_a_dead_crystal_the_watchdog_resets_the_chip() {
     let mut firmware = Firmware::at_power_on("default");
     firmware.board.break_crystal();
     firmware.run_for(600 * MILLISECOND);
-    assert_eq!(causes(&mut firmware), [ResetCause::Watchdog; 2]);
+    assert_eq!(firmware.resets(), [ResetCause::Watchdog; 2]);
     assert!(firmware.board.debug_port_is_open());
 }
 
@@ -152,7 +143,7 @@ fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
         let from = firmware.board.trace().resets[0].at;
         firmware.run_for(400 * MILLISECOND);
         let pulses = pulses(&mut firmware, from);
-        assert_eq!(pulses[0], SERVO, "{:?}", causes(&mut firmware));
+        assert_eq!(pulses[0], SERVO, "{:?}", firmware.resets());
         for pair in pulses.windows(2) {
             // The full travel in a second is 20 us of pulse in a period; a unit is 4.
             assert!(pair[1][0] <= pair[0][0] && pair[0][0] - pair[1][0] <= 24);
@@ -166,12 +157,8 @@ fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
 fn after_power_on_the_outputs_begin_at_park() {
     let mut firmware = Firmware::booted("default");
     live(&mut firmware);
-    let kept = firmware
-        .board
-        .image()
-        .symbol("LAST_OUTPUT")
-        .unwrap()
-        .address;
+    let image = firmware.board.image();
+    let kept = image.symbol("LAST_OUTPUT").unwrap().address;
     let mut bytes = [0; 8];
     firmware.board.memory().read(kept, &mut bytes).unwrap();
     let [demand @ .., _] = bytes.first_chunk::<4>().unwrap();

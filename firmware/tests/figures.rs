@@ -29,11 +29,15 @@ struct Figures {
 }
 
 impl Figures {
-    fn add(&mut self, name: &str, value: u64, limit: Option<u64>) {
-        let limit_text = limit.map_or_else(String::new, |limit| format!("  (at most {limit})"));
-        writeln!(self.text, "{name:<58} {value:>7}{limit_text}").unwrap();
-        if limit.is_some_and(|limit| value > limit) {
-            self.over.push(format!("{name}: {value}{limit_text}"));
+    /// Adds figures about one thing: their names, values and limits.
+    fn add<const N: usize>(&mut self, about: &str, figures: [(&str, u64, Option<u64>); N]) {
+        for (name, value, limit) in figures {
+            let name = format!("{about}: {name}");
+            let limit_text = limit.map_or_else(String::new, |limit| format!("  (at most {limit})"));
+            writeln!(self.text, "{name:<58} {value:>7}{limit_text}").unwrap();
+            if limit.is_some_and(|limit| value > limit) {
+                self.over.push(format!("{name}: {value}{limit_text}"));
+            }
         }
     }
 }
@@ -87,14 +91,15 @@ fn sizes(figures: &mut Figures) {
             continue;
         }
         let sizes = Sizes::of(image);
-        let flash = format!("image {image}: flash, text and data");
-        figures.add(&flash, sizes.flash(), Some(most));
-        figures.add(&format!("image {image}: text"), sizes.text, None);
-        figures.add(&format!("image {image}: data"), sizes.data, None);
-        figures.add(&format!("image {image}: bss"), sizes.bss, None);
         let (takes, has) = stack(image);
-        let name = format!("image {image}: stack, everything nested");
-        figures.add(&name, takes.into(), Some(has.into()));
+        let all = [
+            ("flash, text and data", sizes.flash(), Some(most)),
+            ("text", sizes.text, None),
+            ("data", sizes.data, None),
+            ("bss", sizes.bss, None),
+            ("stack, everything nested", takes.into(), Some(has.into())),
+        ];
+        figures.add(&format!("image {image}"), all);
     }
 }
 
@@ -106,16 +111,12 @@ fn steps(figures: &mut Figures) {
         ("receiver_step", 84, "the receiver", [100, 36, 22]),
     ] {
         let (bytes, worst) = called(figures, step, calls, name, Some(called_limit));
-        figures.add(
-            &format!("{name}: cycles without the call, worst"),
+        let alone = (
+            "cycles without the call, worst",
             worst - call,
             Some(alone_limit),
         );
-        figures.add(
-            &format!("{name}: bytes of a step"),
-            bytes,
-            Some(bytes_limit),
-        );
+        figures.add(name, [alone, ("bytes of a step", bytes, Some(bytes_limit))]);
     }
 }
 
@@ -146,15 +147,10 @@ fn called(
         cycles.push(board.now() - entered + 3);
     }
     let (best, worst) = (*cycles.iter().min().unwrap(), *cycles.iter().max().unwrap());
+    let best = ("cycles of a called push, best", best, None);
     figures.add(
-        &format!("{name}: cycles of a called push, best"),
-        best,
-        None,
-    );
-    figures.add(
-        &format!("{name}: cycles of a called push, worst"),
-        worst,
-        limit,
+        name,
+        [best, ("cycles of a called push, worst", worst, limit)],
     );
     (symbol.size.into(), worst)
 }
@@ -236,23 +232,17 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
         }
         let per_byte = cost.cycles * 10 / stream.len() as u64;
         let name = format!("{baud} baud, {name}");
-        figures.add(
-            &format!("{name}: handlers' cycles a byte, tenths"),
-            per_byte,
-            None,
-        );
-        figures.add(
-            &format!("{name}: worst handler, cycles"),
-            cost.worst,
-            Some(MOST_CYCLES),
-        );
-        figures.add(&format!("{name}: processor, per mille"), cost.share, limit);
+        let all = [
+            ("handlers' cycles a byte, tenths", per_byte, None),
+            ("worst handler, cycles", cost.worst, Some(MOST_CYCLES)),
+            ("processor, per mille", cost.share, limit),
+        ];
+        figures.add(&name, all);
         if name.ends_with("noise") {
             let ratio = cost.cycles * 100 / clean_cycles;
             figures.add(
-                &format!("{name}: a byte, per cent of a clean one"),
-                ratio,
-                Some(150),
+                &name,
+                [("a byte, per cent of a clean one", ratio, Some(150))],
             );
         }
     }
@@ -290,17 +280,14 @@ fn rates(figures: &mut Figures) {
             assert_eq!(slow.overruns, 0, "{} baud is not to be offered", rate.0);
             cost(&mut Firmware::booted_at(rate, 100), &stream).share
         });
-        let name = format!("offered, {} baud", rate.0);
-        figures.add(&format!("{name}: processor, clean, per mille"), clean, None);
-        figures.add(&format!("{name}: processor, noise, per mille"), noise, None);
         let hold_off = hold_off(rate);
         assert!(rate.0 > 115_200 || hold_off >= 500, "{hold_off} us");
-        figures.add(
-            &format!("{name}: hold-off without loss, us"),
-            hold_off,
-            None,
-        );
-        assert!(rate.0 != 115_200 || hold_off >= 500, "{hold_off} us");
+        let all = [
+            ("processor, clean, per mille", clean, None),
+            ("processor, noise, per mille", noise, None),
+            ("hold-off without loss, us", hold_off, None),
+        ];
+        figures.add(&format!("offered, {} baud", rate.0), all);
     }
 }
 
@@ -323,9 +310,9 @@ fn latency(figures: &mut Figures, image: &str, baud: u64) {
         let heard = end - 32_000_000 / baud;
         to_setpoint = to_setpoint.max(committed.next_back().unwrap().at - heard);
     }
+    let name = "middle of the last stop bit to commit, us, worst";
     figures.add(
-        &format!("{baud} baud: middle of the last stop bit to commit, us, worst"),
-        to_setpoint / MICROSECOND,
-        None,
+        &format!("{baud} baud"),
+        [(name, to_setpoint / MICROSECOND, None)],
     );
 }

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use framelock_proofs::reference::{Format, whole_buffer};
-use nrf52840_emulator::{Assumptions, Board, Image, LogTable, MICROSECOND, MILLISECOND};
+use nrf52840_emulator::{
+    Assumptions, Board, Image, LineSymbol, LogTable, MICROSECOND, MILLISECOND, ResetCause,
+};
 use object::{Object, ObjectSection};
 
 /// Pitch, roll, yaw.
@@ -43,6 +45,9 @@ pub(crate) const RATES: [(u64, u32); 9] = [
     (921_600, 0x0F00_0000),
     (1_000_000, 0x1000_0000),
 ];
+
+/// `udf`, an instruction that is none.
+pub(crate) const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 
 /// A board that runs an image, and what is watched on it.
 pub(crate) struct Firmware {
@@ -153,6 +158,33 @@ impl Firmware {
         self.board.run_until(end + then).unwrap();
     }
 
+    /// Sends symbols, which may be errors, and lets that many cycles pass behind the last.
+    pub(crate) fn send_symbols_and_wait(&mut self, symbols: &[LineSymbol], then: u64) {
+        let end = self.board.send_symbols(symbols);
+        self.board.run_until(end + then).unwrap();
+    }
+
+    /// Sends one more frame; asserts that it alone is committed within that many cycles.
+    pub(crate) fn takes_a_frame(&mut self, then: u64, what: &str) {
+        self.send_and_wait(&frame([4, 5, 6]), then);
+        assert_eq!(self.commits(), [[4, 5, 6]], "{what}");
+    }
+
+    /// Overwrites a function's first instruction; returns what was there.
+    pub(crate) fn patch(&mut self, function: &str, code: [u8; 2]) -> [u8; 2] {
+        let address = self.board.image().symbol(function).unwrap().address;
+        let mut before = [0; 2];
+        self.board.memory().read(address, &mut before).unwrap();
+        self.board.patch(address, &code).unwrap();
+        before
+    }
+
+    /// Returns the causes of all resets, in order.
+    pub(crate) fn resets(&mut self) -> Vec<ResetCause> {
+        let resets = &self.board.trace().resets;
+        resets.iter().map(|reset| reset.cause).collect()
+    }
+
     /// The setpoints committed since last asked, in order.
     pub(crate) fn commits(&mut self) -> Vec<Setpoint> {
         let changes = &self.board.trace().changes;
@@ -188,8 +220,8 @@ impl Firmware {
         [13, 14, 15].map(|pin| p0 >> pin & 1 == 0)
     }
 
-    /// The bytes that are part of no frame.
-    pub(crate) fn discarded(&self) -> u32 {
+    /// Asserts that every byte is part of a frame, discarded or pending (L2).
+    pub(crate) fn assert_every_byte_has_one_place(&self, what: &str) {
         let reasons = [
             "no_sync",
             "broken_sync",
@@ -197,7 +229,9 @@ impl Firmware {
             "terminator",
             "line_event",
         ];
-        reasons.iter().map(|name| self.counter(name)).sum()
+        let discarded: u32 = reasons.iter().map(|name| self.counter(name)).sum();
+        let placed = 7 * self.counter("frames") + discarded + self.counter("pending");
+        assert_eq!(self.counter("bytes"), placed, "{what}");
     }
 
     /// The log since last asked.
@@ -219,6 +253,13 @@ pub(crate) fn setpoints(count: u32) -> impl Iterator<Item = Setpoint> {
         let [low, high, ..] = n.to_le_bytes();
         [low.wrapping_mul(7), high, low]
     })
+}
+
+/// Returns `count` setpoints, and the bytes of their frames.
+pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
+    let sent: Vec<_> = setpoints(count).collect();
+    let bytes = sent.iter().copied().flat_map(frame).collect();
+    (sent, bytes)
 }
 
 /// What the reference of a machine commits.

@@ -1,7 +1,7 @@
 //! Interrupt handlers that come late: while the UARTE's FIFO lasts nothing is lost; beyond that losses
 //! are reported, and nothing wrong is committed.
 
-use crate::firmware::{Firmware, Setpoint, frame, is_some_of, setpoints};
+use crate::firmware::{self, Firmware, Setpoint, is_some_of};
 use nrf52840_emulator::{MICROSECOND, MILLISECOND};
 
 /// Image, cycles of a byte, and for how many microseconds handlers may be held off without loss if the
@@ -17,8 +17,7 @@ fn flood(
 ) -> (Firmware, Vec<Setpoint>, Vec<Setpoint>) {
     let mut firmware = Firmware::booted(image);
     firmware.assume(|all| all.fifo = 5);
-    let sent: Vec<_> = setpoints(frames).collect();
-    let bytes: Vec<u8> = sent.iter().copied().flat_map(frame).collect();
+    let (sent, bytes) = firmware::frames(frames);
     let now = firmware.board.now();
     firmware.board.hold_off(now + from, cycles);
     firmware.send_and_wait(&bytes, 3 * MILLISECOND);

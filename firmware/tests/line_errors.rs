@@ -1,6 +1,6 @@
 //! Errors on the line: each is counted, and no frame reaches across one (L1).
 
-use crate::firmware::{Firmware, PAUSE, RESTART, Setpoint, frame, is_some_of, setpoints};
+use crate::firmware::{Firmware, PAUSE, RESTART, frame, frames, is_some_of};
 use nrf52840_emulator::{LineSymbol, MILLISECOND, Parity};
 
 /// What the specification leaves open: whether a byte that is not stored is counted.
@@ -32,18 +32,15 @@ fn no_frame_reaches_across_a_byte_that_was_lost_to_an_error() {
                 let mut sent: Vec<_> = symbols(&bytes[..place]).collect();
                 sent.push(error);
                 sent.extend(symbols(&bytes[place..]));
-                let end = firmware.board.send_symbols(&sent);
-                firmware.board.run_until(end + RESTART).unwrap();
+                firmware.send_symbols_and_wait(&sent, RESTART);
                 assert!(firmware.commits().is_empty(), "{error:?} at {place}");
                 assert_eq!(firmware.counter("framing"), 1, "{error:?} at {place}");
                 let breaks = u32::from(matches!(error, LineSymbol::Break(_)));
                 assert_eq!(firmware.counter("line_break"), breaks);
 
                 // The error is over: the next frame is taken, and the next error is counted.
-                firmware.send_and_wait(&frame([4, 5, 6]), RESTART);
-                assert_eq!(firmware.commits(), [[4, 5, 6]], "{error:?} at {place}");
-                let end = firmware.board.send_symbols(&[LineSymbol::Idle(3), error]);
-                firmware.board.run_until(end + RESTART).unwrap();
+                firmware.takes_a_frame(RESTART, &format!("{error:?} at {place}"));
+                firmware.send_symbols_and_wait(&[LineSymbol::Idle(3), error], RESTART);
                 assert_eq!(firmware.counter("framing"), 2, "{error:?} at {place}");
             }
         }
@@ -54,11 +51,9 @@ fn no_frame_reaches_across_a_byte_that_was_lost_to_an_error() {
 fn each_cause_is_counted_once() {
     let mut firmware = booted(false);
     for n in 1..=3 {
-        let end = firmware.board.send_symbols(&[LineSymbol::Break(15)]);
-        firmware.board.run_until(end + RESTART).unwrap();
+        firmware.send_symbols_and_wait(&[LineSymbol::Break(15)], RESTART);
         assert_eq!(firmware.counter("line_break"), n);
-        let end = firmware.board.send_symbols(&[LineSymbol::BadStop(b'x')]);
-        firmware.board.run_until(end + RESTART).unwrap();
+        firmware.send_symbols_and_wait(&[LineSymbol::BadStop(b'x')], RESTART);
         // A break is a framing error too.
         assert_eq!(firmware.counter("framing"), 2 * n);
         assert_eq!(firmware.counter("line_break"), n);
@@ -72,22 +67,11 @@ fn an_error_in_a_flood_costs_one_frame() {
     for counted in EITHER {
         for hit in 40..80 {
             let mut firmware = booted(counted);
-            let sent: Vec<_> = setpoints(40).collect();
-            let mut line: Vec<LineSymbol> = sent
-                .iter()
-                .copied()
-                .flat_map(frame)
-                .map(LineSymbol::Byte)
-                .collect();
+            let (mut expected, bytes) = frames(40);
+            let mut line: Vec<_> = symbols(&bytes).collect();
             line[hit] = LineSymbol::BadStop(0xFF);
-            let end = firmware.board.send_symbols(&line);
-            firmware.board.run_until(end + RESTART).unwrap();
-            let expected: Vec<Setpoint> = sent
-                .iter()
-                .enumerate()
-                .filter(|(n, _)| *n != hit / 7)
-                .map(|(_, setpoint)| *setpoint)
-                .collect();
+            expected.remove(hit / 7);
+            firmware.send_symbols_and_wait(&line, RESTART);
             assert_eq!(
                 firmware.commits(),
                 expected,
@@ -108,8 +92,7 @@ fn a_frame_right_behind_an_error_is_taken() {
             firmware.assume(|all| all.slowness = all.slowness.max(150));
             let mut line = vec![LineSymbol::BadStop(0xFF), LineSymbol::Idle(idle)];
             line.extend(symbols(&frame([1, 2, 3])));
-            let end = firmware.board.send_symbols(&line);
-            firmware.board.run_until(end + PAUSE).unwrap();
+            firmware.send_symbols_and_wait(&line, PAUSE);
             assert_eq!(firmware.commits(), [[1, 2, 3]], "{image}, {idle} bits");
         }
     }
@@ -121,17 +104,15 @@ fn a_frame_right_behind_an_error_is_taken() {
 fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
     for image in ["default", "megabaud"] {
         for every in [8, 15, 22, 50] {
-            let sent: Vec<_> = setpoints(600).collect();
-            let bytes = sent.iter().copied().flat_map(frame);
-            let mut line: Vec<_> = bytes.map(LineSymbol::Byte).collect();
+            let (sent, bytes) = frames(600);
+            let mut line: Vec<_> = symbols(&bytes).collect();
             let mut expected: Vec<_> = sent.iter().copied().map(Some).collect();
             for at in (every - 1..line.len()).step_by(every) {
                 line[at] = LineSymbol::BadStop(0xFF);
                 expected[at / 7] = None;
             }
             let mut firmware = Firmware::booted(image);
-            let end = firmware.board.send_symbols(&line);
-            firmware.board.run_until(end + PAUSE).unwrap();
+            firmware.send_symbols_and_wait(&line, PAUSE);
             let expected: Vec<_> = expected.into_iter().flatten().collect();
             let mut commits = firmware.commits();
             if image == "megabaud" && firmware.assumptions.slowness > 100 {
@@ -169,8 +150,7 @@ fn bytes_in_front_of_an_error_that_is_seen_late_are_dropped() {
             firmware.send_and_wait(&bytes[split..], 3 * MILLISECOND);
             assert!(firmware.commits().is_empty(), "{error:?} behind {split}");
             assert!(firmware.counter("skipped") as usize > split);
-            firmware.send_and_wait(&frame([4, 5, 6]), PAUSE);
-            assert_eq!(firmware.commits(), [[4, 5, 6]], "{error:?} behind {split}");
+            firmware.takes_a_frame(PAUSE, &format!("{error:?} behind {split}"));
         }
     }
 }
@@ -181,8 +161,7 @@ fn a_doubled_endrx_costs_nothing() {
     for lag in 0..80 {
         let mut firmware = booted(false);
         firmware.assume(|all| (all.doubled_end, all.double_lag) = (u32::MAX, lag));
-        let sent: Vec<_> = setpoints(3).collect();
-        let bytes: Vec<u8> = sent.iter().copied().flat_map(frame).collect();
+        let (sent, bytes) = frames(3);
         firmware.send_and_wait(&bytes, 3 * MILLISECOND);
         assert_eq!(firmware.commits(), sent, "{lag} cycles");
         assert_eq!(firmware.counter("bytes") as usize, bytes.len(), "{lag}");
@@ -210,8 +189,7 @@ fn an_error_in_the_middle_of_a_round_is_seen() {
             .send_symbols(&[LineSymbol::BadStop(0xFF), LineSymbol::Byte(b'\r')]);
         firmware.run_for(5 * BYTE);
         assert!(firmware.commits().is_empty(), "in cycle {cycle}");
-        firmware.send_and_wait(&frame([4, 5, 6]), PAUSE);
-        assert_eq!(firmware.commits(), [[4, 5, 6]], "in cycle {cycle}");
+        firmware.takes_a_frame(PAUSE, &format!("in cycle {cycle}"));
     }
 }
 
@@ -229,8 +207,7 @@ fn a_lost_endrx_is_noticed_and_heals() {
         assert!(firmware.commits().is_empty(), "byte {byte}");
         assert_eq!(firmware.counter("restarts"), 1, "byte {byte}");
         assert!(firmware.counter("overrun") >= 1, "byte {byte}");
-        firmware.send_and_wait(&frame([4, 5, 6]), PAUSE);
-        assert_eq!(firmware.commits(), [[4, 5, 6]], "byte {byte}");
+        firmware.takes_a_frame(PAUSE, &format!("byte {byte}"));
         assert!(firmware.board.trace().resets.is_empty());
     }
 }
@@ -245,8 +222,7 @@ fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() 
     firmware.send_and_wait(&frame([1, 2, 3]), 9 * MILLISECOND);
     assert_eq!(firmware.counter("restarts"), 1);
     assert!(firmware.commits().is_empty());
-    firmware.send_and_wait(&frame([4, 5, 6]), PAUSE);
-    assert_eq!(firmware.commits(), [[4, 5, 6]]);
+    firmware.takes_a_frame(PAUSE, "the next frame");
 }
 
 /// In a flood the FIFO overruns before the tick: the same.
@@ -254,8 +230,7 @@ fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() 
 fn a_lost_endrx_in_a_flood_costs_a_few_frames() {
     for image in ["default", "megabaud"] {
         let mut firmware = Firmware::booted(image);
-        let sent: Vec<_> = setpoints(600).collect();
-        let bytes: Vec<u8> = sent.iter().copied().flat_map(frame).collect();
+        let (sent, bytes) = frames(600);
         let began = firmware.board.now();
         let end = firmware.board.send(&bytes);
         firmware.board.run_until(began + (end - began) / 3).unwrap();
@@ -315,7 +290,7 @@ fn an_unconnected_pin_is_a_quiet_line() {
 fn a_sender_with_a_parity_bit_makes_framing_errors_and_moves_nothing() {
     let mut firmware = booted(false);
     firmware.board.line(|line| line.set_parity(Parity::Even));
-    let bytes: Vec<u8> = setpoints(60).flat_map(frame).collect();
+    let (_, bytes) = frames(60);
     firmware.send_and_wait(&bytes, 3 * MILLISECOND);
     assert!(firmware.commits().is_empty());
     assert!(firmware.counter("framing") > 0);
@@ -346,7 +321,7 @@ fn at_the_wrong_baud_rate_nothing_is_put_in_force_and_the_failsafe_stays() {
     for baud in [9_600, 38_400, 57_600, 76_800, 230_400, 250_000, 1_000_000] {
         let mut firmware = booted(false);
         firmware.board.line(|line| line.set_millibaud(baud * 1_000));
-        let bytes: Vec<u8> = setpoints(60).flat_map(frame).collect();
+        let (_, bytes) = frames(60);
         firmware.send_and_wait(&bytes, 3 * MILLISECOND);
         assert!(firmware.commits().is_empty(), "{baud} baud");
         let seen = firmware.counter("framing") + firmware.counter("no_sync");
@@ -361,8 +336,7 @@ fn at_a_baud_rate_that_is_two_per_cent_off_every_frame_is_received() {
     for baud in [112_900, 117_500] {
         let mut firmware = booted(false);
         firmware.board.line(|line| line.set_millibaud(baud * 1_000));
-        let sent: Vec<_> = setpoints(100).collect();
-        let bytes: Vec<u8> = sent.iter().copied().flat_map(frame).collect();
+        let (sent, bytes) = frames(100);
         firmware.send_and_wait(&bytes, 3 * MILLISECOND);
         assert_eq!(firmware.commits(), sent, "{baud} baud");
     }

@@ -2,7 +2,7 @@
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
 
-use crate::firmware::{Firmware, RESTART, frame};
+use crate::firmware::{Firmware, RESTART, UNDEFINED, frame};
 
 /// The pulse for a demand, in microseconds.
 pub(crate) fn pulse(demand: u64) -> u64 {
@@ -54,12 +54,9 @@ fn from_power_on_the_servos_are_parked() {
 
 #[test]
 fn silence_holds_then_ramps_then_parks() {
-    parks_in_silence(&mut Firmware::booted("default"));
-}
-
-/// No pulse is cut if the PWM begins a new period at once, whenever it is given new widths.
-#[test]
-fn silence_parks_too_where_seqstart_cuts_periods() {
+    let mut firmware = Firmware::booted("default");
+    parks_in_silence(&mut firmware);
+    // No pulse is cut if the PWM begins a new period at once, whenever it is given new widths.
     let mut firmware = Firmware::booted("default");
     firmware.assume(|all| all.start_cuts_period = true);
     parks_in_silence(&mut firmware);
@@ -162,8 +159,7 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
     assert!(log.contains("reset by watchdog"), "{log}");
     // And it works again.
     firmware.commits();
-    firmware.send_and_wait(&frame([1, 2, 3]), RESTART);
-    assert_eq!(firmware.commits(), [[1, 2, 3]]);
+    firmware.takes_a_frame(RESTART, "after the reset");
 }
 
 /// A handler that ends just before a tick leaves the main loop awake when the tick comes. A break
@@ -201,10 +197,7 @@ fn a_tick_that_is_over_already_is_not_waited_for() {
 fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     let mut firmware = Firmware::booted("default");
     firmware.board.let_faults_be_handled();
-    let handler = firmware.board.image().symbol("UARTE0_UART0").unwrap();
-    // `udf`, an instruction that is none.
-    let address = handler.address;
-    firmware.board.patch(address, &[0x00, 0xDE]).unwrap();
+    firmware.patch("UARTE0_UART0", UNDEFINED);
     firmware.run_for(50 * MILLISECOND);
     firmware.board.send(b"x");
     firmware.run_for(50 * MILLISECOND);
@@ -221,23 +214,10 @@ fn a_fault_lets_the_servos_go_and_resets_the_chip() {
 #[test]
 fn a_dead_receiver_is_reset_by_the_watchdog() {
     let mut firmware = Firmware::booted("default");
-    let handler = firmware
-        .board
-        .image()
-        .symbol("UARTE0_UART0")
-        .unwrap()
-        .address;
     // `bx lr`: the handler returns at once.
-    firmware.board.patch(handler, &[0x70, 0x47]).unwrap();
+    firmware.patch("UARTE0_UART0", [0x70, 0x47]);
     firmware.run_for(400 * MILLISECOND);
-    let causes: Vec<_> = firmware
-        .board
-        .trace()
-        .resets
-        .iter()
-        .map(|reset| reset.cause)
-        .collect();
-    assert_eq!(causes, [ResetCause::Watchdog]);
+    assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
 #[test]

@@ -218,9 +218,7 @@ fn check(firmware: &mut Firmware, reference: Reference, sent: &Sent, what: &str)
         assert_eq!(commits, expected, "{what}");
     }
 
-    let placed =
-        7 * firmware.counter("frames") + firmware.discarded() + firmware.counter("pending");
-    assert_eq!(firmware.counter("bytes"), placed, "{what}");
+    firmware.assert_every_byte_has_one_place(what);
     assert_eq!(firmware.board.trace().resets, [], "{what}");
 }
 

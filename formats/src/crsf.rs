@@ -1,7 +1,7 @@
 use framelock::Format;
 
-use crate::channels;
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Length, LengthField, Patterns, Table};
+use crate::sbus::unpack_channels;
 
 /// CRC-8/DVB-S2.
 const CRC: Crc = Crc {
@@ -94,7 +94,7 @@ impl CrsfMessage<'_> {
     #[must_use]
     pub fn channels(&self) -> Option<[u16; 16]> {
         let bytes = self.payload.first_chunk().filter(|_| self.kind == 0x16)?;
-        Some(channels::unpack(bytes))
+        Some(unpack_channels(bytes))
     }
 
     /// Writes the frame that says it to the front of `into`, and gives its length; nothing if it is longer than

@@ -1,4 +1,4 @@
-use framelock::{Format, Verdict};
+use framelock::Format;
 
 use crate::layout::Layout;
 use crate::{AnyOf, NMEA, Nmea, RTCM, Rtcm, RtcmMessage, UBX, Ubx, UbxMessage};
@@ -49,23 +49,14 @@ impl<const LONGEST: usize> Gnss<LONGEST> {
 }
 
 impl<const LONGEST: usize> Format for Gnss<LONGEST> {
-    const LONGEST: usize = LONGEST;
+    crate::judged_by!(
+        Layout {
+            longest: LONGEST,
+            ..Layout::NONE
+        },
+        |_format| Self::ALL
+    );
     type Message<'a> = GnssMessage<'a>;
-
-    #[inline]
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        self.judge_on(bytes, 0)
-    }
-
-    #[inline]
-    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        Self::ALL.judge_on(bytes, seen)
-    }
-
-    #[inline]
-    fn starts(&self, byte: u8) -> bool {
-        Self::ALL.starts(byte)
-    }
 
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> GnssMessage<'a> {

@@ -84,12 +84,11 @@ struct OwnFrame;
 extern crate kani;
 
 mod any_of;
-mod channels;
-mod check;
 mod checksum;
 mod crc;
 mod crsf;
 mod dialects;
+mod format_laws;
 mod gnss;
 mod ibus;
 mod judge;
@@ -100,24 +99,22 @@ mod nmea;
 mod rtcm;
 mod sbus;
 mod seal;
-mod six_axes;
 mod ubx;
 #[cfg(kani)]
 mod verification;
 
 pub use any_of::AnyOf;
-pub use check::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 pub use crsf::{CRSF, Crsf, CrsfMessage, address as crsf_address};
 pub use dialects::{ARDUPILOTMEGA, COMMON};
+pub use format_laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 pub use gnss::{Gnss, GnssMessage};
 pub use ibus::{IBUS, Ibus};
 pub use layout::Layout;
 pub use mavlink::{Mavlink1, Mavlink2, MavlinkMessage, MavlinkSignature, mavlink1, mavlink2};
-pub use motion::{BIN, BIN_CRC8};
+pub use motion::{BIN, BIN_CRC8, SIX_AXES, SixAxes, SixAxesBigEndian};
 pub use nmea::{NMEA, Nmea};
 pub use rtcm::{RTCM, Rtcm, RtcmMessage};
 pub use sbus::{SBUS, Sbus, SbusMessage};
-pub use six_axes::{SIX_AXES, SixAxes, SixAxesBigEndian};
 pub use ubx::{UBX, Ubx, UbxMessage};
 
 /// In an `impl` of [`Format`](framelock::Format): the longest frame and all questions answered by a layout, a constant; or

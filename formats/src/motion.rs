@@ -1,3 +1,8 @@
+//! Frames of motion platforms: layouts of the core's [`Bin`](framelock::motion::Bin) and
+//! [`BinCrc8`](framelock::motion::BinCrc8), and six axes of 16 bits.
+
+use framelock::{Encode, FixedFormat, Shape};
+
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Patterns};
 
 /// What a [`Bin`](framelock::motion::Bin) frame looks like, for receivers of any layout.
@@ -27,3 +32,89 @@ pub const BIN_CRC8: Layout<'static> = Layout {
     }),
     ..BIN
 };
+
+/// What a frame of six axes looks like, for receivers of any layout: see [`SixAxes`].
+pub const SIX_AXES: Layout<'static> = Layout {
+    sync: Patterns::one(&[0xFF, 0xFF]),
+    shortest: 16,
+    longest: 16,
+    terminator: Patterns::one(b"\n\r"),
+    ..Layout::NONE
+};
+
+/// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
+///
+/// The numbers are little endian, 0 to 65 535 over an axis's travel; those of [`SixAxesBigEndian`] have the
+/// highest byte first. Both are for the small [`Receiver`](framelock::Receiver), which delivers each frame
+/// with its last byte.
+///
+/// There is no checksum: what is checked is the first two bytes and the last two, and axes may look like
+/// either. So report the idle gap behind each frame as a [`LineEvent`](framelock::LineEvent).
+///
+/// Source: no standard; what motion software is set up to send for six axes of 16 bits.
+///
+/// # Examples
+/// ```
+/// use framelock::{Encode, Receiver};
+/// use framelock_formats::SixAxes;
+/// let mut receiver = Receiver::<SixAxes>::new();
+/// let axes = [0, 16_384, 32_768, 40_000, 65_535, 13];
+/// let received = SixAxes::encode(axes).into_iter().find_map(|byte| receiver.push(byte));
+/// assert_eq!(received, Some(axes));
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct SixAxes;
+
+/// [`SixAxes`] with the highest byte of each number first.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+pub struct SixAxesBigEndian;
+
+const SHAPE: Shape<[u8; 16]> = {
+    let mut places = [None; 16];
+    [places[0], places[1]] = [Some(0xFF); 2];
+    [places[14], places[15]] = [Some(b'\n'), Some(b'\r')];
+    Shape::new(places)
+};
+
+impl FixedFormat for SixAxes {
+    type Frame = [u8; 16];
+    type Message = [u16; 6];
+    const SHAPE: Shape<[u8; 16]> = SHAPE;
+
+    #[inline]
+    fn decode(frame: [u8; 16]) -> [u16; 6] {
+        let mut words = frame.chunks_exact(2).skip(1);
+        [(); 6].map(|()| match words.next() {
+            Some(&[low, high]) => u16::from_le_bytes([low, high]),
+            _ => 0,
+        })
+    }
+}
+
+impl Encode for SixAxes {
+    fn encode(axes: [u16; 6]) -> [u8; 16] {
+        let mut frame = [0; 16];
+        for (place, axis) in frame.chunks_exact_mut(2).skip(1).zip(axes) {
+            place.copy_from_slice(&axis.to_le_bytes());
+        }
+        SIX_AXES.seal(&mut frame);
+        frame
+    }
+}
+
+impl FixedFormat for SixAxesBigEndian {
+    type Frame = [u8; 16];
+    type Message = [u16; 6];
+    const SHAPE: Shape<[u8; 16]> = SHAPE;
+
+    #[inline]
+    fn decode(frame: [u8; 16]) -> [u16; 6] {
+        SixAxes::decode(frame).map(u16::swap_bytes)
+    }
+}
+
+impl Encode for SixAxesBigEndian {
+    fn encode(axes: [u16; 6]) -> [u8; 16] {
+        SixAxes::encode(axes.map(u16::swap_bytes))
+    }
+}

@@ -1,6 +1,5 @@
 use framelock::Format;
 
-use crate::channels;
 use crate::layout::{FixedBits, Layout, Patterns};
 
 /// What an SBUS frame looks like: see [`Sbus`].
@@ -64,7 +63,7 @@ impl Format for Sbus {
             return SbusMessage::default();
         };
         SbusMessage {
-            channels: channels.try_into().map_or([0; 16], channels::unpack),
+            channels: channels.try_into().map_or([0; 16], unpack_channels),
             digital: [flags & 1 != 0, flags & 2 != 0],
             frame_lost: flags & 4 != 0,
             failsafe: flags & 8 != 0,
@@ -81,9 +80,46 @@ impl SbusMessage {
         let flags = seventeen | eighteen << 1 | radio;
         let mut frame = [0; 25];
         let [_, places @ .., place, _] = &mut frame;
-        places.copy_from_slice(&channels::pack(&self.channels));
+        places.copy_from_slice(&pack_channels(&self.channels));
         *place = flags;
         SBUS.seal(&mut frame);
         frame
     }
+}
+
+/// Bytes of sixteen channels of 11 bits, the lowest bits first. CRSF packs them in the same way.
+const CHANNEL_BYTES: usize = 22;
+
+/// Unpacks the sixteen channels.
+#[inline]
+pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES]) -> [u16; 16] {
+    let mut channels = [0; 16];
+    let mut bit = 0_u32;
+    for channel in &mut channels {
+        // Four bytes have it; the last four, from 18 on, have the last two channels.
+        let at = (bit / 8).min(18);
+        let shift = bit.wrapping_sub(at.wrapping_mul(8));
+        let four = bytes.get(at as usize..).and_then(<[u8]>::first_chunk);
+        let bits = u32::from_le_bytes(four.copied().unwrap_or_default());
+        *channel = (bits.wrapping_shr(shift) & 0x7FF) as u16;
+        bit = bit.wrapping_add(11);
+    }
+    channels
+}
+
+/// Packs the lower 11 bits of each channel.
+fn pack_channels(channels: &[u16; 16]) -> [u8; CHANNEL_BYTES] {
+    let mut channels = channels.iter();
+    let (mut bits, mut count) = (0_u32, 0_u32);
+    [(); CHANNEL_BYTES].map(|()| {
+        if count < 8 {
+            let channel = channels.next().copied().unwrap_or_default() & 0x7FF;
+            bits |= u32::from(channel).wrapping_shl(count);
+            count = count.wrapping_add(11);
+        }
+        let [byte, ..] = bits.to_le_bytes();
+        bits >>= 8;
+        count = count.wrapping_sub(8);
+        byte
+    })
 }

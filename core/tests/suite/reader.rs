@@ -5,8 +5,9 @@ use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
 use framelock::motion::{Bin, Setpoint};
-use framelock::{BufferedReceiver, Encode, Format, LineEvent, Reader, Receiver};
-use framelock_formats::layout::{FixedBits, Layout, Length, LengthField, Patterns};
+use framelock::{
+    BufferedReceiver, DiscardReason, Encode, Format, LineEvent, Reader, Receiver, Verdict,
+};
 
 /// A UART that gives what it is told to, in the pieces it is told to.
 struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
@@ -49,49 +50,34 @@ fn pieces() -> Uart {
     ])
 }
 
-#[test]
-fn an_error_loses_nothing() {
-    let mut reader = Reader::<_, _, 32>::new(pieces(), Receiver::<Bin>::new());
-    assert_eq!(
-        reader.read(|setpoint| setpoint),
-        Err(ErrorKind::Interrupted)
-    );
-    assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(SETPOINT)));
-    assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(SETPOINT)));
-    assert_eq!(reader.read(|setpoint| setpoint), Err(ErrorKind::Other));
-    // What the driver's error means for the line is the program's to say.
-    reader.line_mut().line_event(LineEvent::Overrun, |_| ());
-    assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(SETPOINT)));
-    assert_eq!(reader.read(|setpoint| setpoint), Ok(None));
-    let counters = reader.line().counters();
-    assert_eq!(
-        (
-            counters.bytes,
-            counters.frames,
-            counters.discarded.line_event
-        ),
-        (23, 3, 2)
-    );
-    assert!(reader.into_source().0.is_empty());
+/// Polls the future once: this UART never waits.
+fn now<T>(future: impl Future<Output = T>) -> T {
+    match std::pin::pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(result) => result,
+        Poll::Pending => panic!("this UART never waits"),
+    }
 }
 
 #[test]
-fn the_async_twin_does_the_same() {
-    let mut reader = Reader::<_, _, 32>::new(pieces(), Receiver::<Bin>::new());
-    let mut results = Vec::new();
-    for _ in 0..6 {
-        let reading = std::pin::pin!(reader.read_async(|setpoint| setpoint));
-        match Future::poll(reading, &mut Context::from_waker(Waker::noop())) {
-            Poll::Ready(result) => results.push(result),
-            Poll::Pending => panic!("this UART never waits"),
-        }
+fn an_error_loses_nothing_blocking_and_async() {
+    for read in [
+        |reader: &mut Reader<Uart, Receiver<Bin>, 32>| reader.read(|setpoint| setpoint),
+        |reader: &mut Reader<Uart, Receiver<Bin>, 32>| now(reader.read_async(|setpoint| setpoint)),
+    ] {
+        let mut reader = Reader::new(pieces(), Receiver::<Bin>::new());
+        assert_eq!(read(&mut reader), Err(ErrorKind::Interrupted));
+        assert_eq!(read(&mut reader), Ok(Some(SETPOINT)));
+        assert_eq!(read(&mut reader), Ok(Some(SETPOINT)));
+        assert_eq!(read(&mut reader), Err(ErrorKind::Other));
+        // What the driver's error means for the line is the program's to say.
+        reader.line_mut().line_event(LineEvent::Overrun, |_| ());
+        assert_eq!(read(&mut reader), Ok(Some(SETPOINT)));
+        assert_eq!(read(&mut reader), Ok(None));
+        let counters = reader.line().counters();
+        assert_eq!((counters.bytes, counters.frames), (23, 3));
+        assert_eq!(counters.discarded.line_event, 2);
+        assert!(reader.into_source().0.is_empty());
     }
-    let setpoint = Ok(Some(SETPOINT));
-    let (interrupted, other) = (Err(ErrorKind::Interrupted), Err(ErrorKind::Other));
-    assert_eq!(
-        results,
-        [interrupted, setpoint, setpoint, other, setpoint, Ok(None)]
-    );
 }
 
 /// A buffer of one byte is enough.
@@ -107,25 +93,23 @@ fn the_smallest_buffer() -> Result<(), Infallible> {
 /// `'#' length payload`; the last byte is a letter.
 struct Short;
 
-const SHORT: Layout = Layout {
-    sync: Patterns::one(b"#"),
-    length: Length::Field(LengthField {
-        plus: 2,
-        ..LengthField::byte(1)
-    }),
-    shortest: 2,
-    longest: 9,
-    fixed: &[FixedBits {
-        at: -1,
-        mask: 0x40,
-        value: 0x40,
-    }],
-    ..Layout::NONE
-};
-
 impl Format for Short {
-    framelock_formats::judged_by!(SHORT);
+    const LONGEST: usize = 9;
     type Message<'a> = &'a [u8];
+
+    fn judge(&self, bytes: &[u8]) -> Verdict {
+        let whole = match *bytes {
+            [b'#'] => 2,
+            [b'#', length, ..] if length > 7 => return Verdict::Reject(DiscardReason::TooLong),
+            [b'#', length, ..] => 2 + usize::from(length),
+            _ => return Verdict::Reject(DiscardReason::NoSync),
+        };
+        match bytes.get(whole - 1) {
+            None => Verdict::Incomplete { at_least: whole },
+            Some(last) if last & 0x40 != 0 => Verdict::Frame(whole),
+            Some(_) => Verdict::Reject(DiscardReason::Terminator),
+        }
+    }
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
         &frame[2..]

@@ -21,6 +21,20 @@ fn receive<F: Format, const N: usize>(
     }
 }
 
+/// Asserts that the format finds exactly one message in a frame; `see` checks the message.
+fn receive_one<F: Format, const N: usize>(
+    format: F,
+    frame: &[u8],
+    mut see: impl FnMut(F::Message<'_>),
+) {
+    let mut received = 0;
+    receive::<F, N>(format, frame, |message| {
+        see(message);
+        received += 1;
+    });
+    assert_eq!(received, 1, "{frame:02X?}");
+}
+
 /// HEARTBEAT and ATTITUDE of the dialect `common`, and one with the longest payload.
 const DIALECT: &[Message] = &[
     Message::with_extra(0, 50, 9),

@@ -12,7 +12,7 @@ use ublox::proto23::{PacketRef, Proto23};
 use ublox::{ParserBuilder, UbxPacket, UbxPacketRequest};
 
 use crate::laws::signed;
-use crate::{DIALECT, frame, receive};
+use crate::{DIALECT, frame, receive, receive_one};
 
 fn channels() -> impl Strategy<Value = [u16; 16]> {
     prop::array::uniform16(0_u16..2048)
@@ -40,9 +40,7 @@ proptest! {
         let mut theirs = [0; 25];
         uf_sbus::encode_packet(&mut theirs, &packet);
         prop_assert_eq!(theirs, message.encode());
-        let mut received = None;
-        receive::<_, 25>(Sbus, &theirs, |message| received = Some(message));
-        prop_assert_eq!(received, Some(message));
+        receive_one::<_, 25>(Sbus, &theirs, |received| assert_eq!(received, message));
 
         let other = sbus_rs::SbusPacket::from_array(&theirs).expect("a packet");
         prop_assert_eq!(other.channels, channels);
@@ -57,9 +55,7 @@ proptest! {
         let theirs = parse_rc_ibus::IbusPacket::try_from_bytes(&frame).expect("a packet");
         let lower = theirs.get_all_channels().map(|number| number & 0x0FFF);
         prop_assert_eq!(&lower[..], &channels[..14]);
-        let mut received = None;
-        receive::<_, 32>(Ibus, &frame, |channels| received = Some(channels));
-        prop_assert_eq!(received, Some(channels));
+        receive_one::<_, 32>(Ibus, &frame, |received| assert_eq!(received, channels));
     }
 
     #[test]
@@ -133,12 +129,9 @@ proptest! {
         prop_assert_eq!((theirs.dst_addr(), theirs.raw_packet_type()), (0xEC, kind));
         prop_assert_eq!(theirs.payload(), &payload[..]);
 
-        let mut received = 0;
-        receive::<_, 64>(Crsf, &frame, |message| {
+        receive_one::<_, 64>(Crsf, &frame, |message| {
             assert_eq!(message, sent);
-            received += 1;
         });
-        prop_assert_eq!(received, 1);
     }
 
     #[test]
@@ -150,9 +143,9 @@ proptest! {
         let address = uf_crsf::PacketAddress::FlightController;
         let length = uf_crsf::write_packet_to_buffer(&mut other, address, &packet).expect("there is room");
         prop_assert_eq!(theirs.data(), &other[..length]);
-        let mut received = None;
-        receive::<_, 64>(Crsf, theirs.data(), |message| received = message.channels());
-        prop_assert_eq!(received, Some(channels));
+        receive_one::<_, 64>(Crsf, theirs.data(), |message| {
+            assert_eq!(message.channels(), Some(channels));
+        });
     }
 
     /// Of a class that ublox has no message of, so that it gives the payload as it is.
@@ -167,23 +160,17 @@ proptest! {
         };
         prop_assert_eq!((theirs.class, theirs.msg_id, theirs.payload), (0x7F, id, &payload[..]));
 
-        let mut received = 0;
-        receive::<_, 248>(Ubx::<248>, &frame, |message| {
+        receive_one::<_, 248>(Ubx::<248>, &frame, |message| {
             assert_eq!(message, sent);
-            received += 1;
         });
-        prop_assert_eq!(received, 1);
     }
 
     #[test]
     fn ubx_by_ublox(class: u8, id: u8) {
         let theirs = UbxPacketRequest::request_for_unknown(class, id).into_packet_bytes();
-        let mut received = 0;
-        receive::<_, 8>(Ubx::<8>, &theirs, |message| {
+        receive_one::<_, 8>(Ubx::<8>, &theirs, |message| {
             assert_eq!(message, UbxMessage { class, id, payload: &[] });
-            received += 1;
         });
-        prop_assert_eq!(received, 1);
     }
 
     #[test]
@@ -208,8 +195,7 @@ proptest! {
         prop_assert_eq!((theirs.sequence(), theirs.system_id()), (sequence, system.into()));
         prop_assert_eq!((theirs.component_id(), theirs.message_id()), (component, id));
 
-        let mut received = 0;
-        receive::<_, 280>(Mavlink2(DIALECT), &frame, |message| {
+        receive_one::<_, 280>(Mavlink2(DIALECT), &frame, |message| {
             let signature = message.signature;
             let payload = theirs.payload();
             assert_eq!(message, MavlinkMessage { payload, signature, ..sent });
@@ -224,9 +210,7 @@ proptest! {
                 assert_eq!(sha2::Sha256::digest(signed)[..6], value);
                 assert_eq!([signature.signed, &signature.value].concat(), frame);
             }
-            received += 1;
         });
-        prop_assert_eq!(received, 1);
     }
 }
 
@@ -293,12 +277,9 @@ proptest! {
             sequence, system: 1, component: 2, id: 0, payload: &payload, signature: None,
         };
         prop_assert_eq!(theirs.raw_bytes(), frame(|into| Mavlink2(DIALECT).encode(&sent, into)));
-        let mut received = 0;
-        receive::<_, 280>(Mavlink2(DIALECT), theirs.raw_bytes(), |message| {
+        receive_one::<_, 280>(Mavlink2(DIALECT), theirs.raw_bytes(), |message| {
             assert_eq!(message, MavlinkMessage { payload: theirs.payload(), ..sent });
-            received += 1;
         });
-        prop_assert_eq!(received, 1);
     }
 }
 

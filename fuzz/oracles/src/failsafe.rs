@@ -137,6 +137,7 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
         );
     };
     let mut clock = schedule.start;
+    assert_is_the_models(often.poll(clock), &model);
     for &step in &schedule.steps {
         match step {
             ScheduleStep::Wait(ticks) => {
@@ -146,7 +147,11 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
                 }
                 unasked += ticks;
                 clock = clock.wrapping_add(ticks);
-                model.wait(ticks.into());
+                // Tick by tick, if they are few.
+                match ticks {
+                    0..100 => (0..ticks).for_each(|_| model.wait(1)),
+                    _ => model.wait(ticks.into()),
+                }
             }
             ScheduleStep::Frame(asked) => {
                 often.frame(clock, demands(asked));

@@ -7,7 +7,7 @@ use framelock::{BufferedReceiver, DiscardReason, Format, Found, Line, Verdict};
 use framelock_proofs::reference::framed;
 
 use crate::outcome::{Counted, add};
-use crate::stream::{Stream, StreamStep};
+use crate::stream::{Stream, StreamStep, bytes_of};
 
 /// A format that nobody would think of, and a stream.
 #[derive(Debug)]
@@ -94,8 +94,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
     let mut line = Line::new(BufferedReceiver::<_, N>::new(format()));
     let mut counted = Counted::default();
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
-        let bytes = stretch.iter().flat_map(StreamStep::bytes);
-        let bytes: Vec<u8> = bytes.copied().collect();
+        let bytes = bytes_of(stretch);
         let (expected, pending) = reference(&format(), &bytes, false);
 
         let mut findings = Findings::default();
@@ -214,7 +213,7 @@ fn accounted_for<const LONGEST: usize, const N: usize>(
     format: impl Fn() -> Drawn<LONGEST>,
     Stream(steps): &Stream,
 ) {
-    let bytes: Vec<u8> = steps.iter().flat_map(StreamStep::bytes).copied().collect();
+    let bytes = bytes_of(steps);
     let mut fed = BufferedReceiver::<_, N>::new(format());
     let mut findings = Findings::default();
     let mut pushed = Line::new(BufferedReceiver::<_, N>::new(format()));

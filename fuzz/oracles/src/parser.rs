@@ -8,7 +8,7 @@ use framelock::{DiscardReason, Line, Parser, Receiver};
 use framelock_proofs::reference::{self, Format};
 
 use crate::outcome::{Counted, Outcome};
-use crate::stream::{Stream, StreamStep};
+use crate::stream::{Stream, StreamStep, bytes_of};
 
 /// Every machine reports of the stream what the reference does: the frames, their places, which bytes
 /// were discarded and why. Byte by byte and slice by slice is the same, wherever the stream is cut;
@@ -40,11 +40,7 @@ where
     let mut counted = Counted::default();
     // A line event makes the rest of the stream a stream of its own.
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
-        let bytes: Vec<u8> = stretch
-            .iter()
-            .flat_map(StreamStep::bytes)
-            .copied()
-            .collect();
+        let bytes = bytes_of(stretch);
         let expected = Outcome::expected::<F>(&bytes);
         let pushed = push::<P, F>(&bytes, &expected);
         let (fed, outcome) = feed::<P>(stretch);

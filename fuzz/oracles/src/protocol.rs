@@ -203,19 +203,23 @@ impl Protocol {
         (0xFFFF - sum).to_le_bytes()
     }
 
-    fn crc8(bytes: &[u8]) -> u8 {
-        let mut register = 0_u8;
-        for byte in bytes {
-            register ^= byte;
+    /// A CRC that takes each byte from its highest bit on, beginning with 0.
+    fn crc(bytes: &[u8], width: u32, polynomial: u32) -> u32 {
+        let mut register = 0_u32;
+        for &byte in bytes {
+            register ^= u32::from(byte) << (width - 8);
             for _ in 0..8 {
-                let carry = register & 0x80 != 0;
                 register <<= 1;
-                if carry {
-                    register ^= 0xD5;
+                if register >> width == 1 {
+                    register ^= 1 << width | polynomial;
                 }
             }
         }
         register
+    }
+
+    fn crc8(bytes: &[u8]) -> u8 {
+        Self::crc(bytes, 8, 0xD5) as u8
     }
 
     fn xor(bytes: &[u8]) -> u8 {
@@ -223,21 +227,8 @@ impl Protocol {
     }
 
     fn crc24(bytes: &[u8]) -> [u8; 3] {
-        let mut register = 0_u32;
-        for &byte in bytes {
-            register ^= u32::from(byte) << 16;
-            for _ in 0..8 {
-                register <<= 1;
-                if register >> 24 == 1 {
-                    register ^= 0x0186_4CFB;
-                }
-            }
-        }
-        [
-            (register >> 16) as u8,
-            (register >> 8) as u8,
-            register as u8,
-        ]
+        let [_, crc @ ..] = Self::crc(bytes, 24, 0x86_4CFB).to_be_bytes();
+        crc
     }
 
     fn fletcher(bytes: &[u8]) -> [u8; 2] {

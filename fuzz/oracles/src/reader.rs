@@ -12,7 +12,7 @@ use framelock_proofs::reference::{self, Format};
 
 use crate::outcome::{Counted, Outcome};
 use crate::parser::OfSetpoints;
-use crate::stream::{Stream, StreamStep};
+use crate::stream::{Stream, StreamStep, bytes_of};
 
 /// A UART's driver: it gives the slices, and an error for each line event.
 struct Driver<'a> {
@@ -101,11 +101,7 @@ fn expected<F: Format>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     let mut counted = Counted::default();
     let ends = |step: &StreamStep| matches!(step, StreamStep::Event(event) if error(*event) == ErrorKind::Other);
     for stretch in steps.split_inclusive(ends) {
-        let bytes: Vec<u8> = stretch
-            .iter()
-            .flat_map(StreamStep::bytes)
-            .copied()
-            .collect();
+        let bytes = bytes_of(stretch);
         let outcome = Outcome::expected::<F>(&bytes);
         counted.add(bytes.len(), &outcome.found);
 

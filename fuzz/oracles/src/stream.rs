@@ -27,6 +27,11 @@ impl StreamStep {
     }
 }
 
+/// All bytes of the slices among these steps.
+pub(crate) fn bytes_of(steps: &[StreamStep]) -> Vec<u8> {
+    steps.iter().flat_map(StreamStep::bytes).copied().collect()
+}
+
 impl<'a> Arbitrary<'a> for Stream {
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         Ok(Self(rest(u)))

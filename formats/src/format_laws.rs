@@ -1,4 +1,4 @@
-//! The tests of one's own format: the laws of [`Format`] on a stream, and an encoding against its format.
+//! Tests for a format of your own: whether it keeps the laws of [`Format`], and whether its encoding fits it.
 
 use core::fmt;
 use core::ops::Range;
