@@ -5,7 +5,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::process::Command;
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Encode, Parser, Receiver};
 use rand::{Rng, SeedableRng};

@@ -28,7 +28,7 @@
 //! | [`Line`] | a receiver at the end of a line: counts where each byte went, takes line events | + 18 words |
 //! | `Reader` | messages from an `embedded-io` source | + the buffer |
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
-//! | [`can_go_deaf`] | the lecture's machine, literally: seven states | 4 |
+//! | [`lecture`] | the lecture's machine, literally: seven states | 4 |
 //!
 //! All three machines have the same functions, those of the trait [`Parser`]. Nothing here panics, whatever it is
 //! given: what could go wrong at run time does not compile (see [`FixedFormat`]).
@@ -37,7 +37,7 @@
 //!
 //! The receiver keeps *the longest suffix of what it has seen since the last commit that can still become a frame*.
 //! `push` returns a message exactly when the last bytes are a frame that shares no byte with an earlier committed
-//! frame, and it returns that frame's. So it cannot go deaf. The lecture's machine can: see [`can_go_deaf`].
+//! frame, and it returns that frame's. So it cannot go deaf. The lecture's machine can: see [`lecture`].
 //!
 //! # Features
 //!
@@ -61,9 +61,9 @@ struct Readme;
 extern crate kani;
 
 mod buffered;
-pub mod can_go_deaf;
 mod fixed_format;
 mod format;
+pub mod lecture;
 mod line;
 pub mod motion;
 mod noise;

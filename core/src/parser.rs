@@ -5,7 +5,7 @@ use core::fmt;
 /// A machine that takes the bytes of a line and finds frames in them.
 ///
 /// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver) and the
-/// [lecture's machine](crate::can_go_deaf::Lecture) implement it. Each has the same functions of its own,
+/// [lecture's machine](crate::lecture::Lecture) implement it. Each has the same functions of its own,
 /// so that a program that uses one of them need not import the trait. [`Line`](crate::Line) and the
 /// readers are written against it.
 ///

@@ -16,7 +16,7 @@ use crate::{DiscardReason, FixedFormat, Found, Frame, Parser};
 /// machine loses both frames, the receiver only the broken one.
 /// ```
 /// use framelock::Receiver;
-/// use framelock::can_go_deaf::Lecture;
+/// use framelock::lecture::Lecture;
 /// use framelock::motion::{Bin, Setpoint};
 /// let received = [0x41, 0x42, 0x00, 0x4A, 0x0D, 0x41, 0x42, 0x00, 0x82, 0xC4, 0x4A, 0x0D];
 /// let mut lecture = Lecture::new();

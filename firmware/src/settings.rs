@@ -23,7 +23,7 @@ pub(crate) type Parser = framelock::Receiver<framelock::motion::Bin>;
 pub(crate) type Parser = framelock::Receiver<framelock::motion::BinCrc8>;
 /// What finds the frames. The lecture's machine throws a broken frame away.
 #[cfg(feature = "lecture")]
-pub(crate) type Parser = framelock::can_go_deaf::Lecture;
+pub(crate) type Parser = framelock::lecture::Lecture;
 
 /// The receiver, and the counters of what came over the line.
 pub(crate) type Line = framelock::Line<Parser>;

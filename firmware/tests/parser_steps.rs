@@ -9,7 +9,7 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
 use framelock::Receiver;
-use framelock::can_go_deaf::{Lecture, State};
+use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, Setpoint};
 // The vector table.
 use nrf52840_hal as _;

@@ -16,7 +16,7 @@
 //! For every format of any length: `BufferedReceiver` puts each byte into exactly one event, or it is
 //! pending (theorem 13b), and [its events are counted](pushed_bytes_of_any_length_are_counted).
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
 use framelock::{
     BufferedReceiver, Counters, DiscardReason, Format, Found, Line, LineEvent, Parser, Receiver,

@@ -14,7 +14,7 @@
 //!
 //! As a check of this argument the reference itself is run on whole streams, of up to 16 bytes.
 
-use framelock::can_go_deaf::{Lecture, State};
+use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{FixedFormat, Frame, Receiver};
 

@@ -6,7 +6,7 @@
 //! machine commits exactly when the theorem says so, and its state matches again. It matches at reset,
 //! hence after every stream. For every format: `commits` in `core/src/window/verification.rs`.
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{FixedFormat, Frame};
 

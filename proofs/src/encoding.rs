@@ -1,7 +1,7 @@
 //! Theorem 11: a parser at reset that is given what was encoded gives the setpoint back; and bytes that
 //! give a setpoint are its encoding, but for the reserved byte (F1, F2).
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
 use framelock::{Encode, Receiver};
 

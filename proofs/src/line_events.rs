@@ -2,7 +2,7 @@
 //! leaves the machine as at reset, whatever was pending; so what comes after it is received as if
 //! nothing had come before.
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
 use framelock::{Found, Line, Receiver};
 

@@ -6,7 +6,7 @@
 //! No receiver of BIN can promise more: what came before, together with the frame's first bytes, may
 //! itself be a frame (N2).
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Encode, FixedFormat, Frame};
 

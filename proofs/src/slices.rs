@@ -4,7 +4,7 @@
 //! For receivers of every format of one to eight bytes: `core/src/window/verification.rs` has the
 //! proof, and [`receiver_is_its_window`] shows that `Receiver`'s functions are its. Here is the lecture's machine.
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};
 use framelock::{DiscardReason, Found, Receiver};
 

@@ -1,6 +1,6 @@
 //! What harnesses begin with: any stream so far, any state, any setpoint.
 
-use framelock::can_go_deaf::{Lecture, State};
+use framelock::lecture::{Lecture, State};
 use framelock::motion::Setpoint;
 use framelock::{FixedFormat, Frame, LineEvent, Parser, Receiver};
 

@@ -2,7 +2,7 @@
 //! seven, as the table says (M1); any stream leads a receiver to a state with fewer bytes pending than
 //! a frame has (in `no_panic`).
 
-use framelock::can_go_deaf::State;
+use framelock::lecture::State;
 
 use crate::states::any_lecture;
 

@@ -2,7 +2,7 @@
 //! every byte.
 
 use framelock::Receiver;
-use framelock::can_go_deaf::{Lecture, State};
+use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, Setpoint};
 
 /// State, byte (`None`: any other), next state, which temporary setpoint is stored (0 pitch, 1

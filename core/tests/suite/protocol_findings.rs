@@ -1,6 +1,6 @@
 //! The lecture's examples and what else is known about the protocol, as streams.
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Encode, Line, LineEvent, Parser, Receiver};
 

@@ -1,6 +1,6 @@
 //! The bytes of state that the crate's first page names.
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Failsafe};
 use framelock::{BufferedReceiver, FixedFormat, Line, Receiver, Shape};
 

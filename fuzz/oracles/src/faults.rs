@@ -1,7 +1,7 @@
 //! Target `faults`: frames as they were sent, what the line did to them, and what must arrive.
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint, crc8};
 use framelock::{Encode, Frame, Receiver};
 use framelock_proofs::reference;

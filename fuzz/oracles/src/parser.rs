@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{DiscardReason, Line, Parser, Receiver};
 use framelock_proofs::reference::{self, Format};

@@ -5,7 +5,7 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use embedded_io::{ErrorKind, ErrorType};
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Counters, DiscardReason, LineEvent, Reader, Receiver};
 use framelock_proofs::reference::{self, Format};

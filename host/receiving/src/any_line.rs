@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{BufferedIn, Counters, Encode, Format as _, Found, Line, LineEvent, Receiver};
 use framelock_formats::AnyOf;

@@ -5,7 +5,7 @@ use std::fmt;
 use std::num::NonZeroU32;
 use std::ops::Range;
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Failsafe, FailsafeParameters, Setpoint};
 use framelock::{DiscardReason, LineEvent};
 use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Piece, TrackedLine};

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use framelock::can_go_deaf::Lecture;
+use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
 use framelock::{BufferedIn, BufferedReceiver, Line, Receiver};
 use framelock_description::{Description, SHIPPED};
