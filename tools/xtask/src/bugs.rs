@@ -22,6 +22,7 @@ const PROOFS_FOLDERS: &[&str] = &[
     "formats",
     "firmware/reception",
     "fuzz/oracles",
+    "tools/prover",
 ];
 const PROOFS_MEMBERS: &[&str] = &[
     "core",
