@@ -3,13 +3,11 @@
 use std::collections::HashSet;
 
 use framelock::Format as _;
+use framelock_description::{Class, Description, Field, Kind};
 use framelock_formats::layout::Appendix;
 
-use super::code::{Code, add};
-use super::{Item, c_layout, called, free, items, length, module, one_line};
-use crate::Description;
-use crate::field::{Class, Field};
-use crate::kind::Kind;
+use crate::code::{Code, add};
+use crate::{FieldCode as _, Item, c_layout, called, free, items, length, module, one_line};
 
 /// Names that nothing can have, in C or in C++.
 #[rustfmt::skip]
@@ -81,7 +79,8 @@ pub fn c(description: &Description, name: &str, command: &str) -> String {
         any_kind(&mut code, &mut functions, prefix, &kinds);
     }
     code.add("");
-    let helpers = concat!(include_str!("helpers.h.txt"), "\n").replace("PREFIX", prefix);
+    let helpers =
+        concat!(include_str!("../templates/helpers.h.txt"), "\n").replace("PREFIX", prefix);
     code.text += &called(&functions.text, &helpers);
     code.text += functions.text.trim_start();
     code.add("\n#endif");

@@ -3,14 +3,12 @@
 use std::collections::HashSet;
 
 use framelock::Format as _;
+use framelock_description::{Class, Description, Field, Kind};
 use framelock_formats::layout::Appendix;
 
-use super::code::{Code, add};
-use super::rust_layout::{layout, list};
-use super::{Item, called, free, items, length, module, one_line, words};
-use crate::Description;
-use crate::field::{Class, Field};
-use crate::kind::Kind;
+use crate::code::{Code, add};
+use crate::rust_layout::{layout, list};
+use crate::{FieldCode as _, Item, called, free, items, length, module, one_line, words};
 
 /// Names that no field can have.
 #[rustfmt::skip]
@@ -70,7 +68,7 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
         code.add("}");
     }
     code.add("");
-    let helpers = called(&code.text, include_str!("helpers.rs.txt"));
+    let helpers = called(&code.text, include_str!("../templates/helpers.rs.txt"));
     (code.text + &helpers).trim_end().to_owned() + "\n"
 }
 

@@ -4,7 +4,7 @@ use framelock_formats::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Layout, Length, Number, Patterns, Written,
 };
 
-use super::code::{Code, add};
+use crate::code::{Code, add};
 
 /// What the layouts point to, each by the name of its kind; then the layouts themselves.
 pub(super) fn layouts(code: &mut Code, prefix: &str, kinds: &[(&str, &Layout)]) {

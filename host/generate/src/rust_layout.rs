@@ -3,7 +3,7 @@
 use framelock_formats::layout::{Algorithm, Checksum, Layout, Length, Number, Patterns};
 use framelock_formats::{ARDUPILOTMEGA, COMMON};
 
-use super::code::{Code, add};
+use crate::code::{Code, add};
 
 /// The layout as a constant.
 pub(super) fn layout(code: &mut Code, layout: &Layout) {

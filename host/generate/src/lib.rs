@@ -1,6 +1,8 @@
 //! A description as source code: the layout, a struct of each kind's fields, decode and encode. What is here the languages
 //! have in common.
 
+#![forbid(unsafe_code)]
+
 mod c;
 mod c_layout;
 mod code;
@@ -9,10 +11,8 @@ mod rust_layout;
 
 use std::collections::HashSet;
 
+use framelock_description::{Class, Field, Kind, NumberType, Type};
 use framelock_formats::layout::{ByteOrder, Length};
-
-use crate::field::{Class, Field, Type};
-use crate::kind::Kind;
 
 pub use c::c;
 pub use rust::rust;
@@ -64,7 +64,17 @@ fn module(name: &str) -> String {
     }
 }
 
-impl Field {
+/// What the generated code says of a field.
+trait FieldCode {
+    fn number(&self) -> (Class, usize);
+    fn told(&self) -> String;
+    fn place(&self, end: impl Fn(usize) -> String) -> String;
+    fn reading(&self, prefix: &str, end: impl Fn(usize) -> String) -> String;
+    fn writing(&self, prefix: &str, value: &str, end: impl Fn(usize) -> String) -> String;
+    fn place_of_bits(&self, at: &str) -> String;
+}
+
+impl FieldCode for Field {
     /// What the bits of its values mean, and how many the smallest type has that holds them.
     fn number(&self) -> (Class, usize) {
         let class = match self.kind {
@@ -167,7 +177,7 @@ impl Field {
     }
 }
 
-fn order(number: crate::NumberType) -> &'static str {
+fn order(number: NumberType) -> &'static str {
     match number.order {
         ByteOrder::Big if number.bytes > 1 => "be",
         _ => "le",
