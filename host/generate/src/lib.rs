@@ -1,220 +1,215 @@
-//! A description as source code: the layout, a struct of each kind's fields, decode and encode. What is here the languages
-//! have in common.
-
+//! Source code for a [`Description`]: the layout, a struct of each kind's fields, decode and encode.
+//!
+//! The templates contain the text of the generated programs, one per language. The code here prepares the values that they insert.
 #![forbid(unsafe_code)]
 
-mod c;
-mod c_layout;
-mod code;
-mod rust;
-mod rust_layout;
+mod layout;
+mod names;
+mod render;
 
 use std::collections::HashSet;
 
-use framelock_description::{Class, Field, Kind, NumberType, Type};
+use framelock::Format as _;
+use framelock_description::{Class, Description, Field, Kind, Type};
 use framelock_formats::layout::{ByteOrder, Length};
+use minijinja::Value;
+use serde::Serialize;
 
-pub use c::c;
-pub use rust::rust;
+use names::{Language, free, module, one_line};
 
-/// A field as code reads and writes it.
-struct Item<'a> {
-    field: &'a Field,
-    /// What it is called.
+/// Returns the source of a Rust module, without `std`, that receives and makes a description's frames. `name` is the module's name,
+/// `command` the command that made it.
+#[must_use]
+pub fn rust(description: &Description, name: &str, command: &str) -> String {
+    render::rust(&Program::new(description, name, command, &names::RUST))
+}
+
+/// Returns a header in C99, which is C++17 as well, that receives and makes a description's frames. `name` is the header's name,
+/// `command` the command that made it.
+#[must_use]
+pub fn c(description: &Description, name: &str, command: &str) -> String {
+    render::c(&Program::new(description, name, command, &names::C))
+}
+
+/// The values that a template inserts.
+#[derive(Serialize)]
+struct Program {
+    /// The name of the module, or the prefix of a header's names.
     name: String,
-    /// The bytes of the shortest frame that has it, if not each has.
+    command: String,
+    /// Bytes in the longest frame.
+    longest: usize,
+    has_kinds: bool,
+    kinds: Vec<KindItem>,
+}
+
+/// A kind of frames.
+#[derive(Serialize)]
+struct KindItem {
+    /// Its name in the description.
+    described_name: String,
+    /// Its name in the program: in Rust that of its type, in C a part of its type's and functions' names.
+    name: String,
+    layout: Value,
+    /// The fields that frames differ in.
+    items: Vec<Item>,
+    /// Whether its values borrow bytes of the frame.
+    borrows: bool,
+    /// Bytes that every frame has, without what is appended.
+    start: usize,
+    /// A frame's length is a multiple of the first number, plus the second.
+    multiple: Option<(usize, usize)>,
+}
+
+/// A field as the program reads and writes it.
+#[derive(Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "templates ask for each")]
+struct Item {
+    /// Its name in the program.
+    name: String,
+    /// Bytes of the shortest frame that has the field; `None` if every frame has it.
     needs: Option<usize>,
+    /// Bytes that a frame with this field has at least, if that may be more than `start`.
+    least: Option<usize>,
+    /// The index of its first byte, or a negative distance from the end.
+    at: i16,
+    /// Bytes between it and the frame's end, if it takes the rest.
+    margin: usize,
+    /// Its type in the description.
+    described_type: String,
+    /// Whether it consists of bytes instead of numbers.
+    is_text: bool,
+    /// Whether it takes the rest of the frame.
+    is_rest: bool,
+    is_array: bool,
+    is_appended: bool,
+    /// The number of values, or of bytes.
+    count: Option<usize>,
+    /// The smallest type that holds its number, in Rust; its letter and its width in bits.
+    number: String,
+    class: char,
+    type_width: usize,
+    /// Whether the number has a sign and fewer bits than its type.
+    is_narrow_signed: bool,
+    /// Bytes of a number, and their order: `le` or `be`.
+    bytes: usize,
+    order: &'static str,
+    /// The first bit of bits, counted from the lowest of the byte at `at`.
+    first: Option<usize>,
+    /// The bits of the value.
+    width: usize,
+    mask: Option<u64>,
+    /// Bits by which the mask's lowest bit is shifted.
+    shift: u32,
+    scale: Option<String>,
+    unit: Option<String>,
 }
 
-/// The fields that frames differ in, by names that are free.
-fn items<'a>(kind: &'a Kind, taken: &[&str]) -> Vec<Item<'a>> {
-    let mut taken = taken.iter().map(|&name| name.to_owned()).collect();
-    let fields = kind.fields.iter().filter(|field| field.constant.is_none());
-    let item = fields.map(|field| Item {
-        field,
-        name: free(&words(&field.name).join("_"), &mut taken),
-        needs: kind.shortest_with(field),
-    });
-    item.collect()
-}
-
-/// A name, or the same with underscores behind it, which nothing has yet.
-fn free(name: &str, taken: &mut HashSet<String>) -> String {
-    let mut name = name.to_owned();
-    while !taken.insert(name.clone()) {
-        name.push('_');
-    }
-    name
-}
-
-/// The parts of a name, in small letters.
-fn words(name: &str) -> Vec<String> {
-    let parts = name.split(|c: char| !c.is_ascii_alphanumeric());
-    let words = parts.filter(|part| !part.is_empty());
-    words.map(str::to_ascii_lowercase).collect()
-}
-
-/// The name of a module or a file's functions.
-fn module(name: &str) -> String {
-    let name = words(name).join("_");
-    if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        name
-    } else {
-        format!("frame{name}")
-    }
-}
-
-/// What the generated code says of a field.
-trait FieldCode {
-    fn number(&self) -> (Class, usize);
-    fn told(&self) -> String;
-    fn place(&self, end: impl Fn(usize) -> String) -> String;
-    fn reading(&self, prefix: &str, end: impl Fn(usize) -> String) -> String;
-    fn writing(&self, prefix: &str, value: &str, end: impl Fn(usize) -> String) -> String;
-    fn place_of_bits(&self, at: &str) -> String;
-}
-
-impl FieldCode for Field {
-    /// What the bits of its values mean, and how many the smallest type has that holds them.
-    fn number(&self) -> (Class, usize) {
-        let class = match self.kind {
-            Type::Number(number) => number.class,
-            _ => Class::Unsigned,
-        };
-        (class, self.value_width().next_power_of_two().max(8))
-    }
-
-    /// Where it is and what, for its documentation.
-    fn told(&self) -> String {
-        let at = self.at;
-        let place = match self.kind {
-            _ if self.is_appended => "Behind the frame".to_owned(),
-            Type::Bits { first, width } => format!("At {at}, bit {first}: {width} bits"),
-            Type::Number(number) => format!("At {at}: {number}"),
-            Type::Bytes => format!("At {at}: bytes"),
-            Type::Text => format!("At {at}: text"),
-        };
-        let mask = self.mask.map(|mask| format!(", mask {mask:#X}"));
-        let scale = self.scale.as_ref();
-        let scale = scale.map(|scale| format!("; times {}", scale.text(1)));
-        let unit = self.unit.as_ref().map(|unit| format!("; in `{unit}`"));
-        let told = [Some(place), mask, scale, unit].into_iter().flatten();
-        one_line(&told.collect::<String>()) + "."
-    }
-
-    /// Its first byte, or that of each of an array; `end` is the length of the frame, less what is put in.
-    fn place(&self, end: impl Fn(usize) -> String) -> String {
-        let distance = usize::from(self.at.unsigned_abs());
-        let first = match self.at {
-            ..0 => end(distance),
-            _ => distance.to_string(),
-        };
-        match self.kind {
-            Type::Number(number) if self.is_array() => format!("{first} + {} * i", number.bytes),
-            _ => first,
+impl Program {
+    fn new(description: &Description, name: &str, command: &str, language: &Language) -> Self {
+        let has_kinds = description.has_kinds();
+        let mut taken = language.taken();
+        let kinds = description.kinds.iter().map(|kind| {
+            let name = if has_kinds {
+                free(&(language.kind)(&kind.name), &mut taken)
+            } else {
+                language.message.to_owned()
+            };
+            KindItem::new(kind, name, language)
+        });
+        Self {
+            name: module(name),
+            command: one_line(command),
+            longest: description.format().longest(),
+            has_kinds,
+            kinds: kinds.collect(),
         }
     }
+}
 
-    /// One of its values in `frame`, by the functions of the generated code: an expression of the widest type.
-    fn reading(&self, prefix: &str, end: impl Fn(usize) -> String) -> String {
-        let at = self.place(end);
-        match self.kind {
-            Type::Number(number) => {
-                let order = order(number);
-                let mut value = format!("{prefix}{order}(frame, {at}, {})", number.bytes);
-                if let Some(mask) = self.mask {
-                    value = match mask.trailing_zeros() {
-                        0 => format!("({value} & {mask:#X})"),
-                        shift => format!("(({value} & {mask:#X}) >> {shift})"),
-                    };
-                }
-                let width = self.value_width();
-                if number.class == Class::Signed && width < self.number().1 {
-                    value = format!("{prefix}signed({value}, {width})");
-                }
-                value
-            }
-            _ => format!("{prefix}bits(frame, {})", self.place_of_bits(&at)),
-        }
-    }
-
-    /// The statement that writes one of its values, an expression of the widest type, into `frame`.
-    fn writing(&self, prefix: &str, value: &str, end: impl Fn(usize) -> String) -> String {
-        let at = self.place(end);
-        match self.kind {
-            Type::Number(number) => {
-                let value = match self.mask.map(|mask| (mask, mask.trailing_zeros())) {
-                    None => value.to_owned(),
-                    Some((mask, 0)) => format!("{value} & {mask:#X}"),
-                    Some((mask, shift)) => format!("(({value}) << {shift}) & {mask:#X}"),
-                };
-                let (order, bytes) = (order(number), number.bytes);
-                format!("{prefix}put_{order}(frame, {at}, {bytes}, {value});")
-            }
-            _ => format!(
-                "{prefix}put_bits(frame, {}, {value});",
-                self.place_of_bits(&at)
-            ),
-        }
-    }
-
-    /// Its first bit, counted from the frame's, or that of each of an array; and how many bits it has.
-    fn place_of_bits(&self, at: &str) -> String {
-        let (first, width) = match self.kind {
-            Type::Bits { first, width } => (first, width),
-            _ => (0, 0),
-        };
-        let first = match at.parse::<usize>() {
-            Ok(at) => (8 * at + first).to_string(),
-            Err(_) => format!("8 * ({at}) + {first}"),
-        };
-        let each = if self.is_array() {
-            format!(" + {width} * i")
+impl KindItem {
+    fn new(kind: &Kind, name: String, language: &Language) -> Self {
+        let is_fixed = kind.layout.length == Length::Fixed;
+        let start = if is_fixed {
+            kind.layout.longest
         } else {
-            String::new()
+            let fields = kind.fields.iter();
+            let always = fields.filter(|field| kind.shortest_with(field).is_none());
+            let least = kind.least_length(always.filter_map(|field| field.end(0)));
+            least.max(kind.layout.shortest)
         };
-        format!("{first}{each}, {width}")
+        let mut taken = language.keywords();
+        let fields = kind.fields.iter().filter(|field| field.constant.is_none());
+        let items = fields.map(|field| {
+            let least = field.end(0).map(|end| end + kind.trailer);
+            let least = least.filter(|least| *least > start || field.length().is_none());
+            Item {
+                needs: kind.shortest_with(field),
+                least: least.filter(|_| !is_fixed),
+                ..Item::new(field, &mut taken)
+            }
+        });
+        let items: Vec<Item> = items.collect();
+        Self {
+            described_name: kind.name.clone(),
+            name,
+            layout: layout::value(&kind.layout),
+            borrows: items.iter().any(|item| item.is_rest),
+            items,
+            start,
+            multiple: kind.multiple(),
+        }
     }
 }
 
-fn order(number: NumberType) -> &'static str {
-    match number.order {
-        ByteOrder::Big if number.bytes > 1 => "be",
-        _ => "le",
+impl Item {
+    fn new(field: &Field, taken: &mut HashSet<String>) -> Self {
+        let (class, bytes, order) = match field.kind {
+            Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
+                (number.class, number.bytes, "be")
+            }
+            Type::Number(number) => (number.class, number.bytes, "le"),
+            _ => (Class::Unsigned, 0, "le"),
+        };
+        let letter = match class {
+            Class::Unsigned => 'u',
+            Class::Signed => 'i',
+            Class::Float => 'f',
+        };
+        let width = field.value_width();
+        let type_width = width.next_power_of_two().max(8);
+        Self {
+            name: free(&names::words(&field.name).join("_"), taken),
+            needs: None,
+            least: None,
+            at: field.at,
+            margin: field.margin,
+            described_type: match field.kind {
+                Type::Number(number) => number.to_string(),
+                Type::Bits { width, .. } => format!("{width} bits"),
+                Type::Bytes => "bytes".into(),
+                Type::Text => "text".into(),
+            },
+            is_text: field.is_text(),
+            is_rest: field.length().is_none(),
+            is_array: field.is_array(),
+            is_appended: field.is_appended,
+            count: field.count,
+            number: format!("{letter}{type_width}"),
+            class: letter,
+            type_width,
+            is_narrow_signed: class == Class::Signed && width < type_width,
+            bytes,
+            order,
+            first: match field.kind {
+                Type::Bits { first, .. } => Some(first),
+                _ => None,
+            },
+            width,
+            mask: field.mask,
+            shift: field.mask.map_or(0, u64::trailing_zeros),
+            scale: field.scale.as_ref().map(|scale| scale.text(1)),
+            unit: field.unit.as_ref().map(|unit| one_line(unit)),
+        }
     }
-}
-
-/// The bytes that each frame has without its appendix; and the fields that make it longer: if it has one, it has so many
-/// bytes at least, and those of what takes the rest.
-fn length<'a>(kind: &Kind, items: &'a [Item]) -> (usize, Vec<(&'a Item<'a>, usize)>) {
-    if kind.layout.length == Length::Fixed {
-        return (kind.layout.longest, vec![]);
-    }
-    let always = kind.fields.iter();
-    let always = always.filter(|field| kind.shortest_with(field).is_none());
-    let start = kind.least_length(always.filter_map(|field| field.end(0)));
-    let start = start.max(kind.layout.shortest);
-    let longer = items.iter();
-    let longer = longer.filter_map(|item| Some((item, item.field.end(0)? + kind.trailer)));
-    let longer = longer.filter(|(item, least)| *least > start || item.field.length().is_none());
-    (start, longer.collect())
-}
-
-/// Those of the functions, each with a blank line behind it, that code calls.
-fn called(code: &str, functions: &str) -> String {
-    let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
-    let is_called = |function: &&str| {
-        let (before, _) = function.split_once(['(', '<']).unwrap_or_default();
-        let name = before.rsplit(|c| !is_name(c)).next().unwrap_or_default();
-        let call = format!("{name}(");
-        let mut calls = code.match_indices(&call);
-        calls.any(|(at, _)| !code[..at].ends_with(is_name))
-    };
-    let functions = functions.split_inclusive("\n\n");
-    functions.filter(is_called).collect()
-}
-
-/// What stands in a comment: one line of it.
-fn one_line(text: &str) -> String {
-    text.replace(char::is_control, " ").replace("*/", "* /")
 }
