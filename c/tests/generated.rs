@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use framelock::{BufferedIn, Format};
-use framelock_description::generate::{c, rust};
 use framelock_description::{Description, Field, SHIPPED, Value};
+use framelock_generate::{c, rust};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::ValueEnum;
-use framelock_description::generate::{c, rust};
+use framelock_generate::{c, rust};
 use framelock_receiving::Protocol;
 
 use crate::frame_option::ProtocolParser;

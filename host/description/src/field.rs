@@ -315,7 +315,8 @@ impl Field {
     }
 
     /// Bits of one of its values.
-    pub(crate) fn value_width(&self) -> usize {
+    #[must_use]
+    pub fn value_width(&self) -> usize {
         self.mask.map_or(self.width(), width)
     }
 

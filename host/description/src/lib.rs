@@ -38,7 +38,6 @@ mod checksum;
 mod encode;
 mod entries;
 mod field;
-pub mod generate;
 pub mod hex;
 mod kind;
 mod positions;

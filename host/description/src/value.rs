@@ -188,7 +188,8 @@ impl Scale {
     }
 
     /// The same as text.
-    pub(crate) fn text(&self, number: i128) -> String {
+    #[must_use]
+    pub fn text(&self, number: i128) -> String {
         let number = i64::try_from(number).unwrap_or(i64::MAX);
         decimal(number.saturating_mul(self.factor), self.decimals)
     }

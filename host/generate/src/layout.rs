@@ -1,0 +1,85 @@
+//! A layout as a value for templates, with the names that [`Layout`] gives its parts.
+
+use framelock_formats::layout::{
+    Algorithm, Appendix, Checksum, Crc, Layout, Length, Messages, Number, Patterns,
+};
+use framelock_formats::{ARDUPILOTMEGA, COMMON};
+use minijinja::{Value, context};
+
+pub(crate) fn value(layout: &Layout) -> Value {
+    let fixed = layout.fixed.iter();
+    let fixed = fixed.map(|it| context! { at => it.at, mask => it.mask, value => it.value });
+    let (length_kind, length) = match &layout.length {
+        Length::Fixed => ("Fixed", None),
+        Length::Delimiter => ("Delimiter", None),
+        Length::Field(it) => {
+            let number = number(&it.number);
+            let field = context! { number, mask => it.mask, factor => it.factor, plus => it.plus };
+            ("Field", Some(field))
+        }
+    };
+    context! {
+        sync => patterns(&layout.sync),
+        length_kind,
+        length,
+        shortest => layout.shortest,
+        longest => layout.longest,
+        fixed => fixed.collect::<Vec<_>>(),
+        messages => layout.messages.as_ref().map(messages),
+        checksum => layout.checksum.as_ref().map(checksum),
+        terminator => patterns(&layout.terminator),
+        appendix => layout.appendix.as_ref().map(appendix),
+    }
+}
+
+fn patterns(patterns: &Patterns) -> Value {
+    let bytes = patterns.bytes.iter().map(|byte| format!("{byte:#04X}"));
+    context! { bytes => bytes.collect::<Vec<_>>(), length => patterns.length }
+}
+
+fn number(number: &Number) -> Value {
+    let order = format!("{:?}", number.order);
+    context! { at => number.at, bytes => number.bytes, order }
+}
+
+fn messages(messages: &Messages) -> Value {
+    let known = messages.known.iter().map(|it| {
+        context! { number => it.number, most => it.most, extra => it.extra, has_extra => it.has_extra.to_string() }
+    });
+    // In Rust the long tables have a name.
+    let table = match messages.known {
+        COMMON => Some("COMMON"),
+        ARDUPILOTMEGA => Some("ARDUPILOTMEGA"),
+        _ => None,
+    };
+    context! { number => number(&messages.number), known => known.collect::<Vec<_>>(), table }
+}
+
+fn checksum(it: &Checksum) -> Value {
+    let (algorithm, crc) = match it.algorithm {
+        Algorithm::Crc(crc) => ("Crc".to_owned(), crc),
+        sum => (format!("{sum:?}"), Crc::ZERO),
+    };
+    let crc = context! {
+        width => crc.width,
+        polynomial => crc.polynomial,
+        initial => crc.initial,
+        reflected_in => crc.reflected_in.to_string(),
+        reflected_out => crc.reflected_out.to_string(),
+        xor_out => crc.xor_out,
+    };
+    context! {
+        algorithm,
+        crc,
+        bytes => it.bytes,
+        written => format!("{:?}", it.written),
+        at => it.at,
+        from => it.from,
+        to => it.to,
+    }
+}
+
+fn appendix(it: &Appendix) -> Value {
+    let lowest_bit = it.mask & it.mask.wrapping_neg();
+    context! { at => it.at, mask => it.mask, lowest_bit, bytes => it.bytes }
+}

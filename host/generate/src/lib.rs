@@ -1,0 +1,215 @@
+//! Source code for a [`Description`]: the layout, a struct of each kind's fields, decode and encode.
+//!
+//! The templates contain the text of the generated programs, one per language. The code here prepares the values that they insert.
+#![forbid(unsafe_code)]
+
+mod layout;
+mod names;
+mod render;
+
+use std::collections::HashSet;
+
+use framelock::Format as _;
+use framelock_description::{Class, Description, Field, Kind, Type};
+use framelock_formats::layout::{ByteOrder, Length};
+use minijinja::Value;
+use serde::Serialize;
+
+use names::{Language, free, module, one_line};
+
+/// Returns the source of a Rust module, without `std`, that receives and makes a description's frames. `name` is the module's name,
+/// `command` the command that made it.
+#[must_use]
+pub fn rust(description: &Description, name: &str, command: &str) -> String {
+    render::rust(&Program::new(description, name, command, &names::RUST))
+}
+
+/// Returns a header in C99, which is C++17 as well, that receives and makes a description's frames. `name` is the header's name,
+/// `command` the command that made it.
+#[must_use]
+pub fn c(description: &Description, name: &str, command: &str) -> String {
+    render::c(&Program::new(description, name, command, &names::C))
+}
+
+/// The values that a template inserts.
+#[derive(Serialize)]
+struct Program {
+    /// The name of the module, or the prefix of a header's names.
+    name: String,
+    command: String,
+    /// Bytes in the longest frame.
+    longest: usize,
+    has_kinds: bool,
+    kinds: Vec<KindItem>,
+}
+
+/// A kind of frames.
+#[derive(Serialize)]
+struct KindItem {
+    /// Its name in the description.
+    described_name: String,
+    /// Its name in the program: in Rust that of its type, in C a part of its type's and functions' names.
+    name: String,
+    layout: Value,
+    /// The fields that frames differ in.
+    items: Vec<Item>,
+    /// Whether its values borrow bytes of the frame.
+    borrows: bool,
+    /// Bytes that every frame has, without what is appended.
+    start: usize,
+    /// A frame's length is a multiple of the first number, plus the second.
+    multiple: Option<(usize, usize)>,
+}
+
+/// A field as the program reads and writes it.
+#[derive(Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "templates ask for each")]
+struct Item {
+    /// Its name in the program.
+    name: String,
+    /// Bytes of the shortest frame that has the field; `None` if every frame has it.
+    needs: Option<usize>,
+    /// Bytes that a frame with this field has at least, if that may be more than `start`.
+    least: Option<usize>,
+    /// The index of its first byte, or a negative distance from the end.
+    at: i16,
+    /// Bytes between it and the frame's end, if it takes the rest.
+    margin: usize,
+    /// Its type in the description.
+    described_type: String,
+    /// Whether it consists of bytes instead of numbers.
+    is_text: bool,
+    /// Whether it takes the rest of the frame.
+    is_rest: bool,
+    is_array: bool,
+    is_appended: bool,
+    /// The number of values, or of bytes.
+    count: Option<usize>,
+    /// The smallest type that holds its number, in Rust; its letter and its width in bits.
+    number: String,
+    class: char,
+    type_width: usize,
+    /// Whether the number has a sign and fewer bits than its type.
+    is_narrow_signed: bool,
+    /// Bytes of a number, and their order: `le` or `be`.
+    bytes: usize,
+    order: &'static str,
+    /// The first bit of bits, counted from the lowest of the byte at `at`.
+    first: Option<usize>,
+    /// The bits of the value.
+    width: usize,
+    mask: Option<u64>,
+    /// Bits by which the mask's lowest bit is shifted.
+    shift: u32,
+    scale: Option<String>,
+    unit: Option<String>,
+}
+
+impl Program {
+    fn new(description: &Description, name: &str, command: &str, language: &Language) -> Self {
+        let has_kinds = description.has_kinds();
+        let mut taken = language.taken();
+        let kinds = description.kinds.iter().map(|kind| {
+            let name = if has_kinds {
+                free(&(language.kind)(&kind.name), &mut taken)
+            } else {
+                language.message.to_owned()
+            };
+            KindItem::new(kind, name, language)
+        });
+        Self {
+            name: module(name),
+            command: one_line(command),
+            longest: description.format().longest(),
+            has_kinds,
+            kinds: kinds.collect(),
+        }
+    }
+}
+
+impl KindItem {
+    fn new(kind: &Kind, name: String, language: &Language) -> Self {
+        let is_fixed = kind.layout.length == Length::Fixed;
+        let start = if is_fixed {
+            kind.layout.longest
+        } else {
+            let fields = kind.fields.iter();
+            let always = fields.filter(|field| kind.shortest_with(field).is_none());
+            let least = kind.least_length(always.filter_map(|field| field.end(0)));
+            least.max(kind.layout.shortest)
+        };
+        let mut taken = language.keywords();
+        let fields = kind.fields.iter().filter(|field| field.constant.is_none());
+        let items = fields.map(|field| {
+            let least = field.end(0).map(|end| end + kind.trailer);
+            let least = least.filter(|least| *least > start || field.length().is_none());
+            Item {
+                needs: kind.shortest_with(field),
+                least: least.filter(|_| !is_fixed),
+                ..Item::new(field, &mut taken)
+            }
+        });
+        let items: Vec<Item> = items.collect();
+        Self {
+            described_name: kind.name.clone(),
+            name,
+            layout: layout::value(&kind.layout),
+            borrows: items.iter().any(|item| item.is_rest),
+            items,
+            start,
+            multiple: kind.multiple(),
+        }
+    }
+}
+
+impl Item {
+    fn new(field: &Field, taken: &mut HashSet<String>) -> Self {
+        let (class, bytes, order) = match field.kind {
+            Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
+                (number.class, number.bytes, "be")
+            }
+            Type::Number(number) => (number.class, number.bytes, "le"),
+            _ => (Class::Unsigned, 0, "le"),
+        };
+        let letter = match class {
+            Class::Unsigned => 'u',
+            Class::Signed => 'i',
+            Class::Float => 'f',
+        };
+        let width = field.value_width();
+        let type_width = width.next_power_of_two().max(8);
+        Self {
+            name: free(&names::words(&field.name).join("_"), taken),
+            needs: None,
+            least: None,
+            at: field.at,
+            margin: field.margin,
+            described_type: match field.kind {
+                Type::Number(number) => number.to_string(),
+                Type::Bits { width, .. } => format!("{width} bits"),
+                Type::Bytes => "bytes".into(),
+                Type::Text => "text".into(),
+            },
+            is_text: field.is_text(),
+            is_rest: field.length().is_none(),
+            is_array: field.is_array(),
+            is_appended: field.is_appended,
+            count: field.count,
+            number: format!("{letter}{type_width}"),
+            class: letter,
+            type_width,
+            is_narrow_signed: class == Class::Signed && width < type_width,
+            bytes,
+            order,
+            first: match field.kind {
+                Type::Bits { first, .. } => Some(first),
+                _ => None,
+            },
+            width,
+            mask: field.mask,
+            shift: field.mask.map_or(0, u64::trailing_zeros),
+            scale: field.scale.as_ref().map(|scale| scale.text(1)),
+            unit: field.unit.as_ref().map(|unit| one_line(unit)),
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Names in a language: valid, and each used once.
+
+use std::collections::HashSet;
+
+/// The names that a language allows and its programs need.
+pub(crate) struct Language {
+    keywords: &'static [&'static str],
+    /// More names that no kind can have, since every program has them.
+    own: &'static [&'static str],
+    /// Makes the name of a kind.
+    pub(crate) kind: fn(&str) -> String,
+    /// The name of the only kind.
+    pub(crate) message: &'static str,
+}
+
+#[rustfmt::skip]
+pub(crate) const RUST: Language = Language {
+    keywords: &[
+        "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do", "dyn",
+        "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in", "let", "loop", "macro",
+        "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "return", "self", "static", "struct", "super",
+        "trait", "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
+    ],
+    own: &["AnyOf", "Format", "Frames", "Layout", "Message", "None", "Option", "Self", "Some", "Verdict"],
+    kind: camel,
+    message: "Message",
+};
+
+/// C and C++.
+#[rustfmt::skip]
+pub(crate) const C: Language = Language {
+    keywords: &[
+        "alignas", "alignof", "and", "asm", "auto", "bitand", "bitor", "bool", "break", "case", "catch", "char",
+        "class", "compl", "concept", "const", "constexpr", "continue", "decltype", "default", "delete", "do", "double",
+        "else", "enum", "explicit", "export", "extern", "false", "float", "for", "friend", "goto", "if", "inline",
+        "int", "long", "mutable", "namespace", "new", "noexcept", "not", "nullptr", "operator", "or", "private",
+        "protected", "public", "register", "requires", "restrict", "return", "short", "signed", "sizeof", "static",
+        "struct", "switch", "template", "this", "throw", "true", "try", "typedef", "typeid", "typename", "union",
+        "unsigned", "using", "virtual", "void", "volatile", "while", "xor",
+    ],
+    own: &[
+        "be", "bits", "bits_of", "decode", "encode", "kind", "layouts", "le", "longest", "message", "put", "put_be",
+        "put_bits", "put_le",
+    ],
+    kind: module,
+    message: "message",
+};
+
+impl Language {
+    pub(crate) fn keywords(&self) -> HashSet<String> {
+        self.keywords.iter().copied().map(str::to_owned).collect()
+    }
+
+    /// The names that no kind can have.
+    pub(crate) fn taken(&self) -> HashSet<String> {
+        let names = self.keywords.iter().chain(self.own);
+        names.copied().map(str::to_owned).collect()
+    }
+}
+
+/// Returns a name that is not taken yet, with underscores appended as necessary, and takes it.
+pub(crate) fn free(name: &str, taken: &mut HashSet<String>) -> String {
+    let mut name = name.to_owned();
+    while !taken.insert(name.clone()) {
+        name.push('_');
+    }
+    name
+}
+
+/// Returns the parts of a name, in small letters.
+pub(crate) fn words(name: &str) -> Vec<String> {
+    let parts = name.split(|c: char| !c.is_ascii_alphanumeric());
+    let words = parts.filter(|part| !part.is_empty());
+    words.map(str::to_ascii_lowercase).collect()
+}
+
+/// Returns the name of a module, or of a header's functions.
+pub(crate) fn module(name: &str) -> String {
+    starting_with_letter(words(name).join("_"), "frame")
+}
+
+/// Returns the name of a type, such as `MotorState`.
+fn camel(name: &str) -> String {
+    let words = words(name).into_iter();
+    let capital = |word: String| word[..1].to_ascii_uppercase() + &word[1..];
+    starting_with_letter(words.map(capital).collect(), "Kind")
+}
+
+fn starting_with_letter(name: String, otherwise: &str) -> String {
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        name
+    } else {
+        format!("{otherwise}{name}")
+    }
+}
+
+/// Returns text that fits into a comment of one line.
+pub(crate) fn one_line(text: &str) -> String {
+    text.replace(char::is_control, " ").replace("*/", "* /")
+}

@@ -1,0 +1,77 @@
+//! Templates become source code.
+
+use minijinja::{Environment, UndefinedBehavior};
+
+use crate::Program;
+
+pub(crate) fn rust(program: &Program) -> String {
+    let template = include_str!("../templates/module.rs.j2");
+    let code = render(program, template, include_str!("../templates/helpers.rs"));
+    code.trim_end().to_owned() + "\n"
+}
+
+pub(crate) fn c(program: &Program) -> String {
+    let template = include_str!("../templates/header.h.j2");
+    let helpers = include_str!("../templates/helpers.h").replace("PREFIX", &program.name);
+    render(program, template, &helpers)
+}
+
+/// Renders a template. Its line `HELPERS` becomes those of the functions in `helpers` that the program calls.
+fn render(program: &Program, template: &str, helpers: &str) -> String {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_trim_blocks(true);
+    environment.set_lstrip_blocks(true);
+    environment.set_keep_trailing_newline(true);
+    environment.add_filter("hex", |number: u64| format!("{number:#X}"));
+    environment.add_filter("byte", |number: u8| format!("{number:#04X}"));
+    let shared = include_str!("../templates/fields.j2");
+    let rendered = environment
+        .add_template("fields.j2", shared)
+        .and_then(|()| environment.render_str(template, program));
+    let code =
+        rendered.unwrap_or_else(|error| unreachable!("the templates are correct: {error:#}"));
+    let code = indented(code.trim_start());
+    let (types, functions) = code.split_once("HELPERS\n").unwrap_or((&code, ""));
+    let helpers = called(&code, &format!("{helpers}\n"));
+    format!("{types}{helpers}{}", functions.trim_start())
+}
+
+/// Returns those of the functions, each followed by a blank line, that code calls.
+fn called(code: &str, functions: &str) -> String {
+    let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
+    let is_called = |function: &&str| {
+        let (before, _) = function.split_once(['(', '<']).unwrap_or_default();
+        let name = before.rsplit(|c| !is_name(c)).next().unwrap_or_default();
+        let call = format!("{name}(");
+        let mut calls = code.match_indices(&call);
+        calls.any(|(at, _)| !code[..at].ends_with(is_name))
+    };
+    let functions = functions.split_inclusive("\n\n");
+    functions.filter(is_called).collect()
+}
+
+/// Indents each line by the number of brackets that are open. Indentation in templates serves their readers only.
+fn indented(code: &str) -> String {
+    let mut text = String::new();
+    let mut depth = 0_usize;
+    for line in code.lines().map(str::trim) {
+        let is_comment = ["//", "/*", "*"].iter().any(|mark| line.starts_with(mark));
+        let is_closing = line.starts_with([')', ']', '}']);
+        let count = |brackets: [char; 3]| line.matches(brackets).count();
+        let (open, close) = (count(['(', '[', '{']), count([')', ']', '}']));
+        depth = depth.saturating_sub(usize::from(is_closing));
+        if !line.is_empty() {
+            text.extend(std::iter::repeat_n("    ", depth));
+        }
+        text.push_str(if line.starts_with('*') { " " } else { "" });
+        text.push_str(line);
+        text.push('\n');
+        if open + usize::from(is_closing) > close && !is_comment {
+            depth += 1;
+        } else if open < close && !is_closing {
+            depth = depth.saturating_sub(1);
+        }
+    }
+    text
+}
