@@ -8,19 +8,23 @@ mod demonstration;
 mod lane;
 mod live;
 mod plain;
-mod record;
 mod script;
 mod story;
 mod view;
 
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::Result;
+use clap::{Args, Command, FromArgMatches};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
 
 use crate::options::{number, probability, whole};
 use crate::output::Output;
 use crate::screen;
+pub use crate::view_parts::{BLUE, EIGHTHS, VERMILLION};
 use demonstration::Demonstration;
 
 /// The story of a lost byte, without hardware: a simulated PC sends a motion seat's position over a
@@ -69,10 +73,6 @@ pub(crate) struct Arguments {
     /// Lines of text, without waiting: as if standard output were no terminal
     #[arg(long)]
     plain: bool,
-
-    /// Write the first ten seconds to a file, as a moving picture (SVG), and show nothing
-    #[arg(long, value_name = "FILE", conflicts_with = "plain")]
-    record: Option<PathBuf>,
 }
 
 fn speed(text: &str) -> Result<f64, String> {
@@ -82,10 +82,6 @@ fn speed(text: &str) -> Result<f64, String> {
 /// Runs `framelock demo`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut demonstration = Demonstration::new(arguments.clone())?;
-    if let Some(path) = &arguments.record {
-        let picture = record::picture(&mut demonstration)?;
-        return Ok(Output::create(path)?.write_all(picture.as_bytes())?);
-    }
     let is_live = !arguments.plain && screen::is_there();
     if is_live {
         live::run(&mut demonstration, arguments.speed)?;
@@ -101,4 +97,23 @@ fn print(demonstration: &mut Demonstration, is_live: bool) -> Result<()> {
     }
     plain::write_summary(demonstration, &mut out)?;
     Ok(out.flush()?)
+}
+
+/// Draws the live view of a demonstration without options on a screen of this many columns and rows: `count` times,
+/// one `step` apart.
+///
+/// # Errors
+/// The demonstration cannot be drawn.
+pub fn drawings((columns, rows): (u16, u16), step: Duration, count: usize) -> Result<Vec<Buffer>> {
+    let without_options = Arguments::augment_args(Command::new("demo")).get_matches_from(["demo"]);
+    let mut demonstration = Demonstration::new(Arguments::from_arg_matches(&without_options)?)?;
+    let mut terminal = Terminal::new(TestBackend::new(columns, rows))?;
+    let drawing = |_| {
+        terminal.draw(|frame| {
+            view::draw(frame, &demonstration, false);
+        })?;
+        demonstration.advance_to(demonstration.now + step);
+        Ok(terminal.backend().buffer().clone())
+    };
+    (0..count).map(drawing).collect()
 }

@@ -9,7 +9,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use framelock_description::SHIPPED;
 
 mod decode;
-mod demo;
+pub mod demo;
 mod encode;
 mod frame_option;
 mod frame_writer;

@@ -4,13 +4,14 @@ use framelock::motion::Phase;
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
-/// What is well, and what is not: a pair that colour-blind people tell apart, as Okabe and Ito chose
-/// it, on light and on dark. The nearest of the 256 colours, which every terminal has.
-pub(crate) const BLUE: Color = Color::Indexed(32);
-pub(crate) const VERMILLION: Color = Color::Indexed(166);
+/// The colour of what is well. With [`VERMILLION`] it is a pair that colour-blind people tell apart, chosen by Okabe and Ito,
+/// on light and on dark; each is the nearest of the 256 colours that every terminal has.
+pub const BLUE: Color = Color::Indexed(32);
+/// The colour of what is not well.
+pub const VERMILLION: Color = Color::Indexed(166);
 
 /// Eighths of a cell, from none to all.
-pub(crate) const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
+pub const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 
 /// A bar of `width` cells for the output; a mark stands where the axis was sent.
 pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {

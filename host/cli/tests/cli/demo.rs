@@ -1,7 +1,5 @@
 //! `framelock demo` as its user meets it, without a terminal.
 
-use std::fs;
-use std::path::Path;
 
 use crate::process;
 
@@ -43,16 +41,6 @@ fn by_default_the_difference_is_to_be_seen() {
     for line in shown.lines() {
         assert!(line.len() <= 80, "{line}");
     }
-}
-
-/// The picture of the README: made anew with `framelock demo --record docs/demo.svg`.
-#[test]
-fn the_recording_is_the_committed_picture() {
-    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/demo.svg");
-    let committed = fs::read_to_string(committed).unwrap();
-    let recorded = shown(&["--record", "-"]);
-    assert!(recorded.lines().eq(committed.lines()), "it is old");
-    assert!(committed.len() < 250_000);
 }
 
 #[test]

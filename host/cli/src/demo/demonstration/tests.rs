@@ -21,7 +21,6 @@ pub(in super::super) const DEFAULT: Arguments = Arguments {
     idle_gap: None,
     speed: 1.0,
     plain: false,
-    record: None,
 };
 
 const FAULTLESS: Arguments = Arguments {

@@ -1,4 +1,5 @@
-//! Draws the live view as a moving picture: an SVG that a browser plays without a script.
+//! Draws the live view of `framelock demo` as a moving picture, `docs/demo.svg`: an SVG that a browser plays without a
+//! script. `cargo run --example demo_picture` writes it.
 //!
 //! Terminal recorders write down when the bytes came, so each recording differs, and no test could tell whether the
 //! committed picture is of the current view. termtosvg's has 450 KB for six seconds; this one has 140 KB for ten,
@@ -9,17 +10,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
+use std::fs;
 use std::time::Duration;
 
-use anyhow::Result;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
+use anyhow::{Context, Result};
+use framelock_host::demo::{BLUE, EIGHTHS, VERMILLION, drawings};
 use ratatui::buffer::Cell;
 use ratatui::style::{Color, Modifier};
-
-use super::demonstration::Demonstration;
-use super::view;
-use crate::view_parts::{BLUE, EIGHTHS, VERMILLION};
 
 const COLUMNS: u16 = 80;
 const ROWS: u16 = 23;
@@ -72,17 +69,16 @@ struct Group {
     texts: BTreeMap<(u16, String), Vec<(u16, String)>>,
 }
 
-/// The first ten seconds of the demonstration.
-pub(super) fn picture(demonstration: &mut Demonstration) -> Result<String> {
-    let mut terminal = Terminal::new(TestBackend::new(COLUMNS, ROWS))?;
-    let mut drawings = Vec::new();
-    for _ in 0..DRAWINGS {
-        terminal.draw(|frame| {
-            view::draw(frame, demonstration, false);
-        })?;
-        drawings.push(terminal.backend().buffer().clone());
-        demonstration.advance_to(demonstration.now + STEP);
-    }
+/// Where the README shows it from.
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/demo.svg");
+
+fn main() -> Result<()> {
+    fs::write(FILE, picture()?).with_context(|| format!("cannot write {FILE}"))
+}
+
+/// Draws the first ten seconds of the demonstration.
+fn picture() -> Result<String> {
+    let drawings = drawings((COLUMNS, ROWS), STEP, DRAWINGS)?;
     let mut groups: BTreeMap<Seen, Group> = BTreeMap::new();
     let places = (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (column, row)));
     for place in places {
@@ -187,4 +183,21 @@ fn svg(groups: &BTreeMap<Seen, Group>) -> Result<String, fmt::Error> {
     }
     svg.push_str("</svg>\n");
     Ok(svg)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+    use super::*;
+
+    #[test]
+    fn the_committed_picture_is_of_the_current_view() {
+        let committed = fs::read_to_string(FILE).unwrap();
+        assert!(
+            picture().unwrap().lines().eq(committed.lines()),
+            "it is old"
+        );
+        assert!(committed.len() < 250_000);
+    }
 }
