@@ -1,6 +1,5 @@
 //! `framelock demo` as its user meets it, without a terminal.
 
-
 use crate::process;
 
 /// What it writes to standard output; it must succeed, and have nothing to complain of.
