@@ -139,8 +139,7 @@ impl KindItem {
             least.max(kind.layout.shortest)
         };
         let mut taken = language.keywords();
-        let fields = kind.fields.iter().filter(|field| field.constant.is_none());
-        let items = fields.map(|field| {
+        let items = kind.varying_fields().map(|field| {
             let least = field.end(0).map(|end| end + kind.trailer);
             let least = least.filter(|least| *least > start || field.length().is_none());
             Item {
@@ -164,14 +163,14 @@ impl KindItem {
 
 impl Item {
     fn new(field: &Field, taken: &mut HashSet<String>) -> Self {
-        let (class, bytes, order) = match field.kind {
+        let (bytes, order) = match field.kind {
             Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
-                (number.class, number.bytes, "be")
+                (number.bytes, "be")
             }
-            Type::Number(number) => (number.class, number.bytes, "le"),
-            _ => (Class::Unsigned, 0, "le"),
+            Type::Number(number) => (number.bytes, "le"),
+            _ => (0, "le"),
         };
-        let letter = match class {
+        let class = match field.class() {
             Class::Unsigned => 'u',
             Class::Signed => 'i',
             Class::Float => 'f',
@@ -195,10 +194,10 @@ impl Item {
             is_array: field.is_array(),
             is_appended: field.is_appended,
             count: field.count,
-            number: format!("{letter}{type_width}"),
-            class: letter,
+            number: format!("{class}{type_width}"),
+            class,
             type_width,
-            is_narrow_signed: class == Class::Signed && width < type_width,
+            is_narrow_signed: field.class() == Class::Signed && width < type_width,
             bytes,
             order,
             first: match field.kind {

@@ -50,7 +50,7 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     let entry = spanned.get_ref();
     let name = column_name(&entry.name)?;
     let kind = match (entry.kind, entry.bits) {
-        (Some(kind), None) => kind.0,
+        (Some(kind), None) => kind,
         (None, Some(width @ 1..=64)) => Type::Bits {
             first: entry.bit.into(),
             width,
@@ -101,7 +101,7 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
         kind,
         count: entry.count,
         mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
-        scale: entry.scale.as_ref().map(|scale| scale.get_ref().0.clone()),
+        scale: entry.scale.as_ref().map(|scale| scale.get_ref().clone()),
         unit: entry.unit.as_ref().map(|unit| unit.get_ref().clone()),
         ..Field::default()
     };
