@@ -1,7 +1,6 @@
 //! The entries of a description as serde reads them from TOML. Each is checked by itself here; `validate` checks that
 //! they agree with each other.
 
-use std::collections::HashSet;
 use std::ops::Range;
 
 use framelock_formats::layout::{self, Algorithm, Appendix, Crc, LengthField};
@@ -104,17 +103,15 @@ impl TryFrom<String> for Alternatives {
     fn try_from(text: String) -> Result<Self, String> {
         let each = text.split('|').map(|text| hex::parse(&[text]));
         let each = each.collect::<Result<Vec<_>, _>>()?;
-        let lengths: HashSet<usize> = each.iter().map(Vec::len).collect();
-        if lengths.contains(&0) {
+        if each.iter().any(Vec::is_empty) {
             return Err("no bytes: leave the key out if there are none".into());
         }
-        match *lengths.into_iter().collect::<Vec<_>>() {
-            [length] => Ok(Self {
-                bytes: each.concat(),
-                length,
-            }),
-            _ => Err("all that a frame may begin or end with must have the same length".into()),
+        let bytes = each.concat();
+        let length = bytes.len() / each.len();
+        if each.iter().any(|it| it.len() != length) {
+            return Err("all that a frame may begin or end with must have the same length".into());
         }
+        Ok(Self { bytes, length })
     }
 }
 

@@ -371,10 +371,7 @@ impl Field {
         };
         let number = match &self.scale {
             Some(scale) => scale.number(value),
-            None => value
-                .as_i64()
-                .map(i128::from)
-                .or(value.as_u64().map(i128::from)),
+            None => value.as_number().and_then(serde_json::Number::as_i128),
         };
         let is_in = |number: &i128| (least..=most).contains(number);
         let Some(number) = number.filter(is_in) else {

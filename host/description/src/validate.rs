@@ -61,14 +61,9 @@ pub(crate) fn kind(
         Length::Field(field) => usize::try_from(field.plus).unwrap_or_default(),
         _ => 0,
     };
-    let places = fields
-        .iter()
-        .filter(|field| !field.is_appended)
-        .map(|field| field.at);
+    let places = fields.iter().map(|field| field.at);
     let places = places.chain(written.checksum.as_ref().map(|check| check.get_ref().at));
-    let from_end = places
-        .filter(|at| *at < 0)
-        .map(|at| usize::from(at.unsigned_abs()));
+    let from_end = places.map(|at| usize::from(at.min(0).unsigned_abs()));
     let trailer = from_end.fold(terminator.length, usize::max);
     take_what_is_left(&mut fields, written, trailer)?;
     // In frames of one length what is counted from the end has a place like any other.

@@ -1,6 +1,7 @@
 //! Source code for a [`Description`]: the layout, a struct of each kind's fields, decode and encode.
 //!
-//! The templates contain the text of the generated programs, one per language. The code here prepares the values that they insert.
+//! The templates contain the text of the generated programs, one per language. The code here prepares the values that
+//! they insert.
 #![forbid(unsafe_code)]
 
 mod layout;
@@ -17,18 +18,24 @@ use serde::Serialize;
 
 use names::{Language, free, module, one_line};
 
-/// Returns the source of a Rust module, without `std`, that receives and makes a description's frames. `name` is the module's name,
-/// `command` the command that made it.
+/// Returns the source of a Rust module, without `std`, that receives and makes a description's frames. `name` is the
+/// module's name, `command` the command that made it.
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
-    render::rust(&Program::new(description, name, command, &names::RUST))
+    render::source(
+        &Program::new(description, name, command, &names::RUST),
+        &names::RUST,
+    )
 }
 
-/// Returns a header in C99, which is C++17 as well, that receives and makes a description's frames. `name` is the header's name,
-/// `command` the command that made it.
+/// Returns a header in C99, which is C++17 as well, that receives and makes a description's frames. `name` is the
+/// header's name, `command` the command that made it.
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str) -> String {
-    render::c(&Program::new(description, name, command, &names::C))
+    render::source(
+        &Program::new(description, name, command, &names::C),
+        &names::C,
+    )
 }
 
 /// The values that a template inserts.
@@ -85,10 +92,8 @@ struct Item {
     is_appended: bool,
     /// The number of values, or of bytes.
     count: Option<usize>,
-    /// The smallest type that holds its number, in Rust; its letter and its width in bits.
+    /// The smallest type that holds its number, in Rust.
     number: String,
-    class: char,
-    type_width: usize,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
     /// Bytes of a number, and their order: `le` or `be`.
@@ -141,11 +146,10 @@ impl KindItem {
         let mut taken = language.keywords();
         let items = kind.varying_fields().map(|field| {
             let least = field.end(0).map(|end| end + kind.trailer);
-            let least = least.filter(|least| *least > start || field.length().is_none());
+            let may_be_longer = |least: &usize| *least > start || field.length().is_none();
             Item {
-                needs: kind.shortest_with(field),
-                least: least.filter(|_| !is_fixed),
-                ..Item::new(field, &mut taken)
+                least: least.filter(may_be_longer).filter(|_| !is_fixed),
+                ..Item::new(kind, field, &mut taken)
             }
         });
         let items: Vec<Item> = items.collect();
@@ -162,7 +166,7 @@ impl KindItem {
 }
 
 impl Item {
-    fn new(field: &Field, taken: &mut HashSet<String>) -> Self {
+    fn new(kind: &Kind, field: &Field, taken: &mut HashSet<String>) -> Self {
         let (bytes, order) = match field.kind {
             Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
                 (number.bytes, "be")
@@ -179,7 +183,7 @@ impl Item {
         let type_width = width.next_power_of_two().max(8);
         Self {
             name: free(&names::words(&field.name).join("_"), taken),
-            needs: None,
+            needs: kind.shortest_with(field),
             least: None,
             at: field.at,
             margin: field.margin,
@@ -195,8 +199,6 @@ impl Item {
             is_appended: field.is_appended,
             count: field.count,
             number: format!("{class}{type_width}"),
-            class,
-            type_width,
             is_narrow_signed: field.class() == Class::Signed && width < type_width,
             bytes,
             order,
