@@ -247,7 +247,10 @@ impl Field {
     #[inline]
     pub(crate) fn value_bytes(&self, number: usize, all: usize) -> Range<usize> {
         match self.kind {
-            Type::Number(kind) => number * kind.bytes..(number + 1) * kind.bytes,
+            Type::Number(kind) => {
+                let from = number * kind.bytes;
+                from..from + kind.bytes
+            }
             Type::Bits { first, width } => {
                 let first = first + number * width;
                 first / 8..(first + width).div_ceil(8)
@@ -302,12 +305,16 @@ impl Field {
 
     #[inline(never)]
     fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        let own = self.value_bytes(number, bytes.len());
-        let own = bytes.get(own).unwrap_or_default();
+        // In each arm: the compiler then knows the type.
+        let own = || {
+            bytes
+                .get(self.value_bytes(number, bytes.len()))
+                .unwrap_or_default()
+        };
         match self.kind {
-            Type::Number(kind) => self.of_bits(kind.class, kind.bits(own)),
+            Type::Number(kind) => self.of_bits(kind.class, kind.bits(own())),
             Type::Bits { first, width } => {
-                let bytes = own.iter().rev();
+                let bytes = own().iter().rev();
                 let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
                 #[expect(clippy::cast_possible_truncation, reason = "a field has up to 64 bits")]
                 let bits = (all >> ((first + number * width) % 8)) as u64 & ones(width);

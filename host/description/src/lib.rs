@@ -158,39 +158,29 @@ pub fn read(path: &Path) -> Result<String, String> {
 fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     let count = written.kinds.len() + written.any_of.len();
     if count > MOST_KINDS {
-        return missing(&format!(
-            "{count} kinds of frames: {MOST_KINDS} are the most"
-        ));
+        let what = format!("{count} kinds of frames: {MOST_KINDS} are the most");
+        return missing(&what);
     }
     let mut kinds = Vec::new();
     for name in &written.any_of {
         let Some(text) = shipped(name.get_ref()) else {
             return wrong(name, no_such_shipped(name.get_ref()));
         };
-        kinds.extend(
-            Description::parse(name.get_ref(), text)
-                .map_err(at(name))?
-                .kinds,
-        );
+        let shipped = Description::parse(name.get_ref(), text).map_err(at(name))?;
+        kinds.extend(shipped.kinds);
     }
     for kind in &written.kinds {
         let whole = kind.get_ref();
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
-        let Some(name) = whole
-            .name
-            .as_ref()
-            .filter(|name| name.get_ref().chars().all(plain))
-        else {
+        let name = whole.name.as_ref();
+        let Some(name) = name.filter(|name| name.get_ref().chars().all(plain)) else {
             return wrong(kind, "a kind has a name of letters, digits, - and _");
         };
         if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
             return wrong(name, "a kind has no kinds");
         }
-        kinds.push(validate::kind(
-            name.get_ref(),
-            &whole.clone().within(written),
-            true,
-        )?);
+        let whole = whole.clone().within(written);
+        kinds.push(validate::kind(name.get_ref(), &whole, true)?);
     }
     if let Some(name) = &written.name {
         return wrong(name, "a name is for one of several kinds");
@@ -198,10 +188,8 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     if let (Some(name), []) = (written.any_of.first(), &*written.kinds)
         && written.has_more()
     {
-        return wrong(
-            name,
-            "any_of names whole frames: other keys are for [[kinds]]",
-        );
+        let what = "any_of names whole frames: other keys are for [[kinds]]";
+        return wrong(name, what);
     }
     if kinds.is_empty() {
         kinds.push(validate::kind(name, written, false)?);
@@ -211,15 +199,11 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
         let of_kind = || written.kinds.first().map(toml::Spanned::span);
         Problem(place.or_else(of_kind).unwrap_or(0..0), what)
     })?;
-    let layouts = kinds
-        .iter()
-        .map(|kind| kind.layout)
-        .collect::<Vec<_>>()
-        .leak();
+    let layouts: Vec<Layout> = kinds.iter().map(|kind| kind.layout).collect();
     Ok(Description {
         kinds,
         columns,
-        layouts,
+        layouts: layouts.leak(),
     })
 }
 

@@ -229,10 +229,7 @@ fn sorted(
         })
         .collect();
     messages.sort_by_key(|message| message.number);
-    if messages
-        .windows(2)
-        .any(|pair| matches!(pair, [a, b] if a.number == b.number))
-    {
+    if !messages.is_sorted_by(|a, b| a.number < b.number) {
         return Err("a number stands there twice");
     }
     Ok(messages.leak())

@@ -167,12 +167,15 @@ impl KindItem {
 
 impl Item {
     fn new(kind: &Kind, field: &Field, taken: &mut HashSet<String>) -> Self {
-        let (bytes, order) = match field.kind {
-            Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
-                (number.bytes, "be")
+        let (described_type, bytes, order, first) = match field.kind {
+            Type::Number(number) => {
+                let is_big = number.bytes > 1 && number.order == ByteOrder::Big;
+                let order = if is_big { "be" } else { "le" };
+                (number.to_string(), number.bytes, order, None)
             }
-            Type::Number(number) => (number.bytes, "le"),
-            _ => (0, "le"),
+            Type::Bits { first, width } => (format!("{width} bits"), 0, "", Some(first)),
+            Type::Bytes => ("bytes".into(), 0, "", None),
+            Type::Text => ("text".into(), 0, "", None),
         };
         let class = match field.class() {
             Class::Unsigned => 'u',
@@ -187,12 +190,7 @@ impl Item {
             least: None,
             at: field.at,
             margin: field.margin,
-            described_type: match field.kind {
-                Type::Number(number) => number.to_string(),
-                Type::Bits { width, .. } => format!("{width} bits"),
-                Type::Bytes => "bytes".into(),
-                Type::Text => "text".into(),
-            },
+            described_type,
             is_text: field.is_text(),
             is_rest: field.length().is_none(),
             is_array: field.is_array(),
@@ -202,10 +200,7 @@ impl Item {
             is_narrow_signed: field.class() == Class::Signed && width < type_width,
             bytes,
             order,
-            first: match field.kind {
-                Type::Bits { first, .. } => Some(first),
-                _ => None,
-            },
+            first,
             width,
             mask: field.mask,
             shift: field.mask.map_or(0, u64::trailing_zeros),

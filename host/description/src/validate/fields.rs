@@ -26,11 +26,11 @@ fn column_name(name: &Spanned<String>) -> Result<String, Problem> {
         );
     }
     if TAKEN.contains(&text.as_str()) {
-        let what = format!(
-            "{} are other columns' names: take another",
-            TAKEN.join(", ")
+        let taken = TAKEN.join(", ");
+        return wrong(
+            name,
+            format!("{taken} are other columns' names: take another"),
         );
-        return wrong(name, what);
     }
     Ok(text.clone())
 }
