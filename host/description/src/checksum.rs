@@ -54,7 +54,7 @@ const CATALOGUE: &[(&str, Crc)] = catalogue!(
     CRC_32_AIXM CRC_32_AUTOSAR CRC_32_BASE91_D CRC_32_BZIP2 CRC_32_CD_ROM_EDC CRC_32_CKSUM
     CRC_32_ISCSI CRC_32_ISO_HDLC CRC_32_JAMCRC CRC_32_MEF CRC_32_MPEG_2 CRC_32_XFER);
 
-/// Returns the catalogue's other names, each with the name above.
+/// Returns the aliases of the catalogue, each with the CRC's main name.
 fn aliases() -> impl Iterator<Item = (&'static str, &'static str)> {
     let lines = include_str!("checksum-aliases.txt").lines();
     lines.filter_map(|line| line.split_once(" = "))

@@ -47,7 +47,7 @@ pub(crate) struct Prepared {
     is_plain: bool,
 }
 
-/// What a field is. In a description numbers, bytes and text are called by their names.
+/// The type of a field. A description names numbers, bytes and text; it gives bits their width.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
 #[serde(try_from = "String")]
 pub enum Type {
@@ -192,7 +192,7 @@ impl Field {
         matches!(self.kind, Type::Bytes | Type::Text)
     }
 
-    /// What the bits of its values mean.
+    /// Returns how the bits of its values are read: bits, bytes and text have no sign.
     #[must_use]
     pub fn class(&self) -> Class {
         match self.kind {
@@ -305,7 +305,7 @@ impl Field {
 
     #[inline(never)]
     fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        // In each arm: the compiler then knows the type.
+        // Called in each arm, where the compiler knows the type: this is faster than one call before.
         let own = || {
             bytes
                 .get(self.value_bytes(number, bytes.len()))

@@ -37,7 +37,7 @@ impl Kind {
         Some(Content { field, bytes })
     }
 
-    /// The fields that frames differ in.
+    /// Returns the fields whose values differ between frames.
     pub fn varying_fields(&self) -> impl Iterator<Item = &Field> {
         self.fields.iter().filter(|field| field.constant.is_none())
     }

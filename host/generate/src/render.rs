@@ -38,8 +38,10 @@ fn called(code: &str, functions: &str) -> String {
         let mut calls = code.match_indices(&call);
         calls.any(|(at, _)| !code[..at].ends_with(is_name))
     };
-    let functions = functions.split_inclusive("\n\n");
-    functions.filter(is_called).collect()
+    functions
+        .split_inclusive("\n\n")
+        .filter(is_called)
+        .collect()
 }
 
 /// Indents each line by the number of brackets that are open. Indentation in templates serves their readers only.
