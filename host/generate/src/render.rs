@@ -18,8 +18,7 @@ pub(crate) fn source(program: &Program, language: &Language) -> String {
     let rendered = environment
         .add_template("fields.j2", shared)
         .and_then(|()| environment.render_str(language.template, program));
-    let code =
-        rendered.unwrap_or_else(|error| unreachable!("the templates are correct: {error:#}"));
+    let code = rendered.unwrap_or_else(|error| unreachable!("in a template: {error:#}"));
     let code = indented(code.trim_start());
     let (types, functions) = code.split_once("HELPERS\n").unwrap_or((&code, ""));
     let helpers = language.helpers.replace("PREFIX", &program.name) + "\n";
@@ -38,10 +37,8 @@ fn called(code: &str, functions: &str) -> String {
         let mut calls = code.match_indices(&call);
         calls.any(|(at, _)| !code[..at].ends_with(is_name))
     };
-    functions
-        .split_inclusive("\n\n")
-        .filter(is_called)
-        .collect()
+    let functions = functions.split_inclusive("\n\n");
+    functions.filter(is_called).collect()
 }
 
 /// Indents each line by the number of brackets that are open. Indentation in templates serves their readers only.
