@@ -82,13 +82,7 @@ impl Kind {
         // Of several the first, unless a field says which.
         let end = length.saturating_sub(self.layout.terminator.length);
         for (at, patterns) in [(0, self.layout.sync), (end, self.layout.terminator)] {
-            for (place, byte) in frame
-                .iter_mut()
-                .skip(at)
-                .zip(patterns.each().next().unwrap_or_default())
-            {
-                *place = *byte;
-            }
+            put_bytes(patterns.each().next().unwrap_or_default(), &mut frame, at);
         }
         if let Some(appendix) = self.layout.appendix.filter(|_| !appended.is_empty())
             && let Some(byte) = frame.get_mut(appendix.at)
@@ -149,17 +143,12 @@ impl Kind {
                     return what.into();
                 };
                 let at = messages.number.at;
-                let of = self
-                    .fields
-                    .iter()
-                    .find(|field| usize::try_from(field.at) == Ok(at));
-                let of = of.and_then(|field| Some((field, field.bytes(frame)?)));
-                match of {
-                    Some((field, bytes)) => {
-                        format!("{} {}: {what}", field.name, field.value(bytes, 0))
-                    }
-                    None => what.into(),
-                }
+                let is_it = |field: &&Field| usize::try_from(field.at) == Ok(at);
+                let told = self.fields.iter().find(is_it).and_then(|field| {
+                    let value = field.value(field.bytes(frame)?, 0);
+                    Some(format!("{} {value}: {what}", field.name))
+                });
+                told.unwrap_or(what.into())
             }
             _ => format!(
                 "there is no frame of {} bytes with these values: the description has frames of {} \
@@ -172,15 +161,17 @@ impl Kind {
     }
 }
 
+/// Writes bytes into a frame from a place on, as far as it has room for them.
+fn put_bytes(bytes: &[u8], frame: &mut [u8], at: usize) {
+    let place = frame.iter_mut().skip(at);
+    place.zip(bytes).for_each(|(place, byte)| *place = *byte);
+}
+
 /// Writes what a field is to be into a frame that has room for it.
 fn put(field: &Field, wanted: &Wanted, frame: &mut [u8]) {
     let from = index(field.at, frame.len()).unwrap_or_default();
     match wanted {
-        Wanted::Bytes(bytes) => {
-            for (place, byte) in frame.iter_mut().skip(from).zip(bytes) {
-                *place = *byte;
-            }
-        }
+        Wanted::Bytes(bytes) => put_bytes(bytes, frame, from),
         Wanted::Bits(values) => field.each_bit(0, |place, number, of_value| {
             let is_set = values
                 .get(number)

@@ -1,7 +1,6 @@
 //! The entries of a description as serde reads them from TOML. Each is checked by itself here; `validate` checks that
 //! they agree with each other.
 
-use std::collections::HashSet;
 use std::ops::Range;
 
 use framelock_formats::layout::{self, Algorithm, Appendix, Crc, LengthField};
@@ -19,6 +18,11 @@ pub(crate) struct Problem(pub(crate) Range<usize>, pub(crate) String);
 /// Returns the problem that the text at this place is wrong.
 pub(crate) fn wrong<T, V>(place: &Spanned<V>, what: impl Into<String>) -> Result<T, Problem> {
     Err(Problem(place.span(), what.into()))
+}
+
+/// Returns a function that places a problem at this part of the text.
+pub(crate) fn at<V, S: Into<String>>(place: &Spanned<V>) -> impl Fn(S) -> Problem {
+    |what| Problem(place.span(), what.into())
 }
 
 /// Returns the problem that something is missing, at the beginning of the text.
@@ -99,17 +103,15 @@ impl TryFrom<String> for Alternatives {
     fn try_from(text: String) -> Result<Self, String> {
         let each = text.split('|').map(|text| hex::parse(&[text]));
         let each = each.collect::<Result<Vec<_>, _>>()?;
-        let lengths: HashSet<usize> = each.iter().map(Vec::len).collect();
-        if lengths.contains(&0) {
+        if each.iter().any(Vec::is_empty) {
             return Err("no bytes: leave the key out if there are none".into());
         }
-        match *lengths.into_iter().collect::<Vec<_>>() {
-            [length] => Ok(Self {
-                bytes: each.concat(),
-                length,
-            }),
-            _ => Err("all that a frame may begin or end with must have the same length".into()),
+        let bytes = each.concat();
+        let length = bytes.len() / each.len();
+        if each.iter().any(|it| it.len() != length) {
+            return Err("all that a frame may begin or end with must have the same length".into());
         }
+        Ok(Self { bytes, length })
     }
 }
 
@@ -145,14 +147,18 @@ impl TryFrom<String> for Unsigned {
 
     fn try_from(name: String) -> Result<Self, String> {
         let number = NumberType::try_from(name)?;
-        if number.class == Class::Unsigned && number.bytes <= 4 {
-            return Ok(Self(number));
-        }
-        Err("a number without sign of up to four bytes is wanted: u8, u16le, u16be, u24le and so on".into())
+        Self::of(number).ok_or_else(|| {
+            "a number without sign of up to four bytes is wanted: u8, u16le, u16be, u24le and so on".into()
+        })
     }
 }
 
 impl Unsigned {
+    pub(crate) fn of(number: NumberType) -> Option<Self> {
+        let is_unsigned = number.class == Class::Unsigned && number.bytes <= 4;
+        is_unsigned.then_some(Self(number))
+    }
+
     /// As the layout has it.
     pub(crate) fn at(self, at: usize) -> layout::Number {
         let NumberType { bytes, order, .. } = self.0;
@@ -188,9 +194,10 @@ impl LengthEntry {
     }
 
     /// Bytes in the longest frame that it can tell.
-    pub(crate) fn most(&self) -> u64 {
-        let factor = self.factor.unwrap_or(1);
-        (self.number_mask() * u64::from(factor)).saturating_add_signed(self.plus.into())
+    pub(crate) fn most(&self) -> usize {
+        let told = self.number_mask() * u64::from(self.factor.unwrap_or(1));
+        let most = told.saturating_add_signed(self.plus.into());
+        usize::try_from(most).unwrap_or(usize::MAX)
     }
 }
 
@@ -346,31 +353,15 @@ pub(crate) struct FieldEntry {
     pub(crate) name: Spanned<String>,
     pub(crate) at: Spanned<i16>,
     #[serde(rename = "type")]
-    pub(crate) kind: Option<TypeEntry>,
+    pub(crate) kind: Option<Type>,
     pub(crate) bits: Option<usize>,
     #[serde(default)]
     pub(crate) bit: u16,
     pub(crate) count: Option<usize>,
     pub(crate) mask: Option<Spanned<u64>>,
     pub(crate) value: Option<Spanned<Values>>,
-    pub(crate) scale: Option<Spanned<ScaleEntry>>,
+    pub(crate) scale: Option<Spanned<Scale>>,
     pub(crate) unit: Option<Spanned<String>>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(try_from = "String")]
-pub(crate) struct TypeEntry(pub(crate) Type);
-
-impl TryFrom<String> for TypeEntry {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        Ok(Self(match &*name {
-            "bytes" => Type::Bytes,
-            "text" => Type::Text,
-            _ => Type::Number(name.try_into()?),
-        }))
-    }
 }
 
 /// What a field always is, or one of what.
@@ -379,16 +370,4 @@ impl TryFrom<String> for TypeEntry {
 pub(crate) enum Values {
     One(i64),
     OneOf(Vec<u32>),
-}
-
-#[derive(Clone, Deserialize)]
-#[serde(try_from = "f64")]
-pub(crate) struct ScaleEntry(pub(crate) Scale);
-
-impl TryFrom<f64> for ScaleEntry {
-    type Error = &'static str;
-
-    fn try_from(scale: f64) -> Result<Self, Self::Error> {
-        scale.try_into().map(Self)
-    }
 }

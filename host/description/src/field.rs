@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::Range;
 
 use framelock_formats::layout::ByteOrder;
+use serde::Deserialize;
 use serde_json::Value as Json;
 
 use crate::value::{Scale, Value};
@@ -46,8 +47,9 @@ pub(crate) struct Prepared {
     is_plain: bool,
 }
 
-/// What a field is.
-#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+/// The type of a field. A description names numbers, bytes and text; it gives bits their width.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
+#[serde(try_from = "String")]
 pub enum Type {
     /// A number of whole bytes.
     Number(NumberType),
@@ -87,22 +89,35 @@ pub enum Class {
     Float,
 }
 
+impl TryFrom<String> for Type {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        Ok(match &*name {
+            "bytes" => Self::Bytes,
+            "text" => Self::Text,
+            _ => Self::Number(name.try_into()?),
+        })
+    }
+}
+
 impl TryFrom<String> for NumberType {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
         let (class, bits) = name.split_at_checked(1).unwrap_or_default();
-        let (bytes, order) = match bits {
-            "8" => (1, ByteOrder::Little),
-            "16le" => (2, ByteOrder::Little),
-            "16be" => (2, ByteOrder::Big),
-            "24le" => (3, ByteOrder::Little),
-            "24be" => (3, ByteOrder::Big),
-            "32le" => (4, ByteOrder::Little),
-            "32be" => (4, ByteOrder::Big),
-            "64le" => (8, ByteOrder::Little),
-            "64be" => (8, ByteOrder::Big),
-            _ => (0, ByteOrder::Little),
+        let bytes = match bits {
+            "8" => 1,
+            "16le" | "16be" => 2,
+            "24le" | "24be" => 3,
+            "32le" | "32be" => 4,
+            "64le" | "64be" => 8,
+            _ => 0,
+        };
+        let order = if bits.ends_with("be") {
+            ByteOrder::Big
+        } else {
+            ByteOrder::Little
         };
         let class = match (class, bytes) {
             ("u", 1..) => Class::Unsigned,
@@ -177,6 +192,15 @@ impl Field {
         matches!(self.kind, Type::Bytes | Type::Text)
     }
 
+    /// Returns how the bits of its values are read: bits, bytes and text have no sign.
+    #[must_use]
+    pub fn class(&self) -> Class {
+        match self.kind {
+            Type::Number(number) => number.class,
+            _ => Class::Unsigned,
+        }
+    }
+
     /// Whether it has a number of values.
     #[must_use]
     pub fn is_array(&self) -> bool {
@@ -215,6 +239,23 @@ impl Field {
         match self.kind {
             Type::Number(number) => Some(number.bytes * self.values()),
             _ => self.bits().map(|bits| bits.end.div_ceil(8)),
+        }
+    }
+
+    /// Returns the bytes of one of its values, counted from its first byte. They may share the first and the last with
+    /// other bits. `all` is the number of the field's bytes.
+    #[inline]
+    pub(crate) fn value_bytes(&self, number: usize, all: usize) -> Range<usize> {
+        match self.kind {
+            Type::Number(kind) => {
+                let from = number * kind.bytes;
+                from..from + kind.bytes
+            }
+            Type::Bits { first, width } => {
+                let first = first + number * width;
+                first / 8..(first + width).div_ceil(8)
+            }
+            Type::Bytes | Type::Text => 0..all,
         }
     }
 
@@ -264,19 +305,19 @@ impl Field {
 
     #[inline(never)]
     fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
+        // Called in each arm, where the compiler knows the type: this is faster than one call before.
+        let own = || {
+            bytes
+                .get(self.value_bytes(number, bytes.len()))
+                .unwrap_or_default()
+        };
         match self.kind {
-            Type::Number(kind) => {
-                let from = number * kind.bytes;
-                let bytes = bytes.get(from..from + kind.bytes).unwrap_or_default();
-                self.of_bits(kind.class, kind.bits(bytes))
-            }
+            Type::Number(kind) => self.of_bits(kind.class, kind.bits(own())),
             Type::Bits { first, width } => {
-                let first = first + number * width;
-                let bytes = bytes.get(first / 8..(first + width).div_ceil(8));
-                let bytes = bytes.unwrap_or_default().iter().rev();
+                let bytes = own().iter().rev();
                 let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
                 #[expect(clippy::cast_possible_truncation, reason = "a field has up to 64 bits")]
-                let bits = (all >> (first % 8)) as u64 & ones(width);
+                let bits = (all >> ((first + number * width) % 8)) as u64 & ones(width);
                 self.of_bits(Class::Unsigned, bits)
             }
             Type::Bytes => Value::Bytes(bytes),
@@ -322,10 +363,7 @@ impl Field {
 
     /// The bits of a value, in their places, or what it is not.
     pub(crate) fn to_bits(&self, value: &Json) -> Result<u64, String> {
-        let class = match self.kind {
-            Type::Number(number) => number.class,
-            _ => Class::Unsigned,
-        };
+        let class = self.class();
         #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
         if class == Class::Float {
             let number = value.as_f64().ok_or("is not a number")?;
@@ -340,10 +378,7 @@ impl Field {
         };
         let number = match &self.scale {
             Some(scale) => scale.number(value),
-            None => value
-                .as_i64()
-                .map(i128::from)
-                .or(value.as_u64().map(i128::from)),
+            None => value.as_number().and_then(serde_json::Number::as_i128),
         };
         let is_in = |number: &i128| (least..=most).contains(number);
         let Some(number) = number.filter(is_in) else {

@@ -37,9 +37,14 @@ impl Kind {
         Some(Content { field, bytes })
     }
 
+    /// Returns the fields whose values differ between frames.
+    pub fn varying_fields(&self) -> impl Iterator<Item = &Field> {
+        self.fields.iter().filter(|field| field.constant.is_none())
+    }
+
     /// The fields that frames differ in, and what they are in a frame that is long enough to have them.
     pub fn shown<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
-        let fields = self.fields.iter().filter(|field| field.constant.is_none());
+        let fields = self.varying_fields();
         fields.filter_map(move |field| Some((field, self.content(field, frame)?)))
     }
 }

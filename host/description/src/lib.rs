@@ -45,6 +45,7 @@ pub mod text;
 mod validate;
 mod value;
 
+use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -57,7 +58,7 @@ pub use kind::{Content, Kind, LONGEST};
 pub use positions::Part;
 pub use value::{Scale, Value};
 
-use entries::{FrameEntry, Problem, missing, wrong};
+use entries::{FrameEntry, Problem, at, missing, wrong};
 
 /// Bytes in the longest text that is read as a description.
 const LONGEST_TEXT: usize = 1 << 20;
@@ -157,37 +158,29 @@ pub fn read(path: &Path) -> Result<String, String> {
 fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     let count = written.kinds.len() + written.any_of.len();
     if count > MOST_KINDS {
-        return missing(&format!(
-            "{count} kinds of frames: {MOST_KINDS} are the most"
-        ));
+        let what = format!("{count} kinds of frames: {MOST_KINDS} are the most");
+        return missing(&what);
     }
     let mut kinds = Vec::new();
     for name in &written.any_of {
         let Some(text) = shipped(name.get_ref()) else {
             return wrong(name, no_such_shipped(name.get_ref()));
         };
-        let shipped =
-            Description::parse(name.get_ref(), text).map_err(|why| Problem(name.span(), why))?;
+        let shipped = Description::parse(name.get_ref(), text).map_err(at(name))?;
         kinds.extend(shipped.kinds);
     }
     for kind in &written.kinds {
         let whole = kind.get_ref();
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
-        let Some(name) = whole
-            .name
-            .as_ref()
-            .filter(|name| name.get_ref().chars().all(plain))
-        else {
+        let name = whole.name.as_ref();
+        let Some(name) = name.filter(|name| name.get_ref().chars().all(plain)) else {
             return wrong(kind, "a kind has a name of letters, digits, - and _");
         };
         if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
             return wrong(name, "a kind has no kinds");
         }
-        kinds.push(validate::kind(
-            name.get_ref(),
-            &whole.clone().within(written),
-            true,
-        )?);
+        let whole = whole.clone().within(written);
+        kinds.push(validate::kind(name.get_ref(), &whole, true)?);
     }
     if let Some(name) = &written.name {
         return wrong(name, "a name is for one of several kinds");
@@ -195,10 +188,8 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     if let (Some(name), []) = (written.any_of.first(), &*written.kinds)
         && written.has_more()
     {
-        return wrong(
-            name,
-            "any_of names whole frames: other keys are for [[kinds]]",
-        );
+        let what = "any_of names whole frames: other keys are for [[kinds]]";
+        return wrong(name, what);
     }
     if kinds.is_empty() {
         kinds.push(validate::kind(name, written, false)?);
@@ -208,15 +199,11 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
         let of_kind = || written.kinds.first().map(toml::Spanned::span);
         Problem(place.or_else(of_kind).unwrap_or(0..0), what)
     })?;
-    let layouts = kinds
-        .iter()
-        .map(|kind| kind.layout)
-        .collect::<Vec<_>>()
-        .leak();
+    let layouts: Vec<Layout> = kinds.iter().map(|kind| kind.layout).collect();
     Ok(Description {
         kinds,
         columns,
-        layouts,
+        layouts: layouts.leak(),
     })
 }
 
@@ -238,21 +225,18 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
     {
         return Err(format!("two kinds are called {name}"));
     }
-    let all = kinds
-        .iter()
-        .flat_map(|kind| kind.fields.iter())
-        .filter(|field| field.constant.is_none());
+    let all = kinds.iter().flat_map(Kind::varying_fields);
     if all.map(Field::values).sum::<usize>() > MOST_COLUMNS {
         return Err(format!("a row of more than {MOST_COLUMNS} values"));
     }
-    let mut place: std::collections::HashMap<String, usize> = columns
-        .iter()
-        .map(|column| (column.name.clone(), 0))
-        .collect();
+    let mut places = HashMap::<String, usize>::new();
     let different = |name: &str| Err(format!("two kinds have different values called {name}"));
     for kind in kinds {
-        let mut own = std::collections::HashSet::new();
-        for field in kind.fields.iter().filter(|field| field.constant.is_none()) {
+        let mut own = HashSet::new();
+        if kinds.len() > 1 {
+            own.insert(KIND.to_owned());
+        }
+        for field in kind.varying_fields() {
             let mut shared = 0;
             for number in 0..field.values() {
                 let column = Column {
@@ -260,15 +244,15 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
                     array: field.is_array().then(|| field.name.clone()),
                     is_text: field.is_text(),
                 };
-                if !own.insert(column.name.clone()) || column.name == KIND && kinds.len() > 1 {
+                if !own.insert(column.name.clone()) {
                     return Err(format!("two values are called {}", column.name));
                 }
-                let known = place.get(&column.name);
+                let known = places.get(&column.name);
                 match known.and_then(|&place| columns.get(place)) {
                     Some(other) if *other == column => shared += 1,
                     Some(_) => return different(&column.name),
                     None => {
-                        place.insert(column.name.clone(), columns.len());
+                        places.insert(column.name.clone(), columns.len());
                         columns.push(column);
                     }
                 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use framelock_formats::layout::{Checksum, Length, Written, index};
 
-use crate::field::{Field, Type};
+use crate::field::Field;
 use crate::kind::Kind;
 
 /// A part of a frame. Displayed by its name: `sync`, or a value's column.
@@ -57,17 +57,10 @@ impl Field {
         (from <= to && to <= end).then_some(from..to)
     }
 
-    /// The bytes of one of its values, which may share the first and the last with other bits.
+    /// The bytes of one of its values in a frame of `length` bytes.
     fn value_position(&self, number: usize, length: usize) -> Option<Range<usize>> {
         let all = self.position(length)?;
-        let bytes = match self.kind {
-            Type::Number(kind) => number * kind.bytes..(number + 1) * kind.bytes,
-            Type::Bits { first, width } => {
-                let first = first + number * width;
-                first / 8..(first + width).div_ceil(8)
-            }
-            Type::Bytes | Type::Text => 0..all.len(),
-        };
+        let bytes = self.value_bytes(number, all.len());
         Some(all.start + bytes.start..all.start + bytes.end)
     }
 }

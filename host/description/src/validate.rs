@@ -8,10 +8,10 @@ use toml::Spanned;
 
 use crate::checksum::{bytes_of, tabled};
 use crate::entries::{
-    Alternatives, ChecksumEntry, Dialect, FrameEntry, KnownMessages, Problem, Row, Values, missing,
-    wrong,
+    Alternatives, ChecksumEntry, Dialect, FrameEntry, KnownMessages, Problem, Row, Unsigned,
+    Values, at, missing, wrong,
 };
-use crate::field::{Class, Type};
+use crate::field::Type;
 use crate::kind::{Kind, LONGEST};
 use fields::{appended, check_positions, field, fixed_bits, take_what_is_left};
 
@@ -61,14 +61,9 @@ pub(crate) fn kind(
         Length::Field(field) => usize::try_from(field.plus).unwrap_or_default(),
         _ => 0,
     };
-    let places = fields
-        .iter()
-        .filter(|field| !field.is_appended)
-        .map(|field| field.at);
+    let places = fields.iter().map(|field| field.at);
     let places = places.chain(written.checksum.as_ref().map(|check| check.get_ref().at));
-    let from_end = places
-        .filter(|at| *at < 0)
-        .map(|at| usize::from(at.unsigned_abs()));
+    let from_end = places.map(|at| usize::from(at.min(0).unsigned_abs()));
     let trailer = from_end.fold(terminator.length, usize::max);
     take_what_is_left(&mut fields, written, trailer)?;
     // In frames of one length what is counted from the end has a place like any other.
@@ -76,7 +71,7 @@ pub(crate) fn kind(
         Length::Fixed => terminator.length,
         _ => trailer,
     };
-    let (shortest, longest) = bounds(written, &length, least.max(header + end))?;
+    let (shortest, longest, alone) = bounds(written, least.max(header + end))?;
     let mut kind = Kind {
         name: name.to_owned(),
         layout: Layout {
@@ -88,13 +83,6 @@ pub(crate) fn kind(
         header,
         trailer,
     };
-    let most = written
-        .length_field
-        .as_ref()
-        .map(|field| field.get_ref().most());
-    let alone = most
-        .and_then(|most| usize::try_from(most).ok())
-        .map_or(longest, |most| longest.min(most));
     kind.layout.checksum = written.checksum.as_ref().map(checksum).transpose()?;
     for length in [shortest, alone] {
         check_positions(written, &kind, length, alone)?;
@@ -141,8 +129,9 @@ fn length(written: &FrameEntry) -> Result<Length, Problem> {
     }
 }
 
-/// Bytes in the shortest frame and in the longest; `least` are the parts that each has.
-fn bounds(written: &FrameEntry, length: &Length, least: usize) -> Result<(usize, usize), Problem> {
+/// Bytes in the shortest frame, in the longest, and in the longest without its appendix; `least` are the parts that each
+/// has.
+fn bounds(written: &FrameEntry, least: usize) -> Result<(usize, usize, usize), Problem> {
     let has_bounds = written.shortest.is_some() || written.longest.is_some();
     let (place, shortest, longest) = match (&written.length, &written.longest) {
         (Some(place), _) if has_bounds => {
@@ -161,16 +150,13 @@ fn bounds(written: &FrameEntry, length: &Length, least: usize) -> Result<(usize,
             );
         }
     };
-    let mut most = LONGEST as u64;
-    if let (Length::Field(_), Some(field)) = (length, &written.length_field) {
-        let appended = written
-            .appendix
-            .as_ref()
-            .map_or(0, |it| it.get_ref().appendix().bytes);
-        most = most.min(field.get_ref().most().saturating_add(appended as u64));
-    }
-    if least <= shortest && shortest <= longest && longest as u64 <= most {
-        return Ok((shortest, longest));
+    let field = written.length_field.as_ref();
+    let told = field.map_or(LONGEST, |field| field.get_ref().most());
+    let appendix = written.appendix.as_ref();
+    let appended = appendix.map_or(0, |it| it.get_ref().appendix().bytes);
+    let most = told.saturating_add(appended).min(LONGEST);
+    if least <= shortest && shortest <= longest && longest <= most {
+        return Ok((shortest, longest, longest.min(told)));
     }
     let what = format!(
         "frames of {shortest} to {longest} bytes: the parts that each has are {least}, and {most} \
@@ -185,54 +171,34 @@ fn messages(written: &FrameEntry) -> Result<Option<Messages<'static>>, Problem> 
     if let Some(entry) = &written.messages {
         let known = known(&entry.get_ref().known);
         let number = entry.get_ref().number();
-        let known = known.map_err(|why| Problem(entry.span(), why.into()))?;
+        let known = known.map_err(at(entry))?;
         messages = Some(Messages { number, known });
     }
-    for entry in &written.fields {
-        let entry = entry.get_ref();
-        let Some((place, Values::OneOf(values))) =
-            entry.value.as_ref().map(|it| (it, it.get_ref()))
-        else {
+    for entry in written.fields.iter().map(Spanned::get_ref) {
+        let Some(place) = &entry.value else { continue };
+        let Values::OneOf(values) = place.get_ref() else {
             continue;
         };
         let known = sorted(values.iter().map(|value| (*value, None, u16::MAX)));
-        let known = known.map_err(|why| Problem(place.span(), why.into()))?;
-        match (
-            entry.kind.map(|kind| kind.0),
-            usize::try_from(*entry.at.get_ref()),
-        ) {
-            (Some(Type::Number(number)), Ok(at))
-                if number.class == Class::Unsigned
-                    && number.bytes <= 4
-                    && entry.mask.is_none()
-                    && entry.count.is_none()
-                    && messages.is_none() =>
-            {
-                let layout = framelock_formats::layout::Number {
-                    at,
-                    bytes: number.bytes,
-                    order: number.order,
-                };
-                if known.is_empty()
-                    || known
-                        .iter()
-                        .any(|it: &Message| u64::from(it.number) > number.all())
-                {
-                    return wrong(place, "these values do not fit the field");
-                }
-                messages = Some(Messages {
-                    number: layout,
-                    known,
-                });
-            }
-            _ => {
-                return wrong(
-                    place,
-                    "a list of values is for one number without sign, mask and count, counted from the front, of one \
-                     field, and where there are no messages besides",
-                );
-            }
+        let known = known.map_err(at(place))?;
+        let is_plain = entry.mask.is_none() && entry.count.is_none() && messages.is_none();
+        let number = match entry.kind {
+            Some(Type::Number(number)) if is_plain => Unsigned::of(number),
+            _ => None,
+        };
+        let Some((number, at)) = number.zip(usize::try_from(*entry.at.get_ref()).ok()) else {
+            return wrong(
+                place,
+                "a list of values is for one number without sign, mask and count, counted from the front, of one \
+                 field, and where there are no messages besides",
+            );
+        };
+        let is_too_large = |it: &Message| u64::from(it.number) > number.0.all();
+        if known.is_empty() || known.iter().any(is_too_large) {
+            return wrong(place, "these values do not fit the field");
         }
+        let number = number.at(at);
+        messages = Some(Messages { number, known });
     }
     Ok(messages)
 }
@@ -263,10 +229,7 @@ fn sorted(
         })
         .collect();
     messages.sort_by_key(|message| message.number);
-    if messages
-        .windows(2)
-        .any(|pair| matches!(pair, [a, b] if a.number == b.number))
-    {
+    if !messages.is_sorted_by(|a, b| a.number < b.number) {
         return Err("a number stands there twice");
     }
     Ok(messages.leak())
@@ -274,9 +237,7 @@ fn sorted(
 
 fn checksum(entry: &Spanned<ChecksumEntry>) -> Result<Checksum<'static>, Problem> {
     let check = entry.get_ref();
-    let algorithm = check
-        .algorithm()
-        .map_err(|why| Problem(entry.span(), why.into()))?;
+    let algorithm = check.algorithm().map_err(at(entry))?;
     if let Some(wanted) = bytes_of(&algorithm).filter(|&wanted| wanted != check.stored.bytes) {
         let what = format!(
             "this checksum has {wanted} bytes, and its type {}",

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use serde::Deserialize;
 use serde_json::Value as Json;
 
 use crate::text;
@@ -147,7 +148,8 @@ impl fmt::Display for Value<'_> {
 }
 
 /// A decimal fraction that numbers are multiplied by, to be shown exactly.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
+#[serde(try_from = "f64")]
 pub struct Scale {
     /// What it is, times as many powers of ten as there are decimals.
     pub factor: i64,

@@ -1,6 +1,7 @@
 //! Source code for a [`Description`]: the layout, a struct of each kind's fields, decode and encode.
 //!
-//! The templates contain the text of the generated programs, one per language. The code here prepares the values that they insert.
+//! The templates contain the text of the generated programs, one per language. The code here prepares the values that
+//! they insert.
 #![forbid(unsafe_code)]
 
 mod layout;
@@ -17,18 +18,24 @@ use serde::Serialize;
 
 use names::{Language, free, module, one_line};
 
-/// Returns the source of a Rust module, without `std`, that receives and makes a description's frames. `name` is the module's name,
-/// `command` the command that made it.
+/// Returns the source of a Rust module, without `std`, that receives and makes a description's frames. `name` is the
+/// module's name, `command` the command that made it.
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
-    render::rust(&Program::new(description, name, command, &names::RUST))
+    render::source(
+        &Program::new(description, name, command, &names::RUST),
+        &names::RUST,
+    )
 }
 
-/// Returns a header in C99, which is C++17 as well, that receives and makes a description's frames. `name` is the header's name,
-/// `command` the command that made it.
+/// Returns a header in C99, which is C++17 as well, that receives and makes a description's frames. `name` is the
+/// header's name, `command` the command that made it.
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str) -> String {
-    render::c(&Program::new(description, name, command, &names::C))
+    render::source(
+        &Program::new(description, name, command, &names::C),
+        &names::C,
+    )
 }
 
 /// The values that a template inserts.
@@ -85,10 +92,8 @@ struct Item {
     is_appended: bool,
     /// The number of values, or of bytes.
     count: Option<usize>,
-    /// The smallest type that holds its number, in Rust; its letter and its width in bits.
+    /// The smallest type that holds its number, in Rust.
     number: String,
-    class: char,
-    type_width: usize,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
     /// Bytes of a number, and their order: `le` or `be`.
@@ -139,14 +144,12 @@ impl KindItem {
             least.max(kind.layout.shortest)
         };
         let mut taken = language.keywords();
-        let fields = kind.fields.iter().filter(|field| field.constant.is_none());
-        let items = fields.map(|field| {
+        let items = kind.varying_fields().map(|field| {
             let least = field.end(0).map(|end| end + kind.trailer);
-            let least = least.filter(|least| *least > start || field.length().is_none());
+            let may_be_longer = |least: &usize| *least > start || field.length().is_none();
             Item {
-                needs: kind.shortest_with(field),
-                least: least.filter(|_| !is_fixed),
-                ..Item::new(field, &mut taken)
+                least: least.filter(may_be_longer).filter(|_| !is_fixed),
+                ..Item::new(kind, field, &mut taken)
             }
         });
         let items: Vec<Item> = items.collect();
@@ -163,15 +166,18 @@ impl KindItem {
 }
 
 impl Item {
-    fn new(field: &Field, taken: &mut HashSet<String>) -> Self {
-        let (class, bytes, order) = match field.kind {
-            Type::Number(number) if number.bytes > 1 && number.order == ByteOrder::Big => {
-                (number.class, number.bytes, "be")
+    fn new(kind: &Kind, field: &Field, taken: &mut HashSet<String>) -> Self {
+        let (described_type, bytes, order, first) = match field.kind {
+            Type::Number(number) => {
+                let is_big = number.bytes > 1 && number.order == ByteOrder::Big;
+                let order = if is_big { "be" } else { "le" };
+                (number.to_string(), number.bytes, order, None)
             }
-            Type::Number(number) => (number.class, number.bytes, "le"),
-            _ => (Class::Unsigned, 0, "le"),
+            Type::Bits { first, width } => (format!("{width} bits"), 0, "", Some(first)),
+            Type::Bytes => ("bytes".into(), 0, "", None),
+            Type::Text => ("text".into(), 0, "", None),
         };
-        let letter = match class {
+        let class = match field.class() {
             Class::Unsigned => 'u',
             Class::Signed => 'i',
             Class::Float => 'f',
@@ -180,31 +186,21 @@ impl Item {
         let type_width = width.next_power_of_two().max(8);
         Self {
             name: free(&names::words(&field.name).join("_"), taken),
-            needs: None,
+            needs: kind.shortest_with(field),
             least: None,
             at: field.at,
             margin: field.margin,
-            described_type: match field.kind {
-                Type::Number(number) => number.to_string(),
-                Type::Bits { width, .. } => format!("{width} bits"),
-                Type::Bytes => "bytes".into(),
-                Type::Text => "text".into(),
-            },
+            described_type,
             is_text: field.is_text(),
             is_rest: field.length().is_none(),
             is_array: field.is_array(),
             is_appended: field.is_appended,
             count: field.count,
-            number: format!("{letter}{type_width}"),
-            class: letter,
-            type_width,
-            is_narrow_signed: class == Class::Signed && width < type_width,
+            number: format!("{class}{type_width}"),
+            is_narrow_signed: field.class() == Class::Signed && width < type_width,
             bytes,
             order,
-            first: match field.kind {
-                Type::Bits { first, .. } => Some(first),
-                _ => None,
-            },
+            first,
             width,
             mask: field.mask,
             shift: field.mask.map_or(0, u64::trailing_zeros),

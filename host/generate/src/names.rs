@@ -1,8 +1,8 @@
-//! Names in a language: valid, and each used once.
+//! The languages, and names in them: valid, and each used once.
 
 use std::collections::HashSet;
 
-/// The names that a language allows and its programs need.
+/// A language: the names that it allows, and the text of its programs.
 pub(crate) struct Language {
     keywords: &'static [&'static str],
     /// More names that no kind can have, since every program has them.
@@ -11,6 +11,9 @@ pub(crate) struct Language {
     pub(crate) kind: fn(&str) -> String,
     /// The name of the only kind.
     pub(crate) message: &'static str,
+    /// The text of a program, and the functions that it may call.
+    pub(crate) template: &'static str,
+    pub(crate) helpers: &'static str,
 }
 
 #[rustfmt::skip]
@@ -24,6 +27,8 @@ pub(crate) const RUST: Language = Language {
     own: &["AnyOf", "Format", "Frames", "Layout", "Message", "None", "Option", "Self", "Some", "Verdict"],
     kind: camel,
     message: "Message",
+    template: include_str!("../templates/module.rs.j2"),
+    helpers: include_str!("../templates/helpers.rs"),
 };
 
 /// C and C++.
@@ -44,6 +49,8 @@ pub(crate) const C: Language = Language {
     ],
     kind: module,
     message: "message",
+    template: include_str!("../templates/header.h.j2"),
+    helpers: include_str!("../templates/helpers.h"),
 };
 
 impl Language {

@@ -3,21 +3,10 @@
 use minijinja::{Environment, UndefinedBehavior};
 
 use crate::Program;
+use crate::names::Language;
 
-pub(crate) fn rust(program: &Program) -> String {
-    let template = include_str!("../templates/module.rs.j2");
-    let code = render(program, template, include_str!("../templates/helpers.rs"));
-    code.trim_end().to_owned() + "\n"
-}
-
-pub(crate) fn c(program: &Program) -> String {
-    let template = include_str!("../templates/header.h.j2");
-    let helpers = include_str!("../templates/helpers.h").replace("PREFIX", &program.name);
-    render(program, template, &helpers)
-}
-
-/// Renders a template. Its line `HELPERS` becomes those of the functions in `helpers` that the program calls.
-fn render(program: &Program, template: &str, helpers: &str) -> String {
+/// Renders a language's template. Its line `HELPERS` becomes those of the helpers that the program calls.
+pub(crate) fn source(program: &Program, language: &Language) -> String {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_trim_blocks(true);
@@ -28,13 +17,14 @@ fn render(program: &Program, template: &str, helpers: &str) -> String {
     let shared = include_str!("../templates/fields.j2");
     let rendered = environment
         .add_template("fields.j2", shared)
-        .and_then(|()| environment.render_str(template, program));
-    let code =
-        rendered.unwrap_or_else(|error| unreachable!("the templates are correct: {error:#}"));
+        .and_then(|()| environment.render_str(language.template, program));
+    let code = rendered.unwrap_or_else(|error| unreachable!("in a template: {error:#}"));
     let code = indented(code.trim_start());
     let (types, functions) = code.split_once("HELPERS\n").unwrap_or((&code, ""));
-    let helpers = called(&code, &format!("{helpers}\n"));
-    format!("{types}{helpers}{}", functions.trim_start())
+    let helpers = language.helpers.replace("PREFIX", &program.name) + "\n";
+    let helpers = called(&code, &helpers);
+    let source = format!("{types}{helpers}{}", functions.trim_start());
+    source.trim_end().to_owned() + "\n"
 }
 
 /// Returns those of the functions, each followed by a blank line, that code calls.

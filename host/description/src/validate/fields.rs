@@ -26,11 +26,11 @@ fn column_name(name: &Spanned<String>) -> Result<String, Problem> {
         );
     }
     if TAKEN.contains(&text.as_str()) {
-        let what = format!(
-            "{} are other columns' names: take another",
-            TAKEN.join(", ")
+        let taken = TAKEN.join(", ");
+        return wrong(
+            name,
+            format!("{taken} are other columns' names: take another"),
         );
-        return wrong(name, what);
     }
     Ok(text.clone())
 }
@@ -50,7 +50,7 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     let entry = spanned.get_ref();
     let name = column_name(&entry.name)?;
     let kind = match (entry.kind, entry.bits) {
-        (Some(kind), None) => kind.0,
+        (Some(kind), None) => kind,
         (None, Some(width @ 1..=64)) => Type::Bits {
             first: entry.bit.into(),
             width,
@@ -62,10 +62,8 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
             );
         }
     };
-    if entry
-        .count
-        .is_some_and(|count| !(1..=LONGEST).contains(&count))
-    {
+    let is_possible = |count| (1..=LONGEST).contains(&count);
+    if !entry.count.is_none_or(is_possible) {
         return wrong(spanned, format!("a count is from 1 to {LONGEST}"));
     }
     let number = match kind {
@@ -87,11 +85,9 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     if let Some(scale) = entry.scale.as_ref().filter(|_| !is_short) {
         return wrong(scale, "a scale is for whole numbers of up to 32 bits");
     }
+    let is_blank = |c: char| c.is_control() || c.is_whitespace();
     if let Some(unit) = &entry.unit
-        && unit
-            .get_ref()
-            .chars()
-            .any(|c| c.is_control() || c.is_whitespace())
+        && unit.get_ref().contains(is_blank)
     {
         return wrong(unit, "a unit is a word, such as deg or m/s");
     }
@@ -101,7 +97,7 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
         kind,
         count: entry.count,
         mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
-        scale: entry.scale.as_ref().map(|scale| scale.get_ref().0.clone()),
+        scale: entry.scale.as_ref().map(|scale| scale.get_ref().clone()),
         unit: entry.unit.as_ref().map(|unit| unit.get_ref().clone()),
         ..Field::default()
     };
@@ -163,20 +159,12 @@ pub(super) fn fixed_bits(fields: &[Field]) -> Vec<FixedBits> {
             *value |= u8::from(constant >> of_value & 1 == 1) << (place % 8);
         });
         for (byte, (mask, value)) in bytes {
-            let at = field
-                .at
-                .saturating_add_unsigned(u16::try_from(byte).unwrap_or(u16::MAX));
+            let byte = u16::try_from(byte).unwrap_or(u16::MAX);
+            let at = field.at.saturating_add_unsigned(byte);
             fixed.push(FixedBits { at, mask, value });
         }
     }
     fixed
-}
-
-/// A part of a frame: its place in the text, its name, and its bits in the frame, by their indexes.
-struct Claim<'a> {
-    span: Range<usize>,
-    name: &'a str,
-    bits: Vec<usize>,
 }
 
 /// Checks that every part fits into a frame of `length` bytes and that no two overlap. `longest` is the length of the
@@ -188,18 +176,16 @@ pub(super) fn check_positions(
     longest: usize,
 ) -> Result<(), Problem> {
     let whole = |bytes: Range<usize>| (8 * bytes.start..8 * bytes.end).collect();
-    let mut claims = Vec::new();
+    // Each part's place in the text, its name, and the indexes of its bits.
+    let mut claims: Vec<(Range<usize>, &str, Vec<usize>)> = Vec::new();
     // Several alternatives may be told apart by a field in their place.
     let terminator = written
         .terminator
         .as_ref()
         .filter(|it| it.get_ref().is_one());
     if let Some(terminator) = terminator {
-        claims.push(Claim {
-            span: terminator.span(),
-            name: "the terminator",
-            bits: whole(length.saturating_sub(terminator.get_ref().length)..length),
-        });
+        let from = length.saturating_sub(terminator.get_ref().length);
+        claims.push((terminator.span(), "the terminator", whole(from..length)));
     }
     if let (Some(entry), Some(checksum)) = (&written.checksum, &kind.layout.checksum) {
         let bytes = checksum_position(checksum, length).unwrap_or(length..length + 1);
@@ -213,21 +199,13 @@ pub(super) fn check_positions(
             );
             return wrong(entry, what);
         }
-        claims.push(Claim {
-            span: entry.span(),
-            name: "the checksum",
-            bits: whole(bytes),
-        });
+        claims.push((entry.span(), "the checksum", whole(bytes)));
     }
     for (field, entry) in kind.fields.iter().zip(&written.fields) {
         let entry = entry.get_ref();
         if length < longest && kind.shortest_with(field).is_some() {
-            match &entry.value {
-                Some(value) => {
-                    return wrong(value, "a frame may be too short for this: give shortest");
-                }
-                None => continue,
-            }
+            let Some(value) = &entry.value else { continue };
+            return wrong(value, "a frame may be too short for this: give shortest");
         }
         let mut bits = Vec::new();
         match (field.position(length), field.length()) {
@@ -238,22 +216,18 @@ pub(super) fn check_positions(
             (None, Some(_)) => bits.push(8 * length),
             (None, None) => {}
         }
-        claims.push(Claim {
-            span: entry.at.span(),
-            name: &field.name,
-            bits,
-        });
+        claims.push((entry.at.span(), &field.name, bits));
     }
     let mut owners: Vec<Option<&str>> = vec![None; 8 * length];
-    for Claim { span, name, bits } in &claims {
+    for (span, name, bits) in claims {
         for bit in bits {
-            let Some(owner) = owners.get_mut(*bit) else {
+            let Some(owner) = owners.get_mut(bit) else {
                 let what = format!("{name} is not in a frame of {length} bytes");
-                return Err(Problem(span.clone(), what));
+                return Err(Problem(span, what));
             };
             if let Some(other) = owner.replace(name) {
                 let what = format!("{name} is in the place of {other}");
-                return Err(Problem(span.clone(), what));
+                return Err(Problem(span, what));
             }
         }
     }
