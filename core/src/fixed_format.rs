@@ -57,6 +57,11 @@ use crate::window::Word;
 /// # }
 /// const _: Receiver<Anything> = Receiver::new();
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no format of fixed length",
+    label = "not a `FixedFormat`",
+    note = "`Receiver<F>` takes a `FixedFormat`; the receiver of a `Format` is `BufferedReceiver<F, N>`"
+)]
 pub trait FixedFormat: 'static {
     /// `[u8; LENGTH]`.
     type Frame: Frame;

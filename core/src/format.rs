@@ -39,6 +39,10 @@ pub enum Verdict {
 /// of the same crate. If a format breaks them, the receiver still neither panics nor hangs nor loses a byte
 /// from its accounts (theorem 13b), but what it commits may then depend on how the stream is cut into slices.
 ///
+/// # Functions for any format
+/// A function for every format with messages of one kind needs `'static`, as one for every
+/// [`Parser`](crate::Parser) does: `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`.
+///
 /// # Examples
 /// Text lines, which end with a delimiter. The receiver asks again with each byte that comes;
 /// `judge_on` spares it from looking through all of them again.
@@ -81,6 +85,11 @@ pub enum Verdict {
 /// }
 /// assert_eq!(lines, [&b"one"[..], b"tw$two"]);
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no `Format`",
+    label = "not a `Format`",
+    note = "`BufferedReceiver<F, N>` takes a `Format`; the receiver of a `FixedFormat` is `Receiver<F>`"
+)]
 pub trait Format {
     /// Bytes in the longest frame. It bounds memory, the cost of a byte, and how late a frame is
     /// delivered behind a false beginning: choose it as small as the protocol allows.

@@ -160,4 +160,9 @@ impl Parser for Lecture {
     type Message<'a> = Setpoint;
 
     parser_by_own_functions!(Setpoint);
+
+    #[inline]
+    fn poll_with(&mut self, _: impl FnMut(usize, DiscardReason)) -> Option<(usize, Setpoint)> {
+        None
+    }
 }

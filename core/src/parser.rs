@@ -9,8 +9,26 @@ use core::fmt;
 /// so that a program that uses one of them need not import the trait. [`Line`](crate::Line) and the
 /// readers are written against it.
 ///
-/// A function of one's own for any machine whose messages are setpoints has the bound
-/// `P: for<'a> Parser<Message<'a> = Setpoint> + 'static`.
+/// # Functions for any machine
+/// A bound on the message of every lifetime needs `'static` behind it. Without it the compiler says
+/// "`P` does not live long enough", because a message may borrow from the machine for any time.
+/// ```
+/// use framelock::motion::{Bin, Setpoint};
+/// use framelock::{Parser, Receiver, lecture::Lecture};
+///
+/// fn last<P>(machine: &mut P, bytes: &[u8]) -> Option<Setpoint>
+/// where
+///     P: for<'a> Parser<Message<'a> = Setpoint> + 'static,
+/// {
+///     let mut last = None;
+///     machine.feed(bytes, |found| last = found.message().or(last));
+///     last
+/// }
+///
+/// let frame = b"AB\0\x01\x02\x03\r";
+/// assert_eq!(last(&mut Receiver::<Bin>::new(), frame), Some(Setpoint::from([1, 2, 3])));
+/// assert_eq!(last(&mut Lecture::new(), frame), Some(Setpoint::from([1, 2, 3])));
+/// ```
 pub trait Parser {
     /// What a frame means. It may borrow from the machine.
     type Message<'a>
@@ -48,15 +66,13 @@ pub trait Parser {
     /// Goes on with what is pending, without another byte, up to the next frame.
     ///
     /// Only a [`BufferedReceiver`](crate::BufferedReceiver) ever has something to go on with:
-    /// see [`BufferedReceiver::push`](crate::BufferedReceiver::push).
-    #[inline]
+    /// see [`BufferedReceiver::push`](crate::BufferedReceiver::push). The other machines return `None`.
+    ///
+    /// It has no default. A machine that leaves frames for later would lose them with one.
     fn poll_with(
         &mut self,
         discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, Self::Message<'_>)> {
-        let _ = discarded;
-        None
-    }
+    ) -> Option<(usize, Self::Message<'_>)>;
 }
 
 /// What becomes of the next bytes of the stream: each byte is in exactly one of these.

@@ -141,6 +141,11 @@ impl<F: FixedFormat> Parser for Receiver<F> {
         Self: 'a;
 
     parser_by_own_functions!(F::Message);
+
+    #[inline]
+    fn poll_with(&mut self, _: impl FnMut(usize, DiscardReason)) -> Option<(usize, F::Message)> {
+        None
+    }
 }
 
 // Not derived: the format itself need not be any of these.

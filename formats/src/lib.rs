@@ -106,7 +106,10 @@ mod verification;
 pub use any_of::AnyOf;
 pub use crsf::{CRSF, Crsf, CrsfMessage, address as crsf_address};
 pub use dialects::{ARDUPILOTMEGA, COMMON};
+// For `judged_by!`, whatever the crate is called where it is used.
 pub use format_laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
+#[doc(hidden)]
+pub use framelock::Verdict;
 pub use gnss::{Gnss, GnssMessage};
 pub use ibus::{IBUS, Ibus};
 pub use layout::Layout;
@@ -129,12 +132,12 @@ macro_rules! judged_by {
         const LONGEST: usize = $longest.longest;
 
         #[inline]
-        fn judge(&self, bytes: &[u8]) -> framelock::Verdict {
+        fn judge(&self, bytes: &[u8]) -> $crate::Verdict {
             self.judge_on(bytes, 0)
         }
 
         #[inline]
-        fn judge_on(&self, bytes: &[u8], seen: usize) -> framelock::Verdict {
+        fn judge_on(&self, bytes: &[u8], seen: usize) -> $crate::Verdict {
             let $format = self;
             $layout.judge_on(bytes, seen)
         }

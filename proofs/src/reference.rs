@@ -157,7 +157,7 @@ pub fn framed<F: framelock::Format>(
             continue;
         }
         let rest = bytes.get(i..).unwrap_or_default();
-        let known = rest.get(..F::LONGEST).unwrap_or(rest);
+        let known = rest.get(..format.longest()).unwrap_or(rest);
         free = match format.judge(known) {
             Verdict::Frame(length) => {
                 let message = i;

@@ -7,8 +7,8 @@ use framelock_formats::layout::{
     FixedBits, Layout, Length, LengthField, Message, Messages, Number, Patterns,
 };
 use framelock_formats::{
-    AnyOf, BIN, BIN_CRC8, Crsf, CrsfMessage, Ibus, Mavlink2, MavlinkMessage, Sbus, SbusMessage,
-    Ubx, UbxMessage, check_laws,
+    AnyOf, BIN, BIN_CRC8, Crsf, CrsfMessage, IBUS, Ibus, Mavlink2, MavlinkMessage, Sbus,
+    SbusMessage, Ubx, UbxMessage, check_laws,
 };
 
 use crate::{DIALECT, frame};
@@ -94,6 +94,58 @@ fn mavlink2() {
             signed,
         ],
     );
+}
+
+/// The longest frame is that of the value, not that of the type.
+#[test]
+fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
+    /// A mistake in `AnyOf`: it says that its longest frame is shorter than it is.
+    struct Shortened(AnyOf<'static>);
+    impl Format for Shortened {
+        const LONGEST: usize = usize::MAX;
+        type Message<'a> = ();
+        fn longest(&self) -> usize {
+            self.0.longest() - 1
+        }
+        fn judge(&self, bytes: &[u8]) -> Verdict {
+            self.0.judge(bytes)
+        }
+        fn decode(&self, _: &[u8]) {}
+    }
+    let several = AnyOf(&[IBUS]);
+    let mut stream = Ibus::encode(&[1500; 18]);
+    let mut broken_by = |format: &Shortened| check_laws(format, &mut stream);
+    let broken = broken_by(&Shortened(several)).expect_err("it asks for one byte too many");
+    assert_eq!((broken.law, broken.from, broken.changed), (1, 0, None));
+    keeps_the_laws(&several, &[stream.to_vec()]);
+}
+
+/// Long frames are tried in a test without optimisation, too.
+#[test]
+fn a_frame_of_300_bytes() {
+    /// A mistake that shows in one value of one byte, and in no frame that is right.
+    struct Hasty;
+    impl Format for Hasty {
+        const LONGEST: usize = 300;
+        type Message<'a> = ();
+        fn judge(&self, bytes: &[u8]) -> Verdict {
+            match bytes.get(201) {
+                Some(0x51) => Verdict::Frame(bytes.len()),
+                _ => Ubx::<300>.judge(bytes),
+            }
+        }
+        fn decode(&self, _: &[u8]) {}
+    }
+    let message = UbxMessage {
+        class: 1,
+        id: 2,
+        payload: &[0xB5; 292],
+    };
+    let mut longest = [0; 300];
+    assert_eq!(message.encode(&mut longest), Some(300));
+    keeps_the_laws(&Ubx::<300>, &[longest.to_vec()]);
+    let broken = check_laws(&Hasty, &mut longest).expect_err("it settles too soon");
+    assert_eq!((broken.law, broken.changed), (3, Some((201, 0x51))));
 }
 
 /// The frame with a signature, and the CRC that this takes.

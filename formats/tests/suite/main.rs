@@ -2,6 +2,7 @@
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 mod against_reference;
+mod dependency;
 mod laws;
 mod limits;
 mod others;

@@ -1,0 +1,67 @@
+//! What a package finds that depends on both crates: under names of its own, and with formats given to the wrong receiver.
+
+use std::path::Path;
+use std::process::Command;
+use std::{env, fs};
+
+/// What the compiler says of a package with this source. It calls the crates `receiver` and `frames`.
+fn checked(name: &str, source: &str) -> (bool, String) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let package = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(package.join("src")).expect("a folder for the package");
+    let crates = root.display();
+    let manifest = format!(
+        "[package]\nname = {name:?}\nedition = \"2024\"\n[dependencies]\n\
+         receiver = {{ package = \"framelock\", path = \"{crates}/core\" }}\n\
+         frames = {{ package = \"framelock-formats\", path = \"{crates}/formats\" }}\n\
+         [workspace]\n"
+    );
+    fs::write(package.join("Cargo.toml"), manifest).expect("a manifest");
+    fs::write(package.join("src/lib.rs"), source).expect("a source");
+    // The packages that are here already, so that nothing is looked up.
+    fs::copy(root.join("Cargo.lock"), package.join("Cargo.lock")).expect("a lock file");
+    let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["check", "--quiet", "--offline"])
+        .env("CARGO_TARGET_DIR", package.join("target"))
+        .current_dir(&package)
+        .output()
+        .expect("cargo");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.success(), said)
+}
+
+#[test]
+fn a_format_may_be_declared_where_the_crates_have_other_names() {
+    let (is_right, said) = checked(
+        "renamed",
+        "pub struct Short;
+         impl receiver::Format for Short {
+             frames::judged_by!(frames::Layout { longest: 10, ..frames::IBUS });
+             type Message<'a> = &'a [u8];
+             fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { frame }
+         }",
+    );
+    assert!(is_right, "{said}");
+}
+
+#[test]
+fn the_wrong_receiver_is_an_error_that_names_the_right_one() {
+    let (is_right, said) = checked(
+        "wrong-receiver",
+        "pub type Short = receiver::Receiver<frames::Sbus>;
+         pub fn long(_: receiver::BufferedReceiver<receiver::motion::Bin, 14>) {}
+         pub fn new() { let _ = receiver::BufferedReceiver::<_, 14>::new(frames::Sbus); }
+         pub fn of_bin() { let _ = receiver::Receiver::<frames::Sbus>::new(); }
+         pub fn of_any<F: receiver::Format>(_: F) {}
+         pub fn wrong(bin: receiver::motion::Bin) { of_any(bin) }",
+    );
+    assert!(!is_right, "it compiled");
+    for part in [
+        "`Sbus` is no format of fixed length",
+        "the receiver of a `Format` is `BufferedReceiver<F, N>`",
+        "`Bin` is no `Format`",
+        "the receiver of a `FixedFormat` is `Receiver<F>`",
+    ] {
+        assert!(said.contains(part), "no {part:?} in {said}");
+    }
+}
