@@ -32,5 +32,5 @@ fn the_rust_is_this_files() {
         platform.receive_interrupt(byte);
     }
     assert_eq!(platform.setpoint, Setpoint::from([2, 3, 4]));
-    assert_eq!(platform.line.counters().discarded.terminator, 1);
+    assert_eq!(platform.line.counters().discarded.wrong_terminator, 1);
 }

@@ -137,8 +137,8 @@ fn received<F: FixedFormat<Message = Setpoint> + 'static>(steps: &[u8]) -> Strin
         "discarded {} {} {} {} {}",
         discarded.no_sync,
         discarded.broken_sync,
-        discarded.terminator,
-        discarded.check,
+        discarded.wrong_terminator,
+        discarded.checksum_mismatch,
         discarded.line_event
     )
     .unwrap();

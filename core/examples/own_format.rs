@@ -57,7 +57,7 @@ impl Format for Text {
             {
                 Verdict::Frame(whole)
             }
-            Some((_, [_, ..])) => Verdict::Reject(DiscardReason::Check),
+            Some((_, [_, ..])) => Verdict::Reject(DiscardReason::ChecksumMismatch),
             _ => Verdict::Incomplete { at_least: whole },
         }
     }

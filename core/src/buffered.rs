@@ -477,10 +477,10 @@ fn judge<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
     let longest = format.longest();
     match format.judge_on(bytes, seen) {
         Verdict::Frame(length) if length == 0 || length > bytes.len() => {
-            Verdict::Reject(DiscardReason::Check)
+            Verdict::Reject(DiscardReason::ChecksumMismatch)
         }
         Verdict::Incomplete { .. } if bytes.len() >= longest => {
-            Verdict::Reject(DiscardReason::Header)
+            Verdict::Reject(DiscardReason::BadHeader)
         }
         Verdict::Incomplete { at_least } if at_least <= bytes.len() || at_least > longest => {
             Verdict::Incomplete {

@@ -199,7 +199,7 @@ impl<F: Frame> Shape<F> {
         }
         let from_there = F::Word::BYTES.wrapping_sub(differs.leading_zero_bytes());
         Some(match known.wrapping_sub(from_there) {
-            place if place >= self.sync => DiscardReason::Terminator,
+            place if place >= self.sync => DiscardReason::WrongTerminator,
             0 => DiscardReason::NoSync,
             _ => DiscardReason::BrokenSync,
         })

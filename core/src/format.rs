@@ -65,7 +65,7 @@ pub enum Verdict {
 ///         match bytes.iter().skip(seen).position(|&byte| byte == b'\n') {
 ///             Some(place) => Verdict::Frame(seen + place + 1),
 ///             None if bytes.len() < Self::LONGEST => Verdict::Incomplete { at_least: bytes.len() + 1 },
-///             None => Verdict::Reject(DiscardReason::Terminator),
+///             None => Verdict::Reject(DiscardReason::WrongTerminator),
 ///         }
 ///     }
 ///

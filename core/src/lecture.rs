@@ -119,7 +119,9 @@ impl Lecture {
         match (before, self.state) {
             (State::SyncA, State::SyncA) => discarded(1, DiscardReason::NoSync),
             (State::SyncB, State::SyncA) => discarded(2, DiscardReason::BrokenSync),
-            (State::Terminator, _) if setpoint.is_none() => discarded(7, DiscardReason::Terminator),
+            (State::Terminator, _) if setpoint.is_none() => {
+                discarded(7, DiscardReason::WrongTerminator)
+            }
             _ => {}
         }
         setpoint.map(|setpoint| (7, setpoint))

@@ -74,11 +74,11 @@ counters! {
     Discarded of DiscardReason:
     no_sync NoSync
     broken_sync BrokenSync
-    header Header
+    bad_header BadHeader
     too_long TooLong
     unknown_message UnknownMessage
-    check Check
-    terminator Terminator
+    checksum_mismatch ChecksumMismatch
+    wrong_terminator WrongTerminator
     line_event LineEvent
 }
 

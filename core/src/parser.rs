@@ -138,15 +138,15 @@ pub enum DiscardReason {
     BrokenSync,
     /// The sync was right, but no frame has such a header: a fixed bit is wrong, or the length is too short.
     /// Formats of fixed length have none.
-    Header,
+    BadHeader,
     /// The header tells a length above that of the longest frame.
     TooLong,
     /// The header tells a message that the format does not know.
     UnknownMessage,
     /// A fixed byte behind the payload, the terminator, was another.
-    Terminator,
+    WrongTerminator,
     /// All fixed bytes were right, the format's check (a checksum, a range) failed.
-    Check,
+    ChecksumMismatch,
     /// Pending when a [`LineEvent`](crate::LineEvent) came.
     LineEvent,
 }
@@ -157,11 +157,11 @@ impl fmt::Display for DiscardReason {
         f.pad(match self {
             Self::NoSync => "no sync",
             Self::BrokenSync => "broken sync",
-            Self::Header => "header",
+            Self::BadHeader => "bad header",
             Self::TooLong => "too long",
             Self::UnknownMessage => "unknown message",
-            Self::Terminator => "terminator",
-            Self::Check => "check",
+            Self::WrongTerminator => "wrong terminator",
+            Self::ChecksumMismatch => "checksum mismatch",
             Self::LineEvent => "line event",
         })
     }

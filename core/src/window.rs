@@ -215,7 +215,7 @@ impl<F: Frame> Window<F> {
             if known <= oldest {
                 match shape.mismatch(with_byte, known) {
                     Some(why) => discarded(why),
-                    None if known == F::LENGTH => discarded(DiscardReason::Check),
+                    None if known == F::LENGTH => discarded(DiscardReason::ChecksumMismatch),
                     None => break,
                 }
             }
@@ -274,7 +274,7 @@ impl<F: Frame> Window<F> {
                     continue;
                 }
                 let (count, why) = (1, shape.mismatch(message, length));
-                let why = why.unwrap_or(DiscardReason::Check);
+                let why = why.unwrap_or(DiscardReason::ChecksumMismatch);
                 found(Found::Discarded { count, why });
                 rest = rest.get(count..).unwrap_or_default();
                 dropped = dropped.wrapping_add(count);

@@ -43,8 +43,8 @@ shown! {
     frames = frames;
     no_sync = discarded.no_sync;
     broken_sync = discarded.broken_sync;
-    check = discarded.check;
-    terminator = discarded.terminator;
+    checksum_mismatch = discarded.checksum_mismatch;
+    wrong_terminator = discarded.wrong_terminator;
     line_event = discarded.line_event;
     resynchronisations = resynchronisations;
     framing = events.framing;
@@ -104,8 +104,8 @@ impl Shown {
     pub(crate) fn discarded(&self) -> u32 {
         (self.no_sync.get())
             .wrapping_add(self.broken_sync.get())
-            .wrapping_add(self.check.get())
-            .wrapping_add(self.terminator.get())
+            .wrapping_add(self.checksum_mismatch.get())
+            .wrapping_add(self.wrong_terminator.get())
             .wrapping_add(self.line_event.get())
     }
 }

@@ -225,8 +225,8 @@ impl Firmware {
         let reasons = [
             "no_sync",
             "broken_sync",
-            "check",
-            "terminator",
+            "checksum_mismatch",
+            "wrong_terminator",
             "line_event",
         ];
         let discarded: u32 = reasons.iter().map(|name| self.counter(name)).sum();

@@ -111,7 +111,7 @@ impl Layout<'_> {
         let in_head = |at: &i16| usize::try_from(*at).is_ok_and(|at| at < head.len());
         let mut fixed = self.fixed.iter();
         if !fixed.all(|bits| !in_head(&bits.at) || bits.are_right(head)) {
-            return Err(DiscardReason::Header);
+            return Err(DiscardReason::BadHeader);
         }
         let message = match &self.messages {
             Some(messages) => Some(
@@ -143,14 +143,14 @@ impl Layout<'_> {
                 let length = plus.wrapping_add(field.plus.into());
                 // Less than nothing is too short.
                 if length.is_negative() {
-                    return Err(DiscardReason::Header);
+                    return Err(DiscardReason::BadHeader);
                 }
                 usize::try_from(length).map_err(|_| DiscardReason::TooLong)?
             }
         };
         let whole = frame.saturating_add(appended);
         if frame < self.shortest || whole < head.len() {
-            return Err(DiscardReason::Header);
+            return Err(DiscardReason::BadHeader);
         }
         if whole > self.longest {
             return Err(DiscardReason::TooLong);
@@ -185,10 +185,12 @@ impl Layout<'_> {
         let frame = frame.get(..end).unwrap_or_default();
         let mut fixed = self.fixed.iter();
         if !self.terminator.ends(frame) || !fixed.all(|bits| bits.are_right(frame)) {
-            return Some(DiscardReason::Terminator);
+            return Some(DiscardReason::WrongTerminator);
         }
         match &self.checksum {
-            Some(checksum) if !checksum.is_right(frame, known.extra) => Some(DiscardReason::Check),
+            Some(checksum) if !checksum.is_right(frame, known.extra) => {
+                Some(DiscardReason::ChecksumMismatch)
+            }
             _ => None,
         }
     }
@@ -207,11 +209,13 @@ impl Layout<'_> {
             Some(place) => {
                 let end = from.wrapping_add(place).wrapping_add(width);
                 if end < self.shortest {
-                    return Err(Verdict::Reject(DiscardReason::Header));
+                    return Err(Verdict::Reject(DiscardReason::BadHeader));
                 }
                 Ok(end)
             }
-            None if bytes.len() >= self.longest => Err(Verdict::Reject(DiscardReason::Terminator)),
+            None if bytes.len() >= self.longest => {
+                Err(Verdict::Reject(DiscardReason::WrongTerminator))
+            }
             None => Err(Verdict::Incomplete {
                 at_least: bytes.len().wrapping_add(1),
             }),

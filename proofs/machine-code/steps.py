@@ -6,7 +6,7 @@ from thumb import REGISTERS, RETURN, State, bits, joined
 
 FRAME = [0x41, 0x42, None, None, None, None, 0x0D]
 AXES = ["pitch", "roll", "yaw"]
-REASONS = {"no_sync": 0, "broken_sync": 1, "terminator": 6}  # And the place in a frame that is wrong.
+REASONS = {"no_sync": 0, "broken_sync": 1, "wrong_terminator": 6}  # And the place in a frame that is wrong.
 # The setpoint that the main loop takes: a word, by firmware/src/setpoint.rs.
 SETPOINT = {f"published {axis}": (n, 1) for n, axis in enumerate(AXES)} | {"sequence": (3, 1)}
 KEPT_BY_CALLS = ["sp"] + [f"r{n}" for n in range(4, 12)]

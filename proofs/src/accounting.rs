@@ -34,11 +34,11 @@ fn any_line<P>(parser: P, start: usize) -> Line<P> {
     counters.frame_bytes = start;
     counters.discarded.no_sync = start;
     counters.discarded.broken_sync = start;
-    counters.discarded.header = start;
+    counters.discarded.bad_header = start;
     counters.discarded.too_long = start;
     counters.discarded.unknown_message = start;
-    counters.discarded.check = start;
-    counters.discarded.terminator = start;
+    counters.discarded.checksum_mismatch = start;
+    counters.discarded.wrong_terminator = start;
     counters.discarded.line_event = start;
     counters.resynchronisations = start;
     Line::resumed(parser, counters)
@@ -57,11 +57,11 @@ fn placed(counters: &Counters, start: usize) -> u8 {
     up(counters.frame_bytes, start)
         + up(discarded.no_sync, start)
         + up(discarded.broken_sync, start)
-        + up(discarded.header, start)
+        + up(discarded.bad_header, start)
         + up(discarded.too_long, start)
         + up(discarded.unknown_message, start)
-        + up(discarded.check, start)
-        + up(discarded.terminator, start)
+        + up(discarded.checksum_mismatch, start)
+        + up(discarded.wrong_terminator, start)
         + up(discarded.line_event, start)
 }
 
@@ -185,9 +185,9 @@ fn any_found() -> Found<()> {
     match kani::any::<u8>() {
         0 => discarded(DiscardReason::NoSync),
         1 => discarded(DiscardReason::BrokenSync),
-        2 => discarded(DiscardReason::Header),
-        3 => discarded(DiscardReason::Check),
-        4 => discarded(DiscardReason::Terminator),
+        2 => discarded(DiscardReason::BadHeader),
+        3 => discarded(DiscardReason::ChecksumMismatch),
+        4 => discarded(DiscardReason::WrongTerminator),
         5 => discarded(DiscardReason::LineEvent),
         6 => discarded(DiscardReason::TooLong),
         7 => discarded(DiscardReason::UnknownMessage),
@@ -204,14 +204,20 @@ fn any_place(counters: &Counters) -> (Option<DiscardReason>, usize) {
     match kani::any::<u8>() {
         0 => (Some(DiscardReason::NoSync), discarded.no_sync),
         1 => (Some(DiscardReason::BrokenSync), discarded.broken_sync),
-        2 => (Some(DiscardReason::Header), discarded.header),
+        2 => (Some(DiscardReason::BadHeader), discarded.bad_header),
         3 => (Some(DiscardReason::TooLong), discarded.too_long),
         4 => (
             Some(DiscardReason::UnknownMessage),
             discarded.unknown_message,
         ),
-        5 => (Some(DiscardReason::Check), discarded.check),
-        6 => (Some(DiscardReason::Terminator), discarded.terminator),
+        5 => (
+            Some(DiscardReason::ChecksumMismatch),
+            discarded.checksum_mismatch,
+        ),
+        6 => (
+            Some(DiscardReason::WrongTerminator),
+            discarded.wrong_terminator,
+        ),
         7 => (Some(DiscardReason::LineEvent), discarded.line_event),
         _ => (None, counters.frame_bytes),
     }
@@ -363,11 +369,11 @@ impl<const LONGEST: usize> Format for Anything<LONGEST> {
             2 => Verdict::Incomplete { at_least: 2 },
             3 => Verdict::Reject(DiscardReason::NoSync),
             4 => Verdict::Reject(DiscardReason::BrokenSync),
-            5 => Verdict::Reject(DiscardReason::Header),
-            6 => Verdict::Reject(DiscardReason::Check),
+            5 => Verdict::Reject(DiscardReason::BadHeader),
+            6 => Verdict::Reject(DiscardReason::ChecksumMismatch),
             7 => Verdict::Reject(DiscardReason::TooLong),
             8 => Verdict::Reject(DiscardReason::UnknownMessage),
-            _ => Verdict::Reject(DiscardReason::Terminator),
+            _ => Verdict::Reject(DiscardReason::WrongTerminator),
         }
     }
 

@@ -53,11 +53,11 @@ fn line() {
     [
         discarded.no_sync,
         discarded.broken_sync,
-        discarded.header,
+        discarded.bad_header,
         discarded.too_long,
         discarded.unknown_message,
-        discarded.check,
-        discarded.terminator,
+        discarded.checksum_mismatch,
+        discarded.wrong_terminator,
         discarded.line_event,
     ] = kani::any();
     let events = &mut counters.events;

@@ -125,8 +125,8 @@ pub fn whole_buffer<F: Format>(bytes: &[u8], mut report: impl FnMut(Found<[u8; 3
             let why = match place {
                 0 => DiscardReason::NoSync,
                 1 => DiscardReason::BrokenSync,
-                place if place == F::LENGTH => DiscardReason::Check,
-                _ => DiscardReason::Terminator,
+                place if place == F::LENGTH => DiscardReason::ChecksumMismatch,
+                _ => DiscardReason::WrongTerminator,
             };
             report(Found::Discarded { count, why });
             free = i + count;

@@ -37,8 +37,8 @@ impl<const N: usize> Report<N> {
                     *match why {
                         DiscardReason::NoSync => no_sync,
                         DiscardReason::BrokenSync => broken_sync,
-                        DiscardReason::Check => check,
-                        DiscardReason::Terminator => terminator,
+                        DiscardReason::ChecksumMismatch => check,
+                        DiscardReason::WrongTerminator => terminator,
                         _ => panic!("it has no other"),
                     } += count.to_le_bytes()[0];
                 }

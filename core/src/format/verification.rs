@@ -51,9 +51,9 @@ pub fn any_mismatch() -> DiscardReason {
     match kani::any::<u8>() {
         0 => DiscardReason::NoSync,
         1 => DiscardReason::BrokenSync,
-        2 => DiscardReason::Header,
-        3 => DiscardReason::Check,
-        4 => DiscardReason::Terminator,
+        2 => DiscardReason::BadHeader,
+        3 => DiscardReason::ChecksumMismatch,
+        4 => DiscardReason::WrongTerminator,
         5 => DiscardReason::TooLong,
         6 => DiscardReason::UnknownMessage,
         _ => DiscardReason::LineEvent,

@@ -35,12 +35,12 @@ fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<Discar
         Some(0) => Some(if sync > 0 {
             DiscardReason::NoSync
         } else {
-            DiscardReason::Terminator
+            DiscardReason::WrongTerminator
         }),
         Some(place) if place < sync => Some(DiscardReason::BrokenSync),
-        Some(_) => Some(DiscardReason::Terminator),
+        Some(_) => Some(DiscardReason::WrongTerminator),
         None if bytes.len() >= places.len() && checked && !check(&bytes[..places.len()]) => {
-            Some(DiscardReason::Check)
+            Some(DiscardReason::ChecksumMismatch)
         }
         None => None,
     }

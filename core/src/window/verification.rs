@@ -132,7 +132,7 @@ fn first_mismatch<const N: usize>(
         in_sync = in_sync && places[place].is_some();
         if places[place].is_some_and(|fixed| fixed != history[N - known + place]) {
             return Some(match place {
-                _ if !in_sync => DiscardReason::Terminator,
+                _ if !in_sync => DiscardReason::WrongTerminator,
                 0 => DiscardReason::NoSync,
                 _ => DiscardReason::BrokenSync,
             });
@@ -203,7 +203,7 @@ where
         if known <= pending + 1 {
             match shape.mismatch(before.with(byte), known) {
                 Some(why) => expected.add(why),
-                None if known == N && !check => expected.add(DiscardReason::Check),
+                None if known == N && !check => expected.add(DiscardReason::ChecksumMismatch),
                 None => break,
             }
             kept -= 1;
@@ -215,8 +215,11 @@ where
     assert!(frame.is_none() || pending + 1 == N && discarded.count == 0);
     kani::cover!(frame.is_some(), "a frame");
     let is_watched = |why| discarded.why == Some(why);
-    kani::cover!(is_watched(DiscardReason::Check), "a failed check");
-    let is_wrong_terminator = is_watched(DiscardReason::Terminator);
+    kani::cover!(
+        is_watched(DiscardReason::ChecksumMismatch),
+        "a failed check"
+    );
+    let is_wrong_terminator = is_watched(DiscardReason::WrongTerminator);
     kani::cover!(N == 1 || is_wrong_terminator, "a wrong terminator");
 }
 

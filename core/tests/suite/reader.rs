@@ -107,7 +107,7 @@ impl Format for Short {
         match bytes.get(whole - 1) {
             None => Verdict::Incomplete { at_least: whole },
             Some(last) if last & 0x40 != 0 => Verdict::Frame(whole),
-            Some(_) => Verdict::Reject(DiscardReason::Terminator),
+            Some(_) => Verdict::Reject(DiscardReason::WrongTerminator),
         }
     }
 

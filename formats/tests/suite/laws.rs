@@ -220,7 +220,7 @@ fn the_reason_is_that_of_the_layout_that_comes_furthest() {
         ([other, half, other], DiscardReason::BrokenSync),
         ([half, too_long, other], DiscardReason::TooLong),
         ([too_long, half, too_short], DiscardReason::TooLong),
-        ([too_short, too_long, half], DiscardReason::Header),
+        ([too_short, too_long, half], DiscardReason::BadHeader),
     ] {
         let verdict = AnyOf(&layouts).judge(&[0x24, 0x01, 200]);
         assert_eq!(verdict, Verdict::Reject(why));
@@ -259,7 +259,7 @@ fn what_a_layout_says_at_its_limits() {
                 ..layout
             },
             &[0x24, 3],
-            Verdict::Reject(DiscardReason::Header),
+            Verdict::Reject(DiscardReason::BadHeader),
         ),
         (
             Layout {
@@ -278,7 +278,7 @@ fn what_a_layout_says_at_its_limits() {
                 ..layout
             },
             &[0x24, 3],
-            Verdict::Reject(DiscardReason::Header),
+            Verdict::Reject(DiscardReason::BadHeader),
         ),
         // As many bytes as a frame may have, and no end.
         (
@@ -289,7 +289,7 @@ fn what_a_layout_says_at_its_limits() {
                 ..layout
             },
             b"$abc",
-            Verdict::Reject(DiscardReason::Terminator),
+            Verdict::Reject(DiscardReason::WrongTerminator),
         ),
     ] {
         assert_eq!(layout.judge(bytes), says, "{layout:?} of {bytes:02X?}");

@@ -286,9 +286,9 @@ impl<const LONGEST: usize> Drawn<LONGEST> {
             _ => Verdict::Reject(match why / 2 % 7 {
                 0 => DiscardReason::NoSync,
                 1 => DiscardReason::BrokenSync,
-                2 => DiscardReason::Header,
-                3 => DiscardReason::Terminator,
-                4 => DiscardReason::Check,
+                2 => DiscardReason::BadHeader,
+                3 => DiscardReason::WrongTerminator,
+                4 => DiscardReason::ChecksumMismatch,
                 5 => DiscardReason::TooLong,
                 _ => DiscardReason::UnknownMessage,
             }),

@@ -80,11 +80,11 @@ impl Counted {
         *match why {
             DiscardReason::NoSync => &mut discarded.no_sync,
             DiscardReason::BrokenSync => &mut discarded.broken_sync,
-            DiscardReason::Header => &mut discarded.header,
+            DiscardReason::BadHeader => &mut discarded.bad_header,
             DiscardReason::TooLong => &mut discarded.too_long,
             DiscardReason::UnknownMessage => &mut discarded.unknown_message,
-            DiscardReason::Terminator => &mut discarded.terminator,
-            DiscardReason::Check => &mut discarded.check,
+            DiscardReason::WrongTerminator => &mut discarded.wrong_terminator,
+            DiscardReason::ChecksumMismatch => &mut discarded.checksum_mismatch,
             DiscardReason::LineEvent => &mut discarded.line_event,
             other => panic!("no counter for {other}"),
         } += count;

@@ -401,7 +401,7 @@ fn frames_of_ones_own_are_received_with_their_names_and_units() {
     let machine = view(&run, 11, 0..0)["machines"][0].take();
     assert_eq!(machine["fields"][1], json!(["position", "10.01", "deg"]));
     let run = decoded(&format!("frame=own&bytes={captured}&edits=4f01"));
-    assert_eq!(end_fates(&run)[0], json!(["check"]));
+    assert_eq!(end_fates(&run)[0], json!(["checksum mismatch"]));
 }
 
 /// What has become of each byte.

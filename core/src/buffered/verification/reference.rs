@@ -99,7 +99,7 @@ impl<const L: usize> Format for FalseBeginning<L> {
         match bytes[0] {
             0 if bytes.len() < L => Verdict::Incomplete { at_least: L },
             1 => Verdict::Frame(1),
-            _ => Verdict::Reject(DiscardReason::Check),
+            _ => Verdict::Reject(DiscardReason::ChecksumMismatch),
         }
     }
     fn decode(&self, _: &[u8]) {}

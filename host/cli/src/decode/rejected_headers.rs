@@ -14,7 +14,7 @@ const SOME: usize = 200;
 pub(super) struct RejectedHeaders {
     /// Why the last header was rejected, if no frame has come since.
     last: Option<DiscardReason>,
-    header: usize,
+    bad_header: usize,
     too_long: usize,
     unknown_message: usize,
     is_told: bool,
@@ -31,7 +31,7 @@ impl RejectedHeaders {
             why => self.last = Some(why),
         }
         match self.last {
-            Some(DiscardReason::Header) => self.header += count,
+            Some(DiscardReason::BadHeader) => self.bad_header += count,
             Some(DiscardReason::TooLong) => self.too_long += count,
             Some(DiscardReason::UnknownMessage) => self.unknown_message += count,
             _ => {}
@@ -55,7 +55,7 @@ impl RejectedHeaders {
                 "of messages that are not in its list: add them to messages, or to the field's value".to_owned(),
             ),
             (
-                self.header,
+                self.bad_header,
                 "which no frame has: look at shortest, and at the fields with a value".to_owned(),
             ),
         ];

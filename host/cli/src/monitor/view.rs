@@ -178,8 +178,8 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
         )
         .into(),
         format!(
-            "  terminator {}  check {}  line {}",
-            discarded.terminator, discarded.check, discarded.line_event
+            "  terminator {}  checksum {}  line {}",
+            discarded.wrong_terminator, discarded.checksum_mismatch, discarded.line_event
         )
         .into(),
         format!(
@@ -201,9 +201,9 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
         },
     ];
     if !session.shown().frame.protocol.has_setpoints() {
-        let (header, long) = (discarded.header, discarded.too_long);
+        let (header, long) = (discarded.bad_header, discarded.too_long);
         let unknown = discarded.unknown_message;
-        let line = format!("  header {header}  too long {long}  unknown {unknown}");
+        let line = format!("  bad header {header}  too long {long}  unknown {unknown}");
         lines.insert(3, line.into());
     }
     lines

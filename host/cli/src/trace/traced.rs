@@ -190,7 +190,7 @@ impl Traced {
         let reasons = [
             ("no sync", discarded.no_sync),
             ("broken sync", discarded.broken_sync),
-            ("no CR", discarded.terminator),
+            ("no CR", discarded.wrong_terminator),
         ];
         let reasons = reasons.iter().filter(|(_, count)| *count > 0);
         let reasons = reasons.map(|(why, count)| format!("; {why}: {count}"));

@@ -56,7 +56,7 @@ fn the_screen_is_what_was_watched() {
         "│pitch ███████████┃         149 out 149││bytes 1057  frames 150                │",
         "│roll  ████┃                 64 out  64││discarded 3                           │",
         "│yaw   ██████████████┃      192 out 192││  no sync 2  broken sync 1            │",
-        "│failsafe LIVE                         ││  terminator 0  check 0  line 0       │",
+        "│failsafe LIVE                         ││  terminator 0  checksum 0  line 0    │",
         "│state    A  B  1  2 [3] 4  CR         ││resynchronised 0  idle gaps 0         │",
         "│                                      ││line errors: framing 0     break 0    │",
         "│                                      ││not recorded                          │",
@@ -102,7 +102,7 @@ fn described_frames_are_shown_with_their_fields() {
         3: │length 25                             ││bytes 5011  frames 200
         4: │pending 3                             ││discarded 8
         5: │channel 992 992 992 992 992 992 992   ││  no sync 7  broken sync 0
-        6: │992 992 992 992 992 992 992 992 992   ││  header 0
+        6: │992 992 992 992 992 992 992 992 992   ││  bad header 0
         10: │failsafe   1                          ││not recorded
         20: │|3F 0F E0 03 1F F8 C0 07 ";
     shows(&mut session, 80, expected);
