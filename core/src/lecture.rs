@@ -120,7 +120,7 @@ impl Lecture {
             (State::SyncA, State::SyncA) => discarded(1, DiscardReason::NoSync),
             (State::SyncB, State::SyncA) => discarded(2, DiscardReason::BrokenSync),
             (State::Terminator, _) if setpoint.is_none() => {
-                discarded(7, DiscardReason::WrongTerminator)
+                discarded(7, DiscardReason::WrongTerminator);
             }
             _ => {}
         }

@@ -197,8 +197,8 @@ pub(crate) fn log() {
             "discarded: no sync {=u32} broken sync {=u32} check {=u32} terminator {=u32} line event {=u32}; resynchronised {=u32}",
             c.no_sync.get(),
             c.broken_sync.get(),
-            c.check.get(),
-            c.terminator.get(),
+            c.checksum_mismatch.get(),
+            c.wrong_terminator.get(),
             c.line_event.get(),
             c.resynchronisations.get()
         );
