@@ -49,41 +49,41 @@ typedef uint8_t framelock_line_event;
 // At any time `bytes` is `frame_bytes`, all of `discarded_...` and `pending` together.
 typedef struct framelock_counters {
   // Bytes received.
-  size_t bytes;
+  uint32_t bytes;
   // Frames committed.
-  size_t frames;
+  uint32_t frames;
   // Bytes in them.
-  size_t frame_bytes;
+  uint32_t frame_bytes;
   // Bytes discarded because no frame begins with them.
-  size_t discarded_no_sync;
+  uint32_t discarded_no_sync;
   // Bytes discarded because a later byte of the sync was wrong.
-  size_t discarded_broken_sync;
+  uint32_t discarded_broken_sync;
   // Bytes discarded because fixed bits of the header were wrong, or its length was too short.
-  size_t discarded_header;
+  uint32_t discarded_header;
   // Bytes discarded because the header told a length above that of the longest frame.
-  size_t discarded_too_long;
+  uint32_t discarded_too_long;
   // Bytes discarded because the header told a message that there is not.
-  size_t discarded_unknown_message;
+  uint32_t discarded_unknown_message;
   // Bytes discarded because there was no terminator where it was due.
-  size_t discarded_terminator;
+  uint32_t discarded_terminator;
   // Bytes discarded because the checksum was wrong.
-  size_t discarded_check;
+  uint32_t discarded_check;
   // Bytes that were pending when a line event came.
-  size_t discarded_line_event;
+  uint32_t discarded_line_event;
   // Bytes that may yet be part of a frame.
   size_t pending;
   // Frames that ended a loss: the first one after bytes were discarded.
-  size_t resynchronisations;
+  uint32_t resynchronisations;
   // How often `FRAMELOCK_FRAMING_ERROR` was reported.
-  size_t framing_errors;
+  uint32_t framing_errors;
   // How often `FRAMELOCK_PARITY_ERROR` was reported.
-  size_t parity_errors;
+  uint32_t parity_errors;
   // How often `FRAMELOCK_OVERRUN` was reported.
-  size_t overruns;
+  uint32_t overruns;
   // How often `FRAMELOCK_BREAK` was reported.
-  size_t breaks;
+  uint32_t breaks;
   // How often `FRAMELOCK_IDLE_LINE` was reported.
-  size_t idle_lines;
+  uint32_t idle_lines;
 } framelock_counters;
 
 // A receiver of BIN-CRC8 frames: 'A' 'B' reserved pitch roll yaw crc CR.
@@ -367,22 +367,22 @@ extern const struct framelock_layout framelock_bin_crc8_layout;
 // Six axes of 16 bits, in either byte order.
 extern const struct framelock_layout framelock_six_axes_layout;
 
-// Futaba's SBUS.
+// Futaba's sbus::LAYOUT.
 extern const struct framelock_layout framelock_sbus_layout;
 
 // FlySky's iBUS, the frames for servos.
 extern const struct framelock_layout framelock_ibus_layout;
 
-// CRSF, of TBS and ExpressLRS.
+// crsf::LAYOUT, of TBS and ExpressLRS.
 extern const struct framelock_layout framelock_crsf_layout;
 
-// u-blox's UBX. `longest` is the protocol's, 65543: make it what the messages need that you switch on.
+// u-blox's ubx::LAYOUT. `longest` is the protocol's, 65543: make it what the messages need that you switch on.
 extern const struct framelock_layout framelock_ubx_layout;
 
-// NMEA 0183.
+// nmea::LAYOUT 0183.
 extern const struct framelock_layout framelock_nmea_layout;
 
-// RTCM 3.
+// rtcm::LAYOUT 3.
 extern const struct framelock_layout framelock_rtcm_layout;
 
 // MAVLink 1, with the messages of the dialect `common`.

@@ -3,7 +3,7 @@
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
 
-use framelock::{BufferedIn, Line};
+use framelock::{BufferedReceiver, Line};
 use framelock_formats::AnyOf;
 
 use crate::layout::{framelock_layout, framelock_made_layout};
@@ -17,7 +17,7 @@ pub struct framelock_layout_receiver {
 }
 
 impl Memory for framelock_layout_receiver {
-    type Value = Line<BufferedIn<AnyOf<'static, framelock_made_layout>, &'static mut [u8]>>;
+    type Value = Line<BufferedReceiver<AnyOf<'static, framelock_made_layout>, &'static mut [u8]>>;
 }
 
 /// A frame that was received. Its bytes are there until the next call with that receiver.
@@ -49,7 +49,8 @@ pub extern "C" fn framelock_layout_receiver_init(
         return false;
     };
     let layouts = make(layouts, made, count).zip(values_mut(buffer, size));
-    let built = layouts.and_then(|(layouts, buffer)| BufferedIn::within(AnyOf(layouts), buffer));
+    let built =
+        layouts.and_then(|(layouts, buffer)| BufferedReceiver::with_buffer(AnyOf(layouts), buffer));
     let is_built = built.is_some();
     receiver.write(built.map_or(Content::Nothing, |built| {
         Content::Something(Line::new(built))
@@ -82,7 +83,11 @@ pub extern "C" fn framelock_layout_receiver_push(
     frame: Option<&mut MaybeUninit<framelock_frame>>,
 ) -> bool {
     let line = receiver.and_then(Memory::value_mut);
-    deliver(line.and_then(|line| line.push(byte)), frame)
+    deliver(
+        line.and_then(|line| line.push(byte))
+            .map(|found| found.message()),
+        frame,
+    )
 }
 
 /// Goes on with what `framelock_layout_receiver_push` has left, up to the next frame; returns as it does.
@@ -92,7 +97,10 @@ pub extern "C" fn framelock_layout_receiver_poll(
     frame: Option<&mut MaybeUninit<framelock_frame>>,
 ) -> bool {
     let line = receiver.and_then(Memory::value_mut);
-    deliver(line.and_then(Line::poll), frame)
+    deliver(
+        line.and_then(Line::poll).map(|found| found.message()),
+        frame,
+    )
 }
 
 /// Calls `found`, unless it is NULL, with each frame that lies whole in what is pending; drops the rest, so that no
@@ -107,7 +115,7 @@ pub extern "C" fn framelock_layout_receiver_line_event(
 ) {
     line_event(receiver, event, |one| {
         if let (Some(found), Some(frame)) = (found, one.message()) {
-            found(context, &framelock_frame::new(frame));
+            found(context, &framelock_frame::new(frame.message()));
         }
     });
 }

@@ -36,41 +36,41 @@ impl Memory for framelock_crc8_receiver {
 #[repr(C)]
 pub struct framelock_counters {
     /// Bytes received.
-    pub bytes: usize,
+    pub bytes: u32,
     /// Frames committed.
-    pub frames: usize,
+    pub frames: u32,
     /// Bytes in them.
-    pub frame_bytes: usize,
+    pub frame_bytes: u32,
     /// Bytes discarded because no frame begins with them.
-    pub discarded_no_sync: usize,
+    pub discarded_no_sync: u32,
     /// Bytes discarded because a later byte of the sync was wrong.
-    pub discarded_broken_sync: usize,
+    pub discarded_broken_sync: u32,
     /// Bytes discarded because fixed bits of the header were wrong, or its length was too short.
-    pub discarded_header: usize,
+    pub discarded_header: u32,
     /// Bytes discarded because the header told a length above that of the longest frame.
-    pub discarded_too_long: usize,
+    pub discarded_too_long: u32,
     /// Bytes discarded because the header told a message that there is not.
-    pub discarded_unknown_message: usize,
+    pub discarded_unknown_message: u32,
     /// Bytes discarded because there was no terminator where it was due.
-    pub discarded_terminator: usize,
+    pub discarded_terminator: u32,
     /// Bytes discarded because the checksum was wrong.
-    pub discarded_check: usize,
+    pub discarded_check: u32,
     /// Bytes that were pending when a line event came.
-    pub discarded_line_event: usize,
+    pub discarded_line_event: u32,
     /// Bytes that may yet be part of a frame.
     pub pending: usize,
     /// Frames that ended a loss: the first one after bytes were discarded.
-    pub resynchronisations: usize,
+    pub resynchronisations: u32,
     /// How often `FRAMELOCK_FRAMING_ERROR` was reported.
-    pub framing_errors: usize,
+    pub framing_errors: u32,
     /// How often `FRAMELOCK_PARITY_ERROR` was reported.
-    pub parity_errors: usize,
+    pub parity_errors: u32,
     /// How often `FRAMELOCK_OVERRUN` was reported.
-    pub overruns: usize,
+    pub overruns: u32,
     /// How often `FRAMELOCK_BREAK` was reported.
-    pub breaks: usize,
+    pub breaks: u32,
     /// How often `FRAMELOCK_IDLE_LINE` was reported.
-    pub idle_lines: usize,
+    pub idle_lines: u32,
 }
 
 impl framelock_counters {

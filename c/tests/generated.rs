@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use framelock::{BufferedIn, Format};
+use framelock::{BufferedReceiver, Format};
 use framelock_description::{Description, Field, SHIPPED, Value};
 use framelock_generate::{c, rust};
 use rand::{Rng, SeedableRng};
@@ -97,7 +97,8 @@ fn cases(random_ones: usize) -> Vec<Case> {
 /// What the description says of a stream.
 fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     let format = description.format();
-    let mut receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]).unwrap();
+    let mut receiver =
+        BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).unwrap();
     let (mut text, mut frames, mut discarded) = (String::new(), 0, 0);
     let mut note = |found: framelock::Found<(usize, &[u8])>| match found {
         framelock::Found::Frame {
@@ -124,8 +125,9 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
         }
         framelock::Found::Discarded { count, .. } => discarded += count,
     };
-    receiver.feed(stream, &mut note);
-    receiver.line_event(&mut note);
+    receiver.feed(stream, |found| note(found.map(|frame| frame.message())));
+    let idle = framelock::LineEvent::Idle;
+    receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
     // What is compared also happens; without sync and checksum each terminator ends a frame.
     let layout = description.kinds[0].layout;
     let takes_all = layout.sync.length == 0 && layout.checksum.is_none();

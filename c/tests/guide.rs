@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::num::NonZeroU32;
 
 use framelock::motion::{Bin, Failsafe, FailsafeParameters};
-use framelock::{BufferedReceiver, Format, Found, Line, LineEvent, Receiver};
+use framelock::{BufferedReceiver, Format, Found, Frame, Line, LineEvent, Receiver};
 use framelock_formats::layout::{Algorithm, Checksum, Crc, Layout, Length, LengthField, Patterns};
-use framelock_formats::{CRSF, judged_by};
+use framelock_formats::{classify_by, crsf};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -27,7 +27,7 @@ pub(crate) fn programs(frames: usize) -> [Program; 4] {
     let mut stream = faulty_stream(frames);
     stream.extend(b"AB\0\xFFxyz\rAB\0xyz\r");
     stream.extend([0; 3000]);
-    let crsf_steps = steps(&CRSF, 26, frames, (2, 0x16), &[0xC8, 62]);
+    let crsf_steps = steps(&crsf::LAYOUT, 26, frames, (2, 0x16), &[0xC8, 62]);
     let motor_steps = steps(&MOTOR, 11, frames, (3, 1), &[0xAA, 0x55, 16]);
     [
         Program {
@@ -41,7 +41,7 @@ pub(crate) fn programs(frames: usize) -> [Program; 4] {
             page: Some(crsf),
             source: "guide_layouts.c",
             options: &[],
-            expected: received(Any(&CRSF), &crsf_steps, |frame| {
+            expected: received(Any(&crsf::LAYOUT), &crsf_steps, |frame| {
                 (frame.len() == 26 && frame[2] == 0x16).then(|| frame[3..25].to_vec())
             }),
             steps: crsf_steps,
@@ -115,10 +115,11 @@ const MOTOR: Layout = Layout {
 };
 
 /// Frames of a layout that are given as they are.
+#[derive(Clone, Copy)]
 struct Any(&'static Layout<'static>);
 
 impl Format for Any {
-    judged_by!(
+    classify_by!(
         Layout {
             longest: 64,
             ..Layout::NONE
@@ -176,17 +177,21 @@ fn steps(
 /// What is said of those frames of which `say` gives something.
 fn received(format: Any, steps: &[u8], say: impl Fn(&[u8]) -> Option<Vec<u8>>) -> String {
     let sends = format.0 == &MOTOR;
-    let mut line = Line::new(BufferedReceiver::<_, 128>::new(format));
+    let mut line = Line::new(BufferedReceiver::<_, [u8; 128]>::new(format));
     let (mut text, mut at_events) = (String::new(), 0);
     let mut steps = steps.iter().copied();
     while let Some(step) = steps.next() {
         let mut event = |line: &mut Line<_>, event, text: &mut String| {
-            Line::<BufferedReceiver<Any, 128>>::line_event(line, event, |found: Found<&[u8]>| {
-                if let Some(said) = found.message().and_then(&say) {
-                    hex(text, &said);
-                    at_events += 1;
-                }
-            });
+            Line::<BufferedReceiver<Any, [u8; 128]>>::line_event(
+                line,
+                event,
+                |found: Found<Frame<'_, Any>>| {
+                    if let Some(said) = found.message().and_then(|frame| say(frame.bytes())) {
+                        hex(text, &said);
+                        at_events += 1;
+                    }
+                },
+            );
         };
         match step {
             b'i' => event(&mut line, LineEvent::Idle, &mut text),
@@ -202,14 +207,17 @@ fn received(format: Any, steps: &[u8], say: impl Fn(&[u8]) -> Option<Vec<u8>>) -
                 }
             }
             _ => {
-                if let Some(said) = line.push(steps.next().unwrap()).and_then(&say) {
+                if let Some(said) = line
+                    .push(steps.next().unwrap())
+                    .and_then(|frame| say(frame.bytes()))
+                {
                     hex(&mut text, &said);
                 }
             }
         }
     }
     // Frames came, some of them with an event, and others were lost.
-    assert!(text.lines().count() * 3 > line.counters().frames && at_events > 0);
+    assert!(text.lines().count() * 3 > line.counters().frames as usize && at_events > 0);
     assert!(line.counters().resynchronisations > 0);
     text
 }

@@ -2,13 +2,15 @@
 
 use std::fmt::Write;
 
-use framelock::{BufferedIn, Line};
+use framelock::{BufferedReceiver, Line};
 use framelock_formats::layout::{
     Algorithm, Checksum, Layout, Length, LengthField, Message, Number, Patterns,
 };
 use framelock_formats::{
-    ARDUPILOTMEGA, AnyOf, BIN, BIN_CRC8, COMMON, CRSF, IBUS, NMEA, RTCM, SBUS, SIX_AXES, UBX,
-    mavlink1, mavlink2,
+    AnyOf, crsf, ibus,
+    mavlink::{self, ARDUPILOTMEGA, COMMON},
+    motion::{BIN, BIN_CRC8, SIX_AXES},
+    nmea, rtcm, sbus, ubx,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,10 +22,10 @@ use crate::steps::Program;
 const GNSS: &[Layout] = &[
     Layout {
         longest: 100,
-        ..UBX
+        ..ubx::LAYOUT
     },
-    NMEA,
-    RTCM,
+    nmea::LAYOUT,
+    rtcm::LAYOUT,
 ];
 
 const MESSAGES: &[Message] = &[
@@ -72,16 +74,19 @@ const LINES: [&[Layout]; 14] = [
     &[BIN],
     &[BIN_CRC8],
     &[SIX_AXES],
-    &[SBUS],
-    &[IBUS],
-    &[CRSF],
+    &[sbus::LAYOUT],
+    &[ibus::LAYOUT],
+    &[crsf::LAYOUT],
     GNSS,
-    &[mavlink1(COMMON), mavlink2(ARDUPILOTMEGA)],
-    &[SBUS],
-    &[IBUS],
-    &[CRSF],
+    &[
+        mavlink::layout_v1(COMMON),
+        mavlink::layout_v2(ARDUPILOTMEGA),
+    ],
+    &[sbus::LAYOUT],
+    &[ibus::LAYOUT],
+    &[crsf::LAYOUT],
     GNSS,
-    &[mavlink1(MESSAGES), mavlink2(MESSAGES)],
+    &[mavlink::layout_v1(MESSAGES), mavlink::layout_v2(MESSAGES)],
     ODD,
 ];
 
@@ -200,20 +205,20 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Vec<u8> {
 fn taken(steps: &mut [u8]) -> String {
     let (number, mut steps) = steps.split_first_mut().unwrap();
     let layouts = LINES[usize::from(*number)];
-    let receiver = BufferedIn::within(AnyOf(layouts), vec![0; 2100]).unwrap();
+    let receiver = BufferedReceiver::with_buffer(AnyOf(layouts), vec![0; 2100]).unwrap();
     let mut line = Line::new(receiver);
     let mut text = String::new();
     while let [step, rest @ ..] = steps {
         let used = match step {
             b'b' => {
                 if let Some(frame) = line.push(rest[0]) {
-                    say_frame(&mut text, 'b', frame);
+                    say_frame(&mut text, 'b', frame.message());
                 }
                 1
             }
             b'p' => {
                 while let Some(frame) = line.poll() {
-                    say_frame(&mut text, 'p', frame);
+                    say_frame(&mut text, 'p', frame.message());
                 }
                 0
             }
@@ -222,7 +227,7 @@ fn taken(steps: &mut [u8]) -> String {
                 if let Some(&event) = EVENTS.get(usize::from(rest[0])) {
                     line.line_event(event, |found| {
                         if let Some(frame) = found.message() {
-                            say_frame(&mut text, 'e', frame);
+                            say_frame(&mut text, 'e', frame.message());
                         }
                     });
                 }
@@ -251,7 +256,7 @@ fn say_frame(text: &mut String, when: char, (layout, frame): (usize, &[u8])) {
     hex(text, frame);
 }
 
-fn say_counters(text: &mut String, line: &Line<BufferedIn<AnyOf, Vec<u8>>>) {
+fn say_counters(text: &mut String, line: &Line<BufferedReceiver<AnyOf, Vec<u8>>>) {
     let counters = line.counters();
     let (discarded, events) = (counters.discarded, counters.events);
     let all = [
@@ -266,7 +271,7 @@ fn say_counters(text: &mut String, line: &Line<BufferedIn<AnyOf, Vec<u8>>>) {
         discarded.wrong_terminator,
         discarded.checksum_mismatch,
         discarded.line_event,
-        line.pending(),
+        u32::try_from(line.pending()).unwrap(),
         counters.resynchronisations,
         events.framing,
         events.parity,

@@ -30,7 +30,7 @@ pub(crate) fn main() {
     ];
     let mut reader = Reader::<_, _, 16>::new(Serial(received), Receiver::<Bin>::new());
     loop {
-        match reader.read(|setpoint| setpoint) {
+        match reader.next_message() {
             Ok(Some(setpoint)) => println!("{setpoint}"),
             Ok(None) => break,
             // What is pending is worthless now. The next call goes on.

@@ -3,7 +3,7 @@
 //! `cargo run -p framelock-examples --bin own_format`
 
 use framelock::{
-    BufferedReceiver, DiscardReason, Encode, FixedFormat, Format, Receiver, Shape, Verdict,
+    BufferedReceiver, Classification, DiscardReason, Encode, FixedFormat, Format, Receiver, Shape,
 };
 
 /// `FE`, a 16-bit throttle, `0A`.
@@ -34,31 +34,32 @@ impl Encode for Throttle {
 ///
 /// Written by hand here. A `Layout` of the crate `framelock-formats` describes such a frame in a few lines:
 /// docs/own-frame.md.
+#[derive(Clone, Copy)]
 pub(crate) struct Text;
 
 impl Format for Text {
     const LONGEST: usize = 34;
     type Message<'a> = &'a [u8];
 
-    fn judge(&self, bytes: &[u8]) -> Verdict {
+    fn classify(&self, bytes: &[u8]) -> Classification {
         let &[0xAA, ref rest @ ..] = bytes else {
-            return Verdict::Reject(DiscardReason::NoSync);
+            return Classification::Rejected(DiscardReason::NoSync);
         };
         let Some((&length, rest)) = rest.split_first() else {
-            return Verdict::Incomplete { at_least: 2 };
+            return Classification::Incomplete { at_least: 2 };
         };
         let whole = usize::from(length) + 3;
         if whole > Self::LONGEST {
-            return Verdict::Reject(DiscardReason::TooLong);
+            return Classification::Rejected(DiscardReason::TooLong);
         }
         match rest.split_at_checked(length.into()) {
             Some((text, &[sum, ..]))
                 if sum == text.iter().fold(0, |sum, b| b.wrapping_add(sum)) =>
             {
-                Verdict::Frame(whole)
+                Classification::Frame(whole)
             }
-            Some((_, [_, ..])) => Verdict::Reject(DiscardReason::ChecksumMismatch),
-            _ => Verdict::Incomplete { at_least: whole },
+            Some((_, [_, ..])) => Classification::Rejected(DiscardReason::ChecksumMismatch),
+            _ => Classification::Incomplete { at_least: whole },
         }
     }
 
@@ -74,10 +75,10 @@ pub(crate) fn main() {
             println!("throttle {throttle}");
         }
     }
-    let mut receiver = BufferedReceiver::<_, { 2 * Text::LONGEST }>::new(Text);
+    let mut receiver = BufferedReceiver::<_, [u8; 2 * Text::LONGEST]>::new(Text);
     for &byte in b"noise\xAA\x02hi\xD1" {
-        if let Some(text) = receiver.push(byte) {
-            println!("{}", text.escape_ascii());
+        if let Some(frame) = receiver.push(byte) {
+            println!("{}", frame.message().escape_ascii());
         }
     }
 }

@@ -21,7 +21,7 @@ use core::fmt::Debug;
 
 use crate::noise::run_without_start;
 use crate::parser::parser_by_own_functions;
-use crate::{DiscardReason, Format, Found, Parser, Verdict};
+use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent, Parser};
 
 #[cfg(kani)]
 mod verification;
@@ -29,11 +29,14 @@ mod verification;
 /// The receiver of frames of any length up to [`Format::LONGEST`], and never deaf.
 ///
 /// For frames of fixed length of up to 16 bytes there is [`Receiver`](crate::Receiver): it is smaller,
-/// faster, and delivers each frame with its last byte. This one takes `N` bytes and three words.
+/// faster, and delivers each frame with its last byte. This one takes a buffer `B` and three words. `B` is an
+/// array (see [`new`](Self::new)), or a borrowed slice or a `Vec` (see [`with_buffer`](Self::with_buffer)).
 ///
-/// **Make `N` twice [`Format::LONGEST`].** It must be `LONGEST` at least. But where the buffer is full, what
-/// is pending moves to the front; with `N = LONGEST` a stream of false beginnings makes that happen with
-/// each byte, with twice as many it costs less than a step for each byte moved.
+/// **Make the buffer twice as long as [`Format::LONGEST`].** It must have `LONGEST` bytes at least. When the buffer
+/// is full, the pending bytes move to its front. With `LONGEST` bytes a stream of false starts makes them move
+/// with each byte; with twice as many a move costs less than one step per byte.
+///
+/// A completed frame is delivered as a [`Frame`], which is decoded on request.
 ///
 /// # The rule
 ///
@@ -54,61 +57,61 @@ mod verification;
 ///
 /// # Examples
 /// ```
-/// use framelock::{BufferedReceiver, DiscardReason, Format, Verdict};
+/// use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
 ///
 /// /// `#`, the length of the text, 22 at most, and the text.
+/// #[derive(Clone, Copy)]
 /// struct Text;
 ///
 /// impl Format for Text {
 ///     const LONGEST: usize = 24;
 ///     type Message<'a> = &'a [u8];
 ///
-///     fn judge(&self, bytes: &[u8]) -> Verdict {
+///     fn classify(&self, bytes: &[u8]) -> Classification {
 ///         match *bytes {
-///             [b'#'] => Verdict::Incomplete { at_least: 2 },
-///             [b'#', length, ..] if length > 22 => Verdict::Reject(DiscardReason::TooLong),
+///             [b'#'] => Classification::Incomplete { at_least: 2 },
+///             [b'#', length, ..] if length > 22 => Classification::Rejected(DiscardReason::TooLong),
 ///             [b'#', length, ..] => match 2 + usize::from(length) {
-///                 whole if bytes.len() < whole => Verdict::Incomplete { at_least: whole },
-///                 whole => Verdict::Frame(whole),
+///                 whole if bytes.len() < whole => Classification::Incomplete { at_least: whole },
+///                 whole => Classification::Frame(whole),
 ///             },
-///             _ => Verdict::Reject(DiscardReason::NoSync),
+///             _ => Classification::Rejected(DiscardReason::NoSync),
 ///         }
 ///     }
 ///
 ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..] }
 /// }
 ///
-/// let mut receiver = BufferedReceiver::<_, 48>::new(Text);
+/// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
 /// let mut received = Vec::new();
 /// for byte in *b"#\x03one" {
-///     received.extend(receiver.push(byte).map(<[u8]>::to_vec));
+///     received.extend(receiver.push(byte).map(|frame| frame.message().to_vec()));
 /// }
 /// assert_eq!(received, [b"one"]);
 ///
 /// // A false start claims that 16 bytes follow. The frame after it waits until a line event delivers it.
 /// receiver.feed(b"#\x10#\x03two", |_| unreachable!());
 /// assert_eq!(receiver.pending(), 7);
-/// receiver.line_event(|found| received.extend(found.message().map(|text| text.to_vec())));
+/// receiver.line_event(LineEvent::Idle, |found| {
+///     received.extend(found.message().map(|frame| frame.message().to_vec()));
+/// });
 /// assert_eq!(received, [b"one", b"two"]);
 /// ```
 /// A buffer that does not hold the longest frame does not compile:
 /// ```compile_fail,E0080
-/// # use framelock::{BufferedReceiver, Format, Verdict};
+/// # use framelock::{BufferedReceiver, Format, Classification};
+/// # #[derive(Clone, Copy)]
 /// # struct Text;
 /// # impl Format for Text {
 /// #     const LONGEST: usize = 24;
 /// #     type Message<'a> = &'a [u8];
-/// #     fn judge(&self, bytes: &[u8]) -> Verdict { Verdict::Frame(bytes.len()) }
+/// #     fn classify(&self, bytes: &[u8]) -> Classification { Classification::Frame(bytes.len()) }
 /// #     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { frame }
 /// # }
-/// const _: BufferedReceiver<Text, 23> = BufferedReceiver::new(Text);
+/// const _: BufferedReceiver<Text, [u8; 23]> = BufferedReceiver::new(Text);
 /// ```
-pub type BufferedReceiver<F, const N: usize> = BufferedIn<F, [u8; N]>;
-
-/// A [`BufferedReceiver`] in memory of any kind: a slice that is lent, or a `Vec` as long as a format needs it
-/// that is known at run time only.
 #[derive(Clone, Debug)]
-pub struct BufferedIn<F, B> {
+pub struct BufferedReceiver<F, B> {
     format: F,
     buffer: B,
     /// Pending: `buffer[from..to]`.
@@ -128,22 +131,24 @@ enum Decision {
     Waiting,
 }
 
-impl<F: Format, const N: usize> BufferedIn<F, [u8; N]> {
-    /// A receiver that has received nothing yet.
+impl<F: Format, const N: usize> BufferedReceiver<F, [u8; N]> {
+    /// Creates a receiver with an array of its own, which has received nothing yet.
+    ///
+    /// An array shorter than [`Format::LONGEST`] does not compile.
     #[must_use]
     pub const fn new(format: F) -> Self {
         const {
             assert!(
                 F::LONGEST >= 1 && F::LONGEST <= N,
                 "the buffer must hold the longest frame: \
-                 make N of BufferedReceiver<F, N> at least F::LONGEST, or LONGEST smaller"
+                 make N of BufferedReceiver<F, [u8; N]> at least F::LONGEST, or LONGEST smaller"
             );
         }
         Self::empty(format, [0; N])
     }
 }
 
-impl<F, B> BufferedIn<F, B> {
+impl<F, B> BufferedReceiver<F, B> {
     const fn empty(format: F, buffer: B) -> Self {
         Self {
             format,
@@ -155,85 +160,135 @@ impl<F, B> BufferedIn<F, B> {
     }
 }
 
-impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
-    /// A receiver that has received nothing yet, in this memory: at least as long as the format's
-    /// [`longest`](Format::longest) frame, better twice, or there is none.
+impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
+    /// Creates a receiver that keeps pending bytes in this memory: a borrowed slice, or a `Vec`.
+    ///
+    /// Returns `None` if the memory is shorter than the format's [`longest`](Format::longest) frame. Better
+    /// make it twice as long.
     #[must_use]
-    pub fn within(format: F, buffer: B) -> Option<Self> {
+    pub fn with_buffer(format: F, buffer: B) -> Option<Self> {
         let longest = format.longest();
         (1 <= longest && longest <= buffer.as_ref().len()).then(|| Self::empty(format, buffer))
     }
 
-    /// Takes the next byte of the stream; gives the message of the frame that it finds.
+    /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
     /// **It asks the format once at most, so it may leave bytes that could be decided, a whole frame among them**:
     /// behind a false beginning each call catches up by one. The following calls go on; where no byte follows soon,
     /// call [`poll`](Self::poll) until it gives nothing, or report the idle line as a [`line_event`](Self::line_event).
     #[inline]
-    pub fn push(&mut self, byte: u8) -> Option<F::Message<'_>> {
-        self.push_with(byte, |_, _| ()).map(|(_, message)| message)
+    pub fn push(&mut self, byte: u8) -> Option<Frame<'_, F>> {
+        self.push_with(byte, |_| ())
     }
 
-    /// [`push`](Self::push), which says which bytes it discards, oldest first, each run with its length and
-    /// reason; and how long the frame is.
+    /// [`push`](Self::push), with an account of each byte whose outcome it decides.
     #[inline]
-    pub fn push_with(
-        &mut self,
-        byte: u8,
-        mut discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, F::Message<'_>)> {
-        let behind = self.to.wrapping_add(1);
-        if behind < self.ask_at {
+    fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<Frame<'_, F>> {
+        let end = self.to.wrapping_add(1);
+        if end < self.ask_at {
             if let Some(place) = self.buffer.as_mut().get_mut(self.to) {
-                (*place, self.to) = (byte, behind);
+                (*place, self.to) = (byte, end);
                 return None;
             }
         }
-        if self.pending() == 0 {
-            self.reset();
-            if !self.format.starts(byte) {
-                discarded(1, DiscardReason::NoSync);
-                return None;
-            }
-        }
-        let length = self.push_and_decide(byte, discarded)?;
-        Some((length, self.message(length)))
+        self.push_and_decide(byte, account)
     }
 
-    /// The length of the frame that the byte completes.
-    // Apart, so that a byte that is only stored, or starts nothing, saves few registers.
+    /// [`push_with`](Self::push_with) for a byte that may decide something.
+    // A function of its own, so that a byte that is only stored saves no registers.
     #[inline(never)]
     fn push_and_decide(
         &mut self,
         byte: u8,
-        discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<usize> {
+        mut account: impl FnMut(Found<()>),
+    ) -> Option<Frame<'_, F>> {
+        if self.pending() == 0 {
+            self.reset();
+            if !self.format.starts(byte) {
+                account(Found::discarded(1, DiscardReason::NoSync));
+                return None;
+            }
+        }
         self.store(&[byte]);
-        match self.next(discarded) {
-            Decision::Frame(length) => Some(length),
+        match self.decide_next(&mut account) {
+            Decision::Frame(length) => Some(self.frame(length)),
             Decision::Discarded | Decision::Waiting => None,
         }
     }
 
-    /// Goes on with what [`push`](Self::push) has left, up to the next frame.
+    /// Decides about bytes that [`push`](Self::push) has left pending. Returns the next frame among them.
     ///
     /// It asks the format once for each pending byte at most.
-    pub fn poll(&mut self) -> Option<F::Message<'_>> {
-        self.poll_with(|_, _| ()).map(|(_, message)| message)
+    pub fn poll(&mut self) -> Option<Frame<'_, F>> {
+        self.next(&mut [].as_slice())
     }
 
-    /// [`poll`](Self::poll), which says what it discards, as [`push_with`](Self::push_with) does.
-    pub fn poll_with(
+    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in it.
+    /// Returns the frame. `None`: no other frame ends in the slice, and all of it is taken. Frames among the
+    /// bytes that [`push`](Self::push) has left pending come first.
+    ///
+    /// A program may stop, return or await between frames. Called until it returns `None`, it delivers the same
+    /// frames as [`feed`](Self::feed), in the same order (theorem 13a). It copies every byte, also of frames
+    /// that lie whole in the slice: for long slices `feed` is faster.
+    ///
+    /// # Examples
+    /// With `Text` as [above](BufferedReceiver):
+    /// ```
+    /// # use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
+    /// # #[derive(Clone, Copy)]
+    /// # struct Text;
+    /// # impl Format for Text {
+    /// #     const LONGEST: usize = 24;
+    /// #     type Message<'a> = &'a [u8];
+    /// #     fn classify(&self, bytes: &[u8]) -> Classification {
+    /// #         match *bytes {
+    /// #             [b'#'] => Classification::Incomplete { at_least: 2 },
+    /// #             [b'#', length, ..] if length > 22 => Classification::Rejected(DiscardReason::TooLong),
+    /// #             [b'#', length, ..] => match 2 + usize::from(length) {
+    /// #                 whole if bytes.len() < whole => Classification::Incomplete { at_least: whole },
+    /// #                 whole => Classification::Frame(whole),
+    /// #             },
+    /// #             _ => Classification::Rejected(DiscardReason::NoSync),
+    /// #         }
+    /// #     }
+    /// #     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[2..] }
+    /// # }
+    /// let mut receiver = BufferedReceiver::<_, [u8; 48]>::new(Text);
+    /// let mut bytes: &[u8] = b"#\x03one, #\x03two#\x05";
+    /// assert_eq!(receiver.next(&mut bytes).unwrap().message(), b"one");
+    /// assert_eq!(bytes, b", #\x03two#\x05");
+    /// assert_eq!(receiver.next(&mut bytes).unwrap().message(), b"two");
+    /// assert!(receiver.next(&mut bytes).is_none());
+    /// assert_eq!((bytes.len(), receiver.pending()), (0, 2));
+    /// ```
+    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Frame<'_, F>> {
+        self.next_with(bytes, |_| ())
+    }
+
+    /// [`next`](Self::next), with an account of each byte whose outcome it decides.
+    fn next_with(
         &mut self,
-        mut discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, F::Message<'_>)> {
+        bytes: &mut &[u8],
+        mut account: impl FnMut(Found<()>),
+    ) -> Option<Frame<'_, F>> {
         loop {
-            match self.next(&mut discarded) {
-                Decision::Frame(length) => return Some((length, self.message(length))),
+            match self.decide_next(&mut account) {
+                Decision::Frame(length) => return Some(self.frame(length)),
                 Decision::Discarded => {}
+                Decision::Waiting if self.store_what_is_missing(bytes) => {}
                 Decision::Waiting => return None,
             }
         }
+    }
+
+    /// Stores as many bytes from the front of a slice as may decide about the first pending byte. Returns
+    /// whether the slice had any.
+    fn store_what_is_missing(&mut self, bytes: &mut &[u8]) -> bool {
+        let missing = self.ask_at.saturating_sub(self.to).max(1);
+        let (now, later) = bytes.split_at_checked(missing).unwrap_or((*bytes, &[]));
+        self.store(now);
+        *bytes = later;
+        !now.is_empty()
     }
 
     /// Takes a slice, and says what becomes of all bytes that can be decided, in the order of the
@@ -241,7 +296,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     ///
     /// A stream may be cut into slices anywhere (theorem 13a). It asks the format at most twice for each
     /// byte dropped or frame, and once besides; feeding an empty slice catches up with what `push` has left.
-    pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<F::Message<'_>>)) {
+    pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
             // With as much of the slice as the longest frame may have, the first byte is decided.
@@ -280,27 +335,25 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     fn take<'b>(
         &mut self,
         bytes: &'b [u8],
-        found: &mut impl FnMut(Found<F::Message<'_>>),
+        found: &mut impl FnMut(Found<Frame<'_, F>>),
     ) -> Option<&'b [u8]> {
         let run = run_without_start(bytes, |byte| self.format.starts(byte));
         if run > 0 {
-            let (count, why) = (run, DiscardReason::NoSync);
-            found(Found::Discarded { count, why });
+            found(Found::discarded(run, DiscardReason::NoSync));
             return bytes.get(run..);
         }
-        let judged = bytes.get(..self.format.longest()).unwrap_or(bytes);
-        match judge(&self.format, judged, 0) {
-            Verdict::Frame(length) => {
+        let classified = bytes.get(..self.format.longest()).unwrap_or(bytes);
+        match classify(&self.format, classified, 0) {
+            Classification::Frame(length) => {
                 let (frame, behind) = bytes.split_at_checked(length)?;
-                let message = self.format.decode(frame);
-                found(Found::Frame { length, message });
+                found(Found::frame(length, Frame::new(self.format, frame)));
                 Some(behind)
             }
-            Verdict::Reject(why) => {
-                found(Found::Discarded { count: 1, why });
+            Classification::Rejected(why) => {
+                found(Found::discarded(1, why));
                 bytes.get(1..)
             }
-            Verdict::Incomplete { at_least } => {
+            Classification::Incomplete { at_least } => {
                 self.store(bytes);
                 self.ask_at = self.from.wrapping_add(at_least);
                 None
@@ -312,7 +365,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     /// whole in it are committed, the rest is dropped, and nothing is pending (theorem 13f).
     ///
     /// It asks the format once for each pending byte at most.
-    pub fn line_event(&mut self, mut found: impl FnMut(Found<F::Message<'_>>)) {
+    pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
         while self.pending() > 0 {
             self.end_first(&mut found);
         }
@@ -320,12 +373,11 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     }
 
     /// With bytes pending, and none to follow: decides about the first.
-    fn end_first(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) {
+    fn end_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) {
         if !self.decide_first(found) && self.pending() > 0 {
-            let (count, why) = (1, DiscardReason::LineEvent);
-            found(Found::Discarded { count, why });
+            found(Found::discarded(1, DiscardReason::LineEvent));
             self.from = self.from.wrapping_add(1);
-            // What was known was known of the byte that is gone.
+            // `ask_at` described the discarded byte; reset it.
             self.ask_at = 0;
         }
     }
@@ -348,13 +400,14 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     }
 
     /// Decides about the first pending bytes, and says whether it could.
-    fn decide_first(&mut self, found: &mut impl FnMut(Found<F::Message<'_>>)) -> bool {
-        let discarded = |count, why| found(Found::Discarded { count, why });
-        match self.next(discarded) {
-            Decision::Frame(length) => {
-                let message = self.message(length);
-                found(Found::Frame { length, message });
-            }
+    fn decide_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) -> bool {
+        // A frame is reported with its bytes, below.
+        let discarded = |one| match one {
+            Found::Frame { .. } => {}
+            Found::Discarded { count, why } => found(Found::discarded(count, why)),
+        };
+        match self.decide_next(discarded) {
+            Decision::Frame(length) => found(Found::frame(length, self.frame(length))),
             Decision::Discarded => {}
             Decision::Waiting => return false,
         }
@@ -364,25 +417,25 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     /// Discards the first pending bytes if they start nothing; then asks the format about those behind
     /// them, once, if anything can be said.
     #[inline]
-    fn next(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Decision {
+    fn decide_next(&mut self, mut account: impl FnMut(Found<()>)) -> Decision {
         if self.to < self.ask_at {
             return Decision::Waiting;
         }
         // What was incomplete starts something.
         if self.ask_at <= self.from.wrapping_add(1) {
-            self.discard_what_starts_nothing(&mut discarded);
+            self.discard_what_starts_nothing(&mut account);
         }
-        self.decide(discarded)
+        self.decide(account)
     }
 
     #[inline]
-    fn discard_what_starts_nothing(&mut self, discarded: &mut impl FnMut(usize, DiscardReason)) {
+    fn discard_what_starts_nothing(&mut self, account: &mut impl FnMut(Found<()>)) {
         let pending = self.buffer.as_ref().get(self.from..self.to);
         let starts_none = |byte: &&u8| !self.format.starts(**byte);
         let pending = pending.unwrap_or_default().iter();
         let run = pending.take_while(starts_none).count();
         if run > 0 {
-            discarded(run, DiscardReason::NoSync);
+            account(Found::discarded(run, DiscardReason::NoSync));
             self.from = self.from.wrapping_add(run);
             self.ask_at = 0;
         }
@@ -390,7 +443,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
 
     /// Asks the format about the pending bytes, once.
     #[inline]
-    fn decide(&mut self, mut discarded: impl FnMut(usize, DiscardReason)) -> Decision {
+    fn decide(&mut self, mut account: impl FnMut(Found<()>)) -> Decision {
         let pending = self.buffer.as_ref().get(self.from..self.to);
         let pending = pending.unwrap_or_default();
         if pending.is_empty() {
@@ -400,29 +453,30 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
         // By law 3 fewer bytes than it takes to ask were incomplete.
         let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
         self.ask_at = 0;
-        match judge(&self.format, pending, seen) {
-            Verdict::Frame(length) => {
+        match classify(&self.format, pending, seen) {
+            Classification::Frame(length) => {
                 self.from = self.from.wrapping_add(length);
+                account(Found::frame(length, ()));
                 Decision::Frame(length)
             }
-            Verdict::Reject(why) => {
+            Classification::Rejected(why) => {
                 self.from = self.from.wrapping_add(1);
-                discarded(1, why);
+                account(Found::discarded(1, why));
                 Decision::Discarded
             }
-            Verdict::Incomplete { at_least } => {
+            Classification::Incomplete { at_least } => {
                 self.ask_at = self.from.wrapping_add(at_least);
                 Decision::Waiting
             }
         }
     }
 
-    /// Of the frame that lies in front of `from`.
+    /// Returns the frame of this length that ends at `from`.
     #[inline]
-    fn message(&self, length: usize) -> F::Message<'_> {
-        let at = self.from.wrapping_sub(length);
-        let frame = self.buffer.as_ref().get(at..self.from);
-        self.format.decode(frame.unwrap_or_default())
+    fn frame(&self, length: usize) -> Frame<'_, F> {
+        let start = self.from.wrapping_sub(length);
+        let bytes = self.buffer.as_ref().get(start..self.from);
+        Frame::new(self.format, bytes.unwrap_or_default())
     }
 
     /// Stores bytes; with those pending they are `LONGEST` at most.
@@ -453,40 +507,34 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedIn<F, B> {
     }
 }
 
-impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> Parser for BufferedIn<F, B> {
+impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> Parser for BufferedReceiver<F, B> {
     type Message<'a>
-        = F::Message<'a>
+        = Frame<'a, F>
     where
         Self: 'a;
 
-    parser_by_own_functions!(F::Message<'_>);
-
-    #[inline]
-    fn poll_with(
-        &mut self,
-        discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, F::Message<'_>)> {
-        self.poll_with(discarded)
-    }
+    parser_by_own_functions!(Frame<'_, F>);
 }
 
 /// What the format says of 1 to `LONGEST` bytes, as far as it keeps law 1: so that no format, however
 /// wrong, makes the receiver hang, run out of buffer, or go deaf.
 #[inline]
-fn judge<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Verdict {
+fn classify<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Classification {
     let longest = format.longest();
-    match format.judge_on(bytes, seen) {
-        Verdict::Frame(length) if length == 0 || length > bytes.len() => {
-            Verdict::Reject(DiscardReason::ChecksumMismatch)
+    match format.classify_after(bytes, seen) {
+        Classification::Frame(length) if length == 0 || length > bytes.len() => {
+            Classification::Rejected(DiscardReason::ChecksumMismatch)
         }
-        Verdict::Incomplete { .. } if bytes.len() >= longest => {
-            Verdict::Reject(DiscardReason::BadHeader)
+        Classification::Incomplete { .. } if bytes.len() >= longest => {
+            Classification::Rejected(DiscardReason::BadHeader)
         }
-        Verdict::Incomplete { at_least } if at_least <= bytes.len() || at_least > longest => {
-            Verdict::Incomplete {
+        Classification::Incomplete { at_least }
+            if at_least <= bytes.len() || at_least > longest =>
+        {
+            Classification::Incomplete {
                 at_least: bytes.len().wrapping_add(1),
             }
         }
-        verdict => verdict,
+        classification => classification,
     }
 }

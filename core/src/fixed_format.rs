@@ -60,11 +60,11 @@ use crate::window::Word;
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no format of fixed length",
     label = "not a `FixedFormat`",
-    note = "`Receiver<F>` takes a `FixedFormat`; the receiver of a `Format` is `BufferedReceiver<F, N>`"
+    note = "`Receiver<F>` takes a `FixedFormat`; the receiver of a `Format` is `BufferedReceiver<F, B>`"
 )]
 pub trait FixedFormat: 'static {
     /// `[u8; LENGTH]`.
-    type Frame: Frame;
+    type Frame: FrameBytes;
     /// What a frame means.
     type Message;
 
@@ -94,7 +94,7 @@ pub trait Encode: FixedFormat {
     message = "a frame of fixed length has 1 to 16 bytes; `{Self}` is none",
     label = "not `[u8; 1]` to `[u8; 16]`"
 )]
-pub trait Frame: AsRef<[u8]> + Copy + Eq + Debug + sealed::Words {
+pub trait FrameBytes: AsRef<[u8]> + Copy + Eq + Debug + sealed::Words {
     /// Bytes in the frame.
     const LENGTH: usize;
 }
@@ -111,7 +111,7 @@ pub(crate) mod sealed {
 
 macro_rules! frames {
     ($word:ty: $($length:literal)*) => {$(
-        impl Frame for [u8; $length] {
+        impl FrameBytes for [u8; $length] {
             const LENGTH: usize = $length;
         }
 
@@ -167,7 +167,7 @@ impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
     }
 }
 
-impl<F: Frame> Shape<F> {
+impl<F: FrameBytes> Shape<F> {
     /// Whether any byte is fixed.
     pub(crate) const fn has_fixed_bytes(&self) -> bool {
         self.mask != 0

@@ -7,8 +7,8 @@
 //! bytes `AB` may keep it out of step without end. [`Receiver`](crate::Receiver) does not.
 
 use crate::motion::Setpoint;
-use crate::parser::parser_by_own_functions;
-use crate::{DiscardReason, Found, Parser};
+use crate::parser::{next_by_pushing, parser_by_own_functions};
+use crate::{DiscardReason, Found, LineEvent, Parser};
 
 /// The byte that the machine waits for. The lecture's own names are A, B, 1, 2, 3, 4 and CR.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -106,39 +106,42 @@ impl Lecture {
         None
     }
 
-    /// [`push`](Self::push), which says which bytes it throws away, and why: all of a frame that goes wrong
-    /// at once.
+    /// [`push`](Self::push), with an account of each byte whose outcome it decides. All bytes of a broken frame
+    /// are discarded at once.
     #[inline]
-    pub fn push_with(
-        &mut self,
-        byte: u8,
-        mut discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, Setpoint)> {
+    fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<Setpoint> {
         let before = self.state;
         let setpoint = self.push(byte);
         match (before, self.state) {
-            (State::SyncA, State::SyncA) => discarded(1, DiscardReason::NoSync),
-            (State::SyncB, State::SyncA) => discarded(2, DiscardReason::BrokenSync),
-            (State::Terminator, _) if setpoint.is_none() => {
-                discarded(7, DiscardReason::WrongTerminator);
-            }
+            (State::SyncA, State::SyncA) => account(Found::discarded(1, DiscardReason::NoSync)),
+            (State::SyncB, State::SyncA) => account(Found::discarded(2, DiscardReason::BrokenSync)),
+            (State::Terminator, _) => account(match setpoint {
+                Some(_) => Found::frame(7, ()),
+                None => Found::discarded(7, DiscardReason::WrongTerminator),
+            }),
             _ => {}
         }
-        setpoint.map(|setpoint| (7, setpoint))
+        setpoint
     }
 
     /// Takes a slice, byte by byte, and says what becomes of each but those pending at the end.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Setpoint>)) {
         for &byte in bytes {
-            let frame = self.push_with(byte, |count, why| found(Found::Discarded { count, why }));
-            if let Some((length, message)) = frame {
-                found(Found::Frame { length, message });
+            let setpoint = self.push_with(byte, |one| {
+                if let Found::Discarded { count, why } = one {
+                    found(Found::discarded(count, why));
+                }
+            });
+            if let Some(setpoint) = setpoint {
+                found(Found::frame(7, setpoint));
             }
         }
     }
 
+    next_by_pushing!(Setpoint);
+
     /// The bytes taken so far are thrown away: no later frame has a byte from before.
-    pub fn line_event(&mut self, mut found: impl FnMut(Found<Setpoint>)) {
+    pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Setpoint>)) {
         let (count, why) = (self.pending(), DiscardReason::LineEvent);
         if count > 0 {
             found(Found::Discarded { count, why });
@@ -162,9 +165,4 @@ impl Parser for Lecture {
     type Message<'a> = Setpoint;
 
     parser_by_own_functions!(Setpoint);
-
-    #[inline]
-    fn poll_with(&mut self, _: impl FnMut(usize, DiscardReason)) -> Option<(usize, Setpoint)> {
-        None
-    }
 }

@@ -73,12 +73,12 @@ mod reader;
 mod receiver;
 mod window;
 
-pub use buffered::{BufferedIn, BufferedReceiver};
-pub use fixed_format::{Encode, FixedFormat, Frame, Shape};
+pub use buffered::BufferedReceiver;
+pub use fixed_format::{Encode, FixedFormat, FrameBytes, Shape};
 #[cfg(kani)]
 #[doc(hidden)]
 pub use format::verification as any_format;
-pub use format::{Format, Verdict};
+pub use format::{Classification, EncodeError, EncodeInto, Format, Frame};
 pub use line::{Counters, Discarded, Line, LineEvent, LineEvents};
 pub use parser::{DiscardReason, Found, Parser};
 #[cfg(any(feature = "embedded-io-v0.7", feature = "embedded-io-async-v0.7"))]

@@ -46,20 +46,20 @@ macro_rules! counters {
         pub struct $name {
             $(
                 #[doc = concat!("[`", stringify!($of), "::", stringify!($variant), "`].")]
-                pub $counter: usize,
+                pub $counter: u32,
             )*
         }
 
         impl $name {
             const ZERO: Self = Self { $($counter: 0),* };
 
-            /// All of them together.
+            /// Returns the sum of all of them.
             #[must_use]
-            pub const fn total(&self) -> usize {
-                0_usize$(.wrapping_add(self.$counter))*
+            pub const fn total(&self) -> u32 {
+                0_u32$(.wrapping_add(self.$counter))*
             }
 
-            fn count(&mut self, which: $of, more: usize) {
+            fn count(&mut self, which: $of, more: u32) {
                 let counter = match which {
                     $($of::$variant => &mut self.$counter,)*
                 };
@@ -92,23 +92,24 @@ counters! {
     idle Idle
 }
 
-/// What has happened on the line. The counters are as wide as the processor's words, and wrap: with
-/// 32 bits a line of 1 Mbaud makes `bytes` do so after twelve hours.
+/// Totals of everything that has happened on the line.
+///
+/// Each counter has 32 bits on every machine and wraps. At 1 Mbaud, `bytes` wraps after twelve hours.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Counters {
     /// Bytes received.
-    pub bytes: usize,
+    pub bytes: u32,
     /// Frames committed.
-    pub frames: usize,
+    pub frames: u32,
     /// Bytes in them.
-    pub frame_bytes: usize,
+    pub frame_bytes: u32,
     /// Bytes that are part of no frame.
     pub discarded: Discarded,
     /// Commits that ended a loss: the first one after bytes were discarded.
-    pub resynchronisations: usize,
+    pub resynchronisations: u32,
     /// Line events.
     pub events: LineEvents,
 }
@@ -181,26 +182,77 @@ impl<P> Line<P> {
 }
 
 impl<P: Parser> Line<P> {
-    /// Takes the next byte; gives the message of the frame that it finds.
+    /// Takes the next byte. Returns the message of the next frame, if one is complete.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<P::Message<'_>> {
         let Self { parser, ledger } = self;
         ledger.received(1);
-        let (length, message) =
-            parser.push_with(byte, |count, why| ledger.discarded(count, why))?;
-        ledger.frame(length);
-        Some(message)
+        parser.push_with(byte, |one| ledger.found(&one))
     }
 
-    /// Goes on with what is pending, without another byte: see [`BufferedReceiver::push`].
+    /// Returns the message of a frame among the pending bytes: see [`BufferedReceiver::push`].
     ///
     /// [`BufferedReceiver::push`]: crate::BufferedReceiver::push
     #[inline]
     pub fn poll(&mut self) -> Option<P::Message<'_>> {
+        self.next(&mut [].as_slice())
+    }
+
+    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in it.
+    /// Returns the frame's message. `None`: no other frame ends in the slice, and all of it is taken.
+    ///
+    /// A program may stop, return or await between frames. Called until it returns `None`, it delivers the
+    /// same frames as [`feed`](Self::feed), in the same order (see [`Parser::next_with`]).
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock::motion::{Bin, Setpoint};
+    /// use framelock::{Line, Receiver};
+    ///
+    /// /// Stops after a setpoint that is out of range.
+    /// fn follow(line: &mut Line<Receiver<Bin>>, mut bytes: &[u8]) -> Result<(), Setpoint> {
+    ///     while let Some(setpoint) = line.next(&mut bytes) {
+    ///         if setpoint.pitch > 200 {
+    ///             return Err(setpoint);
+    ///         }
+    ///     }
+    ///     Ok(())
+    /// }
+    ///
+    /// let mut line = Line::new(Receiver::<Bin>::new());
+    /// let stream = b"AB\0\x10\x20\x30\rAB\0\xFF\x20\x30\rAB\0\x10";
+    /// assert_eq!(follow(&mut line, stream), Err(Setpoint::from([0xFF, 0x20, 0x30])));
+    /// assert_eq!(line.counters().bytes, 14);
+    /// ```
+    #[inline]
+    pub fn next(&mut self, bytes: &mut &[u8]) -> Option<P::Message<'_>> {
         let Self { parser, ledger } = self;
-        let (length, message) = parser.poll_with(|count, why| ledger.discarded(count, why))?;
-        ledger.frame(length);
-        Some(message)
+        let before = bytes.len();
+        let message = parser.next_with(bytes, |one| ledger.found(&one));
+        ledger.received(before.wrapping_sub(bytes.len()));
+        message
+    }
+
+    /// Returns an iterator over the messages in a slice, for messages that own their data.
+    ///
+    /// It takes bytes as it is asked. Run it to its end, as a `for` loop does: the bytes after the last
+    /// frame are taken when it returns `None`. To stop between frames and go on later, use
+    /// [`next`](Self::next).
+    ///
+    /// # Examples
+    /// ```
+    /// use framelock::motion::Bin;
+    /// use framelock::{Line, Receiver};
+    /// let mut line = Line::new(Receiver::<Bin>::new());
+    /// let setpoints = line.messages(b"AB\0abc\r, AB\0xyz\rAB");
+    /// assert_eq!(setpoints.map(|setpoint| setpoint.pitch).collect::<Vec<_>>(), b"ax");
+    /// assert_eq!((line.counters().bytes, line.pending()), (18, 2));
+    /// ```
+    pub fn messages<M>(&mut self, mut bytes: &[u8]) -> impl Iterator<Item = M>
+    where
+        P: for<'a> Parser<Message<'a> = M> + 'static,
+    {
+        core::iter::from_fn(move || self.next(&mut bytes))
     }
 
     /// Takes a slice, and says what becomes of each byte but those pending: [`Parser::feed`].
@@ -222,7 +274,7 @@ impl<P: Parser> Line<P> {
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<P::Message<'_>>)) {
         let Self { parser, ledger } = self;
         ledger.counters.events.count(event, 1);
-        parser.line_event(|one| {
+        parser.line_event(event, |one| {
             ledger.found(&one);
             found(one);
         });
@@ -246,14 +298,14 @@ struct Ledger {
 impl Ledger {
     #[inline]
     fn received(&mut self, count: usize) {
-        self.counters.bytes = self.counters.bytes.wrapping_add(count);
+        self.counters.bytes = self.counters.bytes.wrapping_add(wrapped(count));
     }
 
     #[inline]
     fn frame(&mut self, length: usize) {
         let counters = &mut self.counters;
         counters.frames = counters.frames.wrapping_add(1);
-        counters.frame_bytes = counters.frame_bytes.wrapping_add(length);
+        counters.frame_bytes = counters.frame_bytes.wrapping_add(wrapped(length));
         if self.lost {
             self.lost = false;
             counters.resynchronisations = counters.resynchronisations.wrapping_add(1);
@@ -263,7 +315,7 @@ impl Ledger {
     #[inline]
     fn discarded(&mut self, count: usize, why: DiscardReason) {
         self.lost = true;
-        self.counters.discarded.count(why, count);
+        self.counters.discarded.count(why, wrapped(count));
     }
 
     #[inline]
@@ -273,4 +325,11 @@ impl Ledger {
             Found::Discarded { count, why } => self.discarded(count, why),
         }
     }
+}
+
+/// Returns a number of bytes modulo 2³², as the counters count.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "counters wrap")]
+const fn wrapped(count: usize) -> u32 {
+    count as u32
 }

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use crate::LineEvent;
+
 /// A machine that takes the bytes of a line and finds frames in them.
 ///
 /// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver) and the
@@ -35,13 +37,12 @@ pub trait Parser {
     where
         Self: 'a;
 
-    /// Takes the next byte. Says which bytes it discards with it, oldest first, each run with its length
-    /// and reason; then gives the frame that it finds: its length in bytes, and its message.
-    fn push_with(
-        &mut self,
-        byte: u8,
-        discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, Self::Message<'_>)>;
+    /// Takes the next byte. Returns the message of the next frame, if one is complete.
+    ///
+    /// It calls `account` with the outcome of each byte that it decides about, in the order of the stream: discarded
+    /// runs, and the length of a frame. This is [`push`](Self::push) for those who count, such as
+    /// [`Line`](crate::Line).
+    fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<Self::Message<'_>>;
 
     /// Takes a slice, and says what becomes of each byte but those pending at the end, in the order of
     /// the stream. A stream may be cut into slices anywhere (theorems 6 and 13a).
@@ -49,7 +50,7 @@ pub trait Parser {
 
     /// No more bytes will come for what is pending: says what becomes of it. Then nothing is pending, so no
     /// later frame has a byte from before (theorems 8 and 13f).
-    fn line_event(&mut self, found: impl FnMut(Found<Self::Message<'_>>));
+    fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
     /// How many of the last bytes are pending: a frame may yet include them.
     fn pending(&self) -> usize;
@@ -57,44 +58,66 @@ pub trait Parser {
     /// Forgets what is pending, as if nothing had ever been received.
     fn reset(&mut self);
 
-    /// Takes the next byte; gives the message of the frame that it finds.
+    /// Takes the next byte. Returns the message of the next frame, if one is complete.
     #[inline]
     fn push(&mut self, byte: u8) -> Option<Self::Message<'_>> {
-        self.push_with(byte, |_, _| ()).map(|(_, message)| message)
+        self.push_with(byte, |_| ())
     }
 
-    /// Goes on with what is pending, without another byte, up to the next frame.
+    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in it.
+    /// Returns the frame's message. `None`: no other frame ends in the slice, and all of it is taken.
     ///
-    /// Only a [`BufferedReceiver`](crate::BufferedReceiver) ever has something to go on with:
-    /// see [`BufferedReceiver::push`](crate::BufferedReceiver::push). The other machines return `None`.
-    ///
-    /// It has no default. A machine that leaves frames for later would lose them with one.
-    fn poll_with(
+    /// Called until it returns `None`, it accounts for the same frames and discarded bytes as [`feed`](Self::feed),
+    /// in the same order (theorems 6 and 13a). This is [`next`](Self::next) for those who count.
+    fn next_with(
         &mut self,
-        discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, Self::Message<'_>)>;
+        bytes: &mut &[u8],
+        account: impl FnMut(Found<()>),
+    ) -> Option<Self::Message<'_>>;
+
+    /// Takes bytes up to the end of the next frame: [`next_with`](Self::next_with) without the account.
+    #[inline]
+    fn next(&mut self, bytes: &mut &[u8]) -> Option<Self::Message<'_>> {
+        self.next_with(bytes, |_| ())
+    }
 }
 
 /// What becomes of the next bytes of the stream: each byte is in exactly one of these.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Found<Message> {
-    /// A frame was committed.
+    /// A frame was delivered.
+    #[non_exhaustive]
     Frame {
-        /// How many bytes it has.
+        /// Bytes in the frame.
         length: usize,
-        /// What it means.
+        /// The frame's message.
         message: Message,
     },
     /// Bytes that are part of no frame.
+    #[non_exhaustive]
     Discarded {
-        /// How many, at least one.
+        /// Number of bytes, at least one.
         count: usize,
-        /// Why.
+        /// Why they are part of no frame.
         why: DiscardReason,
     },
 }
 
 impl<Message> Found<Message> {
+    /// Returns the outcome of a frame's bytes.
+    #[inline]
+    #[must_use]
+    pub const fn frame(length: usize, message: Message) -> Self {
+        Self::Frame { length, message }
+    }
+
+    /// Returns the outcome of bytes that are part of no frame.
+    #[inline]
+    #[must_use]
+    pub const fn discarded(count: usize, why: DiscardReason) -> Self {
+        Self::Discarded { count, why }
+    }
+
     /// The message, if it is a frame.
     #[inline]
     pub fn message(self) -> Option<Message> {
@@ -170,18 +193,14 @@ impl fmt::Display for DiscardReason {
 /// [`Parser`] by the functions of the same names that the type has of its own.
 macro_rules! parser_by_own_functions {
     ($message:ty) => {
-        fn push_with(
-            &mut self,
-            byte: u8,
-            discarded: impl FnMut(usize, DiscardReason),
-        ) -> Option<(usize, $message)> {
-            self.push_with(byte, discarded)
+        fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<$message> {
+            self.push_with(byte, account)
         }
         fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<$message>)) {
             self.feed(bytes, found);
         }
-        fn line_event(&mut self, found: impl FnMut(Found<$message>)) {
-            self.line_event(found);
+        fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<$message>)) {
+            self.line_event(event, found);
         }
         fn pending(&self) -> usize {
             self.pending()
@@ -192,6 +211,49 @@ macro_rules! parser_by_own_functions {
         fn push(&mut self, byte: u8) -> Option<$message> {
             self.push(byte)
         }
+        fn next_with(
+            &mut self,
+            bytes: &mut &[u8],
+            account: impl FnMut(Found<()>),
+        ) -> Option<$message> {
+            self.next_with(bytes, account)
+        }
+        fn next(&mut self, bytes: &mut &[u8]) -> Option<$message> {
+            self.next(bytes)
+        }
     };
 }
 pub(crate) use parser_by_own_functions;
+
+/// The functions `next` and `next_with` of a machine that finishes each byte in the step that takes it.
+macro_rules! next_by_pushing {
+    ($message:ty) => {
+        /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in it.
+        /// Returns the frame's message. `None`: no other frame ends in the slice, and all of it is taken.
+        ///
+        /// Called until it returns `None`, it reports the same frames as [`feed`](Self::feed), in the same
+        /// order (theorem 6). For long slices `feed` is faster.
+        #[inline]
+        pub fn next(&mut self, bytes: &mut &[u8]) -> Option<$message> {
+            self.next_with(bytes, |_| ())
+        }
+
+        /// [`next`](Self::next), with an account of each byte whose outcome it decides.
+        #[inline]
+        fn next_with(
+            &mut self,
+            bytes: &mut &[u8],
+            mut account: impl FnMut(Found<()>),
+        ) -> Option<$message> {
+            while let [byte, rest @ ..] = *bytes {
+                *bytes = rest;
+                let frame = self.push_with(*byte, &mut account);
+                if frame.is_some() {
+                    return frame;
+                }
+            }
+            None
+        }
+    };
+}
+pub(crate) use next_by_pushing;

@@ -14,9 +14,9 @@ use crate::{Line, Parser};
 /// use framelock::{Reader, Receiver};
 /// let uart: &[u8] = b"noiseAB\0abc\rAB\0xyz\rAB";
 /// let mut reader = Reader::<_, _, 16>::new(uart, Receiver::<Bin>::new());
-/// assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(Setpoint::from(*b"abc"))));
-/// assert_eq!(reader.read(|setpoint| setpoint), Ok(Some(Setpoint::from(*b"xyz"))));
-/// assert_eq!(reader.read(|setpoint| setpoint), Ok(None));
+/// assert_eq!(reader.next_message(), Ok(Some(Setpoint::from(*b"abc"))));
+/// assert_eq!(reader.next_message(), Ok(Some(Setpoint::from(*b"xyz"))));
+/// assert_eq!(reader.next_message(), Ok(None));
 /// assert_eq!(reader.line().counters().discarded.total(), 5);
 /// # }
 /// ```
@@ -61,31 +61,38 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
         self.source
     }
 
-    /// What `on` makes of the next message that the buffer completes.
+    /// Calls `on` with the next message that the buffer completes, and returns its result.
     fn next_in_buffer<T>(&mut self, on: &mut impl FnMut(P::Message<'_>) -> T) -> Option<T> {
-        loop {
-            if let Some(message) = self.line.poll() {
-                return Some(on(message));
-            }
-            let rest = self.buffer.get(self.taken..self.filled);
-            let &byte = rest?.first()?;
-            self.taken = self.taken.wrapping_add(1);
-            if let Some(message) = self.line.push(byte) {
-                return Some(on(message));
-            }
-        }
+        let mut rest = self.buffer.get(self.taken..self.filled)?;
+        let message = self.line.next(&mut rest);
+        self.taken = self.filled.wrapping_sub(rest.len());
+        message.map(on)
     }
 }
 
 #[cfg(feature = "embedded-io-v0.7")]
 impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
-    /// Blocks until a message is complete, and gives what `on` makes of it: the message itself, by
-    /// `|message| message`, unless it borrows from the receiver's buffer. `None` at the end of the source.
+    /// Blocks until a message is complete, and returns it. Returns `None` at the end of the source.
+    ///
+    /// This is for messages that own their data. For messages that borrow from the receiver, use
+    /// [`next_message_with`](Self::next_message_with).
     ///
     /// # Errors
-    /// The source's own. Nothing is lost; call again to go on. If the error stands for a line
-    /// event, report it to [`line_mut`](Self::line_mut) first.
-    pub fn read<T>(
+    /// Returns the source's error. No byte is lost: call again to go on. If the error stands for a line event,
+    /// report it to [`line_mut`](Self::line_mut) first.
+    pub fn next_message<M>(&mut self) -> Result<Option<M>, R::Error>
+    where
+        P: for<'a> Parser<Message<'a> = M> + 'static,
+    {
+        self.next_message_with(|message| message)
+    }
+
+    /// Blocks until a message is complete, calls `on` with it, and returns the result. Returns `None` at the end of
+    /// the source.
+    ///
+    /// # Errors
+    /// See [`next_message`](Self::next_message).
+    pub fn next_message_with<T>(
         &mut self,
         mut on: impl FnMut(P::Message<'_>) -> T,
     ) -> Result<Option<T>, R::Error> {
@@ -103,12 +110,28 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
 
 #[cfg(feature = "embedded-io-async-v0.7")]
 impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
-    /// Waits until a message is complete, and gives what `on` makes of it, as the blocking `read` does. May be
-    /// cancelled wherever the source's own `read` may.
+    /// Waits until a message is complete, and returns it. Returns `None` at the end of the source.
+    ///
+    /// This is for messages that own their data. For messages that borrow from the receiver, use
+    /// [`next_message_async_with`](Self::next_message_async_with). Cancellation loses no byte if the source's own
+    /// `read` loses none.
     ///
     /// # Errors
-    /// The source's own, as of the blocking `read`.
-    pub async fn read_async<T>(
+    /// Returns the source's error. No byte is lost: call again to go on. If the error stands for a line event,
+    /// report it to [`line_mut`](Self::line_mut) first.
+    pub async fn next_message_async<M>(&mut self) -> Result<Option<M>, R::Error>
+    where
+        P: for<'a> Parser<Message<'a> = M> + 'static,
+    {
+        self.next_message_async_with(|message| message).await
+    }
+
+    /// Waits until a message is complete, calls `on` with it, and returns the result. Returns `None` at the end of the
+    /// source.
+    ///
+    /// # Errors
+    /// See [`next_message_async`](Self::next_message_async).
+    pub async fn next_message_async_with<T>(
         &mut self,
         mut on: impl FnMut(P::Message<'_>) -> T,
     ) -> Result<Option<T>, R::Error> {

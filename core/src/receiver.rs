@@ -3,9 +3,9 @@
 use core::marker::PhantomData;
 
 use crate::fixed_format::sealed::Words;
-use crate::parser::parser_by_own_functions;
+use crate::parser::{next_by_pushing, parser_by_own_functions};
 use crate::window::Window;
-use crate::{DiscardReason, FixedFormat, Found, Frame, Parser};
+use crate::{DiscardReason, FixedFormat, Found, FrameBytes, LineEvent, Parser};
 
 /// The receiver of the format `F`: 8 bytes of state for frames of up to 8 bytes, 16 for longer ones.
 ///
@@ -64,21 +64,17 @@ impl<F: FixedFormat> Receiver<F> {
         frame.map(Self::decode)
     }
 
-    /// [`push`](Self::push), which says which bytes it discards, oldest first, and why; and how long the
-    /// frame is (theorem 6). What [`Line`](crate::Line) counts.
+    /// [`push`](Self::push), with an account of each byte whose outcome it decides (theorem 6).
     ///
     /// Mostly one look at the bytes held; where a frame goes wrong one more for each of them.
     #[inline]
-    pub fn push_with(
-        &mut self,
-        byte: u8,
-        mut discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, F::Message)> {
-        let discarded = |why| discarded(1, why);
+    fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<F::Message> {
+        let discarded = |why| account(Found::discarded(1, why));
         let frame = self
             .window
             .push_with(&F::SHAPE, byte, Self::check, discarded)?;
-        Some((F::Frame::LENGTH, Self::decode(frame)))
+        account(Found::frame(F::Frame::LENGTH, ()));
+        Some(Self::decode(frame))
     }
 
     /// Takes a slice, and says what becomes of each byte but those pending at the end: several times as
@@ -100,9 +96,11 @@ impl<F: FixedFormat> Receiver<F> {
         });
     }
 
+    next_by_pushing!(F::Message);
+
     /// No more bytes will come for what is pending: it is discarded, so no later frame has a byte from
     /// before (theorem 8).
-    pub fn line_event(&mut self, mut found: impl FnMut(Found<F::Message>)) {
+    pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<F::Message>)) {
         let (count, why) = (self.pending(), DiscardReason::LineEvent);
         if count > 0 {
             found(Found::Discarded { count, why });
@@ -141,11 +139,6 @@ impl<F: FixedFormat> Parser for Receiver<F> {
         Self: 'a;
 
     parser_by_own_functions!(F::Message);
-
-    #[inline]
-    fn poll_with(&mut self, _: impl FnMut(usize, DiscardReason)) -> Option<(usize, F::Message)> {
-        None
-    }
 }
 
 // Not derived: the format itself need not be any of these.

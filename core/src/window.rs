@@ -24,7 +24,7 @@ use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};
 
 use crate::noise::{BLOCK, blocks_without_start};
-use crate::{DiscardReason, Found, Frame, Shape};
+use crate::{DiscardReason, Found, FrameBytes, Shape};
 
 #[cfg(test)]
 #[allow(
@@ -123,9 +123,9 @@ fn bits(bytes: usize) -> u32 {
 
 /// The state: the bytes since the last commit that the next frame may yet include.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Window<F: Frame>(F::Word);
+pub(crate) struct Window<F: FrameBytes>(F::Word);
 
-impl<F: Frame> Window<F> {
+impl<F: FrameBytes> Window<F> {
     /// Nothing held: the state at reset and after every commit.
     pub(crate) const EMPTY: Self = Self(F::Word::ONE);
 

@@ -78,18 +78,21 @@ impl Count {
         self.0.store(self.get().wrapping_add(1), Ordering::Relaxed);
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "words have 32 bits here")]
-    fn set(&self, count: usize) {
-        self.0.store(count as u32, Ordering::Relaxed);
+    fn set(&self, count: u32) {
+        self.0.store(count, Ordering::Relaxed);
     }
 }
 
 impl Shown {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "less than a frame is pending"
+    )]
     pub(crate) fn show(&self, line: &Line, skipped: u32, restarts: u32) {
         self.show_counters(line.counters());
-        self.pending.set(line.pending());
-        self.skipped.set(skipped as usize);
-        self.restarts.set(restarts as usize);
+        self.pending.set(line.pending() as u32);
+        self.skipped.set(skipped);
+        self.restarts.set(restarts);
     }
 
     /// All line errors, modulo 2^32. A gap is none.

@@ -2,7 +2,7 @@
 
 use core::borrow::Borrow;
 
-use framelock::{DiscardReason, Format, Verdict};
+use framelock::{Classification, DiscardReason, Format};
 
 use crate::layout::Layout;
 
@@ -12,28 +12,37 @@ use crate::layout::Layout;
 ///
 /// # Examples
 /// ```
-/// use framelock::{BufferedIn, Format};
+/// use framelock::{BufferedReceiver, Format};
 /// use framelock_formats::AnyOf;
 /// use framelock_formats::layout::{Layout, Patterns};
 ///
 /// const DOLLAR: Layout = Layout { sync: Patterns::one(b"$"), longest: 3, ..Layout::NONE };
 /// const HASH: Layout = Layout { sync: Patterns::one(b"#"), longest: 2, ..Layout::NONE };
 ///
-/// let mut receiver = BufferedIn::within(AnyOf(&[DOLLAR, HASH]), [0; 6]).expect("it holds the longest");
+/// let mut receiver = BufferedReceiver::with_buffer(AnyOf(&[DOLLAR, HASH]), [0; 6]).expect("it holds the longest");
 /// let mut found = Vec::new();
 /// for byte in *b"$ab #c" {
-///     found.extend(receiver.push(byte).map(|(kind, frame)| (kind, frame.to_vec())));
+///     found.extend(receiver.push(byte).map(|frame| (frame.message().0, frame.bytes().to_vec())));
 /// }
 /// assert_eq!(found, [(0, b"$ab".to_vec()), (1, b"#c".to_vec())]);
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(PartialEq, Eq, Debug)]
 pub struct AnyOf<'a, L = Layout<'a>>(
     /// The layouts, in the order in which they are asked; or what holds one each, as the C library's memory does.
     pub &'a [L],
 );
 
+// Not derived: the layouts lie behind a reference, so `L` need not be any of these.
+impl<L> Clone for AnyOf<'_, L> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<L> Copy for AnyOf<'_, L> {}
+
 impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
-    /// A receiver of these is made [`within`](framelock::BufferedIn::within) memory that is as long as the layouts
+    /// A receiver of these is made [`with_buffer`](framelock::BufferedReceiver::with_buffer) memory that is as long as the layouts
     /// say.
     const LONGEST: usize = usize::MAX;
     /// Which of the layouts, the first being 0; and the frame.
@@ -46,12 +55,12 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
     }
 
     #[inline]
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        self.judge_on(bytes, 0)
+    fn classify(&self, bytes: &[u8]) -> Classification {
+        self.classify_after(bytes, 0)
     }
 
     #[inline]
-    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
         first(self.0, seen, |it, seen| it.borrow().told(bytes, seen))
     }
 
@@ -77,8 +86,8 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
 pub(crate) fn first<L>(
     all: &[L],
     seen: usize,
-    told: impl Fn(&L, usize) -> Result<Verdict, Verdict>,
-) -> Verdict {
+    told: impl Fn(&L, usize) -> Result<Classification, Classification>,
+) -> Classification {
     let mut furthest = DiscardReason::NoSync;
     for one in all {
         // The first bytes were incomplete by this one only if none before it begins like it.
@@ -88,15 +97,15 @@ pub(crate) fn first<L>(
             0
         };
         match told(one, seen) {
-            Err(Verdict::Reject(why)) => {
+            Err(Classification::Rejected(why)) => {
                 if further_on(why) > further_on(furthest) {
                     furthest = why;
                 }
             }
-            Ok(verdict) | Err(verdict) => return verdict,
+            Ok(classification) | Err(classification) => return classification,
         }
     }
-    Verdict::Reject(furthest)
+    Classification::Rejected(furthest)
 }
 
 /// How far on in a header it is found.

@@ -1,4 +1,6 @@
-use framelock::Format;
+//! TBS's Crossfire protocol, which ExpressLRS uses too.
+
+use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Length, LengthField, Patterns, Table};
 use crate::sbus::unpack_channels;
@@ -17,7 +19,7 @@ const CRC: Crc = Crc {
 };
 
 /// What a CRSF frame looks like: see [`Crsf`].
-pub const CRSF: Layout<'static> = Layout {
+pub const LAYOUT: Layout<'static> = Layout {
     sync: Patterns::any_byte_of(&[
         address::FLIGHT_CONTROLLER,
         address::BROADCAST,
@@ -42,9 +44,9 @@ pub const CRSF: Layout<'static> = Layout {
 /// TBS's Crossfire protocol, which ExpressLRS uses too: 4 to 64 bytes, an address, a length, a type, up to
 /// 60 bytes of payload, a CRC-8 of type and payload. The lines have 416 666 or 400 000 baud.
 ///
-/// A frame begins with the serial sync byte C8 or with the [address](address) of a device. Those that flight
+/// A frame begins with the serial sync byte C8 or with the [`address`] of a device. Those that flight
 /// controllers, handsets, receivers and transmitter modules send are accepted: C8, 00, EA, EC, EE. Each makes more
-/// false beginnings; for fewer, or others, give your own format the layout [`CRSF`] with another `sync`.
+/// false beginnings; for fewer, or others, give your own format the layout [`LAYOUT`] with another `sync`.
 ///
 /// The CRC notices every burst of up to 8 wrong bits in type, payload and itself, and lets one in 256
 /// random frames pass.
@@ -54,16 +56,18 @@ pub const CRSF: Layout<'static> = Layout {
 ///
 /// # Examples
 /// ```
-/// use framelock::BufferedReceiver;
-/// use framelock_formats::Crsf;
-/// let receiver = BufferedReceiver::<_, 128>::new(Crsf);
+/// use framelock_formats::crsf::{self, Crsf};
+/// let receiver = crsf::Receiver::new(Crsf);
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Crsf;
 
+/// A receiver with a buffer of twice the longest frame.
+pub type Receiver = framelock::BufferedReceiver<Crsf, [u8; 128]>;
+
 /// What a CRSF frame says.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-pub struct CrsfMessage<'a> {
+pub struct Message<'a> {
     /// The frame's first byte.
     pub address: u8,
     /// The frame's type. From 0x28 on the payload begins with the addresses of destination and origin.
@@ -73,36 +77,46 @@ pub struct CrsfMessage<'a> {
 }
 
 impl Format for Crsf {
-    crate::judged_by!(CRSF);
-    type Message<'a> = CrsfMessage<'a>;
+    crate::classify_by!(LAYOUT);
+    type Message<'a> = Message<'a>;
 
     #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> CrsfMessage<'a> {
+    fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
         match *frame {
-            [address, _, kind, ref payload @ .., _] => CrsfMessage {
+            [address, _, kind, ref payload @ .., _] => Message {
                 address,
                 kind,
                 payload,
             },
-            _ => CrsfMessage::default(),
+            _ => Message::default(),
         }
     }
 }
 
-impl CrsfMessage<'_> {
+impl Message<'_> {
     /// The channels of a frame of type 0x16: 0 to 2047, where 172 is 988 µs, 992 is 1500 µs and 1811 is 2012 µs.
     #[must_use]
     pub fn channels(&self) -> Option<[u16; 16]> {
         let bytes = self.payload.first_chunk().filter(|_| self.kind == 0x16)?;
         Some(unpack_channels(bytes))
     }
+}
 
-    /// Writes the frame that says it to the front of `into`, and gives its length; nothing if it is longer than
-    /// 64 bytes or than `into`, or has another [address](address) than [`Crsf`] accepts.
-    pub fn encode(&self, into: &mut [u8]) -> Option<usize> {
-        let head = [self.address, 0, self.kind];
-        let length = crate::write(&CRSF, into, &[&head, self.payload, &[0]])?;
-        (into.first() == Some(&self.address)).then_some(length)
+impl EncodeInto for Crsf {
+    /// Fails for messages of more than 64 bytes, and for an [`address`] that [`Crsf`] does not accept.
+    fn encode_into<'b>(
+        &self,
+        message: Message<'_>,
+        into: &'b mut [u8],
+    ) -> Result<&'b [u8], EncodeError> {
+        let head = [message.address, 0, message.kind];
+        let frame = crate::write(&LAYOUT, into, &[&head, message.payload, &[0]])?;
+        // Sealing writes an accepted address instead of another one.
+        if frame.first() == Some(&message.address) {
+            Ok(frame)
+        } else {
+            Err(EncodeError::InvalidMessage)
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use framelock::{DiscardReason, Encode, Format, Verdict};
+use framelock::{Classification, DiscardReason, Encode, Format};
 
 /// A law of [`Format`] that a format breaks, and the bytes that show it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -12,10 +12,10 @@ pub struct BrokenLaw {
     pub law: u8,
     /// The first of the bytes in the stream.
     pub from: usize,
-    /// How many bytes were judged.
+    /// How many bytes were classified.
     pub length: usize,
     /// What was said of them.
-    pub verdict: Verdict,
+    pub classification: Classification,
     /// The place of the byte that was changed, and what it was changed to; nothing if the stream breaks
     /// the law as it is.
     pub changed: Option<(usize, u8)>,
@@ -28,12 +28,13 @@ impl fmt::Display for BrokenLaw {
             2 => "fewer bytes were a frame or rejected, and now it is something else",
             3 => "fewer bytes said that nothing could be said before more are there",
             4 => "`starts` says that none begins with this byte",
-            _ => "`judge_on` says something else than `judge`",
+            _ => "`classify_after` says something else than `classify`",
         };
-        let (law, from, length, verdict) = (self.law, self.from, self.length, self.verdict);
+        let (law, from, length, classification) =
+            (self.law, self.from, self.length, self.classification);
         write!(
             f,
-            "law {law} is broken: of the {length} bytes from offset {from} on it says {verdict:?}, but {what}"
+            "law {law} is broken: of the {length} bytes from offset {from} on it says {classification:?}, but {what}"
         )?;
         if let Some((place, byte)) = self.changed {
             write!(
@@ -55,7 +56,7 @@ impl core::error::Error for BrokenLaw {}
 /// `stream` is left as it was.
 ///
 /// Where the longest frame has up to 64 bytes, it asks about every number of bytes. Where it has more, it asks
-/// about the numbers at which something changes and every sixteenth. Behind a verdict that is final it
+/// about the numbers at which something changes and every sixteenth. Behind a classification that is final it
 /// then tries sixteen values of a byte instead of all. A frame of 300 bytes takes seconds, also if nothing is optimised.
 ///
 /// # Errors
@@ -64,17 +65,18 @@ impl core::error::Error for BrokenLaw {}
 /// # Examples
 /// A text that is rejected for one reason, and for another when more of it is there:
 /// ```
-/// use framelock::{DiscardReason, Format, Verdict};
+/// use framelock::{DiscardReason, Format, Classification};
 /// use framelock_formats::check_laws;
+/// #[derive(Clone, Copy)]
 /// struct Hasty;
 /// impl Format for Hasty {
 ///     const LONGEST: usize = 3;
 ///     type Message<'a> = ();
-///     fn judge(&self, bytes: &[u8]) -> Verdict {
+///     fn classify(&self, bytes: &[u8]) -> Classification {
 ///         match bytes {
-///             [b'<', .., b'>'] => Verdict::Frame(bytes.len()),
-///             [b'<', ..] if bytes.len() < 3 => Verdict::Incomplete { at_least: bytes.len() + 1 },
-///             _ => Verdict::Reject(DiscardReason::NoSync),
+///             [b'<', .., b'>'] => Classification::Frame(bytes.len()),
+///             [b'<', ..] if bytes.len() < 3 => Classification::Incomplete { at_least: bytes.len() + 1 },
+///             _ => Classification::Rejected(DiscardReason::NoSync),
 ///         }
 ///     }
 ///     fn decode(&self, _: &[u8]) {}
@@ -85,11 +87,11 @@ impl core::error::Error for BrokenLaw {}
 pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), BrokenLaw> {
     // First as it is: an error then names no change.
     for from in 0..stream.len() {
-        Said::NOTHING.of_all(format, judged(format, stream, from), 1, (from, None))?;
+        Said::NOTHING.of_all(format, classified(format, stream, from), 1, (from, None))?;
     }
     for from in 0..stream.len() {
         let mut before = Said::NOTHING;
-        for count in 1..=judged(format, stream, from).len() {
+        for count in 1..=classified(format, stream, from).len() {
             let place = from.wrapping_add(count).wrapping_sub(1);
             let byte = stream.get(place).copied().unwrap_or_default();
             let step = if before.is_settled() && format.longest() > SHORT {
@@ -100,11 +102,11 @@ pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), Broken
             for other in (0..=u8::MAX).step_by(step) {
                 set(stream, place, other);
                 let changed = (from, Some((place, other)));
-                let tried = before.of_all(format, judged(format, stream, from), count, changed);
+                let tried = before.of_all(format, classified(format, stream, from), count, changed);
                 set(stream, place, byte);
                 tried?;
             }
-            let bytes = judged(format, stream, from);
+            let bytes = classified(format, stream, from);
             before.of(format, bytes.get(..count).unwrap_or(bytes), (from, None))?;
         }
     }
@@ -115,7 +117,7 @@ pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), Broken
 const SHORT: usize = 64;
 
 /// The bytes from one place on, as many as a format is asked about.
-fn judged<'a, F: Format>(format: &F, stream: &'a [u8], from: usize) -> &'a [u8] {
+fn classified<'a, F: Format>(format: &F, stream: &'a [u8], from: usize) -> &'a [u8] {
     let bytes = stream.get(from..).unwrap_or_default();
     bytes.get(..format.longest()).unwrap_or(bytes)
 }
@@ -129,8 +131,8 @@ fn set(stream: &mut [u8], place: usize, byte: u8) {
 /// What a format said of fewer bytes from the same place on.
 #[derive(Clone, Copy)]
 struct Said {
-    /// The verdict that must stay.
-    settled: Option<Verdict>,
+    /// The classification that must stay.
+    settled: Option<Classification>,
     /// So many bytes were incomplete.
     incomplete: usize,
     /// So many bytes must be there before more can be said.
@@ -167,7 +169,7 @@ impl Said {
         Ok(())
     }
 
-    /// Asks about these bytes, and says which law the verdict breaks.
+    /// Asks about these bytes, and says which law the classification breaks.
     fn of<F: Format>(
         &mut self,
         format: &F,
@@ -175,21 +177,24 @@ impl Said {
         (from, changed): (usize, Option<(usize, u8)>),
     ) -> Result<(), BrokenLaw> {
         let length = bytes.len();
-        let verdict = format.judge(bytes);
-        let in_bounds = match verdict {
-            Verdict::Frame(frame) => 1 <= frame && frame <= length,
-            Verdict::Incomplete { at_least } => length < at_least && at_least <= format.longest(),
-            Verdict::Reject(_) => true,
+        let classification = format.classify(bytes);
+        let in_bounds = match classification {
+            Classification::Frame(frame) => 1 <= frame && frame <= length,
+            Classification::Incomplete { at_least } => {
+                length < at_least && at_least <= format.longest()
+            }
+            Classification::Rejected(_) => true,
         };
         let starts = bytes.first().is_some_and(|&first| format.starts(first));
-        let as_searched = |seen| format.judge_on(bytes, seen) == verdict;
+        let as_searched = |seen| format.classify_after(bytes, seen) == classification;
         let law = if !in_bounds {
             1
-        } else if self.settled.is_some_and(|before| before != verdict) {
+        } else if self.settled.is_some_and(|before| before != classification) {
             2
-        } else if length < self.due && !matches!(verdict, Verdict::Incomplete { .. }) {
+        } else if length < self.due && !matches!(classification, Classification::Incomplete { .. })
+        {
             3
-        } else if !starts && verdict != Verdict::Reject(DiscardReason::NoSync) {
+        } else if !starts && classification != Classification::Rejected(DiscardReason::NoSync) {
             4
         } else if !as_searched(0)
             || self.incomplete > 0
@@ -197,11 +202,11 @@ impl Said {
         {
             5
         } else {
-            match verdict {
-                Verdict::Incomplete { at_least } => {
+            match classification {
+                Classification::Incomplete { at_least } => {
                     (self.incomplete, self.due) = (length, self.due.max(at_least));
                 }
-                _ => self.settled = Some(verdict),
+                _ => self.settled = Some(classification),
             }
             return Ok(());
         };
@@ -209,7 +214,7 @@ impl Said {
             law,
             from,
             length,
-            verdict,
+            classification,
             changed,
         })
     }

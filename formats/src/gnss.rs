@@ -1,20 +1,22 @@
+//! UBX, NMEA and RTCM 3 on one line.
+
 use framelock::Format;
 
 use crate::layout::Layout;
-use crate::{AnyOf, NMEA, Nmea, RTCM, Rtcm, RtcmMessage, UBX, Ubx, UbxMessage};
+use crate::{AnyOf, nmea, rtcm, ubx};
 
 /// What satellite receivers send on one line: UBX, NMEA and RTCM 3.
 ///
-/// `LONGEST` is the longest frame in bytes, of whatever protocol: see [`Ubx`]. RTCM frames have up to 1 029.
+/// `LONGEST` is the longest frame in bytes, of whatever protocol: see [`Ubx`](ubx::Ubx). RTCM frames have up to 1 029.
 ///
 /// # Examples
 /// ```
 /// use framelock::BufferedReceiver;
-/// use framelock_formats::{Gnss, GnssMessage};
-/// let mut receiver = BufferedReceiver::<_, 2200>::new(Gnss::<1100>);
+/// use framelock_formats::gnss::{Gnss, Message};
+/// let mut receiver = BufferedReceiver::<_, [u8; 2200]>::new(Gnss::<1100>);
 /// let mut texts = 0;
 /// for byte in *b"$GPTXT,01,01,02,ok*49\r\n" {
-///     if let Some(GnssMessage::Nmea(_)) = receiver.push(byte) {
+///     if let Some(Message::Nmea(_)) = receiver.push(byte).map(|frame| frame.message()) {
 ///         texts += 1;
 ///     }
 /// }
@@ -25,17 +27,21 @@ pub struct Gnss<const LONGEST: usize>;
 
 /// A frame of one of them.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum GnssMessage<'a> {
+pub enum Message<'a> {
     /// A UBX frame.
-    Ubx(UbxMessage<'a>),
+    Ubx(ubx::Message<'a>),
     /// An NMEA sentence: what is between the first byte and the `*`.
     Nmea(&'a [u8]),
     /// An RTCM 3 frame.
-    Rtcm(RtcmMessage<'a>),
+    Rtcm(rtcm::Message<'a>),
 }
 
 impl<const LONGEST: usize> Gnss<LONGEST> {
-    const ALL: AnyOf<'static> = AnyOf(&[Self::up_to(UBX), Self::up_to(NMEA), Self::up_to(RTCM)]);
+    const ALL: AnyOf<'static> = AnyOf(&[
+        Self::up_to(ubx::LAYOUT),
+        Self::up_to(nmea::LAYOUT),
+        Self::up_to(rtcm::LAYOUT),
+    ]);
 
     const fn up_to(layout: Layout<'static>) -> Layout<'static> {
         if layout.longest <= LONGEST {
@@ -49,21 +55,21 @@ impl<const LONGEST: usize> Gnss<LONGEST> {
 }
 
 impl<const LONGEST: usize> Format for Gnss<LONGEST> {
-    crate::judged_by!(
+    crate::classify_by!(
         Layout {
             longest: LONGEST,
             ..Layout::NONE
         },
         |_format| Self::ALL
     );
-    type Message<'a> = GnssMessage<'a>;
+    type Message<'a> = Message<'a>;
 
     #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> GnssMessage<'a> {
+    fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
         match Self::ALL.decode(frame) {
-            (0, frame) => GnssMessage::Ubx(Ubx::<LONGEST>.decode(frame)),
-            (1, frame) => GnssMessage::Nmea(Nmea.decode(frame)),
-            (_, frame) => GnssMessage::Rtcm(Rtcm.decode(frame)),
+            (0, frame) => Message::Ubx(ubx::Ubx::<LONGEST>.decode(frame)),
+            (1, frame) => Message::Nmea(nmea::Nmea.decode(frame)),
+            (_, frame) => Message::Rtcm(rtcm::Rtcm.decode(frame)),
         }
     }
 }

@@ -1,9 +1,11 @@
-use framelock::Format;
+//! FlySky's iBUS.
+
+use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{Algorithm, Checksum, Layout, Patterns};
 
 /// What an iBUS frame looks like: see [`Ibus`].
-pub const IBUS: Layout<'static> = Layout {
+pub const LAYOUT: Layout<'static> = Layout {
     sync: Patterns::one(&[0x20, 0x40]),
     shortest: 32,
     longest: 32,
@@ -28,17 +30,23 @@ pub const IBUS: Layout<'static> = Layout {
 ///
 /// # Examples
 /// ```
-/// use framelock::BufferedReceiver;
-/// use framelock_formats::Ibus;
-/// let mut receiver = BufferedReceiver::<_, 64>::new(Ibus);
-/// let received = Ibus::encode(&[1500; 18]).into_iter().find_map(|byte| receiver.push(byte));
+/// use framelock::EncodeInto;
+/// use framelock_formats::ibus::{self, Ibus};
+/// let mut buffer = [0; 32];
+/// let frame = Ibus.encode_into([1500; 18], &mut buffer)?;
+/// let mut receiver = ibus::Receiver::new(Ibus);
+/// let received = frame.iter().find_map(|&byte| receiver.push(byte).map(|frame| frame.message()));
 /// assert_eq!(received, Some([1500; 18]));
+/// # Ok::<(), framelock::EncodeError>(())
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Ibus;
 
+/// A receiver with a buffer of twice the longest frame.
+pub type Receiver = framelock::BufferedReceiver<Ibus, [u8; 64]>;
+
 impl Format for Ibus {
-    crate::judged_by!(IBUS);
+    crate::classify_by!(LAYOUT);
     type Message<'a> = [u16; 18];
 
     #[inline]
@@ -62,10 +70,13 @@ impl Format for Ibus {
     }
 }
 
-impl Ibus {
-    /// The frame with the lower twelve bits of these channels.
-    #[must_use]
-    pub fn encode(channels: &[u16; 18]) -> [u8; 32] {
+impl EncodeInto for Ibus {
+    /// Writes the lower twelve bits of each channel.
+    fn encode_into<'b>(
+        &self,
+        channels: [u16; 18],
+        into: &'b mut [u8],
+    ) -> Result<&'b [u8], EncodeError> {
         let (standard, further) = channels.split_at(14);
         let places = further
             .iter()
@@ -75,12 +86,11 @@ impl Ibus {
             .iter_mut()
             .zip(places)
             .for_each(|(upper, four)| *upper = four);
-        let mut frame = [0; 32];
-        let words = frame.chunks_exact_mut(2).skip(1);
-        for (place, (channel, upper)) in words.zip(standard.iter().zip(upper)) {
+        let mut words = [0; 28];
+        let places = words.chunks_exact_mut(2);
+        for (place, (channel, upper)) in places.zip(standard.iter().zip(upper)) {
             place.copy_from_slice(&(channel & 0x0FFF | upper << 12).to_le_bytes());
         }
-        IBUS.seal(&mut frame);
-        frame
+        crate::write(&LAYOUT, into, &[&[0; 2], &words, &[0; 2]])
     }
 }

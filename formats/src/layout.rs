@@ -18,7 +18,7 @@
 /// # Examples
 /// `'A' 'B' length payload crc8`, with up to 16 bytes of payload:
 /// ```
-/// use framelock::{BufferedReceiver, Format, Verdict};
+/// use framelock::{BufferedReceiver, Format, Classification};
 /// use framelock_formats::layout::*;
 ///
 /// const SHORT: Layout = Layout {
@@ -33,10 +33,11 @@
 ///     ..Layout::NONE
 /// };
 ///
+/// #[derive(Clone, Copy)]
 /// struct Short;
 ///
 /// impl Format for Short {
-///     framelock_formats::judged_by!(SHORT);
+///     framelock_formats::classify_by!(SHORT);
 ///     type Message<'a> = &'a [u8];
 ///
 ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
@@ -46,10 +47,10 @@
 ///
 /// let mut frame = *b"AB\x05hello\0";
 /// assert!(SHORT.seal(&mut frame));
-/// let mut receiver = BufferedReceiver::<_, 40>::new(Short);
+/// let mut receiver = BufferedReceiver::<_, [u8; 40]>::new(Short);
 /// let mut received = Vec::new();
 /// for &byte in [b"AB\x09noise", &frame[..]].concat().iter() {
-///     received.extend(receiver.push(byte).map(<[u8]>::to_vec));
+///     received.extend(receiver.push(byte).map(|frame| frame.message().to_vec()));
 /// }
 /// assert_eq!(received, [b"hello"]);
 /// ```

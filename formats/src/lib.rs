@@ -1,17 +1,17 @@
 //! Formats that people have, for [`framelock`]'s receivers: `no_std`, no panics, no allocation.
 //!
-//! | protocol | type | longest frame | what is checked | source |
+//! | protocol | module | longest frame | what is checked | source |
 //! |---|---|---:|---|---|
-//! | SBUS | [`Sbus`] | 25 | twelve zero bits at the end, no checksum | PX4, Betaflight |
-//! | iBUS | [`Ibus`] | 32 | 16-bit sum | Betaflight |
-//! | CRSF | [`Crsf`] | 64 | CRC-8 | TBS's specification |
-//! | UBX | [`Ubx`] | chosen by you | 8-bit Fletcher checksum | u-blox's interface descriptions |
-//! | MAVLink 1 | [`Mavlink1`] | 263 | CRC-16, which includes the message's definition | mavlink.io |
-//! | MAVLink 2 | [`Mavlink2`] | 280 | the same | mavlink.io |
-//! | NMEA 0183 | [`Nmea`] | 128 | exclusive or of 8 bits | u-blox's interface descriptions |
-//! | RTCM 3 | [`Rtcm`] | 1029 | CRC-24 | RTKLIB |
-//! | UBX, NMEA and RTCM on one line | [`Gnss`] | chosen by you | as they have it | |
-//! | six axes | [`SixAxes`] | 16 | its two sync and two terminator bytes | motion platforms |
+//! | SBUS | [`sbus`] | 25 | twelve zero bits at the end, no checksum | PX4, Betaflight |
+//! | iBUS | [`ibus`] | 32 | 16-bit sum | Betaflight |
+//! | CRSF | [`crsf`] | 64 | CRC-8 | TBS's specification |
+//! | UBX | [`ubx`] | chosen by you | 8-bit Fletcher checksum | u-blox's interface descriptions |
+//! | MAVLink 1 | [`Mavlink1`](mavlink::Mavlink1) | 263 | CRC-16, which includes the message's definition | mavlink.io |
+//! | MAVLink 2 | [`Mavlink2`](mavlink::Mavlink2) | 280 | the same | mavlink.io |
+//! | NMEA 0183 | [`nmea`] | 128 | exclusive or of 8 bits | u-blox's interface descriptions |
+//! | RTCM 3 | [`rtcm`] | 1029 | CRC-24 | RTKLIB |
+//! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | as they have it | |
+//! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
 //! All but one are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver),
 //! whose documentation says when a frame is delivered and what may be lost. `SixAxes` is a
@@ -20,7 +20,7 @@
 //! They frame: they find the bytes of each message, check them, and take apart what all messages have in
 //! common. What the payload of a CRSF, UBX or MAVLink message means is left to you.
 //!
-//! For a format of your own write down its [`Layout`], and [`judged_by!`] makes it a format. Several on one line are
+//! For a format of your own write down its [`Layout`], and [`classify_by!`] makes it a format. Several on one line are
 //! [`AnyOf`] them. The tests [`check_laws`] and [`check_encoding`] try what is written by hand.
 //!
 //! What a byte costs, in clean streams and in the worst, stands in the repository's `docs/costs.md`, other crates'
@@ -29,17 +29,17 @@
 //! # Examples
 //! CRSF, and where each byte went.
 //! ```
-//! use framelock::{Line, BufferedReceiver, LineEvent};
-//! use framelock_formats::{Crsf, CrsfMessage};
+//! use framelock::{EncodeInto, Line, LineEvent};
+//! use framelock_formats::crsf::{self, Crsf};
 //!
-//! let mut line = Line::new(BufferedReceiver::<_, 128>::new(Crsf));
-//! let mut frame = [0; 64];
-//! let sent = CrsfMessage { address: 0xC8, kind: 0x0B, payload: &[0, 0xEC] };
-//! let length = sent.encode(&mut frame).expect("its payload is short");
+//! let mut line = Line::new(crsf::Receiver::new(Crsf));
+//! let sent = crsf::Message { address: 0xC8, kind: 0x0B, payload: &[0, 0xEC] };
+//! let mut buffer = [0; 64];
+//! let frame = Crsf.encode_into(sent, &mut buffer)?;
 //! let mut received = 0;
-//! for byte in [b"noise", &frame[..length]].concat() {
-//!     if let Some(message) = line.push(byte) {
-//!         assert_eq!(message, sent);
+//! for byte in [b"noise", frame].concat() {
+//!     if let Some(frame) = line.push(byte) {
+//!         assert_eq!(frame.message(), sent);
 //!         received += 1;
 //!     }
 //! }
@@ -48,6 +48,7 @@
 //!     received += usize::from(found.message().is_some());
 //! });
 //! assert_eq!((received, line.counters().discarded.total()), (1, 5));
+//! # Ok::<(), framelock::EncodeError>(())
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]
@@ -62,7 +63,7 @@
 )]
 #![allow(
     clippy::inline_always,
-    reason = "a layout that is a constant is to be judged by constants: compiled once, for any layout, the judge takes twice as long and more"
+    reason = "a layout that is a constant is to be classified by constants: compiled once, for any layout, classification takes twice as long and more"
 )]
 #![cfg_attr(
     kani,
@@ -85,61 +86,53 @@ extern crate kani;
 
 mod any_of;
 mod checksum;
+mod classify;
 mod crc;
-mod crsf;
+pub mod crsf;
 mod dialects;
 mod format_laws;
-mod gnss;
-mod ibus;
-mod judge;
+pub mod gnss;
+pub mod ibus;
 pub mod layout;
-mod mavlink;
-mod motion;
-mod nmea;
-mod rtcm;
-mod sbus;
+pub mod mavlink;
+pub mod motion;
+pub mod nmea;
+pub mod rtcm;
+pub mod sbus;
 mod seal;
-mod ubx;
+pub mod ubx;
 #[cfg(kani)]
 mod verification;
 
 pub use any_of::AnyOf;
-pub use crsf::{CRSF, Crsf, CrsfMessage, address as crsf_address};
-pub use dialects::{ARDUPILOTMEGA, COMMON};
-// For `judged_by!`, whatever the crate is called where it is used.
+// For `classify_by!`, whatever the crate is called where it is used.
 pub use format_laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 #[doc(hidden)]
-pub use framelock::Verdict;
-pub use gnss::{Gnss, GnssMessage};
-pub use ibus::{IBUS, Ibus};
+pub use framelock::Classification;
 pub use layout::Layout;
-pub use mavlink::{Mavlink1, Mavlink2, MavlinkMessage, MavlinkSignature, mavlink1, mavlink2};
-pub use motion::{BIN, BIN_CRC8, SIX_AXES, SixAxes, SixAxesBigEndian};
-pub use nmea::{NMEA, Nmea};
-pub use rtcm::{RTCM, Rtcm, RtcmMessage};
-pub use sbus::{SBUS, Sbus, SbusMessage};
-pub use ubx::{UBX, Ubx, UbxMessage};
+
+use framelock::EncodeError;
 
 /// In an `impl` of [`Format`](framelock::Format): the longest frame and all questions answered by a layout, a constant; or
-/// by one that the format's value makes, as `judged_by!(LONGEST, |format| ..)`, whose frames are no longer than those
+/// by one that the format's value makes, as `classify_by!(LONGEST, |format| ..)`, whose frames are no longer than those
 /// of the first.
 #[macro_export]
-macro_rules! judged_by {
+macro_rules! classify_by {
     ($layout:expr) => {
-        $crate::judged_by!($layout, |_format| $layout);
+        $crate::classify_by!($layout, |_format| $layout);
     };
     ($longest:expr, |$format:ident| $layout:expr) => {
         const LONGEST: usize = $longest.longest;
 
         #[inline]
-        fn judge(&self, bytes: &[u8]) -> $crate::Verdict {
-            self.judge_on(bytes, 0)
+        fn classify(&self, bytes: &[u8]) -> $crate::Classification {
+            self.classify_after(bytes, 0)
         }
 
         #[inline]
-        fn judge_on(&self, bytes: &[u8], seen: usize) -> $crate::Verdict {
+        fn classify_after(&self, bytes: &[u8], seen: usize) -> $crate::Classification {
             let $format = self;
-            $layout.judge_on(bytes, seen)
+            $layout.classify_after(bytes, seen)
         }
 
         #[inline]
@@ -150,14 +143,25 @@ macro_rules! judged_by {
     };
 }
 
-/// Writes `parts` one behind the other to the front of `into` and [seals](Layout::seal) them; how many bytes they
-/// are, or nothing if there is no room or no such frame.
-fn write(layout: &Layout, into: &mut [u8], parts: &[&[u8]]) -> Option<usize> {
+/// Writes the concatenated `parts` to the front of `into` and [seals](Layout::seal) them. Returns the frame.
+fn write<'b>(
+    layout: &Layout,
+    into: &'b mut [u8],
+    parts: &[&[u8]],
+) -> Result<&'b [u8], EncodeError> {
     let mut length = 0_usize;
     for part in parts {
-        let place = into.get_mut(length..)?.get_mut(..part.len())?;
-        place.copy_from_slice(part);
-        length = length.wrapping_add(part.len());
+        let end = length.wrapping_add(part.len());
+        let place = into.get_mut(length..end);
+        place
+            .ok_or(EncodeError::BufferTooShort)?
+            .copy_from_slice(part);
+        length = end;
     }
-    layout.seal(into.get_mut(..length)?).then_some(length)
+    let frame = into.get_mut(..length).ok_or(EncodeError::BufferTooShort)?;
+    if layout.seal(frame) {
+        Ok(frame)
+    } else {
+        Err(EncodeError::InvalidMessage)
+    }
 }

@@ -1,8 +1,11 @@
-use framelock::Format;
+//! MAVLink 1 and 2.
 
+use framelock::{EncodeError, EncodeInto, Format};
+
+pub use crate::dialects::{ARDUPILOTMEGA, COMMON};
 use crate::layout::{
-    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message,
-    Messages, Number, Patterns,
+    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField,
+    Message as KnownMessage, Messages, Number, Patterns,
 };
 
 /// CRC-16/MCRF4XX.
@@ -18,7 +21,7 @@ const CRC: Crc<'static> = Crc {
 /// MAVLink's checksum: of all but the first byte.
 const CHECKSUM: Checksum<'static> = Checksum {
     algorithm: Algorithm::Crc(Crc {
-        #[cfg(feature = "table")]
+        #[cfg(feature = "pc-crc-table")]
         table: crate::layout::Table::Sixteens(&CRC.table_of_sixteens()),
         ..CRC
     }),
@@ -28,7 +31,7 @@ const CHECKSUM: Checksum<'static> = Checksum {
 
 /// What a MAVLink 1 frame with these messages looks like: see [`Mavlink1`].
 #[must_use]
-pub const fn mavlink1(messages: &[Message]) -> Layout<'_> {
+pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
     Layout {
         sync: Patterns::one(&[0xFE]),
         length: Length::Field(LengthField {
@@ -48,7 +51,7 @@ pub const fn mavlink1(messages: &[Message]) -> Layout<'_> {
 
 /// What a MAVLink 2 frame with these messages looks like, signed or not: see [`Mavlink2`].
 #[must_use]
-pub const fn mavlink2(messages: &[Message]) -> Layout<'_> {
+pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
     Layout {
         sync: Patterns::one(&[0xFD]),
         length: Length::Field(LengthField {
@@ -83,41 +86,47 @@ pub const fn mavlink2(messages: &[Message]) -> Layout<'_> {
 /// MAVLink 2: `FD`, nine bytes of header, up to 255 of payload, a CRC-16, and 13 bytes of signature if
 /// the header says so.
 ///
-/// It holds the messages of a dialect, by rising numbers: [`ARDUPILOTMEGA`](crate::ARDUPILOTMEGA) has all of the
+/// It holds the messages of a dialect, by rising numbers: [`ARDUPILOTMEGA`] has all of the
 /// dialects `common` and `ardupilotmega`. Frames of other messages are dropped: their CRC, which includes a byte
 /// made of the message's definition, cannot be checked. So are those with incompatible flags other than "signed".
 /// **Signatures are not verified.**
 ///
-/// For MAVLink 1 on the same line give [`AnyOf`](crate::AnyOf) the layouts [`mavlink1`] and [`mavlink2`].
+/// For MAVLink 1 on the same line give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
 /// The CRC notices every burst of up to 16 wrong bits, and lets one in 65 536 random frames pass. It is computed
-/// without a table; with the feature `table` by one of 16 KiB, which is faster on a PC.
+/// without a table; the feature `pc-crc-table` uses one of 16 KiB, which is faster on a PC.
 ///
 /// Source: <https://mavlink.io/en/guide/serialization.html>, "MAVLink 2 Packet Format", "Payload
 /// Truncation", "Checksum", and <https://mavlink.io/en/guide/message_signing.html>.
 ///
 /// # Examples
 /// ```
-/// use framelock::BufferedReceiver;
-/// use framelock_formats::{Mavlink2, layout::Message};
+/// use framelock_formats::layout::Message as KnownMessage;
+/// use framelock_formats::mavlink::{Mavlink2, Receiver2};
 ///
 /// /// HEARTBEAT and ATTITUDE of the dialect `common`: the extra byte of the CRC, and the longest payload.
-/// const MESSAGES: &[Message] = &[
-///     Message::with_extra(0, 50, 9),
-///     Message::with_extra(30, 39, 28),
+/// const MESSAGES: &[KnownMessage] = &[
+///     KnownMessage::with_extra(0, 50, 9),
+///     KnownMessage::with_extra(30, 39, 28),
 /// ];
-/// let receiver = BufferedReceiver::<_, 560>::new(Mavlink2(MESSAGES));
+/// let receiver = Receiver2::new(Mavlink2(MESSAGES));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Mavlink2<'a>(pub &'a [Message]);
+pub struct Mavlink2<'a>(pub &'a [KnownMessage]);
 
 /// MAVLink 1: `FE`, five bytes of header, up to 255 of payload, a CRC-16. It holds messages as [`Mavlink2`] does.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Mavlink1<'a>(pub &'a [Message]);
+pub struct Mavlink1<'a>(pub &'a [KnownMessage]);
+
+/// A receiver of MAVLink 1 with a buffer of twice the longest frame.
+pub type Receiver1 = framelock::BufferedReceiver<Mavlink1<'static>, [u8; 526]>;
+
+/// A receiver of MAVLink 2 with a buffer of twice the longest frame.
+pub type Receiver2 = framelock::BufferedReceiver<Mavlink2<'static>, [u8; 560]>;
 
 /// What a MAVLink frame says.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-pub struct MavlinkMessage<'a> {
+pub struct Message<'a> {
     /// Counts the component's frames: a gap shows that some were lost.
     pub sequence: u8,
     /// The sender's system.
@@ -129,13 +138,13 @@ pub struct MavlinkMessage<'a> {
     /// Little endian. Senders of MAVLink 2 leave out the zeros at its end.
     pub payload: &'a [u8],
     /// If the frame is signed.
-    pub signature: Option<MavlinkSignature<'a>>,
+    pub signature: Option<Signature<'a>>,
 }
 
 /// A frame's signature, not verified. It is right if `value` is the beginning of the SHA-256 of secret key and
 /// `signed`, and the timestamp later than the last one of this link, system and component.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub struct MavlinkSignature<'a> {
+pub struct Signature<'a> {
     /// The sender's link.
     pub link: u8,
     /// 48 bits: units of 10 µs since the beginning of 2015, UTC.
@@ -147,17 +156,17 @@ pub struct MavlinkSignature<'a> {
 }
 
 impl Format for Mavlink1<'_> {
-    crate::judged_by!(mavlink1(&[]), |format| mavlink1(format.0));
-    type Message<'a> = MavlinkMessage<'a>;
+    crate::classify_by!(layout_v1(&[]), |format| layout_v1(format.0));
+    type Message<'a> = Message<'a>;
 
     #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> MavlinkMessage<'a> {
+    fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
         let Some((&[_, _, sequence, system, component, id], rest)) = frame.split_first_chunk()
         else {
-            return MavlinkMessage::default();
+            return Message::default();
         };
         let (payload, _) = rest.split_last_chunk::<2>().unwrap_or((&[], &[0, 0]));
-        MavlinkMessage {
+        Message {
             sequence,
             system,
             component,
@@ -169,22 +178,22 @@ impl Format for Mavlink1<'_> {
 }
 
 impl Format for Mavlink2<'_> {
-    crate::judged_by!(mavlink2(&[]), |format| mavlink2(format.0));
-    type Message<'a> = MavlinkMessage<'a>;
+    crate::classify_by!(layout_v2(&[]), |format| layout_v2(format.0));
+    type Message<'a> = Message<'a>;
 
     #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> MavlinkMessage<'a> {
+    fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
         let length = frame.get(1).map_or(0, |&length| usize::from(length));
         let parts = frame.split_at_checked(length.wrapping_add(10));
         let Some((head, tail)) = parts else {
-            return MavlinkMessage::default();
+            return Message::default();
         };
         let Some((&[_, _, _, _, sequence, system, component, a, b, c], payload)) =
             head.split_first_chunk()
         else {
-            return MavlinkMessage::default();
+            return Message::default();
         };
-        MavlinkMessage {
+        Message {
             sequence,
             system,
             component,
@@ -196,10 +205,10 @@ impl Format for Mavlink2<'_> {
 }
 
 #[inline(never)]
-fn signature<'a>(frame: &'a [u8], tail: &[u8]) -> Option<MavlinkSignature<'a>> {
+fn signature<'a>(frame: &'a [u8], tail: &[u8]) -> Option<Signature<'a>> {
     let [_, _, link, a, b, c, d, e, f, ..] = *tail.first_chunk::<15>()?;
     let (signed, &value) = frame.split_last_chunk()?;
-    Some(MavlinkSignature {
+    Some(Signature {
         link,
         timestamp: u64::from_le_bytes([a, b, c, d, e, f, 0, 0]),
         value,
@@ -207,32 +216,39 @@ fn signature<'a>(frame: &'a [u8], tail: &[u8]) -> Option<MavlinkSignature<'a>> {
     })
 }
 
-impl Mavlink1<'_> {
-    /// Writes the frame that says `message` to the front of `into`, and gives its length; nothing if there
-    /// is no such message or payload, or the frame is longer than `into`.
-    pub fn encode(&self, message: &MavlinkMessage, into: &mut [u8]) -> Option<usize> {
+impl EncodeInto for Mavlink1<'_> {
+    /// Fails for messages that the format does not hold, and for payloads that are longer than theirs.
+    fn encode_into<'b>(
+        &self,
+        message: Message<'_>,
+        into: &'b mut [u8],
+    ) -> Result<&'b [u8], EncodeError> {
         let (system, component) = (message.system, message.component);
-        let id = u8::try_from(message.id).ok()?;
+        let id = u8::try_from(message.id).map_err(|_| EncodeError::InvalidMessage)?;
         let head = [0, 0, message.sequence, system, component, id];
-        crate::write(&mavlink1(self.0), into, &[&head, message.payload, &[0, 0]])
+        crate::write(&layout_v1(self.0), into, &[&head, message.payload, &[0, 0]])
     }
 }
 
-impl Mavlink2<'_> {
-    /// Writes the frame that says `message`, unsigned, to the front of `into`, and gives its length; nothing if
-    /// there is no such message or payload, or the frame is longer than `into`.
-    pub fn encode(&self, message: &MavlinkMessage, into: &mut [u8]) -> Option<usize> {
-        // Zeros at the end are left out, but not the first byte.
+impl EncodeInto for Mavlink2<'_> {
+    /// Writes an unsigned frame. Fails for messages that the format does not hold, and for payloads that are
+    /// longer than theirs.
+    fn encode_into<'b>(
+        &self,
+        message: Message<'_>,
+        into: &'b mut [u8],
+    ) -> Result<&'b [u8], EncodeError> {
+        // Zeros at the end are left out, except the first byte.
         let zeros = message.payload.iter().skip(1).rev();
         let zeros = zeros.take_while(|&&byte| byte == 0).count();
-        let payload = message
+        let (payload, _) = message
             .payload
-            .get(..message.payload.len().checked_sub(zeros)?)?;
+            .split_at(message.payload.len().saturating_sub(zeros));
         let (system, component) = (message.system, message.component);
         let [a, b, c, 0] = message.id.to_le_bytes() else {
-            return None;
+            return Err(EncodeError::InvalidMessage);
         };
         let head = [0, 0, 0, 0, message.sequence, system, component, a, b, c];
-        crate::write(&mavlink2(self.0), into, &[&head, payload, &[0, 0]])
+        crate::write(&layout_v2(self.0), into, &[&head, payload, &[0, 0]])
     }
 }

@@ -56,7 +56,7 @@ pub const SIX_AXES: Layout<'static> = Layout {
 /// # Examples
 /// ```
 /// use framelock::{Encode, Receiver};
-/// use framelock_formats::SixAxes;
+/// use framelock_formats::motion::SixAxes;
 /// let mut receiver = Receiver::<SixAxes>::new();
 /// let axes = [0, 16_384, 32_768, 40_000, 65_535, 13];
 /// let received = SixAxes::encode(axes).into_iter().find_map(|byte| receiver.push(byte));

@@ -1,9 +1,11 @@
-use framelock::Format;
+//! NMEA 0183, the text of satellite receivers and ships.
+
+use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{Algorithm, Checksum, FixedBits, Layout, Length, Patterns, Written};
 
 /// What an NMEA 0183 sentence looks like: see [`Nmea`].
-pub const NMEA: Layout<'static> = Layout {
+pub const LAYOUT: Layout<'static> = Layout {
     sync: Patterns::any_byte_of(b"$!"),
     length: Length::Delimiter,
     shortest: 7,
@@ -37,13 +39,12 @@ pub const NMEA: Layout<'static> = Layout {
 ///
 /// # Examples
 /// ```
-/// use framelock::BufferedReceiver;
-/// use framelock_formats::Nmea;
-/// let mut receiver = BufferedReceiver::<_, 256>::new(Nmea);
+/// use framelock_formats::nmea::{self, Nmea};
+/// let mut receiver = nmea::Receiver::new(Nmea);
 /// let mut received = Vec::new();
 /// for byte in *b"noise $GPTXT,01,01,02,ok*49\r\n" {
-///     if let Some(sentence) = receiver.push(byte) {
-///         received.extend(sentence.split(|&byte| byte == b',').map(<[u8]>::to_vec));
+///     if let Some(frame) = receiver.push(byte) {
+///         received.extend(frame.message().split(|&byte| byte == b',').map(<[u8]>::to_vec));
 ///     }
 /// }
 /// assert_eq!(received, [&b"GPTXT"[..], b"01", b"01", b"02", b"ok"]);
@@ -51,8 +52,11 @@ pub const NMEA: Layout<'static> = Layout {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Nmea;
 
+/// A receiver with a buffer of twice the longest frame.
+pub type Receiver = framelock::BufferedReceiver<Nmea, [u8; 256]>;
+
 impl Format for Nmea {
-    crate::judged_by!(NMEA);
+    crate::classify_by!(LAYOUT);
     /// What is between the first byte and the `*`.
     type Message<'a> = &'a [u8];
 
@@ -65,10 +69,13 @@ impl Format for Nmea {
     }
 }
 
-impl Nmea {
-    /// Writes the frame of a sentence to the front of `into`, and gives its length; nothing if it is longer than 128
-    /// bytes or than `into`, or has a line's end in it.
-    pub fn encode(sentence: &[u8], into: &mut [u8]) -> Option<usize> {
-        crate::write(&NMEA, into, &[b"$", sentence, b"*hh\r\n"])
+impl EncodeInto for Nmea {
+    /// Fails for frames of more than 128 bytes, and for sentences that contain the end of a line.
+    fn encode_into<'b>(
+        &self,
+        sentence: &[u8],
+        into: &'b mut [u8],
+    ) -> Result<&'b [u8], EncodeError> {
+        crate::write(&LAYOUT, into, &[b"$", sentence, b"*hh\r\n"])
     }
 }

@@ -1,4 +1,6 @@
-use framelock::Format;
+//! RTCM 3, corrections for satellite receivers.
+
+use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{
     Algorithm, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Number, Patterns,
@@ -6,7 +8,7 @@ use crate::layout::{
 };
 
 /// What an RTCM 3 frame looks like: see [`Rtcm`].
-pub const RTCM: Layout<'static> = Layout {
+pub const LAYOUT: Layout<'static> = Layout {
     sync: Patterns::one(&[0xD3]),
     length: Length::Field(LengthField {
         number: Number {
@@ -46,28 +48,32 @@ pub const RTCM: Layout<'static> = Layout {
 ///
 /// # Examples
 /// ```
-/// use framelock::BufferedReceiver;
-/// use framelock_formats::{Rtcm, RtcmMessage};
-/// let mut receiver = BufferedReceiver::<_, 2058>::new(Rtcm);
-/// let mut frame = [0; 32];
-/// let length = Rtcm::encode(&[0x43, 0x50, 0x00], &mut frame).expect("it is short");
+/// use framelock::EncodeInto;
+/// use framelock_formats::rtcm::{self, Message, Rtcm};
+/// let mut receiver = rtcm::Receiver::new(Rtcm);
+/// let mut buffer = [0; 32];
+/// let frame = Rtcm.encode_into(Message { payload: &[0x43, 0x50, 0x00] }, &mut buffer)?;
 /// let mut number = None;
-/// for byte in &frame[..length] {
-///     number = receiver.push(*byte).map_or(number, |message| message.number());
+/// for byte in frame {
+///     number = receiver.push(*byte).map_or(number, |frame| frame.message().number());
 /// }
 /// assert_eq!(number, Some(1077));
+/// # Ok::<(), framelock::EncodeError>(())
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Rtcm;
 
+/// A receiver with a buffer of twice the longest frame.
+pub type Receiver = framelock::BufferedReceiver<Rtcm, [u8; 2058]>;
+
 /// What an RTCM 3 frame says.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-pub struct RtcmMessage<'a> {
+pub struct Message<'a> {
     /// 0 to 1 023 bytes. Its fields are of any number of bits, the highest first.
     pub payload: &'a [u8],
 }
 
-impl RtcmMessage<'_> {
+impl Message<'_> {
     /// The message's number, its first twelve bits, if it has any.
     #[must_use]
     pub fn number(&self) -> Option<u16> {
@@ -77,22 +83,25 @@ impl RtcmMessage<'_> {
 }
 
 impl Format for Rtcm {
-    crate::judged_by!(RTCM);
-    type Message<'a> = RtcmMessage<'a>;
+    crate::classify_by!(LAYOUT);
+    type Message<'a> = Message<'a>;
 
     #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> RtcmMessage<'a> {
+    fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
         match frame {
-            [_, _, _, payload @ .., _, _, _] => RtcmMessage { payload },
-            _ => RtcmMessage::default(),
+            [_, _, _, payload @ .., _, _, _] => Message { payload },
+            _ => Message::default(),
         }
     }
 }
 
-impl Rtcm {
-    /// Writes the frame with this payload to the front of `into`, and gives its length; nothing if the payload is
-    /// longer than 1 023 bytes or the frame than `into`.
-    pub fn encode(payload: &[u8], into: &mut [u8]) -> Option<usize> {
-        crate::write(&RTCM, into, &[&[0, 0, 0], payload, &[0, 0, 0]])
+impl EncodeInto for Rtcm {
+    /// Fails for payloads of more than 1 023 bytes.
+    fn encode_into<'b>(
+        &self,
+        message: Message<'_>,
+        into: &'b mut [u8],
+    ) -> Result<&'b [u8], EncodeError> {
+        crate::write(&LAYOUT, into, &[&[0, 0, 0], message.payload, &[0, 0, 0]])
     }
 }

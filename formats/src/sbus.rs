@@ -1,9 +1,11 @@
-use framelock::Format;
+//! Futaba's SBUS.
+
+use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{FixedBits, Layout, Patterns};
 
 /// What an SBUS frame looks like: see [`Sbus`].
-pub const SBUS: Layout<'static> = Layout {
+pub const LAYOUT: Layout<'static> = Layout {
     sync: Patterns::one(&[0x0F]),
     shortest: 25,
     longest: 25,
@@ -30,19 +32,25 @@ pub const SBUS: Layout<'static> = Layout {
 ///
 /// # Examples
 /// ```
-/// use framelock::BufferedReceiver;
-/// use framelock_formats::{Sbus, SbusMessage};
-/// let sent = SbusMessage { channels: [992; 16], failsafe: true, ..SbusMessage::default() };
-/// let mut receiver = BufferedReceiver::<_, 50>::new(Sbus);
-/// let received = sent.encode().into_iter().find_map(|byte| receiver.push(byte));
+/// use framelock::EncodeInto;
+/// use framelock_formats::sbus::{self, Sbus};
+/// let sent = sbus::Message { channels: [992; 16], failsafe: true, ..Default::default() };
+/// let mut buffer = [0; 25];
+/// let frame = Sbus.encode_into(sent, &mut buffer)?;
+/// let mut receiver = sbus::Receiver::new(Sbus);
+/// let received = frame.iter().find_map(|&byte| receiver.push(byte).map(|frame| frame.message()));
 /// assert_eq!(received, Some(sent));
+/// # Ok::<(), framelock::EncodeError>(())
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Sbus;
 
+/// A receiver with a buffer of twice the longest frame.
+pub type Receiver = framelock::BufferedReceiver<Sbus, [u8; 50]>;
+
 /// What an SBUS frame says.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-pub struct SbusMessage {
+pub struct Message {
     /// Channels 1 to 16: 0 to 2047. Most transmitters use 172 to 1811, with 992 in the middle.
     pub channels: [u16; 16],
     /// Channels 17 and 18, on or off.
@@ -54,15 +62,15 @@ pub struct SbusMessage {
 }
 
 impl Format for Sbus {
-    crate::judged_by!(SBUS);
-    type Message<'a> = SbusMessage;
+    crate::classify_by!(LAYOUT);
+    type Message<'a> = Message;
 
     #[inline]
-    fn decode(&self, frame: &[u8]) -> SbusMessage {
+    fn decode(&self, frame: &[u8]) -> Message {
         let &[_, ref channels @ .., flags, _] = frame else {
-            return SbusMessage::default();
+            return Message::default();
         };
-        SbusMessage {
+        Message {
             channels: channels.try_into().map_or([0; 16], unpack_channels),
             digital: [flags & 1 != 0, flags & 2 != 0],
             frame_lost: flags & 4 != 0,
@@ -71,40 +79,53 @@ impl Format for Sbus {
     }
 }
 
-impl SbusMessage {
-    /// The frame that says it, with the lower 11 bits of each channel.
-    #[must_use]
-    pub fn encode(&self) -> [u8; 25] {
-        let [seventeen, eighteen] = self.digital.map(u8::from);
-        let radio = u8::from(self.frame_lost) << 2 | u8::from(self.failsafe) << 3;
+impl EncodeInto for Sbus {
+    /// Writes the lower 11 bits of each channel.
+    fn encode_into<'b>(
+        &self,
+        message: Message,
+        into: &'b mut [u8],
+    ) -> Result<&'b [u8], EncodeError> {
+        let [seventeen, eighteen] = message.digital.map(u8::from);
+        let radio = u8::from(message.frame_lost) << 2 | u8::from(message.failsafe) << 3;
         let flags = seventeen | eighteen << 1 | radio;
-        let mut frame = [0; 25];
-        let [_, places @ .., place, _] = &mut frame;
-        places.copy_from_slice(&pack_channels(&self.channels));
-        *place = flags;
-        SBUS.seal(&mut frame);
-        frame
+        let channels = pack_channels(&message.channels);
+        crate::write(&LAYOUT, into, &[&[0], &channels, &[flags, 0]])
     }
 }
 
 /// Bytes of sixteen channels of 11 bits, the lowest bits first. CRSF packs them in the same way.
 const CHANNEL_BYTES: usize = 22;
 
-/// Unpacks the sixteen channels.
+/// Unpacks the sixteen channels. Channel `n` has the bits from `11 * n` on. Eight channels have eleven bytes, which are
+/// read as three words: they begin with the bits 0, 32 and 56.
 #[inline]
 pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES]) -> [u16; 16] {
     let mut channels = [0; 16];
-    let mut bit = 0_u32;
-    for channel in &mut channels {
-        // Four bytes have it; the last four, from 18 on, have the last two channels.
-        let at = (bit / 8).min(18);
-        let shift = bit.wrapping_sub(at.wrapping_mul(8));
-        let four = bytes.get(at as usize..).and_then(<[u8]>::first_chunk);
-        let bits = u32::from_le_bytes(four.copied().unwrap_or_default());
-        *channel = (bits.wrapping_shr(shift) & 0x7FF) as u16;
-        bit = bit.wrapping_add(11);
+    for (eight, half) in channels.chunks_exact_mut(8).zip(bytes.chunks_exact(11)) {
+        if let (&[a, b, c, d, e, f, g, h, i, j, k], [c0, c1, c2, c3, c4, c5, c6, c7]) =
+            (half, eight)
+        {
+            let from_0 = u32::from_le_bytes([a, b, c, d]);
+            let from_32 = u32::from_le_bytes([e, f, g, h]);
+            let from_56 = u32::from_le_bytes([h, i, j, k]);
+            *c0 = channel(from_0);
+            *c1 = channel(from_0 >> 11);
+            *c2 = channel(from_0 >> 22 | from_32 << 10);
+            *c3 = channel(from_32 >> 1);
+            *c4 = channel(from_32 >> 12);
+            *c5 = channel(from_32 >> 23 | from_56 << 1);
+            *c6 = channel(from_56 >> 10);
+            *c7 = channel(from_56 >> 21);
+        }
     }
     channels
+}
+
+/// Returns the lowest 11 bits.
+#[inline]
+const fn channel(bits: u32) -> u16 {
+    (bits & 0x7FF) as u16
 }
 
 /// Packs the lower 11 bits of each channel.

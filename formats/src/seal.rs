@@ -1,6 +1,6 @@
 //! Writing a frame by its layout.
 
-use framelock::Verdict;
+use framelock::Classification;
 
 use crate::checksum::fill;
 use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
@@ -14,7 +14,7 @@ impl Layout<'_> {
     /// if a terminator stands where none may.
     pub fn seal(&self, frame: &mut [u8]) -> bool {
         self.write(frame);
-        self.judge(frame) == Verdict::Frame(frame.len())
+        self.classify(frame) == Classification::Frame(frame.len())
     }
 
     pub(crate) fn write(&self, frame: &mut [u8]) {

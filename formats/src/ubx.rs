@@ -1,11 +1,13 @@
-use framelock::Format;
+//! u-blox's UBX.
+
+use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{
     Algorithm, ByteOrder, Checksum, Layout, Length, LengthField, Number, Patterns,
 };
 
 /// What a UBX frame looks like, up to the longest that the protocol allows: see [`Ubx`].
-pub const UBX: Layout<'static> = Layout {
+pub const LAYOUT: Layout<'static> = Layout {
     sync: Patterns::one(&[0xB5, 0x62]),
     length: Length::Field(LengthField {
         number: Number {
@@ -41,12 +43,13 @@ pub const UBX: Layout<'static> = Layout {
 /// # Examples
 /// ```
 /// use framelock::BufferedReceiver;
-/// use framelock_formats::{Ubx, UbxMessage};
-/// let mut receiver = BufferedReceiver::<Ubx<100>, 200>::new(Ubx);
+/// use framelock_formats::ubx::{Message, Ubx};
+/// let mut receiver = BufferedReceiver::<Ubx<100>, [u8; 200]>::new(Ubx);
 /// let mut payload = Vec::<u8>::new();
 /// for byte in [0xB5, 0x62, 0x05, 0x01, 0x02, 0x00, 0x06, 0x01, 0x0F, 0x38] {
-///     if let Some(UbxMessage { class: 0x05, id: 0x01, payload: acknowledged }) = receiver.push(byte) {
-///         payload.extend(acknowledged);
+///     match receiver.push(byte).map(|frame| frame.message()) {
+///         Some(Message { class: 0x05, id: 0x01, payload: acknowledged }) => payload.extend(acknowledged),
+///         _ => {}
 ///     }
 /// }
 /// assert_eq!(payload, [0x06, 0x01]);
@@ -56,7 +59,7 @@ pub struct Ubx<const LONGEST: usize>;
 
 /// What a UBX frame says.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
-pub struct UbxMessage<'a> {
+pub struct Message<'a> {
     /// The group of messages, such as 0x01 for NAV.
     pub class: u8,
     /// The message in the group.
@@ -68,28 +71,31 @@ pub struct UbxMessage<'a> {
 impl<const LONGEST: usize> Ubx<LONGEST> {
     const LAYOUT: Layout<'static> = Layout {
         longest: LONGEST,
-        ..UBX
+        ..LAYOUT
     };
 }
 
 impl<const LONGEST: usize> Format for Ubx<LONGEST> {
-    crate::judged_by!(Self::LAYOUT);
-    type Message<'a> = UbxMessage<'a>;
+    crate::classify_by!(Self::LAYOUT);
+    type Message<'a> = Message<'a>;
 
     #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> UbxMessage<'a> {
+    fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
         match *frame {
-            [_, _, class, id, _, _, ref payload @ .., _, _] => UbxMessage { class, id, payload },
-            _ => UbxMessage::default(),
+            [_, _, class, id, _, _, ref payload @ .., _, _] => Message { class, id, payload },
+            _ => Message::default(),
         }
     }
 }
 
-impl UbxMessage<'_> {
-    /// Writes the frame that says it to the front of `into`, and gives its length; nothing if it is longer than
-    /// the protocol allows or than `into`.
-    pub fn encode(&self, into: &mut [u8]) -> Option<usize> {
-        let head = [0, 0, self.class, self.id, 0, 0];
-        crate::write(&UBX, into, &[&head, self.payload, &[0, 0]])
+impl<const LONGEST: usize> EncodeInto for Ubx<LONGEST> {
+    /// Fails for frames of more than `LONGEST` bytes.
+    fn encode_into<'b>(
+        &self,
+        message: Message<'_>,
+        into: &'b mut [u8],
+    ) -> Result<&'b [u8], EncodeError> {
+        let head = [0, 0, message.class, message.id, 0, 0];
+        crate::write(&Self::LAYOUT, into, &[&head, message.payload, &[0, 0]])
     }
 }

@@ -7,11 +7,11 @@ from steps import Step
 
 def passes(path, step, name, check):
     try:
-        verdict, says = "ok", check(step)
+        classification, says = "ok", check(step)
     except Failure as failure:
-        verdict, says = "FAILED", failure
-    print(f"test {path}, {step.kind}: {name} ... {verdict}: {says}", flush=True)
-    return verdict == "ok"
+        classification, says = "FAILED", failure
+    print(f"test {path}, {step.kind}: {name} ... {classification}: {says}", flush=True)
+    return classification == "ok"
 
 steps = [(path, Step(Image(path))) for path in sys.argv[1:]]
 print(f"running {2 * len(steps)} tests", flush=True)

@@ -19,15 +19,15 @@
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
 use framelock::{
-    BufferedReceiver, Counters, DiscardReason, Format, Found, Line, LineEvent, Parser, Receiver,
-    Verdict,
+    BufferedReceiver, Classification, Counters, DiscardReason, Format, Found, Line, LineEvent,
+    Parser, Receiver,
 };
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
 /// A parser in any state, and counters that are all the same number, which may be any: each is counted
 /// on its own.
-fn any_line<P>(parser: P, start: usize) -> Line<P> {
+fn any_line<P>(parser: P, start: u32) -> Line<P> {
     let mut counters = Counters::default();
     counters.bytes = start;
     counters.frames = start;
@@ -45,14 +45,14 @@ fn any_line<P>(parser: P, start: usize) -> Line<P> {
 }
 
 /// By how much a counter went up.
-fn up(counter: usize, start: usize) -> u8 {
+fn up(counter: u32, start: u32) -> u8 {
     let up = counter.wrapping_sub(start).to_le_bytes()[0];
-    assert!(counter == start.wrapping_add(usize::from(up)));
+    assert!(counter == start.wrapping_add(u32::from(up)));
     up
 }
 
 /// By how much the counters went up: of bytes in frames, and of discarded bytes.
-fn placed(counters: &Counters, start: usize) -> u8 {
+fn placed(counters: &Counters, start: u32) -> u8 {
     let discarded = &counters.discarded;
     up(counters.frame_bytes, start)
         + up(discarded.no_sync, start)
@@ -66,7 +66,7 @@ fn placed(counters: &Counters, start: usize) -> u8 {
 }
 
 /// The same, of a parser whose frames have one length.
-fn placed_by<P: OfSetpoints>(counters: &Counters, start: usize) -> u8 {
+fn placed_by<P: OfSetpoints>(counters: &Counters, start: u32) -> u8 {
     let length = P::LENGTH.to_le_bytes()[0];
     assert!(up(counters.frame_bytes, start) == up(counters.frames, start) * length);
     placed(counters, start)
@@ -80,7 +80,7 @@ fn byte_is_placed<P: OfSetpoints>(parser: P) {
     let committed = line.push(kani::any()).is_some();
     let after = line.counters();
     assert!(after.bytes == start.wrapping_add(1));
-    assert!(after.frames == start.wrapping_add(usize::from(committed)));
+    assert!(after.frames == start.wrapping_add(u32::from(committed)));
     let placed = placed_by::<P>(after, start);
     assert!(before + 1 == usize::from(placed) + line.pending());
     kani::cover!(committed, "a commit");
@@ -143,21 +143,18 @@ struct Reports<const COUNT: usize>([Found<()>; COUNT]);
 impl<const COUNT: usize> Parser for Reports<COUNT> {
     type Message<'a> = ();
 
-    fn push_with(
-        &mut self,
-        _: u8,
-        mut discarded: impl FnMut(usize, DiscardReason),
-    ) -> Option<(usize, ())> {
+    fn push_with(&mut self, _: u8, mut account: impl FnMut(Found<()>)) -> Option<()> {
         let mut frame = None;
-        self.feed(&[], |found| match found {
-            Found::Frame { length, message } => frame = Some((length, message)),
-            Found::Discarded { count, why } => discarded(count, why),
+        self.feed(&[], |found| {
+            frame = frame.or(found.message());
+            account(found);
         });
         frame
     }
 
-    fn poll_with(&mut self, discarded: impl FnMut(usize, DiscardReason)) -> Option<(usize, ())> {
-        self.push_with(0, discarded)
+    fn next_with(&mut self, bytes: &mut &[u8], account: impl FnMut(Found<()>)) -> Option<()> {
+        *bytes = &[];
+        self.push_with(0, account)
     }
 
     fn feed(&mut self, _: &[u8], mut found: impl FnMut(Found<()>)) {
@@ -168,7 +165,7 @@ impl<const COUNT: usize> Parser for Reports<COUNT> {
         }
     }
 
-    fn line_event(&mut self, found: impl FnMut(Found<()>)) {
+    fn line_event(&mut self, _: LineEvent, found: impl FnMut(Found<()>)) {
         self.feed(&[], found);
     }
 
@@ -181,7 +178,7 @@ impl<const COUNT: usize> Parser for Reports<COUNT> {
 
 fn any_found() -> Found<()> {
     let count = kani::any_where(|&count| count < 64);
-    let discarded = |why| Found::Discarded { count, why };
+    let discarded = |why| Found::discarded(count, why);
     match kani::any::<u8>() {
         0 => discarded(DiscardReason::NoSync),
         1 => discarded(DiscardReason::BrokenSync),
@@ -191,15 +188,12 @@ fn any_found() -> Found<()> {
         5 => discarded(DiscardReason::LineEvent),
         6 => discarded(DiscardReason::TooLong),
         7 => discarded(DiscardReason::UnknownMessage),
-        _ => Found::Frame {
-            length: count,
-            message: (),
-        },
+        _ => Found::frame(count, ()),
     }
 }
 
 /// A counter of bytes: of those in frames, or of those that are discarded for the reason that it returns with it.
-fn any_place(counters: &Counters) -> (Option<DiscardReason>, usize) {
+fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     let discarded = &counters.discarded;
     match kani::any::<u8>() {
         0 => (Some(DiscardReason::NoSync), discarded.no_sync),
@@ -227,8 +221,8 @@ fn any_place(counters: &Counters) -> (Option<DiscardReason>, usize) {
 /// after a loss: whether that is so is returned.
 fn two_are_counted(
     reports: [Found<()>; 2],
-    bytes: usize,
-    report: impl FnOnce(&mut Line<Reports<2>>) -> usize,
+    bytes: u32,
+    report: impl FnOnce(&mut Line<Reports<2>>) -> u32,
 ) -> bool {
     let start = kani::any();
     let mut line = any_line(Reports(reports), start);
@@ -237,17 +231,18 @@ fn two_are_counted(
     assert!(counters.bytes == start.wrapping_add(bytes));
     assert!(counters.frames == start.wrapping_add(frames));
     let [first, second] = reports.map(is_frame);
-    assert!(frames == usize::from(first) + usize::from(second));
+    assert!(frames == u32::from(first) + u32::from(second));
     let is_loss_ended = !first && second;
-    let resynchronisations = start.wrapping_add(usize::from(is_loss_ended));
+    let resynchronisations = start.wrapping_add(u32::from(is_loss_ended));
     assert!(counters.resynchronisations == resynchronisations);
     // Each for its own reason: one is watched, which may be any.
     let (watched, counter) = any_place(counters);
     let more = match reports[1] {
-        Found::Discarded { count, why } if Some(why) == watched => count,
+        Found::Discarded { count, why, .. } if Some(why) == watched => count,
         Found::Frame { length, .. } if watched.is_none() => length,
         _ => 0,
     };
+    let more = u32::try_from(more).expect("fewer than 64");
     assert!(counter == start.wrapping_add(more));
     is_loss_ended
 }
@@ -261,30 +256,30 @@ fn is_frame(found: Found<()>) -> bool {
 #[kani::unwind(9)]
 fn each_report_is_counted() {
     let nothing = if kani::any() {
-        let (length, message) = (0, ());
-        Found::Frame { length, message }
+        Found::frame(0, ())
     } else {
-        let (count, why) = (0, DiscardReason::NoSync);
-        Found::Discarded { count, why }
+        Found::discarded(0, DiscardReason::NoSync)
     };
     let (first, reports) = (is_frame(nothing), [nothing, any_found()]);
     let function: u8 = kani::any();
     // A byte brings one frame at most, and it comes last.
     kani::assume(function > 1 || !first);
     let is_loss_ended = match function {
-        0 => two_are_counted(reports, 1, |line| usize::from(line.push(0).is_some())),
-        1 => two_are_counted(reports, 0, |line| usize::from(line.poll().is_some())),
+        0 => two_are_counted(reports, 1, |line| u32::from(line.push(0).is_some())),
+        1 => two_are_counted(reports, 1, |line| {
+            u32::from(line.messages(&[0]).next().is_some())
+        }),
         2 => two_are_counted(reports, 0, |line| {
             let mut frames = 0;
             line.line_event(any_line_event(), |found| {
-                frames += usize::from(is_frame(found));
+                frames += u32::from(is_frame(found));
             });
             frames
         }),
         _ => two_are_counted(reports, 1, |line| {
             let mut frames = 0;
             line.feed(&[0], |found| {
-                frames += usize::from(is_frame(found));
+                frames += u32::from(is_frame(found));
             });
             frames
         }),
@@ -315,14 +310,14 @@ fn each_line_event_is_counted() {
     line.poll();
     line.feed(&[0], |_| ());
     let events = &line.counters().events;
-    let told = |which| start.wrapping_add(usize::from(event == which));
+    let told = |which| start.wrapping_add(u32::from(event == which));
     assert!(events.framing == told(LineEvent::Framing));
     assert!(events.parity == told(LineEvent::Parity));
     assert!(events.overrun == told(LineEvent::Overrun));
     assert!(events.line_break == told(LineEvent::Break));
     assert!(events.idle == told(LineEvent::Idle));
     kani::cover!(event == LineEvent::Break, "a break");
-    kani::cover!(start == usize::MAX, "about to wrap");
+    kani::cover!(start == u32::MAX, "about to wrap");
 }
 
 /// A loss ends once, with the first frame behind it.
@@ -331,19 +326,17 @@ fn each_line_event_is_counted() {
 fn each_loss_ends_once() {
     let frames: [bool; 4] = kani::any();
     let reports = frames.map(|is_frame| {
-        let (length, count) = (1, 1);
-        let (message, why) = ((), DiscardReason::NoSync);
         if is_frame {
-            Found::Frame { length, message }
+            Found::frame(1, ())
         } else {
-            Found::Discarded { count, why }
+            Found::discarded(1, DiscardReason::NoSync)
         }
     });
     let mut line = any_line(Reports(reports), 0);
     line.feed(&[], |_| ());
     let [first, second, third, last] = frames;
     let ended = [!first && second, !second && third, !third && last];
-    let ended = ended.map(usize::from);
+    let ended = ended.map(u32::from);
     assert!(line.counters().resynchronisations == ended[0] + ended[1] + ended[2]);
     kani::cover!(!first && second && third, "two frames behind a loss");
     kani::cover!(ended[0] == 1 && ended[2] == 1, "two losses");
@@ -351,29 +344,30 @@ fn each_loss_ends_once() {
 
 /// Says anything of two bytes, and of the second alone; of the first alone, that it takes both. With one
 /// byte for the longest frame, anything of either. It need not keep the laws.
+#[derive(Clone, Copy)]
 struct Anything<const LONGEST: usize>([u8; 2]);
 
 impl<const LONGEST: usize> Format for Anything<LONGEST> {
     const LONGEST: usize = LONGEST;
     type Message<'a> = u8;
 
-    fn judge(&self, bytes: &[u8]) -> Verdict {
+    fn classify(&self, bytes: &[u8]) -> Classification {
         let code = match bytes {
-            [0] if LONGEST == 2 => return Verdict::Incomplete { at_least: 2 },
+            [0] if LONGEST == 2 => return Classification::Incomplete { at_least: 2 },
             [0, ..] => self.0[0],
             _ => self.0[1],
         };
         match code {
-            0 => Verdict::Frame(1),
-            1 => Verdict::Frame(2),
-            2 => Verdict::Incomplete { at_least: 2 },
-            3 => Verdict::Reject(DiscardReason::NoSync),
-            4 => Verdict::Reject(DiscardReason::BrokenSync),
-            5 => Verdict::Reject(DiscardReason::BadHeader),
-            6 => Verdict::Reject(DiscardReason::ChecksumMismatch),
-            7 => Verdict::Reject(DiscardReason::TooLong),
-            8 => Verdict::Reject(DiscardReason::UnknownMessage),
-            _ => Verdict::Reject(DiscardReason::WrongTerminator),
+            0 => Classification::Frame(1),
+            1 => Classification::Frame(2),
+            2 => Classification::Incomplete { at_least: 2 },
+            3 => Classification::Rejected(DiscardReason::NoSync),
+            4 => Classification::Rejected(DiscardReason::BrokenSync),
+            5 => Classification::Rejected(DiscardReason::BadHeader),
+            6 => Classification::Rejected(DiscardReason::ChecksumMismatch),
+            7 => Classification::Rejected(DiscardReason::TooLong),
+            8 => Classification::Rejected(DiscardReason::UnknownMessage),
+            _ => Classification::Rejected(DiscardReason::WrongTerminator),
         }
     }
 
@@ -392,10 +386,10 @@ impl<const LONGEST: usize> Format for Anything<LONGEST> {
 #[kani::unwind(3)]
 fn pushed_bytes_of_any_length_are_counted() {
     let start = 0;
-    let receiver = BufferedReceiver::<_, 2>::new(Anything::<2>(kani::any()));
+    let receiver = BufferedReceiver::<_, [u8; 2]>::new(Anything::<2>(kani::any()));
     let mut line = any_line(receiver, start);
     assert!(line.push(0).is_none() && line.pending() == 1);
-    let pushed = line.push(1).unwrap_or(0);
+    let pushed = line.push(1).map_or(0, |frame| frame.message());
     let pending = line.pending();
     assert!(line.counters().bytes == start.wrapping_add(2));
     assert!(2 == usize::from(placed(line.counters(), start)) + pending);
@@ -420,7 +414,7 @@ fn pushed_bytes_of_any_length_are_counted() {
 #[kani::unwind(3)]
 fn fed_bytes_of_any_length_are_counted() {
     let start = 0;
-    let receiver = BufferedReceiver::<_, 1>::new(Anything::<1>(kani::any()));
+    let receiver = BufferedReceiver::<_, [u8; 1]>::new(Anything::<1>(kani::any()));
     let mut line = any_line(receiver, start);
     let mut frames = 0;
     line.feed(&[0, 1], |found| {

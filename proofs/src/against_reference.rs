@@ -16,7 +16,7 @@
 
 use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{FixedFormat, Frame, Receiver};
+use framelock::{FixedFormat, FrameBytes, Receiver};
 
 use crate::reference::{self, whole_buffer};
 use crate::states::{OfSetpoints, any_setpoint, setpoint_of};
@@ -25,7 +25,7 @@ fn rescan<F, R, const N: usize>()
 where
     F: FixedFormat<Frame = [u8; N], Message = Setpoint>,
     R: reference::Format,
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let bytes: [u8; N] = kani::any();
     let length: usize = kani::any_where(|&length| length > 0 && length <= N);

@@ -8,14 +8,14 @@
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{FixedFormat, Frame};
+use framelock::{FixedFormat, FrameBytes};
 
 use crate::states::{History, any_lecture, is_bin, is_bin_crc8, setpoint_of};
 
 fn commits_exactly_the_frames<F, const N: usize>(is_frame: fn([u8; N]) -> bool)
 where
     F: FixedFormat<Frame = [u8; N], Message = Setpoint>,
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let history = History::<N>::any();
     let byte = kani::any();

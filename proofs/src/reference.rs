@@ -11,7 +11,7 @@
 //!
 //! The loops run over every index in order, and never jump, so that a model checker can follow.
 
-use framelock::{DiscardReason, Found, Verdict};
+use framelock::{Classification, DiscardReason, Found};
 
 /// A frame format, as a rule about bytes.
 pub trait Format {
@@ -128,13 +128,13 @@ pub fn whole_buffer<F: Format>(bytes: &[u8], mut report: impl FnMut(Found<[u8; 3
                 place if place == F::LENGTH => DiscardReason::ChecksumMismatch,
                 _ => DiscardReason::WrongTerminator,
             };
-            report(Found::Discarded { count, why });
+            report(Found::discarded(count, why));
             free = i + count;
         } else if candidate.len() < F::LENGTH {
             return bytes.len() - i;
         } else if let &[_, _, _, pitch, roll, yaw, ..] = candidate {
             let (length, message) = (F::LENGTH, [pitch, roll, yaw]);
-            report(Found::Frame { length, message });
+            report(Found::frame(length, message));
             free = i + length;
         }
     }
@@ -158,19 +158,18 @@ pub fn framed<F: framelock::Format>(
         }
         let rest = bytes.get(i..).unwrap_or_default();
         let known = rest.get(..format.longest()).unwrap_or(rest);
-        free = match format.judge(known) {
-            Verdict::Frame(length) => {
-                let message = i;
-                report(Found::Frame { length, message });
+        free = match format.classify(known) {
+            Classification::Frame(length) => {
+                report(Found::frame(length, i));
                 i + length
             }
-            Verdict::Incomplete { .. } if !is_over => return rest.len(),
-            verdict => {
-                let why = match verdict {
-                    Verdict::Reject(why) => why,
+            Classification::Incomplete { .. } if !is_over => return rest.len(),
+            classification => {
+                let why = match classification {
+                    Classification::Rejected(why) => why,
                     _ => DiscardReason::LineEvent,
                 };
-                report(Found::Discarded { count: 1, why });
+                report(Found::discarded(1, why));
                 i + 1
             }
         };

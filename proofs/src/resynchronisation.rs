@@ -8,7 +8,7 @@
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{Encode, FixedFormat, Frame};
+use framelock::{Encode, FixedFormat, FrameBytes};
 
 use crate::states::{
     any_lecture, any_receiver, any_setpoint, is_bin, is_bin_crc8, receive, setpoint_of,
@@ -17,7 +17,7 @@ use crate::states::{
 fn delivers_or_has_just_committed<F, const N: usize>(is_frame: fn([u8; N]) -> bool)
 where
     F: FixedFormat<Frame = [u8; N], Message = Setpoint>,
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let mut receiver = any_receiver::<F, N>();
     let frame: [u8; N] = kani::any();

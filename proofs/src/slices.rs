@@ -6,7 +6,7 @@
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};
-use framelock::{DiscardReason, Found, Receiver};
+use framelock::{DiscardReason, Found, Parser, Receiver};
 
 use crate::states::{OfSetpoints, any_lecture, any_receiver};
 
@@ -32,7 +32,7 @@ impl<const N: usize> Report<N> {
             known += found.bytes();
             match found {
                 Found::Frame { message, .. } => self.setpoints[known - before - 1] = Some(message),
-                Found::Discarded { count, why } => {
+                Found::Discarded { count, why, .. } => {
                     let (no_sync, broken_sync, check, terminator) = &mut self.discarded;
                     *match why {
                         DiscardReason::NoSync => no_sync,
@@ -47,7 +47,7 @@ impl<const N: usize> Report<N> {
     }
 }
 
-/// From any state: a slice as a whole, its bytes as slices of one, and its bytes pushed.
+/// From any state: a slice as a whole, its bytes as slices of one, its bytes pushed, and its frames pulled.
 fn slice_is_its_bytes<P: OfSetpoints, const N: usize>(parser: P) {
     let bytes: [u8; N] = kani::any();
     let (mut whole, mut fed) = (Report::<N>::NEW, parser);
@@ -62,6 +62,13 @@ fn slice_is_its_bytes<P: OfSetpoints, const N: usize>(parser: P) {
     }
     assert!(whole.discarded == single.discarded);
     assert!(fed == one_by_one && fed == pushed);
+    let (mut pulled, mut rest, mut frames) = (parser, &bytes[..], 0);
+    while let Some(setpoint) = pulled.next(&mut rest) {
+        assert!(whole.setpoints[N - rest.len() - 1] == Some(setpoint));
+        frames += 1;
+    }
+    assert!(rest.is_empty() && pulled == fed);
+    assert!(frames == whole.setpoints.iter().flatten().count());
     kani::cover!(whole.discarded.3 > 0, "a wrong terminator");
     kani::cover!(whole.setpoints[N - 1].is_some(), "a frame at the end");
 }
@@ -74,7 +81,7 @@ fn lecture() {
     slice_is_its_bytes::<Lecture, 4>(any_lecture());
 }
 
-/// From any state a byte that is pushed with what it discards comes to the same as one that is pushed; at the start so
+/// From any state a byte that is pushed with what it discards, or pulled, comes to the same as one that is pushed; at the start so
 /// does one that is fed alone. Receivers that wait for different bytes are not equal.
 #[kani::proof]
 #[kani::unwind(9)]
@@ -83,9 +90,13 @@ fn receiver_is_its_window() {
     let byte = kani::any();
     let (mut pushed, mut told) = (receiver, Clone::clone(&receiver));
     let setpoint = pushed.push(byte);
-    let frame = told.push_with(byte, |_, _| ());
-    assert!(frame == setpoint.map(|setpoint| (7, setpoint)));
-    assert!(told.pending() == pushed.pending());
+    let mut accounted = 0;
+    let frame = Parser::push_with(&mut told, byte, |one| accounted += one.bytes());
+    assert!(frame == setpoint);
+    assert!(receiver.pending() + 1 == accounted + told.pending());
+    let (mut pulled, mut rest) = (Clone::clone(&receiver), &[byte][..]);
+    assert!(pulled.next(&mut rest) == setpoint && rest.is_empty());
+    assert!(told.pending() == pushed.pending() && pulled.pending() == pushed.pending());
     let (mut fed, mut discarded) = (Receiver::<Bin>::new(), 0);
     fed.feed(&[byte], |found| discarded += found.bytes());
     assert!(fed.pending() + discarded == 1);

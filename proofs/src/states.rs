@@ -2,7 +2,7 @@
 
 use framelock::lecture::{Lecture, State};
 use framelock::motion::Setpoint;
-use framelock::{FixedFormat, Frame, LineEvent, Parser, Receiver};
+use framelock::{FixedFormat, FrameBytes, LineEvent, Parser, Receiver};
 
 /// The end of a stream: its last bytes, newest last, as many as a frame has; and how many of them came
 /// since the last commit (all of them, or all but the first, make no difference to a receiver).
@@ -54,7 +54,7 @@ impl<const N: usize> History<N> {
 /// Any state of a receiver: after any stream.
 pub(crate) fn any_receiver<F: FixedFormat<Frame = [u8; N]>, const N: usize>() -> Receiver<F>
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     History::<N>::any().receiver()
 }

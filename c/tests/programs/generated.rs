@@ -5,7 +5,7 @@
 use std::fmt::Display;
 use std::io::Read;
 
-use framelock::{BufferedReceiver, Found};
+use framelock::{BufferedReceiver, Found, Frame};
 
 /// The values of a field, if a frame has it.
 trait Values {
@@ -101,11 +101,12 @@ fn crsf_of_nothing() -> generated::crsf::Message<'static> {
 macro_rules! receive {
     ($module:ident, $stream:expr) => {{
         let mut receiver =
-            BufferedReceiver::<_, { 2 * generated::$module::LONGEST }>::new(generated::$module::Frames);
+            BufferedReceiver::<_, [u8; 2 * generated::$module::LONGEST]>::new(generated::$module::Frames);
         let (mut frames, mut discarded) = (0, 0);
-        let mut note = |found: Found<generated::$module::Message>| match found {
-            Found::Frame { message, .. } => {
+        let mut note = |found: Found<Frame<'_, generated::$module::Frames>>| match found {
+            Found::Frame { message: frame, .. } => {
                 frames += 1;
+                let message = frame.message();
                 $module::say(&message);
                 let mut made = [0; generated::$module::LONGEST];
                 match message.encode(&mut made) {
@@ -120,7 +121,7 @@ macro_rules! receive {
             Found::Discarded { count, .. } => discarded += count,
         };
         receiver.feed(&$stream, &mut note);
-        receiver.line_event(&mut note);
+        receiver.line_event(framelock::LineEvent::Idle, &mut note);
         println!("{}: {frames} frames, {discarded} bytes discarded", stringify!($module));
     }};
 }

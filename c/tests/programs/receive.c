@@ -1,6 +1,7 @@
 /* Reads steps of two bytes from standard input, and says what comes of each.
  * 'b': a byte is received. 'e': a line event. 't': so much time passes.
  * RECEIVER is framelock_receiver or framelock_crc8_receiver. */
+#include <inttypes.h>
 #include <stdio.h>
 
 #include "framelock.h"
@@ -46,13 +47,14 @@ int main(void)
     if (!OF_RECEIVER(_counters)(&receiver, &counters)) {
         return 1;
     }
-    printf("%zu bytes, %zu frames, %zu in them, %zu resynchronisations, %zu pending\n",
+    printf("%" PRIu32 " bytes, %" PRIu32 " frames, %" PRIu32 " in them, %" PRIu32
+           " resynchronisations, %zu pending\n",
            counters.bytes, counters.frames, counters.frame_bytes, counters.resynchronisations,
            counters.pending);
-    printf("discarded %zu %zu %zu %zu %zu\n", counters.discarded_no_sync,
+    printf("discarded %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 "\n", counters.discarded_no_sync,
            counters.discarded_broken_sync, counters.discarded_terminator, counters.discarded_check,
            counters.discarded_line_event);
-    printf("events %zu %zu %zu %zu %zu\n", counters.framing_errors, counters.parity_errors,
+    printf("events %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 "\n", counters.framing_errors, counters.parity_errors,
            counters.overruns, counters.breaks, counters.idle_lines);
     return 0;
 }

@@ -19,14 +19,14 @@
 //! * `decide` asks the format once, about the first pending place. A frame or a drop is what the
 //!   reference finds there, for by law 2 more bytes do not change it. Else both wait.
 //! * `discard_what_starts_nothing` drops places that start nothing, and by law 4 so does the reference.
-//! * `store` adds the next places, also where what is pending moves to the front.
+//! * `store` adds the next places, also where what is pending moves to the front; `next` stores as many as decide.
 //! * `take`, with nothing pending, does one of these in the slice, or stores the whole slice. Runs longer than its
 //!   slices here are in `noise::verification`.
 //! * `give_back` leaves nothing pending, and a slice that begins where the pending bytes did.
 //!
-//! `feed` is a loop of them. It ends where the format has said `Incomplete` of what is pending, or would:
-//! there the reference stops as well. [`reference`] runs its loops on a few bytes; that they do the same
-//! on more is this argument in words.
+//! `feed` and `next` are loops of them. They end where the format has said `Incomplete` of what is pending, or
+//! would: there the reference stops as well; and `next` behind each frame. [`reference`] runs their loops
+//! on a few bytes; that they do the same on more is this argument in words.
 //!
 //! **13b: no law is needed** for this: nothing panics, every call ends, fewer than `LONGEST` bytes are
 //! pending after it, and each byte is in exactly one event or pending. Each step keeps the invariant but
@@ -35,7 +35,7 @@
 //!
 //! **13c: `push`** asks the format at most once. Its events are the reference's next ones; without any, none
 //! is due ([`pushes`]). What it leaves, `poll`, `feed` of an empty slice or a line event decides,
-//! since their loops go on from any state that fits ([`reference`] runs the loop of `poll`).
+//! since their loops go on from any state that fits (`poll` is `next` of an empty slice).
 //!
 //! **13d: never deaf.** Each frame that the stream holds is committed, unless a committed frame that begins
 //! before it shares bytes with it. This is shown of the reference ([`reference`]): it passes no place
@@ -64,7 +64,7 @@ use core::cell::Cell;
 
 use super::BufferedReceiver;
 use crate::any_format::{Row, any_up_to, any_verdict};
-use crate::{DiscardReason, Format, Verdict};
+use crate::{Classification, DiscardReason, Format};
 
 /// The byte that stands at a place.
 fn byte(place: usize) -> u8 {
@@ -78,29 +78,33 @@ fn are_places(bytes: &[u8], from: usize) -> bool {
     at >= bytes.len() || bytes[at] == byte(from.wrapping_add(at))
 }
 
+/// A place and a number of bytes, once a format was asked about them.
+type Asked = Cell<Option<(usize, usize)>>;
+
 /// Any format, as far as one step asks it: about one place, once.
-struct Any<const L: usize> {
+#[derive(Clone, Copy)]
+struct Any<'a, const L: usize> {
     /// What it says there. If nothing, anything: it need not keep the laws.
     row: Option<Row>,
     /// Which places start a frame.
     starts: u32,
-    /// What it was asked about: the first place, and how many bytes.
-    asked: Cell<Option<(usize, usize)>>,
+    /// The question that it was asked: the first place, and the number of bytes.
+    asked: &'a Asked,
 }
 
-impl<const L: usize> Any<L> {
-    fn lawful() -> Self {
+impl<'a, const L: usize> Any<'a, L> {
+    fn lawful(asked: &'a Asked) -> Self {
         Self {
             row: Some(Row::any(L)),
-            ..Self::lawless()
+            ..Self::lawless(asked)
         }
     }
 
-    fn lawless() -> Self {
+    fn lawless(asked: &'a Asked) -> Self {
         Self {
             row: None,
             starts: kani::any(),
-            asked: Cell::new(None),
+            asked,
         }
     }
 
@@ -132,15 +136,15 @@ impl<const L: usize> Any<L> {
     }
 }
 
-impl<const L: usize> Format for Any<L> {
+impl<const L: usize> Format for Any<'_, L> {
     const LONGEST: usize = L;
     type Message<'a> = &'a [u8];
 
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        self.judge_on(bytes, 0)
+    fn classify(&self, bytes: &[u8]) -> Classification {
+        self.classify_after(bytes, 0)
     }
 
-    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
         assert!(self.asked.get().is_none());
         assert!(!bytes.is_empty() && bytes.len() <= L);
         let place = usize::from(bytes[0]);
@@ -151,11 +155,12 @@ impl<const L: usize> Format for Any<L> {
         };
         kani::assume(
             self.starts_at(place)
-                || row.settled_at == 1 && row.settled == Verdict::Reject(DiscardReason::NoSync),
+                || row.settled_at == 1
+                    && row.settled == Classification::Rejected(DiscardReason::NoSync),
         );
         // Law 5: what was seen was incomplete.
         assert!(seen < row.settled_at);
-        row.judge(bytes.len())
+        row.classify(bytes.len())
     }
 
     fn starts(&self, byte: u8) -> bool {
@@ -169,9 +174,9 @@ impl<const L: usize> Format for Any<L> {
 
 /// A receiver in any state that [fits], with up to `most` bytes pending: the places from `from` on.
 fn any_receiver<const L: usize, const N: usize>(
-    format: Any<L>,
+    format: Any<'_, L>,
     most: usize,
-) -> BufferedReceiver<Any<L>, N> {
+) -> BufferedReceiver<Any<'_, L>, [u8; N]> {
     let (from, to, ask_at) = (any_up_to(N), any_up_to(N), any_up_to(N + L));
     kani::assume(from <= to && to - from <= most);
     let mut buffer = [u8::MAX; N];
@@ -197,7 +202,7 @@ fn any_receiver<const L: usize, const N: usize>(
 /// The invariant: so many bytes are pending, the places from `start` on, and what begins there is not
 /// settled with fewer bytes than `ask_at` waits for. To be asserted.
 fn fits<const L: usize, const N: usize>(
-    receiver: &BufferedReceiver<Any<L>, N>,
+    receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     start: usize,
     pending: usize,
     settled_at: usize,
@@ -212,7 +217,7 @@ fn fits<const L: usize, const N: usize>(
 }
 
 fn waits_for_what_is_not_settled<const L: usize, const N: usize>(
-    receiver: &BufferedReceiver<Any<L>, N>,
+    receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     settled_at: usize,
 ) -> bool {
     // Of a place that has not come yet nothing is known.

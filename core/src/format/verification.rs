@@ -1,6 +1,6 @@
-//! Any verdicts, lawful or not: for theorem 13, here and in `framelock-formats`.
+//! Any classifications, lawful or not: for theorem 13, here and in `framelock-formats`.
 
-use crate::{DiscardReason, Verdict};
+use crate::{Classification, DiscardReason};
 
 /// What a lawful format says from one place of the stream on. With fewer than `settled_at` bytes it is
 /// `Incomplete`, with as many or more always the same (laws 1 to 3).
@@ -9,7 +9,7 @@ pub struct Row {
     /// How many bytes it takes.
     pub settled_at: usize,
     /// What it says then.
-    pub settled: Verdict,
+    pub settled: Classification,
 }
 
 impl Row {
@@ -17,12 +17,12 @@ impl Row {
     pub fn any(longest: usize) -> Self {
         let settled_at = any_up_to(longest);
         let settled = if kani::any() {
-            Verdict::Frame(any_up_to(longest))
+            Classification::Frame(any_up_to(longest))
         } else {
-            Verdict::Reject(any_mismatch())
+            Classification::Rejected(any_mismatch())
         };
         kani::assume(1 <= settled_at);
-        if let Verdict::Frame(length) = settled {
+        if let Classification::Frame(length) = settled {
             kani::assume(1 <= length && length <= settled_at);
         }
         Self {
@@ -32,16 +32,16 @@ impl Row {
     }
 
     /// Of so many bytes; `None` if they are incomplete.
-    pub fn settled(&self, length: usize) -> Option<Verdict> {
+    pub fn settled(&self, length: usize) -> Option<Classification> {
         (length >= self.settled_at).then_some(self.settled)
     }
 
     /// Of so many bytes. How many more it takes is another answer each time.
-    pub fn judge(&self, length: usize) -> Verdict {
+    pub fn classify(&self, length: usize) -> Classification {
         self.settled(length).unwrap_or_else(|| {
             let at_least = any_up_to(self.settled_at);
             kani::assume(length < at_least);
-            Verdict::Incomplete { at_least }
+            Classification::Incomplete { at_least }
         })
     }
 }
@@ -68,7 +68,7 @@ pub fn any_up_to(most: usize) -> usize {
 }
 
 /// Any at all, lawful or not.
-pub fn any_verdict() -> Verdict {
+pub fn any_verdict() -> Classification {
     let number: u8 = kani::any();
     // As wrong as a number can be.
     let number = if number == u8::MAX {
@@ -77,8 +77,8 @@ pub fn any_verdict() -> Verdict {
         usize::from(number)
     };
     match kani::any::<u8>() {
-        0 => Verdict::Frame(number),
-        1 => Verdict::Incomplete { at_least: number },
-        _ => Verdict::Reject(any_mismatch()),
+        0 => Classification::Frame(number),
+        1 => Classification::Incomplete { at_least: number },
+        _ => Classification::Rejected(any_mismatch()),
     }
 }

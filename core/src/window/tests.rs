@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use std::{vec, vec::Vec};
 
 use super::{BLOCK, Window};
-use crate::{DiscardReason, Found, Frame, Shape};
+use crate::{DiscardReason, Found, FrameBytes, Shape};
 
 /// Few values, so that they meet; 0 is what a window has above the bytes it holds.
 fn byte() -> impl Strategy<Value = u8> {
@@ -63,7 +63,7 @@ fn naive(places: &[Option<u8>], checked: bool, bytes: &[u8]) -> Outcome {
     (ends, discarded, bytes.len() - start)
 }
 
-fn pushed<F: Frame>(shape: &Shape<F>, checked: bool, bytes: &[u8]) -> (Vec<usize>, Window<F>) {
+fn pushed<F: FrameBytes>(shape: &Shape<F>, checked: bool, bytes: &[u8]) -> (Vec<usize>, Window<F>) {
     let mut window = Window::EMPTY;
     let mut ends = Vec::new();
     for (index, &byte) in bytes.iter().enumerate() {
@@ -79,7 +79,7 @@ fn pushed<F: Frame>(shape: &Shape<F>, checked: bool, bytes: &[u8]) -> (Vec<usize
     (ends, window)
 }
 
-fn fed<F: Frame>(shape: &Shape<F>, checked: bool, slices: &[&[u8]]) -> (Outcome, Window<F>) {
+fn fed<F: FrameBytes>(shape: &Shape<F>, checked: bool, slices: &[&[u8]]) -> (Outcome, Window<F>) {
     let stream = slices.concat();
     let mut window = Window::EMPTY;
     let (mut ends, mut discarded, mut known) = (Vec::new(), [0; 8], 0);
@@ -102,7 +102,7 @@ fn fed<F: Frame>(shape: &Shape<F>, checked: bool, slices: &[&[u8]]) -> (Outcome,
 
 fn check_all<const N: usize>(places: &[Option<u8>], checked: bool, bytes: &[u8], cuts: [usize; 2])
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let places: [Option<u8>; N] = *places.first_chunk().expect("sixteen");
     let shape = Shape::new(places);

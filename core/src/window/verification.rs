@@ -30,10 +30,10 @@
 //!    (`noise::verification`), so each is when it comes.
 //! 3. Rounds of `push_with` again, until no byte is left.
 
-use super::{DiscardReason, Found, Frame, Shape, Window, Word};
+use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
 use crate::fixed_format::sealed::Words;
 
-impl<F: Frame> Window<F> {
+impl<F: FrameBytes> Window<F> {
     fn pushed(
         mut self,
         shape: &Shape<F>,
@@ -46,7 +46,7 @@ impl<F: Frame> Window<F> {
 }
 
 /// The window that holds the last `count` bytes of a history, fewer than a frame's.
-fn holding<F: Frame>(history: &[u8], count: usize) -> Window<F> {
+fn holding<F: FrameBytes>(history: &[u8], count: usize) -> Window<F> {
     let mut window = Window::EMPTY;
     let mut place = 0;
     while place < history.len() {
@@ -61,7 +61,7 @@ fn holding<F: Frame>(history: &[u8], count: usize) -> Window<F> {
 /// The word whose lowest bytes are a whole frame's, as the window makes it.
 fn word_of<const N: usize>(frame: &[u8; N]) -> <[u8; N] as Words>::Word
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let mut word = Window::<[u8; N]>::EMPTY;
     let mut place = 0;
@@ -75,7 +75,7 @@ where
 /// Any state: fewer bytes than a frame's, whatever they are.
 fn any_window<const N: usize>() -> Window<[u8; N]>
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let history: [u8; N] = kani::any();
     holding(&history, kani::any_where(|&count| count < N))
@@ -87,7 +87,7 @@ fn any_shape<const N: usize>() -> Shape<[u8; N]> {
 
 fn commits_exactly_the_frames<const N: usize>()
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let places: [Option<u8>; N] = kani::any();
     let shape = Shape::new(places);
@@ -146,7 +146,7 @@ fn first_mismatch<const N: usize>(
 /// with one that holds more.
 fn mismatches_are_found<const N: usize>()
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let places: [Option<u8>; N] = kani::any();
     let shape = Shape::new(places);
@@ -182,7 +182,7 @@ where
 /// pending.
 fn one_byte_is_pushed<const N: usize>()
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let shape = any_shape::<N>();
     let check: bool = kani::any();
@@ -252,7 +252,7 @@ impl Discarded {
 /// A start that is compared where it lies.
 fn start_is_pushed<const N: usize>()
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let shape = any_shape::<N>();
     let check: bool = kani::any();
@@ -288,7 +288,7 @@ where
 fn words_hold_frames() {
     fn frame_is_read<const N: usize>(word: u64, bytes: &[u8; 9])
     where
-        [u8; N]: Frame<Word = u64>,
+        [u8; N]: FrameBytes<Word = u64>,
     {
         let frame = <[u8; N]>::from_word(word);
         let mut place = 0;
@@ -314,7 +314,7 @@ fn words_hold_frames() {
 /// Why a start is dropped does not change with what comes behind.
 fn reasons_stay<const N: usize>()
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let shape = any_shape::<N>();
     let window = any_window::<N>();
@@ -330,7 +330,7 @@ where
 /// bytes are pending.
 fn only_what_is_pending_matters<const N: usize>()
 where
-    [u8; N]: Frame,
+    [u8; N]: FrameBytes,
 {
     let shape = any_shape::<N>();
     let check: bool = kani::any();

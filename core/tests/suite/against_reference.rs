@@ -156,7 +156,7 @@ fn resynchronisations_are_counted() {
 /// Counters wrap, and the identity holds modulo their width.
 #[test]
 fn counters_wrap() {
-    let most = usize::MAX;
+    let most = u32::MAX;
     let mut counters = Counters::default();
     let (discarded, events) = (&mut counters.discarded, &mut counters.events);
     for counter in [

@@ -6,7 +6,7 @@ use std::task::{Context, Poll, Waker};
 use embedded_io::{ErrorKind, ErrorType};
 use framelock::motion::{Bin, Setpoint};
 use framelock::{
-    BufferedReceiver, DiscardReason, Encode, Format, LineEvent, Reader, Receiver, Verdict,
+    BufferedReceiver, Classification, DiscardReason, Encode, Format, LineEvent, Reader, Receiver,
 };
 
 /// A UART that gives what it is told to, in the pieces it is told to.
@@ -61,8 +61,8 @@ fn now<T>(future: impl Future<Output = T>) -> T {
 #[test]
 fn an_error_loses_nothing_blocking_and_async() {
     for read in [
-        |reader: &mut Reader<Uart, Receiver<Bin>, 32>| reader.read(|setpoint| setpoint),
-        |reader: &mut Reader<Uart, Receiver<Bin>, 32>| now(reader.read_async(|setpoint| setpoint)),
+        |reader: &mut Reader<Uart, Receiver<Bin>, 32>| reader.next_message(),
+        |reader: &mut Reader<Uart, Receiver<Bin>, 32>| now(reader.next_message_async()),
     ] {
         let mut reader = Reader::new(pieces(), Receiver::<Bin>::new());
         assert_eq!(read(&mut reader), Err(ErrorKind::Interrupted));
@@ -85,29 +85,32 @@ fn an_error_loses_nothing_blocking_and_async() {
 fn the_smallest_buffer() -> Result<(), Infallible> {
     let stream = [b"noise".as_slice(), &Bin::encode(SETPOINT)].concat();
     let mut reader = Reader::<_, _, 1>::new(stream.as_slice(), Receiver::<Bin>::new());
-    assert_eq!(reader.read(|setpoint| setpoint)?, Some(SETPOINT));
-    assert_eq!(reader.read(|setpoint| setpoint)?, None);
+    assert_eq!(reader.next_message()?, Some(SETPOINT));
+    assert_eq!(reader.next_message()?, None);
     Ok(())
 }
 
 /// `'#' length payload`; the last byte is a letter.
+#[derive(Clone, Copy)]
 struct Short;
 
 impl Format for Short {
     const LONGEST: usize = 9;
     type Message<'a> = &'a [u8];
 
-    fn judge(&self, bytes: &[u8]) -> Verdict {
+    fn classify(&self, bytes: &[u8]) -> Classification {
         let whole = match *bytes {
             [b'#'] => 2,
-            [b'#', length, ..] if length > 7 => return Verdict::Reject(DiscardReason::TooLong),
+            [b'#', length, ..] if length > 7 => {
+                return Classification::Rejected(DiscardReason::TooLong);
+            }
             [b'#', length, ..] => 2 + usize::from(length),
-            _ => return Verdict::Reject(DiscardReason::NoSync),
+            _ => return Classification::Rejected(DiscardReason::NoSync),
         };
         match bytes.get(whole - 1) {
-            None => Verdict::Incomplete { at_least: whole },
-            Some(last) if last & 0x40 != 0 => Verdict::Frame(whole),
-            Some(_) => Verdict::Reject(DiscardReason::WrongTerminator),
+            None => Classification::Incomplete { at_least: whole },
+            Some(last) if last & 0x40 != 0 => Classification::Frame(whole),
+            Some(_) => Classification::Rejected(DiscardReason::WrongTerminator),
         }
     }
 
@@ -126,9 +129,9 @@ fn frames_of_any_length_are_read() {
         Err(ErrorKind::Other),
         Ok(b"\x01e".to_vec()),
     ]);
-    let receiver = BufferedReceiver::<_, 18>::new(Short);
+    let receiver = BufferedReceiver::<_, [u8; 18]>::new(Short);
     let mut reader = Reader::<_, _, 32>::new(uart, receiver);
-    let mut read = || reader.read(<[u8]>::to_vec);
+    let mut read = || reader.next_message_with(|frame| frame.message().to_vec());
     assert_eq!(read(), Ok(Some(b"ok".to_vec())));
     assert_eq!(read(), Ok(Some(b"c".to_vec())));
     assert_eq!(read(), Ok(Some(b"d".to_vec())));

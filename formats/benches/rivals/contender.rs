@@ -23,7 +23,7 @@ pub(crate) trait Contender {
 }
 
 /// framelock's receiver.
-struct Framelock<F, const N: usize>(BufferedReceiver<F, N>);
+struct Framelock<F, const N: usize>(BufferedReceiver<F, [u8; N]>);
 
 impl<F: Format, const N: usize> Contender for Framelock<F, N> {
     type Message<'a> = F::Message<'a>;
@@ -32,14 +32,16 @@ impl<F: Format, const N: usize> Contender for Framelock<F, N> {
     fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(F::Message<'_>)) {
         self.0.feed(bytes, |what| {
             if let Found::Frame { message, .. } = what {
-                found(message);
+                found(message.message());
             }
         });
     }
 
     #[inline]
-    fn push(&mut self, byte: u8, found: impl FnMut(F::Message<'_>)) {
-        self.0.push(byte).map(found);
+    fn push(&mut self, byte: u8, mut found: impl FnMut(F::Message<'_>)) {
+        if let Some(frame) = self.0.push(byte) {
+            found(frame.message());
+        }
     }
 }
 
@@ -97,16 +99,19 @@ impl Entry {
     }
 
     /// framelock's receiver of frames of this format. `N` is twice the longest frame.
-    pub(crate) fn ours<const N: usize, F: Format + Copy + 'static>(
+    pub(crate) fn ours<const N: usize, F: Format + 'static>(
         name: &'static str,
         format: F,
         key: impl Fn(F::Message<'_>) -> Vec<u8> + Copy + 'static,
     ) -> Self {
-        let new = move || Framelock(BufferedReceiver::<F, N>::new(format));
+        let new = move || Framelock(BufferedReceiver::<F, [u8; N]>::new(format));
         let frames = move |stream: &[u8]| {
             let mut frames = Vec::new();
             reference::framed(&format, stream, false, |found| {
-                if let Found::Frame { length, message } = found {
+                if let Found::Frame {
+                    length, message, ..
+                } = found
+                {
                     frames.push(message..message + length);
                 }
             });

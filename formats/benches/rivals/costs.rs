@@ -3,8 +3,10 @@
 use std::hint::black_box;
 
 use framelock::motion::{Bin, BinCrc8};
-use framelock::{BufferedReceiver, Encode, Line, Parser, Receiver};
-use framelock_formats::{Crsf, Ibus, Mavlink2, Sbus, SixAxes, Ubx};
+use framelock::{BufferedReceiver, Encode, Format, Frame, Line, Parser, Receiver};
+use framelock_formats::{
+    crsf::Crsf, ibus::Ibus, mavlink::Mavlink2, motion::SixAxes, sbus::Sbus, ubx::Ubx,
+};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -77,21 +79,21 @@ pub(crate) fn cases() -> Vec<Case> {
             "sbus",
             &sbus::PROTOCOL,
             &[b"\x0F", b"\x0F\x55"],
-            || BufferedReceiver::<_, 50>::new(Sbus),
+            || BufferedReceiver::<_, [u8; 50]>::new(Sbus),
             sbus::contenders(),
         ),
         of_protocol(
             "ibus",
             &ibus::PROTOCOL,
             &[b"\x20\x40", b"\x20", b"\x20\x20\x40"],
-            || BufferedReceiver::<_, 64>::new(Ibus),
+            || BufferedReceiver::<_, [u8; 64]>::new(Ibus),
             ibus::contenders(),
         ),
         of_protocol(
             "crsf",
             &crsf::PROTOCOL,
             &[b"\xC8\x3C", b"\xC8\x3E", b"\xC8\x3E\xC8", b"\xC8"],
-            || BufferedReceiver::<_, 128>::new(Crsf),
+            || BufferedReceiver::<_, [u8; 128]>::new(Crsf),
             crsf::contenders(),
         ),
         of_protocol(
@@ -103,7 +105,7 @@ pub(crate) fn cases() -> Vec<Case> {
                 b"\xB5\x62",
                 b"\xB5",
             ],
-            || BufferedReceiver::<Ubx<{ ubx::LONGEST }>, { 2 * ubx::LONGEST }>::new(Ubx),
+            || BufferedReceiver::<Ubx<{ ubx::LONGEST }>, [u8; 2 * ubx::LONGEST]>::new(Ubx),
             ubx::contenders(),
         ),
         of_protocol(
@@ -116,7 +118,7 @@ pub(crate) fn cases() -> Vec<Case> {
                 b"\xFD\x83\0\0\xFD\xFF\0\x83\0\0",
                 b"\xFD",
             ],
-            || BufferedReceiver::<_, 560>::new(Mavlink2(mavlink2::DIALECT)),
+            || BufferedReceiver::<_, [u8; 560]>::new(Mavlink2(mavlink2::DIALECT)),
             mavlink2::contenders(),
         ),
         of_fixed_format::<SixAxes>(
@@ -146,13 +148,13 @@ pub(crate) fn cases() -> Vec<Case> {
         .expect("it is one of them")
         .contenders
         .push(Counted {
-            name: "framelock, `table`",
+            name: "framelock, `pc-crc-table`",
             on_chip: None,
             run: Box::new(|stream| {
-                let mut receiver = BufferedReceiver::<_, 560>::new(mavlink2::Tabled);
+                let mut receiver = BufferedReceiver::<_, [u8; 560]>::new(mavlink2::Tabled);
                 for &byte in stream {
-                    if let Some((_, message)) = receiver.push_with(byte, |_, _| ()) {
-                        black_box(&message);
+                    if let Some(frame) = receiver.push(byte) {
+                        black_box(&frame.message());
                     }
                 }
             }),
@@ -160,18 +162,15 @@ pub(crate) fn cases() -> Vec<Case> {
     cases
 }
 
-fn of_protocol<P: Parser + 'static>(
+fn of_protocol<F: Format + 'static, const N: usize>(
     feature: &str,
     protocol: &Protocol,
     periods: &[&'static [u8]],
-    new: impl Fn() -> P + Copy + 'static,
+    new: impl Fn() -> BufferedReceiver<F, [u8; N]> + Copy + 'static,
     entries: Vec<Entry>,
 ) -> Case {
-    // `push` in its own words: so it is compiled for this loop alone, as in a program that has but one.
-    let mut contenders = ours(feature, new, |receiver, byte| {
-        if let Some((_, message)) = receiver.push_with(byte, |_, _| ()) {
-            black_box(&message);
-        }
+    let mut contenders = ours(feature, new, |frame: Frame<'_, F>| {
+        black_box(&frame.message());
     });
     let rivals = entries
         .into_iter()
@@ -202,10 +201,8 @@ fn of_fixed_format<F: Encode + 'static>(
     for _ in 0..FRAMES {
         clean.extend(F::encode(message(&mut random)).as_ref());
     }
-    let ours = ours(feature, Receiver::<F>::new, |receiver, byte| {
-        if let Some(message) = receiver.push(byte) {
-            black_box(&message);
-        }
+    let ours = ours(feature, Receiver::<F>::new, |message: F::Message| {
+        black_box(&message);
     });
     Case::new(format, clean, periods, ours)
 }
@@ -214,7 +211,7 @@ fn of_fixed_format<F: Encode + 'static>(
 fn ours<P: Parser + 'static>(
     feature: &str,
     new: impl Fn() -> P + Copy + 'static,
-    push: impl Fn(&mut P, u8) + 'static,
+    see: impl Fn(P::Message<'_>) + Copy + 'static,
 ) -> Vec<Counted> {
     vec![
         Counted {
@@ -223,7 +220,9 @@ fn ours<P: Parser + 'static>(
             run: Box::new(move |stream| {
                 let mut receiver = new();
                 for &byte in stream {
-                    push(&mut receiver, byte);
+                    if let Some(message) = receiver.push(byte) {
+                        see(message);
+                    }
                 }
             }),
         },
@@ -234,7 +233,7 @@ fn ours<P: Parser + 'static>(
                 let mut line = Line::new(new());
                 for &byte in stream {
                     if let Some(message) = line.push(byte) {
-                        black_box(&message);
+                        see(message);
                     }
                 }
                 black_box(line.counters());

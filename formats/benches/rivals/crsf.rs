@@ -2,7 +2,7 @@
 
 use crc::{CRC_8_DVB_S2, Crc};
 use crsf::{Packet, PacketError, PacketParser, RawPacket};
-use framelock_formats::{Crsf, CrsfMessage};
+use framelock_formats::crsf::{Crsf, Message};
 use uf_crsf::CrsfParser;
 
 use crate::contender::{Contender, Entry};
@@ -38,7 +38,7 @@ fn frame(payload: &mut Payload) -> Vec<u8> {
 }
 
 pub(crate) fn contenders() -> Vec<Entry> {
-    let ours = |message: CrsfMessage| [&[message.kind], message.payload].concat();
+    let ours = |message: Message| [&[message.kind], message.payload].concat();
     vec![
         Entry::ours::<128, _>("framelock", Crsf, ours),
         Entry::rival("uf-crsf", UfCrsf::default, |raw| inside(raw.as_slice())),

@@ -1,7 +1,8 @@
 //! iBUS: `parse_rc_ibus`, which checks and decodes, behind the machine of the textbook, which finds the
 //! thirty-two bytes.
 
-use framelock_formats::Ibus;
+use framelock::EncodeInto;
+use framelock_formats::ibus::Ibus;
 use parse_rc_ibus::IbusPacket;
 
 use crate::contender::{Contender, Entry};
@@ -32,7 +33,8 @@ fn frame(payload: &mut Payload) -> Vec<u8> {
 pub(crate) fn contenders() -> Vec<Entry> {
     vec![
         Entry::ours::<64, _>("framelock", Ibus, |channels| {
-            Ibus::encode(&channels)[2..30].to_vec()
+            let frame = Ibus.encode_into(channels, &mut [0; 32]).map(<[u8]>::to_vec);
+            frame.expect("it fits")[2..30].to_vec()
         }),
         Entry::rival("parse_rc_ibus", Textbook::default, |packet| {
             key(packet.get_all_channels())

@@ -5,7 +5,7 @@ use std::io::Read;
 use crc::{CRC_16_MCRF4XX, Crc};
 use framelock::Format;
 use framelock_formats::layout::{Algorithm, Checksum, Layout, Message, Table};
-use framelock_formats::{Mavlink2, MavlinkMessage, mavlink2};
+use framelock_formats::mavlink::{self, Mavlink2};
 use mavlink_core::error::ParserError;
 use mavlink_core::{Dialect, MAVLinkMessageRaw, MavlinkReader, MavlinkVersion};
 
@@ -57,10 +57,11 @@ const fn known((number, extra, most): (u8, u8, u8)) -> Message {
     Message::with_extra(number as u32, extra, most)
 }
 
-/// MAVLink 2 as it is with the feature `table`.
+/// MAVLink 2 as it is with the feature `pc-crc-table`.
+#[derive(Clone, Copy)]
 pub(crate) struct Tabled;
 
-const LAYOUT: Layout = mavlink2(DIALECT);
+const LAYOUT: Layout = mavlink::layout_v2(DIALECT);
 
 /// Its check without a table, and with one.
 pub(crate) const CHECKS: [Algorithm; 2] = {
@@ -87,11 +88,11 @@ static TABLES: [[u32; 256]; 16] = match LAYOUT.checksum {
 };
 
 impl Format for Tabled {
-    framelock_formats::judged_by!(TABLED);
-    type Message<'a> = MavlinkMessage<'a>;
+    framelock_formats::classify_by!(TABLED);
+    type Message<'a> = mavlink::Message<'a>;
 
     #[inline]
-    fn decode<'a>(&self, frame: &'a [u8]) -> MavlinkMessage<'a> {
+    fn decode<'a>(&self, frame: &'a [u8]) -> mavlink::Message<'a> {
         Mavlink2(DIALECT).decode(frame)
     }
 }

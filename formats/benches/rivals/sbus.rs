@@ -33,7 +33,7 @@ fn channels(bytes: &[u8]) -> [u16; 16] {
 
 pub(crate) fn contenders() -> Vec<Entry> {
     vec![
-        Entry::ours::<50, _>("framelock", framelock_formats::Sbus, |message| {
+        Entry::ours::<50, _>("framelock", framelock_formats::sbus::Sbus, |message| {
             key(message.channels)
         }),
         Entry::rival("uf-sbus", UfSbus::default, |packet| key(packet.channels)),

@@ -1,6 +1,6 @@
 //! UBX: `ublox`.
 
-use framelock_formats::Ubx;
+use framelock_formats::ubx::Ubx;
 use ublox::proto23::PacketRef;
 use ublox::{FixedBuffer, Parser, ParserError, UbxPacket, UbxProtocol, UbxUnknownPacketRef};
 

@@ -2,7 +2,7 @@
 //! every layout does.
 
 use framelock::any_format::{Row, any_up_to, any_verdict};
-use framelock::{DiscardReason, Format, Verdict};
+use framelock::{Classification, DiscardReason, Format};
 
 use super::laws::{any_some_and_more, assert_lawful};
 use crate::any_of::{AnyOf, first};
@@ -29,11 +29,13 @@ impl Told {
         let longest = any_up_to(MOST);
         kani::assume(longest >= 1);
         let row = Row::any(longest);
-        let starts = row.settled != Verdict::Reject(DiscardReason::NoSync);
+        let starts = row.settled != Classification::Rejected(DiscardReason::NoSync);
         let (header, is_wrong) = (any_up_to(row.settled_at), kani::any());
         kani::assume(header >= 1);
         if is_wrong {
-            kani::assume(header == row.settled_at && matches!(row.settled, Verdict::Reject(_)));
+            kani::assume(
+                header == row.settled_at && matches!(row.settled, Classification::Rejected(_)),
+            );
         }
         if !starts {
             kani::assume(row.settled_at == 1 && is_wrong);
@@ -55,10 +57,10 @@ impl Told {
     }
 
     /// As a layout's `told`, of so many bytes.
-    fn told(&self, count: usize, seen: usize) -> Result<Verdict, Verdict> {
+    fn told(&self, count: usize, seen: usize) -> Result<Classification, Classification> {
         let Some(settled) = self.row.settled(count) else {
             let at_least = self.at_least[count - 1];
-            let incomplete = Verdict::Incomplete { at_least };
+            let incomplete = Classification::Incomplete { at_least };
             return if count < self.header {
                 Err(incomplete)
             } else {
@@ -79,21 +81,21 @@ impl Told {
 #[kani::unwind(6)]
 fn any_of_three() {
     let all: [Told; 3] = core::array::from_fn(|_| Told::any());
-    let judge_on = |count, seen| first(&all, seen, |one, seen| one.told(count, seen));
+    let classify_after = |count, seen| first(&all, seen, |one, seen| one.told(count, seen));
     let longest = all.iter().map(|one| one.longest).max().unwrap_or_default();
     let (some, more) = any_some_and_more(MOST, longest);
-    let (early, late) = (judge_on(some, 0), judge_on(more, 0));
+    let (early, late) = (classify_after(some, 0), classify_after(more, 0));
     assert_lawful(early, late, some, more, longest);
     // Law 4.
     let starts = all.iter().any(|one| one.starts);
-    assert!(starts != (late == Verdict::Reject(DiscardReason::NoSync)));
+    assert!(starts != (late == Classification::Rejected(DiscardReason::NoSync)));
     // Law 5.
-    if matches!(early, Verdict::Incomplete { .. }) {
-        assert!(judge_on(more, some) == late);
+    if matches!(early, Classification::Incomplete { .. }) {
+        assert!(classify_after(more, some) == late);
     }
     let [first, _, third] = &all;
     kani::cover!(
-        first.starts && first.is_wrong && third.starts && late == Verdict::Frame(more),
+        first.starts && first.is_wrong && third.starts && late == Classification::Frame(more),
         "the first has the beginning of a frame, and the third a frame"
     );
 }
@@ -134,13 +136,15 @@ fn any_of_two_layouts() {
     let format = AnyOf(&[layout(one), layout(other)]);
     let bytes = &bytes[..any_up_to(3)];
     kani::assume(!bytes.is_empty() && bytes.len() <= format.longest());
-    let verdict = format.judge(bytes);
-    if let Verdict::Incomplete { at_least } | Verdict::Frame(at_least) = verdict {
+    let classification = format.classify(bytes);
+    if let Classification::Incomplete { at_least } | Classification::Frame(at_least) =
+        classification
+    {
         assert!(at_least <= format.longest() && format.starts(bytes[0]));
     }
     let kind = format.decode(bytes).0;
     kani::cover!(
-        kind == 1 && verdict == Verdict::Frame(bytes.len()),
+        kind == 1 && classification == Classification::Frame(bytes.len()),
         "a frame of the second"
     );
 }

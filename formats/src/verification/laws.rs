@@ -3,37 +3,39 @@
 use core::cell::Cell;
 
 use framelock::any_format::any_mismatch;
-use framelock::{DiscardReason, Verdict};
+use framelock::{Classification, DiscardReason};
 
 use super::any_layout::{Parts, patterns};
-use crate::judge::Known;
+use crate::classify::Known;
 use crate::layout::{Layout, Length, LengthField, Messages, Number, Patterns};
 
 /// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
 pub(super) fn assert_lawful(
-    early: Verdict,
-    late: Verdict,
+    early: Classification,
+    late: Classification,
     some: usize,
     more: usize,
     longest: usize,
 ) {
     match early {
-        Verdict::Frame(length) => {
+        Classification::Frame(length) => {
             assert!(1 <= length && length <= some && length <= longest);
             assert!(late == early);
         }
-        Verdict::Reject(_) => assert!(late == early),
-        Verdict::Incomplete { at_least } => {
+        Classification::Rejected(_) => assert!(late == early),
+        Classification::Incomplete { at_least } => {
             assert!(some < at_least && at_least <= longest);
-            assert!(more >= at_least || matches!(late, Verdict::Incomplete { .. }));
+            assert!(more >= at_least || matches!(late, Classification::Incomplete { .. }));
         }
     }
     kani::cover!(
-        matches!(early, Verdict::Incomplete { .. }) && matches!(late, Verdict::Frame(_)),
+        matches!(early, Classification::Incomplete { .. })
+            && matches!(late, Classification::Frame(_)),
         "it is completed"
     );
     kani::cover!(
-        matches!(early, Verdict::Incomplete { .. }) && matches!(late, Verdict::Reject(_)),
+        matches!(early, Classification::Incomplete { .. })
+            && matches!(late, Classification::Rejected(_)),
         "it is refused"
     );
 }
@@ -55,17 +57,18 @@ struct Told<'a> {
 }
 
 impl Told<'_> {
-    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        self.told(bytes, seen).unwrap_or_else(|verdict| verdict)
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        self.told(bytes, seen)
+            .unwrap_or_else(|classification| classification)
     }
 
-    fn told(&self, bytes: &[u8], seen: usize) -> Result<Verdict, Verdict> {
+    fn told(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {
         let header = self.layout.header_of(bytes)?;
         assert!(core::ptr::eq(
             header,
             &raw const bytes[..self.layout.header()]
         ));
-        let known = self.header.map_err(Verdict::Reject)?;
+        let known = self.header.map_err(Classification::Rejected)?;
         let frame = self.layout.frame_of(&known, bytes, seen)?;
         // It is asked about the same frame each time.
         let length = self.asked.get().unwrap_or(frame.len());
@@ -73,7 +76,7 @@ impl Told<'_> {
         self.asked.set(Some(length));
         Ok(self
             .mismatch
-            .map_or(Verdict::Frame(frame.len()), Verdict::Reject))
+            .map_or(Classification::Frame(frame.len()), Classification::Rejected))
     }
 }
 
@@ -131,10 +134,10 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     let layout = told(layout);
     let longest = layout.layout.longest;
     let (some, more) = any_some_and_more(MOST, longest);
-    let early = layout.judge_on(&bytes[..some], 0);
-    let late = layout.judge_on(&bytes[..more], 0);
+    let early = layout.classify_after(&bytes[..some], 0);
+    let late = layout.classify_after(&bytes[..more], 0);
     // Law 4, and no byte is taken for a start that is none, if there are frames at all.
-    let no_sync = late == Verdict::Reject(DiscardReason::NoSync);
+    let no_sync = late == Classification::Rejected(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
     assert_lawful(early, late, some, more, longest);
@@ -152,7 +155,10 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: Layout) {
     let (seen, more) = any_some_and_more(MOST, layout.longest);
     // Before the header was there, nobody looked.
     let looked = seen >= layout.header();
-    let found_none = matches!(end(&bytes[..seen], 0), Err(Verdict::Incomplete { .. }));
+    let found_none = matches!(
+        end(&bytes[..seen], 0),
+        Err(Classification::Incomplete { .. })
+    );
     kani::assume(!looked || found_none);
     let late = end(&bytes[..more], seen);
     assert!(late == end(&bytes[..more], 0));

@@ -3,8 +3,15 @@
 use framelock::Format;
 
 use super::any_layout::{Parts, any_checksum, patterns};
+use crate::crsf::Crsf;
+use crate::ibus::Ibus;
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Message, Table};
-use crate::{Crsf, Ibus, Mavlink1, Mavlink2, Nmea, Rtcm, Sbus, SixAxes, Ubx};
+use crate::mavlink::{Mavlink1, Mavlink2};
+use crate::motion::SixAxes;
+use crate::nmea::Nmea;
+use crate::rtcm::Rtcm;
+use crate::sbus::Sbus;
+use crate::ubx::Ubx;
 
 /// Up to `N` bytes.
 fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
@@ -68,7 +75,7 @@ fn in_a_crc() {
     }
 }
 
-/// Any layout, but for its checksum: see [`in_checking`]. What is written is then judged: see [`super::laws`].
+/// Any layout, but for its checksum: see [`in_checking`]. What is written is then classified: see [`super::laws`].
 #[kani::proof]
 #[kani::unwind(5)]
 fn in_sealing() {

@@ -34,9 +34,9 @@ fn checked(name: &str, source: &str) -> (bool, String) {
 fn a_format_may_be_declared_where_the_crates_have_other_names() {
     let (is_right, said) = checked(
         "renamed",
-        "pub struct Short;
+        "#[derive(Clone, Copy)] pub struct Short;
          impl receiver::Format for Short {
-             frames::judged_by!(frames::Layout { longest: 10, ..frames::IBUS });
+             frames::classify_by!(frames::Layout { longest: 10, ..frames::ibus::LAYOUT });
              type Message<'a> = &'a [u8];
              fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { frame }
          }",
@@ -48,17 +48,17 @@ fn a_format_may_be_declared_where_the_crates_have_other_names() {
 fn the_wrong_receiver_is_an_error_that_names_the_right_one() {
     let (is_right, said) = checked(
         "wrong-receiver",
-        "pub type Short = receiver::Receiver<frames::Sbus>;
-         pub fn long(_: receiver::BufferedReceiver<receiver::motion::Bin, 14>) {}
-         pub fn new() { let _ = receiver::BufferedReceiver::<_, 14>::new(frames::Sbus); }
-         pub fn of_bin() { let _ = receiver::Receiver::<frames::Sbus>::new(); }
+        "pub type Short = receiver::Receiver<frames::sbus::Sbus>;
+         pub fn long(_: receiver::BufferedReceiver<receiver::motion::Bin, [u8; 14]>) {}
+         pub fn new() { let _ = receiver::BufferedReceiver::<_, [u8; 14]>::new(frames::sbus::Sbus); }
+         pub fn of_bin() { let _ = receiver::Receiver::<frames::sbus::Sbus>::new(); }
          pub fn of_any<F: receiver::Format>(_: F) {}
          pub fn wrong(bin: receiver::motion::Bin) { of_any(bin) }",
     );
     assert!(!is_right, "it compiled");
     for part in [
         "`Sbus` is no format of fixed length",
-        "the receiver of a `Format` is `BufferedReceiver<F, N>`",
+        "the receiver of a `Format` is `BufferedReceiver<F, B>`",
         "`Bin` is no `Format`",
         "the receiver of a `FixedFormat` is `Receiver<F>`",
     ] {

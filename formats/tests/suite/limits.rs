@@ -1,17 +1,17 @@
 //! What no receiver of such frames can do: N4 and N5 of docs/protocol.md, each by its example.
 
-use framelock::BufferedReceiver;
-use framelock_formats::{Crsf, CrsfMessage};
+use framelock::{BufferedReceiver, LineEvent};
+use framelock_formats::crsf::{self, Crsf};
 
 use crate::{frame, receive};
 
 fn crsf(kind: u8, payload: &[u8]) -> Vec<u8> {
-    let message = CrsfMessage {
+    let message = crsf::Message {
         address: 0xC8,
         kind,
         payload,
     };
-    frame(|into| message.encode(into))
+    frame(&Crsf, message)
 }
 
 /// The kinds of the messages that a stream brings.
@@ -29,12 +29,14 @@ fn a_frame_behind_a_false_beginning_is_late() {
     assert_eq!(kinds(&late_by(58)), []);
     assert_eq!(kinds(&late_by(59)), [2]);
 
-    let mut receiver = BufferedReceiver::<_, 64>::new(Crsf);
+    let mut receiver = BufferedReceiver::<_, [u8; 64]>::new(Crsf);
     receiver.feed(&late_by(0), |_| {
         panic!("it may yet be the frame of 64 bytes")
     });
     let mut found = Vec::new();
-    receiver.line_event(|event| found.extend(event.message().map(|message| message.kind)));
+    receiver.line_event(LineEvent::Idle, |event| {
+        found.extend(event.message().map(|frame| frame.message().kind));
+    });
     assert_eq!(found, [2]);
 }
 

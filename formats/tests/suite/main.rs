@@ -7,7 +7,7 @@ mod laws;
 mod limits;
 mod others;
 
-use framelock::{BufferedReceiver, Format};
+use framelock::{BufferedReceiver, EncodeInto, Format};
 use framelock_formats::layout::Message;
 
 /// What the format finds in a stream: calls `see` with each message.
@@ -16,9 +16,11 @@ fn receive<F: Format, const N: usize>(
     stream: &[u8],
     mut see: impl FnMut(F::Message<'_>),
 ) {
-    let mut receiver = BufferedReceiver::<F, N>::new(format);
+    let mut receiver = BufferedReceiver::<F, [u8; N]>::new(format);
     for &byte in stream {
-        receiver.push(byte).into_iter().for_each(&mut see);
+        if let Some(frame) = receiver.push(byte) {
+            see(frame.message());
+        }
     }
 }
 
@@ -43,9 +45,9 @@ const DIALECT: &[Message] = &[
     Message::with_extra(0x01_02_03, 7, 255),
 ];
 
-/// A frame made by one of the encoders.
-fn frame(encode: impl FnOnce(&mut [u8]) -> Option<usize>) -> Vec<u8> {
-    let mut frame = [0xA5; 300];
-    let length = encode(&mut frame).expect("there is room");
-    frame[..length].to_vec()
+/// Returns the frame of a message.
+fn frame<F: EncodeInto>(format: &F, message: F::Message<'_>) -> Vec<u8> {
+    let mut buffer = [0xA5; 300];
+    let frame = format.encode_into(message, &mut buffer);
+    frame.expect("it is encoded").to_vec()
 }

@@ -2,7 +2,11 @@
 
 use framelock_formats::layout::{Algorithm, Crc, Table};
 use framelock_formats::{
-    Crsf, CrsfMessage, Ibus, Mavlink2, MavlinkMessage, Sbus, SbusMessage, Ubx, UbxMessage,
+    crsf::{Crsf, Message as CrsfMessage},
+    ibus::Ibus,
+    mavlink::{self, Mavlink2},
+    sbus::{self, Sbus},
+    ubx::{self, Ubx},
 };
 use mavlink_core::error::ParserError;
 use mavlink_core::{MAVLinkV2MessageRaw, MavHeader, MavlinkVersion};
@@ -33,13 +37,13 @@ const OF_24_BITS: crc::Algorithm<u32> = crc::Algorithm {
 proptest! {
     #[test]
     fn sbus(channels in channels(), [a, b, frame_lost, failsafe]: [bool; 4]) {
-        let message = SbusMessage { channels, digital: [a, b], frame_lost, failsafe };
+        let message = sbus::Message { channels, digital: [a, b], frame_lost, failsafe };
         let packet = uf_sbus::SbusPacket {
             channels, channel_17: a, channel_18: b, failsafe, frame_lost,
         };
         let mut theirs = [0; 25];
         uf_sbus::encode_packet(&mut theirs, &packet);
-        prop_assert_eq!(theirs, message.encode());
+        prop_assert_eq!(theirs.to_vec(), frame(&Sbus, message));
         receive_one::<_, 25>(Sbus, &theirs, |received| assert_eq!(received, message));
 
         let other = sbus_rs::SbusPacket::from_array(&theirs).expect("a packet");
@@ -51,8 +55,9 @@ proptest! {
 
     #[test]
     fn ibus(channels in prop::array::uniform18(0_u16..0x1000)) {
-        let frame = Ibus::encode(&channels);
-        let theirs = parse_rc_ibus::IbusPacket::try_from_bytes(&frame).expect("a packet");
+        let frame = frame(&Ibus, channels);
+        let bytes = frame.first_chunk().expect("32 bytes");
+        let theirs = parse_rc_ibus::IbusPacket::try_from_bytes(bytes).expect("a packet");
         let lower = theirs.get_all_channels().map(|number| number & 0x0FFF);
         prop_assert_eq!(&lower[..], &channels[..14]);
         receive_one::<_, 32>(Ibus, &frame, |received| assert_eq!(received, channels));
@@ -119,7 +124,7 @@ proptest! {
     #[test]
     fn crsf(kind: u8, payload in prop::collection::vec(any::<u8>(), 0..=60)) {
         let sent = CrsfMessage { address: 0xEC, kind, payload: &payload };
-        let frame = frame(|into| sent.encode(into));
+        let frame = frame(&Crsf, sent);
         let crc = crc::Crc::<u8>::new(&crc::CRC_8_DVB_S2);
         prop_assert_eq!(crc.checksum(&frame[2..frame.len() - 1]), frame[frame.len() - 1]);
 
@@ -151,8 +156,8 @@ proptest! {
     /// Of a class that ublox has no message of, so that it gives the payload as it is.
     #[test]
     fn ubx(id: u8, payload in prop::collection::vec(any::<u8>(), 0..=240)) {
-        let sent = UbxMessage { class: 0x7F, id, payload: &payload };
-        let frame = frame(|into| sent.encode(into));
+        let sent = ubx::Message { class: 0x7F, id, payload: &payload };
+        let frame = frame(&Ubx::<248>, sent);
         let mut parser = ParserBuilder::new().with_protocol::<Proto23>().with_vec_buffer();
         let mut packets = parser.consume_ubx(&frame);
         let Some(Ok(UbxPacket::Proto23(PacketRef::Unknown(theirs)))) = packets.next() else {
@@ -169,7 +174,7 @@ proptest! {
     fn ubx_by_ublox(class: u8, id: u8) {
         let theirs = UbxPacketRequest::request_for_unknown(class, id).into_packet_bytes();
         receive_one::<_, 8>(Ubx::<8>, &theirs, |message| {
-            assert_eq!(message, UbxMessage { class, id, payload: &[] });
+            assert_eq!(message, ubx::Message { class, id, payload: &[] });
         });
     }
 
@@ -180,10 +185,10 @@ proptest! {
         payload in prop::collection::vec(any::<u8>(), 1..=255),
     ) {
         let id = 0x01_02_03;
-        let sent = MavlinkMessage {
+        let sent = mavlink::Message {
             sequence, system, component, id, payload: &payload, signature: None,
         };
-        let mut frame = frame(|into| Mavlink2(DIALECT).encode(&sent, into));
+        let mut frame = frame(&Mavlink2(DIALECT), sent);
         if is_signed {
             frame = signed(&frame);
         }
@@ -198,7 +203,7 @@ proptest! {
         receive_one::<_, 280>(Mavlink2(DIALECT), &frame, |message| {
             let signature = message.signature;
             let payload = theirs.payload();
-            assert_eq!(message, MavlinkMessage { payload, signature, ..sent });
+            assert_eq!(message, mavlink::Message { payload, signature, ..sent });
             assert_eq!(signature.is_some(), is_signed);
             if let Some(signature) = signature {
                 assert_eq!(signature.link, theirs.signature_link_id());
@@ -273,23 +278,23 @@ proptest! {
         let mut theirs = MAVLinkV2MessageRaw::new();
         let header = MavHeader { system_id: 1, component_id: 2, sequence };
         theirs.serialize_message(header, &Heartbeat(payload));
-        let sent = MavlinkMessage {
+        let sent = mavlink::Message {
             sequence, system: 1, component: 2, id: 0, payload: &payload, signature: None,
         };
-        prop_assert_eq!(theirs.raw_bytes(), frame(|into| Mavlink2(DIALECT).encode(&sent, into)));
+        prop_assert_eq!(theirs.raw_bytes(), frame(&Mavlink2(DIALECT), sent));
         receive_one::<_, 280>(Mavlink2(DIALECT), theirs.raw_bytes(), |message| {
-            assert_eq!(message, MavlinkMessage { payload: theirs.payload(), ..sent });
+            assert_eq!(message, mavlink::Message { payload: theirs.payload(), ..sent });
         });
     }
 }
 
 #[test]
 fn mavlink2_with_an_unknown_incompatible_flag_is_dropped() {
-    let sent = MavlinkMessage {
+    let sent = mavlink::Message {
         payload: &[1; 9],
-        ..MavlinkMessage::default()
+        ..mavlink::Message::default()
     };
-    let mut frame = frame(|into| Mavlink2(DIALECT).encode(&sent, into));
+    let mut frame = frame(&Mavlink2(DIALECT), sent);
     for (flags, delivered) in [(0, 1), (2, 0), (4, 0), (0x80, 0)] {
         frame[2] = flags;
         let crc = mavlink_core::calculate_crc(&frame[1..19], 50);

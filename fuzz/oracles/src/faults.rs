@@ -3,7 +3,7 @@
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint, crc8};
-use framelock::{Encode, Frame, Receiver};
+use framelock::{Encode, FrameBytes, Receiver};
 use framelock_proofs::reference;
 
 use crate::outcome::Outcome;

@@ -2,9 +2,17 @@
 //! faults and line events.
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{FixedFormat, Format, Found, LineEvent, Receiver, Verdict};
+use framelock::{Classification, FixedFormat, Format, Found, LineEvent, Receiver};
 use framelock_formats::{
-    Crsf, Ibus, Mavlink1, Mavlink2, Nmea, Rtcm, SIX_AXES, Sbus, SixAxes, Ubx, judged_by,
+    classify_by,
+    crsf::Crsf,
+    ibus::Ibus,
+    mavlink::{Mavlink1, Mavlink2},
+    motion::{SIX_AXES, SixAxes},
+    nmea::Nmea,
+    rtcm::Rtcm,
+    sbus::Sbus,
+    ubx::Ubx,
 };
 use framelock_proofs::reference::framed;
 
@@ -124,7 +132,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
     for stretch in stretches(steps, protocol) {
         begins_where_the_protocol_says(&format, protocol, &stretch);
     }
-    as_the_reference::<_, N>(|| Frames(format), &Stream(stream), |_| 0);
+    as_the_reference::<_, N>(|| Frames(format), &Stream(stream), || 0);
 }
 
 /// The bytes between silences.
@@ -141,7 +149,10 @@ fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     for bytes in stretches(steps, Protocol::SixAxes) {
         let mut expected = Vec::new();
         framed(&SixAxesByLayout, &bytes, true, |found| {
-            if let Found::Frame { length, message } = found {
+            if let Found::Frame {
+                length, message, ..
+            } = found
+            {
                 let end = message + length;
                 expected.push((end - 1, SixAxesByLayout.decode(&bytes[message..end])));
             }
@@ -161,7 +172,7 @@ fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
 struct SixAxesByLayout;
 
 impl Format for SixAxesByLayout {
-    judged_by!(SIX_AXES);
+    classify_by!(SIX_AXES);
     type Message<'a> = [u16; 6];
 
     fn decode(&self, frame: &[u8]) -> [u16; 6] {
@@ -176,9 +187,9 @@ fn begins_where_the_protocol_says(format: &impl Format, protocol: Protocol, byte
     for from in 0..bytes.len() {
         let bytes = &bytes[from..];
         let bytes = &bytes[..known(format, bytes)];
-        let length = match format.judge(bytes) {
-            Verdict::Frame(length) => Some(length),
-            Verdict::Reject(_) | Verdict::Incomplete { .. } => None,
+        let length = match format.classify(bytes) {
+            Classification::Frame(length) => Some(length),
+            Classification::Rejected(_) | Classification::Incomplete { .. } => None,
         };
         assert_eq!(length, protocol.begins(bytes), "{bytes:02X?}");
     }

@@ -3,10 +3,10 @@
 use std::cell::Cell;
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{BufferedReceiver, DiscardReason, Format, Found, Line, Verdict};
+use framelock::{BufferedReceiver, Classification, DiscardReason, Format, Found, Line};
 use framelock_proofs::reference::framed;
 
-use crate::outcome::{Counted, add};
+use crate::outcome::{Counted, add, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
 
 /// A format that nobody would think of, and a stream.
@@ -45,10 +45,8 @@ fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) {
         seed: input.seed,
         patience: input.patience % 16,
         is_lawful,
-        questions: Cell::new(0),
     };
-    let asked = |format: &Drawn<LONGEST>| format.questions.take();
-    as_the_reference::<_, N>(|| format(true), &input.stream, asked);
+    as_the_reference::<_, N>(|| format(true), &input.stream, || QUESTIONS.take());
     accounted_for::<LONGEST, N>(|| format(false), &input.stream);
 }
 
@@ -85,13 +83,13 @@ fn reference<F: Format>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<u
 pub(crate) fn as_the_reference<F, const N: usize>(
     format: impl Fn() -> F,
     Stream(steps): &Stream,
-    questions: impl Fn(&F) -> usize,
+    questions: impl Fn() -> usize,
 ) where
     F: for<'a> Format<Message<'a> = &'a [u8]> + 'static,
 {
-    let mut fed = BufferedReceiver::<_, N>::new(format());
-    let mut pushed = BufferedReceiver::<_, N>::new(format());
-    let mut line = Line::new(BufferedReceiver::<_, N>::new(format()));
+    let mut fed = BufferedReceiver::<_, [u8; N]>::new(format());
+    let mut pushed = BufferedReceiver::<_, [u8; N]>::new(format());
+    let mut line = Line::new(BufferedReceiver::<_, [u8; N]>::new(format()));
     let mut counted = Counted::default();
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = bytes_of(stretch);
@@ -99,7 +97,9 @@ pub(crate) fn as_the_reference<F, const N: usize>(
 
         let mut findings = Findings::default();
         for slice in stretch.iter().map(StreamStep::bytes) {
-            fed.feed(slice, |found| findings.receive(&bytes, found));
+            fed.feed(slice, |found| {
+                findings.receive(&bytes, found.map(|frame| frame.message()));
+            });
         }
         assert_eq!(
             (&findings.0, fed.pending()),
@@ -109,28 +109,22 @@ pub(crate) fn as_the_reference<F, const N: usize>(
 
         let mut frames = Vec::new();
         let ends = ends(&expected);
-        questions(pushed.format());
+        questions();
         for (place, &byte) in bytes.iter().enumerate() {
             if let Some(frame) = pushed.push(byte) {
-                frames.push(frame.to_vec());
+                frames.push(frame.message().to_vec());
                 let late = place + 1 - ends[frames.len() - 1];
                 assert!(
-                    late <= F::LONGEST - frame.len(),
+                    late <= F::LONGEST - frame.bytes().len(),
                     "{late} late: {steps:02X?}"
                 );
             }
-            assert!(
-                questions(pushed.format()) <= 1,
-                "one question a byte: {steps:02X?}"
-            );
+            assert!(questions() <= 1, "one question a byte: {steps:02X?}");
             assert!(pushed.pending() < F::LONGEST, "{steps:02X?}");
         }
         while let Some(frame) = pushed.poll() {
-            frames.push(frame.to_vec());
+            frames.push(frame.message().to_vec());
         }
-        let mut keep = |found: Found<&[u8]>| {
-            frames.extend(found.message().map(<[u8]>::to_vec));
-        };
         assert_eq!(pushed.pending(), pending, "pushed: {steps:02X?}");
 
         for slice in stretch.iter().map(StreamStep::bytes) {
@@ -140,6 +134,10 @@ pub(crate) fn as_the_reference<F, const N: usize>(
                     // Between the slices what is left may be polled, or not.
                     while byte % 2 == 1 && line.poll().is_some() {}
                 }
+                [first, ..] if first % 2 == 1 => {
+                    let mut rest = slice;
+                    while line.next(&mut rest).is_some() {}
+                }
                 slice => line.feed(slice, |_| ()),
             }
         }
@@ -147,8 +145,12 @@ pub(crate) fn as_the_reference<F, const N: usize>(
         let mut all = expected;
         if let Some(StreamStep::Event(event)) = stretch.last() {
             all = reference(&format(), &bytes, true).0;
-            fed.line_event(|found| findings.receive(&bytes, found));
-            pushed.line_event(&mut keep);
+            fed.line_event(*event, |found| {
+                findings.receive(&bytes, found.map(|frame| frame.message()));
+            });
+            pushed.line_event(*event, |found| {
+                frames.extend(found.message().map(|frame| frame.message().to_vec()));
+            });
             line.line_event(*event, |_| ());
             counted.line_event(*event);
             assert_eq!((fed.pending(), pushed.pending(), line.pending()), (0, 0, 0));
@@ -156,14 +158,16 @@ pub(crate) fn as_the_reference<F, const N: usize>(
         }
         let is_frame = |found: &&Found<usize>| matches!(found, Found::Frame { .. });
         let expected = all.iter().filter(is_frame).map(|found| match *found {
-            Found::Frame { length, message } => &bytes[message..message + length],
+            Found::Frame {
+                length, message, ..
+            } => &bytes[message..message + length],
             Found::Discarded { .. } => &[],
         });
         assert!(frames.iter().eq(expected), "pushed: {steps:02X?}");
         counted.add(bytes.len(), &all);
         let counters = line.counters();
         assert_eq!(counters, &counted.counters, "{steps:02X?}");
-        let places = counters.frame_bytes + counters.discarded.total() + line.pending();
+        let places = counters.frame_bytes + counters.discarded.total() + as_counter(line.pending());
         assert_eq!(
             counters.bytes, places,
             "every byte has one place: {steps:02X?}"
@@ -175,18 +179,19 @@ pub(crate) fn as_the_reference<F, const N: usize>(
 }
 
 /// A format whose messages are the frames themselves.
+#[derive(Clone, Copy)]
 pub(crate) struct Frames<F>(pub(crate) F);
 
 impl<F: Format> Format for Frames<F> {
     const LONGEST: usize = F::LONGEST;
     type Message<'a> = &'a [u8];
 
-    fn judge(&self, bytes: &[u8]) -> Verdict {
-        self.0.judge(bytes)
+    fn classify(&self, bytes: &[u8]) -> Classification {
+        self.0.classify(bytes)
     }
 
-    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        self.0.judge_on(bytes, seen)
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        self.0.classify_after(bytes, seen)
     }
 
     fn starts(&self, byte: u8) -> bool {
@@ -202,7 +207,9 @@ impl<F: Format> Format for Frames<F> {
 /// The places behind the frames.
 fn ends(findings: &[Found<usize>]) -> Vec<usize> {
     let end = |found: &Found<usize>| match *found {
-        Found::Frame { length, message } => Some(message + length),
+        Found::Frame {
+            length, message, ..
+        } => Some(message + length),
         Found::Discarded { .. } => None,
     };
     findings.iter().filter_map(end).collect()
@@ -214,50 +221,57 @@ fn accounted_for<const LONGEST: usize, const N: usize>(
     Stream(steps): &Stream,
 ) {
     let bytes = bytes_of(steps);
-    let mut fed = BufferedReceiver::<_, N>::new(format());
+    let mut fed = BufferedReceiver::<_, [u8; N]>::new(format());
     let mut findings = Findings::default();
-    let mut pushed = Line::new(BufferedReceiver::<_, N>::new(format()));
+    let mut pushed = Line::new(BufferedReceiver::<_, [u8; N]>::new(format()));
     let mut taken = 0;
     for step in steps {
         match step {
             StreamStep::Slice(slice) => {
-                fed.feed(slice, |found| findings.receive(&bytes, found));
+                fed.feed(slice, |found| {
+                    findings.receive(&bytes, found.map(|frame| frame.message()));
+                });
+                QUESTIONS.take();
                 for &byte in slice {
                     pushed.push(byte);
-                    assert!(
-                        pushed.parser().format().questions.take() <= 1,
-                        "{steps:02X?}"
-                    );
+                    assert!(QUESTIONS.take() <= 1, "{steps:02X?}");
                     assert!(pushed.pending() < LONGEST, "{steps:02X?}");
                 }
             }
             StreamStep::Event(event) => {
-                fed.line_event(|found| findings.receive(&bytes, found));
+                fed.line_event(*event, |found| {
+                    findings.receive(&bytes, found.map(|frame| frame.message()));
+                });
                 pushed.line_event(*event, |_| ());
-                pushed.parser().format().questions.take();
             }
         }
         taken += step.bytes().len();
         assert!(fed.pending() < LONGEST, "{steps:02X?}");
         assert_eq!(findings.bytes() + fed.pending(), taken, "{steps:02X?}");
         let counters = pushed.counters();
-        let placed = counters.frame_bytes + counters.discarded.total() + pushed.pending();
+        let placed =
+            counters.frame_bytes + counters.discarded.total() + as_counter(pushed.pending());
+        let taken = as_counter(taken);
         assert_eq!((placed, counters.bytes), (taken, taken), "{steps:02X?}");
     }
 }
 
-/// A format whose verdict on some bytes is drawn by lot, the same for the same bytes.
+std::thread_local! {
+    /// How often a [`Drawn`] format was asked about more than a start.
+    static QUESTIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// A format whose classification of some bytes is drawn by lot, the same for the same bytes.
+#[derive(Clone, Copy)]
 struct Drawn<const LONGEST: usize> {
     seed: u32,
     patience: u8,
     /// If not, it says anything.
     is_lawful: bool,
-    /// How often it was asked about more than a start.
-    questions: Cell<usize>,
 }
 
 impl<const LONGEST: usize> Drawn<LONGEST> {
-    fn draw(&self, bytes: &[u8]) -> Verdict {
+    fn draw(self, bytes: &[u8]) -> Classification {
         // FNV-1a, and its upper half, which is mixed best.
         let start = 0xCBF2_9CE4_8422_2325 ^ u64::from(self.seed);
         let hash = bytes.iter().fold(start, |hash, &byte| {
@@ -267,23 +281,23 @@ impl<const LONGEST: usize> Drawn<LONGEST> {
         let number = usize::from(number);
         let within = |most: usize| 1 + number % most.max(1);
         match (luck % 16 <= self.patience, self.is_lawful) {
-            (true, true) if bytes.len() < LONGEST => Verdict::Incomplete {
+            (true, true) if bytes.len() < LONGEST => Classification::Incomplete {
                 at_least: bytes.len() + within(LONGEST - bytes.len()),
             },
-            (true, false) => Verdict::Incomplete {
+            (true, false) => Classification::Incomplete {
                 at_least: if wide < 9 {
                     usize::MAX
                 } else {
                     number % (2 * LONGEST)
                 },
             },
-            (_, true) if why % 2 == 0 => Verdict::Frame(within(bytes.len())),
-            (_, false) if why % 2 == 0 => Verdict::Frame(if wide < 9 {
+            (_, true) if why % 2 == 0 => Classification::Frame(within(bytes.len())),
+            (_, false) if why % 2 == 0 => Classification::Frame(if wide < 9 {
                 usize::MAX
             } else {
                 number % (2 * LONGEST)
             }),
-            _ => Verdict::Reject(match why / 2 % 7 {
+            _ => Classification::Rejected(match why / 2 % 7 {
                 0 => DiscardReason::NoSync,
                 1 => DiscardReason::BrokenSync,
                 2 => DiscardReason::BadHeader,
@@ -301,26 +315,28 @@ impl<const LONGEST: usize> Format for Drawn<LONGEST> {
     type Message<'a> = &'a [u8];
 
     /// Lawful: what is drawn for the first byte; if that is incomplete, for as many as it takes.
-    fn judge(&self, bytes: &[u8]) -> Verdict {
+    fn classify(&self, bytes: &[u8]) -> Classification {
         let mut known = if self.is_lawful { 1 } else { bytes.len() };
         loop {
             match self.draw(&bytes[..known]) {
-                Verdict::Incomplete { at_least } if self.is_lawful && at_least <= bytes.len() => {
+                Classification::Incomplete { at_least }
+                    if self.is_lawful && at_least <= bytes.len() =>
+                {
                     known = at_least;
                 }
-                verdict => return verdict,
+                classification => return classification,
             }
         }
     }
 
-    fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        self.questions.set(self.questions.get() + 1);
+    fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        QUESTIONS.set(QUESTIONS.get() + 1);
         assert!((1..=LONGEST).contains(&bytes.len()));
         if self.is_lawful && seen > 0 {
-            let before = self.judge(&bytes[..seen]);
-            assert!(seen < bytes.len() && matches!(before, Verdict::Incomplete { .. }));
+            let before = self.classify(&bytes[..seen]);
+            assert!(seen < bytes.len() && matches!(before, Classification::Incomplete { .. }));
         }
-        self.judge(bytes)
+        self.classify(bytes)
     }
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {

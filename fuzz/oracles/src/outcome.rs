@@ -40,14 +40,23 @@ impl Outcome {
 
 /// Adds what is found next; bytes that are discarded for the same reason as those before go with them.
 pub(crate) fn add<Message>(all: &mut Vec<Found<Message>>, found: Found<Message>) {
-    if let Found::Discarded { count: more, why } = found
-        && let Some(Found::Discarded { count, why: before }) = all.last_mut()
+    if let Found::Discarded {
+        count: more, why, ..
+    } = found
+        && let Some(Found::Discarded {
+            count, why: before, ..
+        }) = all.last_mut()
         && *before == why
     {
         *count += more;
     } else {
         all.push(found);
     }
+}
+
+/// Returns a number of bytes as the counters have it. The streams are short.
+pub(crate) fn as_counter(bytes: usize) -> u32 {
+    u32::try_from(bytes).expect("fewer than 4 GiB")
 }
 
 /// What must be counted.
@@ -61,16 +70,16 @@ pub(crate) struct Counted {
 impl Counted {
     /// The bytes since the last line event, and what became of them.
     pub(crate) fn add<Message>(&mut self, bytes: usize, found: &[Found<Message>]) {
-        self.counters.bytes += bytes;
+        self.counters.bytes += as_counter(bytes);
         for found in found {
             match *found {
                 Found::Frame { length, .. } => {
                     self.counters.frames += 1;
-                    self.counters.frame_bytes += length;
-                    self.counters.resynchronisations += usize::from(self.lost);
+                    self.counters.frame_bytes += as_counter(length);
+                    self.counters.resynchronisations += u32::from(self.lost);
                     self.lost = false;
                 }
-                Found::Discarded { count, why } => self.discarded(count, why),
+                Found::Discarded { count, why, .. } => self.discarded(count, why),
             }
         }
     }
@@ -87,7 +96,7 @@ impl Counted {
             DiscardReason::ChecksumMismatch => &mut discarded.checksum_mismatch,
             DiscardReason::LineEvent => &mut discarded.line_event,
             other => panic!("no counter for {other}"),
-        } += count;
+        } += as_counter(count);
         self.lost |= count > 0;
     }
 

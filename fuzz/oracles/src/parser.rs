@@ -7,7 +7,7 @@ use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{DiscardReason, Line, Parser, Receiver};
 use framelock_proofs::reference::{self, Format};
 
-use crate::outcome::{Counted, Outcome};
+use crate::outcome::{Counted, Outcome, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
 
 /// Every machine reports of the stream what the reference does: the frames, their places, which bytes
@@ -35,7 +35,7 @@ where
     P: OfSetpoints + Copy + PartialEq + Debug,
     F: Format,
 {
-    // By slices, and of these the shortest by bytes.
+    // By slices, some of them pulled, and of these the shortest by bytes.
     let mut line = Line::new(P::default());
     let mut counted = Counted::default();
     // A line event makes the rest of the stream a stream of its own.
@@ -50,6 +50,7 @@ where
         let mut setpoints = Vec::new();
         for slice in stretch.iter().map(StreamStep::bytes) {
             match slice {
+                [first, _, _, ..] if first % 2 == 1 => setpoints.extend(line.messages(slice)),
                 [_, _, _, ..] => line.feed(slice, |found| setpoints.extend(found.message())),
                 few => setpoints.extend(few.iter().filter_map(|&byte| line.push(byte))),
             }
@@ -77,7 +78,7 @@ where
         assert_eq!(counters, &counted.counters, "{steps:02X?}");
         assert_eq!(
             counters.bytes,
-            counters.frame_bytes + counters.discarded.total() + line.pending(),
+            counters.frame_bytes + counters.discarded.total() + as_counter(line.pending()),
             "every byte has one place: {steps:02X?}"
         );
     }
@@ -98,11 +99,16 @@ where
         frames.extend(setpoint.map(|setpoint| (index, setpoint)));
         assert!(parser.pending() < F::LENGTH, "{bytes:02X?}");
 
-        let frame = telling.push_with(byte, |count, why| {
-            told.add(framelock::Found::Discarded { count, why });
+        let mut length = None;
+        let setpoint = telling.push_with(byte, |one| match one {
+            framelock::Found::Discarded { count, why, .. } => {
+                told.add(framelock::Found::discarded(count, why));
+            }
+            framelock::Found::Frame { length: bytes, .. } => length = Some(bytes),
         });
-        if let Some((length, message)) = frame {
-            told.add(framelock::Found::Frame { length, message });
+        assert_eq!(length.is_some(), setpoint.is_some(), "{bytes:02X?}");
+        if let (Some(length), Some(setpoint)) = (length, setpoint) {
+            told.add(framelock::Found::frame(length, setpoint));
         }
         assert_eq!(telling, parser, "{bytes:02X?}");
     }

@@ -5,7 +5,7 @@
 )]
 
 use framelock_formats::layout::{Layout, Message};
-use framelock_formats::{CRSF, IBUS, NMEA, RTCM, SBUS, SIX_AXES, UBX, mavlink1, mavlink2};
+use framelock_formats::{crsf, ibus, mavlink, motion::SIX_AXES, nmea, rtcm, sbus, ubx};
 
 /// The shipped formats.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -43,14 +43,14 @@ impl Protocol {
     /// What framelock says of it.
     fn layout(self) -> Layout<'static> {
         match self {
-            Self::Sbus => SBUS,
-            Self::Ibus => IBUS,
-            Self::Crsf => CRSF,
-            Self::Ubx => UBX,
-            Self::Mavlink1 => mavlink1(DIALECT),
-            Self::Mavlink2 => mavlink2(DIALECT),
-            Self::Nmea => NMEA,
-            Self::Rtcm => RTCM,
+            Self::Sbus => sbus::LAYOUT,
+            Self::Ibus => ibus::LAYOUT,
+            Self::Crsf => crsf::LAYOUT,
+            Self::Ubx => ubx::LAYOUT,
+            Self::Mavlink1 => mavlink::layout_v1(DIALECT),
+            Self::Mavlink2 => mavlink::layout_v2(DIALECT),
+            Self::Nmea => nmea::LAYOUT,
+            Self::Rtcm => rtcm::LAYOUT,
             Self::SixAxes => SIX_AXES,
         }
     }

@@ -66,7 +66,7 @@ pub fn reader(stream: &Stream) {
     check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream);
 }
 
-/// What a call to the reader's `read` gives.
+/// What a call to the reader's `next_message` returns.
 type Answer = Result<Option<Setpoint>, ErrorKind>;
 
 fn check<P, F, const N: usize>(Stream(steps): &Stream)
@@ -76,8 +76,8 @@ where
 {
     let (expected, counters) = expected::<F>(steps);
     for read in [
-        |reader: &mut Reader<_, P, N>| reader.read(|setpoint| setpoint),
-        |reader: &mut Reader<_, P, N>| now(reader.read_async(|setpoint| setpoint)),
+        |reader: &mut Reader<_, P, N>| reader.next_message(),
+        |reader: &mut Reader<_, P, N>| now(reader.next_message_async()),
     ] {
         let driver = Driver {
             steps: steps.iter(),

@@ -1,6 +1,7 @@
 //! Frames from a stream: a file, standard input or a serial port.
 
 mod rejected_headers;
+mod totals;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Error, Result, bail};
 use clap::ValueEnum;
-use framelock::{Discarded, Found, LineEvent};
+use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use serde::Serialize;
 
@@ -22,6 +23,7 @@ use crate::output::{Output, exit_code, note};
 use crate::process::{Timestamps, on_interrupt, time_of_day};
 use crate::serial::PortOptions;
 use rejected_headers::RejectedHeaders;
+use totals::{DiscardedTotals, Totals};
 
 /// Frames from a stream: a file, standard input or a serial port.
 #[derive(clap::Args)]
@@ -99,17 +101,17 @@ impl OutputFormat {
 /// Where every byte of a stream has gone: bytes = bytes in frames + discarded + pending.
 #[derive(PartialEq, Debug, Serialize)]
 struct Summary {
-    bytes: usize,
+    bytes: u64,
     /// Where all frames have the same.
     #[serde(skip_serializing_if = "Option::is_none")]
     frame_length: Option<usize>,
-    frames: usize,
+    frames: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
-    frame_bytes: Option<usize>,
-    discarded: usize,
+    frame_bytes: Option<u64>,
+    discarded: u64,
     pending: usize,
-    discarded_by: Discarded,
-    resynchronisations: usize,
+    discarded_by: DiscardedTotals,
+    resynchronisations: u64,
 }
 
 /// What a decoder takes: bytes, or that none will come for what is pending.
@@ -122,6 +124,7 @@ enum Step<'b> {
 /// Receives frames and writes them.
 struct Decoder<W> {
     line: AnyLine,
+    totals: Totals,
     frame: FrameWriter,
     format: OutputFormat,
     output: W,
@@ -143,6 +146,7 @@ impl<W: Write> Decoder<W> {
     fn new(protocol: &Protocol, policy: Policy, format: OutputFormat, output: W) -> Result<Self> {
         Ok(Self {
             line: AnyLine::new(protocol, policy).map_err(Error::msg)?,
+            totals: Totals::default(),
             frame: FrameWriter::new(protocol.clone()),
             format,
             output,
@@ -196,7 +200,7 @@ impl<W: Write> Decoder<W> {
             self.settled += found.bytes();
             let bytes = match found {
                 Found::Frame { message, .. } => message,
-                Found::Discarded { count, why } => return self.rejected.discarded(count, why),
+                Found::Discarded { count, why, .. } => return self.rejected.discarded(count, why),
             };
             self.rejected.frame();
             let offset = self.settled - 1;
@@ -218,6 +222,7 @@ impl<W: Write> Decoder<W> {
             Step::Bytes(bytes) => self.line.feed(bytes, settle),
             Step::Silence => self.line.line_event(LineEvent::Idle, settle),
         }
+        self.totals.add(self.line.counters());
         outcome?;
         self.write()
     }
@@ -244,21 +249,21 @@ impl<W: Write> Decoder<W> {
     }
 
     fn summary(&self) -> Summary {
-        let counters = self.line.counters();
+        let totals = &self.totals;
         let length = self
             .frame
             .protocol
             .has_setpoints()
             .then(|| self.frame.protocol.longest());
         Summary {
-            bytes: counters.bytes,
+            bytes: totals.bytes,
             frame_length: length,
-            frames: counters.frames,
-            frame_bytes: length.is_none().then_some(counters.frame_bytes),
-            discarded: counters.discarded.total(),
+            frames: totals.frames,
+            frame_bytes: length.is_none().then_some(totals.frame_bytes),
+            discarded: totals.discarded.total(),
             pending: self.line.pending(),
-            discarded_by: counters.discarded,
-            resynchronisations: counters.resynchronisations,
+            discarded_by: totals.discarded,
+            resynchronisations: totals.resynchronisations,
         }
     }
 

@@ -1,6 +1,6 @@
 //! A frame of values.
 
-use framelock::{DiscardReason, Format as _, Verdict};
+use framelock::{Classification, DiscardReason, Format as _};
 use serde_json::Value as Json;
 
 use crate::field::Field;
@@ -43,7 +43,8 @@ impl Description {
         })?;
         // Headers of other kinds are tried before.
         let format = self.format();
-        if format.judge(&frame) == Verdict::Frame(frame.len()) && format.decode(&frame).0 == number
+        if format.classify(&frame) == Classification::Frame(frame.len())
+            && format.decode(&frame).0 == number
         {
             return Ok(frame);
         }
@@ -135,8 +136,8 @@ impl Kind {
     /// Why bytes cannot be made a frame.
     fn why_not(&self, frame: &[u8]) -> String {
         let layout = &self.layout;
-        match layout.judge(frame) {
-            Verdict::Reject(DiscardReason::UnknownMessage) => {
+        match layout.classify(frame) {
+            Classification::Rejected(DiscardReason::UnknownMessage) => {
                 let what =
                     "there is no such message: the description has a list of those that there are";
                 let Some(messages) = &layout.messages else {

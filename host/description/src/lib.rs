@@ -3,7 +3,7 @@
 //!
 //! # Examples
 //! ```
-//! use framelock::{BufferedIn, Format};
+//! use framelock::{BufferedReceiver, Format};
 //! use framelock_description::Description;
 //!
 //! let description = Description::parse(
@@ -20,10 +20,12 @@
 //! )?;
 //! let frame = description.encode(&[Some((-12.5).into()), Some(2.into())])?;
 //! let format = description.format();
-//! let mut receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]).ok_or("it holds a frame")?;
+//! let mut receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).ok_or("it holds a frame")?;
 //! let mut shown = Vec::new();
 //! receiver.feed(&frame, |found| {
-//!     let (kind, frame) = found.message().unwrap_or_default();
+//!     let Some((kind, frame)) = found.message().map(|frame| frame.message()) else {
+//!         return;
+//!     };
 //!     for (field, content) in description.kinds[kind].shown(frame) {
 //!         let value = content.values().next();
 //!         shown.push(format!("{} {}", field.name, value.unwrap()));

@@ -3,7 +3,7 @@
 mod fields;
 
 use framelock_formats::layout::{Checksum, FixedBits, Layout, Length, Message, Messages, Patterns};
-use framelock_formats::{ARDUPILOTMEGA, COMMON};
+use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
 use toml::Spanned;
 
 use crate::checksum::{bytes_of, tabled};

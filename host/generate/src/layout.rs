@@ -3,7 +3,7 @@
 use framelock_formats::layout::{
     Algorithm, Appendix, Checksum, Crc, Layout, Length, Messages, Number, Patterns,
 };
-use framelock_formats::{ARDUPILOTMEGA, COMMON};
+use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
 use minijinja::{Value, context};
 
 pub(crate) fn value(layout: &Layout) -> Value {

@@ -4,7 +4,9 @@ use std::fmt;
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{BufferedIn, Counters, Encode, Format as _, Found, Line, LineEvent, Receiver};
+use framelock::{
+    BufferedReceiver, Counters, Encode, Format as _, Found, Frame, Line, LineEvent, Receiver,
+};
 use framelock_formats::AnyOf;
 use serde::Serialize;
 
@@ -42,7 +44,7 @@ pub enum AnyLine {
     /// The receiver of BIN-CRC8.
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of frames that a description describes.
-    Described(Line<BufferedIn<AnyOf<'static>, Vec<u8>>>),
+    Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
 }
 
 /// Does the same with any of them.
@@ -68,7 +70,7 @@ impl AnyLine {
             (Policy::Lecture, None) => Err(lecture_receives_bin()),
             (Policy::Framelock, None) => {
                 let format = protocol.description.format();
-                let receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]);
+                let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
                 let receiver = receiver
                     .ok_or_else(|| format!("--frame {protocol}: its frames have no bytes"))?;
                 Ok(Self::Described(Line::new(receiver)))
@@ -137,9 +139,11 @@ fn lecture_receives_bin() -> String {
         .to_owned()
 }
 
-/// Gives `found` each frame without its kind.
-fn frame_alone(mut found: impl FnMut(Found<&[u8]>)) -> impl FnMut(Found<(usize, &[u8])>) {
-    move |one| found(one.map(|(_, frame)| frame))
+/// Gives `found` the bytes of each frame.
+fn frame_alone(
+    mut found: impl FnMut(Found<&[u8]>),
+) -> impl FnMut(Found<Frame<'_, AnyOf<'static>>>) {
+    move |one| found(one.map(|frame| frame.bytes()))
 }
 
 /// Gives `found` each setpoint as the frame that means it.

@@ -144,11 +144,11 @@ mod tests {
 
             let mut line = TrackedLine::new(AnyLine::new(&protocol, policy).unwrap());
             let reset_at = random.random_range(0..60);
-            let (mut pieces, mut counted) = (Vec::new(), 0);
+            let (mut pieces, mut counted) = (Vec::new(), 0_u32);
             for (place, &byte) in stream.iter().enumerate() {
                 if place == reset_at {
                     line.reset_counters();
-                    counted = line.pending().len();
+                    counted = u32::try_from(line.pending().len()).unwrap();
                 }
                 pieces.extend(line.push(byte));
                 counted += 1;
@@ -172,8 +172,10 @@ mod tests {
                 frames += usize::from(piece.discarded.is_none());
             }
             let expected = expected.into_iter().flat_map(|found| match found {
-                Found::Frame { length, message } => vec![Ok((length, message)); 1],
-                Found::Discarded { count, why } => vec![Err(why); count],
+                Found::Frame {
+                    length, message, ..
+                } => vec![Ok((length, message)); 1],
+                Found::Discarded { count, why, .. } => vec![Err(why); count],
             });
             assert!(outcomes.into_iter().eq(expected), "{stream:?}");
 

@@ -93,6 +93,8 @@ pub enum Fate {
 pub struct Station {
     format: FrameFormat,
     receiver: AnyLine,
+    /// Bytes received.
+    received: usize,
     /// The sent frames of which every byte came, by their numbers and setpoints.
     check: DeliveryCheck<(u64, Option<Setpoint>)>,
     /// Something wrong was committed since the last frame.
@@ -124,6 +126,7 @@ impl Station {
         Ok(Self {
             format: parameters.frame,
             receiver: receiver.map_err(Error::msg)?,
+            received: 0,
             check: DeliveryCheck::default(),
             is_wrong: false,
             failsafe: Failsafe::new(failsafe, 0)?,
@@ -150,8 +153,8 @@ impl Station {
             self.line_event(LineEvent::Idle);
         }
         self.idle_from = at.saturating_add(self.idle_limit);
-        let end = self.receiver.counters().bytes + 1;
-        let arrived = end.saturating_sub(self.format.length())..end;
+        self.received += 1;
+        let arrived = self.received.saturating_sub(self.format.length())..self.received;
         if let Some(sent) = ended {
             let frame = (sent.number, sent.transmission.setpoint);
             self.check.arrived(arrived.clone(), frame);
@@ -292,7 +295,7 @@ impl Station {
     pub(crate) fn tally(&self, at: u64, bytes_lost: u64) -> ReceiverTally {
         let mut tally = self.tally.clone();
         let counters = self.receiver.counters();
-        tally.bytes_discarded = counters.discarded.total() as u64;
+        tally.bytes_discarded = counters.discarded.total().into();
         tally.never_back = u64::from(matches!(self.outage, Some((_, Some(_)))));
         tally.engagements += self.engagement(at, self.output(at));
         tally.longest_silence = self.longest_silence(at);

@@ -1,6 +1,6 @@
 //! The frames on the line, by the scenario, and examples of them to be sent.
 
-use framelock::{Format as _, Verdict};
+use framelock::{Classification, Format as _};
 use framelock_description::{Description, Kind, Type, shipped};
 use framelock_formats::layout::ByteOrder;
 use framelock_receiving::Protocol;
@@ -33,7 +33,8 @@ pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<
     for (kind, _) in kinds.zip(0..count) {
         // Not all bytes make a frame: of many messages each has a length of its own.
         let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
-        let frame = frames.find(|frame| format.judge(frame) == Verdict::Frame(frame.len()));
+        let frame =
+            frames.find(|frame| format.classify(frame) == Classification::Frame(frame.len()));
         stream.extend(frame.unwrap_or_default());
         // Those of one's own may be long.
         if stream.len() > 1 << 20 {

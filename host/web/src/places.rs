@@ -1,6 +1,6 @@
 //! What each byte of a frame is, as far as its description and the bytes that are there tell it.
 
-use framelock::Verdict;
+use framelock::Classification;
 use framelock_description::{Description, Kind, Part};
 use framelock_formats::layout::Length;
 
@@ -11,11 +11,11 @@ pub(crate) const MOST: usize = 64;
 pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
     let mut common: Option<Vec<String>> = None;
     for kind in &description.kinds {
-        let verdict = kind.layout.judge(bytes);
-        if matches!(verdict, Verdict::Reject(_)) && !bytes.is_empty() {
+        let classification = kind.layout.classify(bytes);
+        if matches!(classification, Classification::Rejected(_)) && !bytes.is_empty() {
             continue;
         }
-        let mut names = names_of(kind, bytes, verdict);
+        let mut names = names_of(kind, bytes, classification);
         if let Some(other) = &common {
             // It may be of either.
             names.truncate(other.len());
@@ -32,14 +32,14 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
     common.unwrap_or_default()
 }
 
-fn names_of(kind: &Kind, bytes: &[u8], verdict: Verdict) -> Vec<String> {
+fn names_of(kind: &Kind, bytes: &[u8], classification: Classification) -> Vec<String> {
     let (layout, header) = (&kind.layout, kind.layout.header());
     let is_fixed = layout.length == Length::Fixed;
     // Then what is counted from the end has a place.
     let is_known = is_fixed || bytes.len() >= header && layout.length != Length::Delimiter;
-    let whole = match verdict {
+    let whole = match classification {
         _ if is_fixed => layout.longest,
-        Verdict::Incomplete { at_least } => at_least.max(header),
+        Classification::Incomplete { at_least } => at_least.max(header),
         _ => header,
     };
     let appendix = layout.appendix.filter(|_| is_known);

@@ -10,9 +10,9 @@ use std::ops::Range;
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
-use framelock::{BufferedIn, BufferedReceiver, Line, Receiver};
+use framelock::{BufferedReceiver, Line, Receiver};
 use framelock_description::{Description, SHIPPED};
-use framelock_formats::Crsf;
+use framelock_formats::crsf::Crsf;
 use framelock_simulation::{Parameters, Policy, run};
 use framelock_web::{Run, frames, presets, problem};
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
@@ -91,7 +91,7 @@ fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
     let mut lecture = Line::new(Lecture::new());
     let mut bin = Line::new(Receiver::<Bin>::new());
     let mut crc8 = Line::new(Receiver::<BinCrc8>::new());
-    let mut crsf = Line::new(BufferedReceiver::<_, 64>::new(Crsf));
+    let mut crsf = Line::new(BufferedReceiver::<_, [u8; 64]>::new(Crsf));
     if address.contains("frame=bin-crc8") {
         crc8.feed(bytes, |_| ());
         vec![json!(crc8.counters())]
@@ -100,7 +100,7 @@ fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
         vec![json!(crsf.counters())]
     } else if address.contains("frame=own") {
         let motor = Description::parse("motor.toml", MOTOR).unwrap().format();
-        let mut own = Line::new(BufferedIn::within(motor, [0; 42]).unwrap());
+        let mut own = Line::new(BufferedReceiver::with_buffer(motor, [0; 42]).unwrap());
         own.feed(bytes, |_| ());
         vec![json!(own.counters())]
     } else {

@@ -4,12 +4,13 @@
 //! `discard_what_starts_nothing` and `give_back` keep it is shown without any law in
 //! [`steps`](super::steps).
 
-use super::{Any, any_receiver, are_places, byte, fits, for_longest};
+use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::{any_up_to, any_verdict};
 use crate::buffered::Decision;
-use crate::{BufferedIn, BufferedReceiver, DiscardReason, Format, Found, Line, Verdict};
+use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found, Line};
 
 /// Its longest frame has so many bytes.
+#[derive(Clone, Copy)]
 struct Longest(usize);
 
 impl Format for Longest {
@@ -20,8 +21,8 @@ impl Format for Longest {
         self.0
     }
 
-    fn judge(&self, _: &[u8]) -> Verdict {
-        Verdict::Frame(self.0)
+    fn classify(&self, _: &[u8]) -> Classification {
+        Classification::Frame(self.0)
     }
 
     fn decode(&self, _: &[u8]) {}
@@ -34,19 +35,19 @@ fn memory_holds_the_longest_frame() {
     let mut memory = [0; 3];
     let memory = &mut memory[..any_up_to(3)];
     let is_held = (1..=memory.len()).contains(&longest);
-    assert!(BufferedIn::within(Longest(longest), memory).is_some() == is_held);
+    assert!(BufferedReceiver::with_buffer(Longest(longest), memory).is_some() == is_held);
     kani::cover!(is_held, "it does");
 }
 
 /// It says this of any bytes.
-#[derive(Clone)]
-struct Says(Verdict);
+#[derive(Clone, Copy)]
+struct Says(Classification);
 
 impl Format for Says {
     const LONGEST: usize = 1;
     type Message<'a> = ();
 
-    fn judge(&self, _: &[u8]) -> Verdict {
+    fn classify(&self, _: &[u8]) -> Classification {
         self.0
     }
 
@@ -56,9 +57,9 @@ impl Format for Says {
 /// A format that does not say itself which bytes start a frame: those that it does not reject for that reason.
 #[kani::proof]
 fn what_is_not_rejected_starts() {
-    let verdict = any_verdict();
-    let starts = Says(verdict).starts(kani::any());
-    assert!(starts == (verdict != Verdict::Reject(DiscardReason::NoSync)));
+    let classification = any_verdict();
+    let starts = Says(classification).starts(kani::any());
+    assert!(starts == (classification != Classification::Rejected(DiscardReason::NoSync)));
     kani::cover!(!starts, "it does not");
     kani::cover!(starts, "it does");
 }
@@ -67,10 +68,10 @@ fn what_is_not_rejected_starts() {
 #[kani::proof]
 #[kani::unwind(3)]
 fn what_is_left_is_found() {
-    let verdict = any_verdict();
-    let mut receiver = BufferedReceiver::<_, 1>::new(Says(verdict));
+    let classification = any_verdict();
+    let mut receiver = BufferedReceiver::<_, [u8; 1]>::new(Says(classification));
     receiver.store(&[0]);
-    let is_frame = verdict == Verdict::Frame(1);
+    let is_frame = classification == Classification::Frame(1);
     assert!(receiver.clone().poll().is_some() == is_frame);
     assert!(Line::new(receiver).poll().is_some() == is_frame);
     kani::cover!(is_frame, "a frame");
@@ -78,14 +79,19 @@ fn what_is_left_is_found() {
 
 /// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
 fn something_is_decided<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, pending) = (receiver.from, receiver.pending());
     kani::assume(receiver.ask_at <= receiver.to);
     let mut discarded = 0;
-    let decision = receiver.decide(|count, _| discarded += count);
+    let decision = receiver.decide(|one| {
+        if let Found::Discarded { count, .. } = one {
+            discarded += count;
+        }
+    });
     let decided = match decision {
         Decision::Frame(length) => {
-            assert!(receiver.message(length).len() == length && length > 0);
+            assert!(receiver.frame(length).bytes().len() == length && length > 0);
             length
         }
         Decision::Discarded => discarded,
@@ -106,15 +112,14 @@ for_longest!(decide, something_is_decided);
 
 /// `push`: the events' bytes and the pending ones are those that were pending and the new one.
 fn pushed_byte_is_placed<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawless(), L - 1);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);
     let (from, end) = (receiver.from, receiver.to + 1);
     let mut placed = 0;
-    let found = receiver.push_with(byte(end - 1), |count, _| placed += count);
-    let frame = found.map(|(length, message)| {
-        assert!(message.len() == length && length > 0);
-        length
-    });
-    placed += frame.unwrap_or(0);
+    let found = receiver.push_with(byte(end - 1), |one| placed += one.bytes());
+    let frame = found.map(|frame| frame.bytes().len());
+    assert!(frame != Some(0));
+    assert!(placed >= frame.unwrap_or(0));
     assert!(placed <= end - from);
     let left = end - from - placed;
     assert!(left < L && fits(&receiver, from + placed, left, L));
@@ -125,7 +130,8 @@ for_longest!(push, pushed_byte_is_placed: of_1 1 2 5 of_3 3 5 7 of_5 5 5 8);
 
 /// `take`: the first bytes of the slice are in an event, or all of it is pending.
 fn slice_is_placed<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawless(), 0);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), 0);
     let mut bytes = [0; N];
     let mut place = 0;
     while place < N {
@@ -139,7 +145,7 @@ fn slice_is_placed<const L: usize, const N: usize>() {
         assert!(placed == 0);
         placed = match found {
             Found::Frame { length, message } => {
-                assert!(message.len() == length);
+                assert!(message.bytes().len() == length);
                 length
             }
             Found::Discarded { count, .. } => count,

@@ -1,12 +1,13 @@
 //! 13f: a round of a line event's loop, from any state.
 
-use super::{Any, any_receiver, are_places, fits, for_longest};
-use crate::{DiscardReason, Found, Verdict};
+use super::{Any, Asked, any_receiver, are_places, fits, for_longest};
+use crate::{Classification, DiscardReason, Found};
 
 /// First come the places that start nothing; then what the reference does at the end of a stream, where
 /// it drops a byte instead of waiting.
 fn first_place_is_ended<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawful(), L - 1);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);
     let (from, end) = (receiver.from, receiver.to);
     kani::assume(from < end);
     let first = receiver.format.first_start(from, end, L);
@@ -19,8 +20,8 @@ fn first_place_is_ended<const L: usize, const N: usize>() {
         assert!(frame.is_none() && dropped.is_none());
         match found {
             Found::Frame { length, message } => {
-                assert!(next == first && message.len() == length);
-                assert!(are_places(message, first));
+                assert!(next == first && message.bytes().len() == length);
+                assert!(are_places(message.bytes(), first));
                 frame = Some(length);
                 next += length;
             }
@@ -40,8 +41,8 @@ fn first_place_is_ended<const L: usize, const N: usize>() {
         assert!(next == end && frame.is_none() && dropped.is_none());
     } else {
         match row.settled(end - first) {
-            Some(Verdict::Frame(length)) => assert!(frame == Some(length)),
-            Some(Verdict::Reject(why)) => assert!(dropped == Some(why)),
+            Some(Classification::Frame(length)) => assert!(frame == Some(length)),
+            Some(Classification::Rejected(why)) => assert!(dropped == Some(why)),
             _ => assert!(dropped == Some(DiscardReason::LineEvent)),
         }
     }
@@ -57,13 +58,14 @@ for_longest!(end_first, first_place_is_ended: of_3 3 5 7 of_8 8 8 11);
 
 /// Whatever the format says: at least one byte is placed.
 fn a_byte_is_ended<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawless(), L - 1);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);
     let (from, end) = (receiver.from, receiver.to);
     kani::assume(from < end);
     let mut placed = 0;
     receiver.end_first(&mut |found| match found {
         Found::Frame { length, message } => {
-            assert!(message.len() == length);
+            assert!(message.bytes().len() == length);
             placed += length;
         }
         Found::Discarded { count, .. } => placed += count,

@@ -1,12 +1,13 @@
 //! 13c: `push` as a whole, from any state.
 
-use super::{Any, any_receiver, are_places, byte, fits, for_longest};
-use crate::{DiscardReason, Verdict};
+use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
+use crate::{Classification, DiscardReason, Found};
 
 /// It asks at most once (the format asserts that). First come the places that start nothing, then the
 /// frame or the drop of one place. Without events it waits as the reference does.
 fn one_question_at_most<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawful(), L - 1);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);
     let (from, end) = (receiver.from, receiver.to + 1);
     let is_due = receiver.ask_at <= end;
     let first = receiver.format.first_start(from, end, L);
@@ -14,15 +15,23 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     let row = receiver.format.row.unwrap();
 
     let mut drops = [None; 2];
-    let found = receiver.push_with(byte(end - 1), |count, why| {
-        let next = usize::from(drops[0].is_some());
-        assert!(drops[next].is_none());
-        drops[next] = Some((count, why));
+    let mut frame = None;
+    let found = receiver.push_with(byte(end - 1), |one| match one {
+        Found::Discarded { count, why } => {
+            let next = usize::from(drops[0].is_some());
+            assert!(drops[next].is_none() && frame.is_none());
+            drops[next] = Some((count, why));
+        }
+        Found::Frame { length, .. } => {
+            assert!(frame.is_none());
+            frame = Some(length);
+        }
     });
-    let frame = found.map(|(length, message)| {
-        assert!(message.len() == length && are_places(message, first));
-        length
+    let found = found.map(|frame| {
+        assert!(are_places(frame.message(), first));
+        frame.bytes().len()
     });
+    assert!(found == frame);
 
     let settled = row.settled(end - first);
     let mut expected = [None; 2];
@@ -42,12 +51,12 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     if is_due && first < end {
         assert!(receiver.format.asked.get() == Some((first, end - first)));
         match settled {
-            Some(Verdict::Reject(why)) => {
+            Some(Classification::Rejected(why)) => {
                 expected[usize::from(run > 0)] = Some((1, why));
                 start += 1;
                 settled_at = 1;
             }
-            Some(Verdict::Frame(length)) => {
+            Some(Classification::Frame(length)) => {
                 committed = Some(length);
                 start += length;
                 settled_at = 1;

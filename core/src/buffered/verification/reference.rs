@@ -1,15 +1,15 @@
 //! 13d and 13e: what the reference commits, and when.
 //!
-//! The reference looks at its format's settled verdicts only, so a [`Row`] for each place is any lawful
+//! The reference looks at its format's settled classifications only, so a [`Row`] for each place is any lawful
 //! format on any stream.
 
 use super::byte;
 use crate::any_format::{Row, any_up_to};
-use crate::{BufferedReceiver, DiscardReason, Format, Found, Verdict};
+use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found, LineEvent};
 
 /// What was found at each place: nothing, a frame and its length, or a drop and its reason.
 struct Log<const P: usize> {
-    events: [Option<Verdict>; P],
+    events: [Option<Classification>; P],
     /// Where the next event is.
     next: usize,
 }
@@ -21,12 +21,12 @@ impl<const P: usize> Log<P> {
     };
 
     fn frame(&mut self, length: usize) {
-        self.events[self.next] = Some(Verdict::Frame(length));
+        self.events[self.next] = Some(Classification::Frame(length));
         self.next += length;
     }
 
     fn drop(&mut self, why: DiscardReason) {
-        self.events[self.next] = Some(Verdict::Reject(why));
+        self.events[self.next] = Some(Classification::Rejected(why));
         self.next += 1;
     }
 }
@@ -38,8 +38,8 @@ fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: 
     while place < P {
         if place == log.next && place < end {
             match rows[place].settled((end - place).min(L)) {
-                Some(Verdict::Frame(length)) => log.frame(length),
-                Some(Verdict::Reject(why)) => log.drop(why),
+                Some(Classification::Frame(length)) => log.frame(length),
+                Some(Classification::Rejected(why)) => log.drop(why),
                 _ if is_over => log.drop(DiscardReason::LineEvent),
                 _ => {}
             }
@@ -58,7 +58,7 @@ fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     let is_over: bool = kani::any();
     kani::assume(at < end);
     let frame = rows[at].settled((end - at).min(L));
-    let Some(Verdict::Frame(length)) = frame else {
+    let Some(Classification::Frame(length)) = frame else {
         return;
     };
     let log = events::<L, P>(&rows, end, is_over);
@@ -66,7 +66,7 @@ fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     let mut is_overlapped = false;
     let mut place = 0;
     while place < P {
-        if let Some(Verdict::Frame(other)) = log.events[place] {
+        if let Some(Classification::Frame(other)) = log.events[place] {
             is_overlapped |= place < at && at < place + other;
         }
         place += 1;
@@ -90,16 +90,17 @@ fn no_frame_is_passed_over_of_4() {
 const LONGEST: usize = 4;
 
 /// 0 may begin the longest frame, and never does; 1 is a frame; anything else is none.
+#[derive(Clone, Copy)]
 struct FalseBeginning<const L: usize>;
 
 impl<const L: usize> Format for FalseBeginning<L> {
     const LONGEST: usize = L;
     type Message<'a> = ();
-    fn judge(&self, bytes: &[u8]) -> Verdict {
+    fn classify(&self, bytes: &[u8]) -> Classification {
         match bytes[0] {
-            0 if bytes.len() < L => Verdict::Incomplete { at_least: L },
-            1 => Verdict::Frame(1),
-            _ => Verdict::Reject(DiscardReason::ChecksumMismatch),
+            0 if bytes.len() < L => Classification::Incomplete { at_least: L },
+            1 => Classification::Frame(1),
+            _ => Classification::Rejected(DiscardReason::ChecksumMismatch),
         }
     }
     fn decode(&self, _: &[u8]) {}
@@ -110,8 +111,8 @@ impl<const L: usize> Format for FalseBeginning<L> {
 #[kani::proof]
 #[kani::unwind(8)]
 fn latest_delivery() {
-    let mut fed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning::<LONGEST>);
-    let mut pushed = BufferedReceiver::<_, LONGEST>::new(FalseBeginning::<LONGEST>);
+    let mut fed = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseBeginning::<LONGEST>);
+    let mut pushed = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseBeginning::<LONGEST>);
     let mut place = 0;
     while place < LONGEST + 1 {
         let mut frames = 0;
@@ -132,7 +133,7 @@ fn latest_delivery() {
 #[kani::unwind(4)]
 fn feed_goes_on() {
     let bytes = [0, 1, kani::any()];
-    let mut receiver = BufferedReceiver::<_, 2>::new(FalseBeginning::<2>);
+    let mut receiver = BufferedReceiver::<_, [u8; 2]>::new(FalseBeginning::<2>);
     assert!(receiver.push(bytes[0]).is_none());
     let mut decided = 0;
     receiver.feed(&bytes[1..], |found| {
@@ -146,43 +147,39 @@ fn feed_goes_on() {
     kani::cover!(receiver.pending() == 1, "another false beginning");
 }
 
-/// 13c: behind a false beginning `poll` goes on, past bytes that it discards, to the next frame or to what must
-/// wait.
+/// 13a: after a false start `next` goes on, past bytes that it discards, to the next frame or to bytes that must wait.
+/// It takes from the slice as many bytes as decide, and leaves the rest.
 #[kani::proof]
-#[kani::unwind(8)]
-fn poll_goes_on() {
-    let mut receiver = BufferedReceiver::<_, LONGEST>::new(FalseBeginning::<LONGEST>);
-    let behind: [u8; LONGEST - 1] = kani::any();
-    assert!(receiver.push(0).is_none());
-    let (mut place, mut expected) = (0, behind.len());
-    while place < behind.len() {
-        // The last of them shows that nothing begins with the 0, which is all that `push` asks.
-        assert!(receiver.push(behind[place]).is_none());
-        if expected == behind.len() && behind[place] < 2 {
-            expected = place;
-        }
-        place += 1;
-    }
+#[kani::unwind(4)]
+fn next_goes_on() {
+    let last = kani::any();
+    let mut rest = &[0, 1, last][..];
+    let mut receiver = BufferedReceiver::<_, [u8; 2]>::new(FalseBeginning::<2>);
     let mut discarded = 0;
-    let found = receiver.poll_with(|count, _| discarded += count).is_some();
-    assert!(discarded == expected);
-    assert!(found == (expected < behind.len() && behind[expected] == 1));
-    assert!(receiver.pending() == behind.len() - expected - usize::from(found));
-    kani::cover!(found && expected == 2, "a frame behind two bytes");
-    kani::cover!(!found && receiver.pending() == 1, "another false beginning");
+    let mut account = |one: Found<()>| {
+        discarded += usize::from(matches!(one, Found::Discarded { .. }));
+    };
+    assert!(receiver.next_with(&mut rest, &mut account).is_some());
+    assert!(rest.len() == 1 && receiver.pending() == 0);
+    let found = receiver.next_with(&mut rest, &mut account).is_some();
+    assert!(rest.is_empty() && found == (last == 1));
+    assert!(receiver.pending() == usize::from(last == 0));
+    assert!(discarded == 1 + usize::from(last > 1));
+    kani::cover!(found, "two frames after a false start");
+    kani::cover!(receiver.pending() == 1, "another false start");
 }
 
 /// 13f: a line event goes through all that is pending, and finds all the frames in it.
 #[kani::proof]
 #[kani::unwind(8)]
 fn line_event_goes_on() {
-    let mut receiver = BufferedReceiver::<_, LONGEST>::new(FalseBeginning::<LONGEST>);
+    let mut receiver = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseBeginning::<LONGEST>);
     let behind: [u8; LONGEST - 2] = kani::any();
     assert!(receiver.push(0).is_none());
     assert!(receiver.push(behind[0]).is_none() && receiver.push(behind[1]).is_none());
     let bytes = [0, behind[0], behind[1]];
     let (mut place, mut frames) = (0, 0);
-    receiver.line_event(|found| {
+    receiver.line_event(LineEvent::Idle, |found| {
         let is_frame = found.message().is_some();
         assert!(is_frame == (bytes[place] == 1));
         assert!(found.bytes() == 1);

@@ -1,20 +1,25 @@
 //! 13a: each step of the receiver is the reference's next, or leads nearer to it.
 
-use super::{Any, any_receiver, are_places, byte, fits, for_longest};
+use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::any_up_to;
 use crate::buffered::Decision;
-use crate::{DiscardReason, Found, Verdict};
+use crate::{Classification, DiscardReason, Found};
 
 /// `decide`: the first pending place's frame, or its drop and the reason; or it waits for a number of
 /// bytes that have not come.
 fn first_place_is_decided<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawful(), L);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L);
     let (from, pending) = (receiver.from, receiver.pending());
     kani::assume(receiver.ask_at <= receiver.to);
     let mut discarded = None;
-    let decision = receiver.decide(|count, why| {
-        assert!(count == 1 && discarded.is_none());
-        discarded = Some(why);
+    let mut accounted = 0;
+    let decision = receiver.decide(|one| {
+        assert!(accounted == 0);
+        accounted = one.bytes();
+        if let Found::Discarded { why, .. } = one {
+            discarded = Some(why);
+        }
     });
     let row = receiver.format.row.unwrap();
     let asked = receiver.format.asked.get();
@@ -25,24 +30,24 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
     }
     assert!(asked == Some((from, pending)));
     match (decision, row.settled(pending)) {
-        (Decision::Frame(length), Some(Verdict::Frame(frame))) => {
-            let message = receiver.message(length);
-            assert!(length == frame && message.len() == length);
-            assert!(are_places(message, from));
+        (Decision::Frame(length), Some(Classification::Frame(frame))) => {
+            let delivered = receiver.frame(length);
+            assert!(length == frame && accounted == length && delivered.bytes().len() == length);
+            assert!(are_places(delivered.message(), from));
             assert!(fits(&receiver, from + length, pending - length, 1));
         }
-        (Decision::Discarded, Some(Verdict::Reject(expected))) => {
-            assert!(discarded == Some(expected));
+        (Decision::Discarded, Some(Classification::Rejected(expected))) => {
+            assert!(discarded == Some(expected) && accounted == 1);
             assert!(fits(&receiver, from + 1, pending - 1, 1));
         }
         (Decision::Waiting, None) => {
-            assert!(pending < L && receiver.ask_at > receiver.to);
+            assert!(accounted == 0 && pending < L && receiver.ask_at > receiver.to);
             assert!(fits(&receiver, from, pending, row.settled_at));
         }
         _ => panic!("something else than the reference"),
     }
     kani::cover!(
-        pending == L && row.settled == Verdict::Frame(L),
+        pending == L && row.settled == Classification::Frame(L),
         "the longest frame"
     );
     kani::cover!(L == 1 || receiver.ask_at > receiver.to, "it waits");
@@ -51,13 +56,24 @@ for_longest!(decide, first_place_is_decided);
 
 /// `discard_what_starts_nothing`: the pending places before the first that starts a frame.
 fn starts_are_found<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
     let first = receiver.format.first_start(from, to, L);
     let mut dropped = 0;
-    receiver.discard_what_starts_nothing(&mut |count, why| {
-        assert!(dropped == 0 && count > 0 && why == DiscardReason::NoSync);
-        dropped = count;
+    receiver.discard_what_starts_nothing(&mut |one| {
+        assert!(
+            dropped == 0
+                && matches!(
+                    one,
+                    Found::Discarded {
+                        why: DiscardReason::NoSync,
+                        ..
+                    }
+                )
+        );
+        dropped = one.bytes();
+        assert!(dropped > 0);
     });
     assert!(dropped == first - from);
     assert!(dropped > 0 || receiver.ask_at == ask_at);
@@ -69,19 +85,36 @@ fn starts_are_found<const L: usize, const N: usize>() {
 for_longest!(starts, starts_are_found);
 
 /// `store`: what was pending and the new bytes are pending, and it waits for as many of them as before.
+/// `next` stores those that it waits for, or one, and leaves the rest of its slice.
 fn bytes_are_stored<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to) = (receiver.from, receiver.to);
     let waits_for = receiver.ask_at.saturating_sub(from);
-    let count = any_up_to(L - (to - from));
-    receiver.store(&places::<L>(to)[..count]);
+    let bytes = places::<L>(to);
+    let is_next = kani::any();
+    let count = if is_next {
+        kani::assume(from == to || to < receiver.ask_at);
+        let missing = receiver.ask_at.saturating_sub(to).max(1);
+        let length = any_up_to(L);
+        let mut rest = &bytes[..length];
+        assert!(receiver.store_what_is_missing(&mut rest) == (length > 0));
+        let count = length.min(missing);
+        assert!(rest.len() == length - count && are_places(rest, to.wrapping_add(count)));
+        count
+    } else {
+        let count = any_up_to(L - (to - from));
+        receiver.store(&bytes[..count]);
+        count
+    };
     assert!(fits(&receiver, from, to - from + count, L));
     assert!(receiver.ask_at.saturating_sub(receiver.from) == waits_for);
     kani::cover!(
         L == 1 || receiver.from < from && to > from,
         "it moves to the front"
     );
-    kani::cover!(count == L, "a whole frame");
+    kani::cover!(count == L && !is_next, "a whole frame");
+    kani::cover!(L == 1 || count == L - 1 && is_next, "all that is missing");
 }
 for_longest!(store, bytes_are_stored);
 
@@ -99,7 +132,8 @@ fn places<const COUNT: usize>(from: usize) -> [u8; COUNT] {
 /// `take`, with nothing pending: the drop of the places that start nothing, or the first place's frame or
 /// drop; or the whole slice is pending, and it waits for a number of bytes that have not come.
 fn slice_is_taken<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawful(), 0);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), 0);
     let bytes = places::<N>(0);
     let length = any_up_to(N);
     kani::assume(length > 0);
@@ -111,15 +145,15 @@ fn slice_is_taken<const L: usize, const N: usize>() {
         events += 1;
         decided = match found {
             Found::Frame { length, message } => {
-                assert!(first == 0 && row.settled == Verdict::Frame(length));
-                assert!(message.len() == length && are_places(message, 0));
+                assert!(first == 0 && row.settled == Classification::Frame(length));
+                assert!(message.bytes().len() == length && are_places(message.bytes(), 0));
                 length
             }
             Found::Discarded { count, why } => {
                 assert!(if first > 0 {
                     count == first && why == DiscardReason::NoSync
                 } else {
-                    count == 1 && row.settled == Verdict::Reject(why)
+                    count == 1 && row.settled == Classification::Rejected(why)
                 });
                 count
             }
@@ -145,7 +179,8 @@ for_longest!(take, slice_is_taken);
 
 /// `give_back`: nothing, or all that is pending.
 fn slice_begins_where_the_pending_did<const L: usize, const N: usize>() {
-    let mut receiver = any_receiver::<L, N>(Any::lawless(), L);
+    let asked = Asked::new(None);
+    let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
     // The slice's bytes that are pending, or were, and are taken; and those behind them.
     let taken = any_up_to(L);

@@ -71,11 +71,11 @@ fn agrees<F: reference::Format>(name: &str, policy: Policy) {
         decode(&decoder, input).unwrap();
         let summary = lock(&decoder).summary();
         let expected = Summary {
-            bytes: stream.len(),
+            bytes: stream.len() as u64,
             frame_length: Some(F::LENGTH),
-            frames: setpoints.len(),
+            frames: setpoints.len() as u64,
             // Nothing comes behind the end.
-            discarded: discarded.len() + pending,
+            discarded: (discarded.len() + pending) as u64,
             pending: 0,
             ..summary
         };

@@ -158,9 +158,9 @@ fn fields(watch: &Watch) -> Vec<Line<'static>> {
 fn counters(session: &Session) -> Vec<Line<'static>> {
     let counters = session.shown().line.counters();
     let (discarded, events) = (&counters.discarded, &counters.events);
-    let of_note = |counts: &[(&str, usize)]| {
+    let of_note = |counts: &[(&str, u32)]| {
         let spans = counts.iter().flat_map(|(name, count)| {
-            let count = emphasised(*count as u64, Color::Yellow);
+            let count = emphasised(u64::from(*count), Color::Yellow);
             [format!("{name} ").into(), count, " ".into()]
         });
         spans.collect::<Line>()

@@ -1,8 +1,9 @@
 //! That frames come out of what a text describes, whatever is around them and however the stream is cut, and that
 //! values make the frame again that they are of. For texts at random, and for the fuzzer's.
 
-use framelock::{BufferedIn, Format, Found, Verdict};
+use framelock::{BufferedReceiver, Classification, Format, Found, Frame, LineEvent};
 use framelock_description::Description;
+use framelock_formats::AnyOf;
 use framelock_proofs::reference::framed;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -46,9 +47,10 @@ fn received(
     random: &mut ChaCha8Rng,
 ) -> Events {
     let format = description.format();
-    let mut receiver = BufferedIn::within(format, vec![0; 2 * format.longest()]).unwrap();
+    let mut receiver =
+        BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]).unwrap();
     let (mut rest, mut settled, mut events) = (stream, 0, vec![]);
-    let mut note = |found: Found<(usize, &[u8])>| {
+    let mut note = |found: Found<Frame<'_, AnyOf>>| {
         let count = found.bytes();
         events.push(found.map(|_| settled));
         settled += count;
@@ -58,7 +60,7 @@ fn received(
         rest = behind;
         receiver.feed(piece, &mut note);
     }
-    receiver.line_event(note);
+    receiver.line_event(LineEvent::Idle, &mut note);
     one_by_one(&events)
 }
 
@@ -66,7 +68,7 @@ fn received(
 fn one_by_one(events: &[Found<usize>]) -> Events {
     let each = events.iter().flat_map(|event| match *event {
         Found::Frame { .. } => vec![*event],
-        Found::Discarded { count, why } => vec![Found::Discarded { count: 1, why }; count],
+        Found::Discarded { count, why, .. } => vec![Found::discarded(1, why); count],
     });
     each.collect()
 }
@@ -80,8 +82,8 @@ pub(crate) fn agrees_with_the_reference(
     let frames = frames(description, random);
     for frame in &frames {
         assert_eq!(
-            description.format().judge(frame),
-            Verdict::Frame(frame.len())
+            description.format().classify(frame),
+            Classification::Frame(frame.len())
         );
         let again = description.encode(&values(description, frame));
         assert_eq!(again.as_ref(), Ok(frame), "{text}\n{frame:02X?}");

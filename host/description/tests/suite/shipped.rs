@@ -5,8 +5,10 @@ use std::path::Path;
 use framelock_description::{Description, SHIPPED};
 use framelock_formats::layout::{Algorithm, Checksum, Crc, Table};
 use framelock_formats::{
-    ARDUPILOTMEGA, BIN, BIN_CRC8, CRSF, IBUS, Layout, NMEA, RTCM, SBUS, SIX_AXES, UBX, mavlink1,
-    mavlink2,
+    Layout, crsf, ibus,
+    mavlink::{self, ARDUPILOTMEGA},
+    motion::{BIN, BIN_CRC8, SIX_AXES},
+    nmea, rtcm, sbus, ubx,
 };
 
 /// A layout without a CRC's table, which says nothing about frames.
@@ -28,19 +30,22 @@ fn plain(layout: Layout<'static>) -> Layout<'static> {
 fn a_frame_is_described_once() {
     let ubx = Layout {
         longest: 4096,
-        ..UBX
+        ..ubx::LAYOUT
     };
-    let (first, second) = (mavlink1(ARDUPILOTMEGA), mavlink2(ARDUPILOTMEGA));
+    let (first, second) = (
+        mavlink::layout_v1(ARDUPILOTMEGA),
+        mavlink::layout_v2(ARDUPILOTMEGA),
+    );
     for (name, layouts) in [
         ("bin", &[BIN][..]),
         ("bin-crc8", &[BIN_CRC8]),
-        ("sbus", &[SBUS]),
-        ("ibus", &[IBUS]),
-        ("crsf", &[CRSF]),
+        ("sbus", &[sbus::LAYOUT]),
+        ("ibus", &[ibus::LAYOUT]),
+        ("crsf", &[crsf::LAYOUT]),
         ("ubx", &[ubx]),
-        ("nmea", &[NMEA]),
-        ("rtcm", &[RTCM]),
-        ("gnss", &[ubx, NMEA, RTCM]),
+        ("nmea", &[nmea::LAYOUT]),
+        ("rtcm", &[rtcm::LAYOUT]),
+        ("gnss", &[ubx, nmea::LAYOUT, rtcm::LAYOUT]),
         ("mavlink", &[second, first]),
         ("mavlink1", &[first]),
         ("mavlink2", &[second]),

@@ -11,7 +11,7 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-use framelock::{BufferedReceiver, FixedFormat, Format, Line, Parser};
+use framelock::{BufferedReceiver, FixedFormat, Format, Frame, Line};
 
 /// The stream. The benchmark writes it when `begin` is called.
 #[unsafe(no_mangle)]
@@ -35,10 +35,17 @@ pub(crate) trait Receiver {
     fn take(&mut self, byte: u8) -> u32;
 }
 
-impl<F: Format, const N: usize> Receiver for BufferedReceiver<F, N> {
+impl<F: Format, const N: usize> Receiver for BufferedReceiver<F, [u8; N]> {
     #[inline(never)]
     fn take(&mut self, byte: u8) -> u32 {
-        found(self.push(byte).as_ref())
+        self.push(byte).map_or(0, decoded)
+    }
+}
+
+impl<F: Format, const N: usize> Receiver for Line<BufferedReceiver<F, [u8; N]>> {
+    #[inline(never)]
+    fn take(&mut self, byte: u8) -> u32 {
+        self.push(byte).map_or(0, decoded)
     }
 }
 
@@ -49,11 +56,17 @@ impl<F: FixedFormat> Receiver for framelock::Receiver<F> {
     }
 }
 
-impl<P: Parser> Receiver for Line<P> {
+impl<F: FixedFormat> Receiver for Line<framelock::Receiver<F>> {
     #[inline(never)]
     fn take(&mut self, byte: u8) -> u32 {
         found(self.push(byte).as_ref())
     }
+}
+
+/// Decodes a frame: a function of its own, as in a program that calls its handler for each frame.
+#[inline(never)]
+fn decoded<F: Format>(frame: Frame<'_, F>) -> u32 {
+    found(Some(&frame.message()))
 }
 
 #[inline]
@@ -121,12 +134,12 @@ macro_rules! framelock {
 framelock! {
     "bin": framelock::Receiver::<framelock::motion::Bin>::new();
     "bin-crc8": framelock::Receiver::<framelock::motion::BinCrc8>::new();
-    "six-axes": framelock::Receiver::<framelock_formats::SixAxes>::new();
-    "sbus": BufferedReceiver::<_, 50>::new(framelock_formats::Sbus);
-    "ibus": BufferedReceiver::<_, 64>::new(framelock_formats::Ibus);
-    "crsf": BufferedReceiver::<_, 128>::new(framelock_formats::Crsf);
-    "ubx": BufferedReceiver::<_, 212>::new(framelock_formats::Ubx::<106>);
-    "mavlink2": BufferedReceiver::<_, 560>::new(framelock_formats::Mavlink2(MESSAGES));
+    "six-axes": framelock::Receiver::<framelock_formats::motion::SixAxes>::new();
+    "sbus": BufferedReceiver::<_, [u8; 50]>::new(framelock_formats::sbus::Sbus);
+    "ibus": BufferedReceiver::<_, [u8; 64]>::new(framelock_formats::ibus::Ibus);
+    "crsf": BufferedReceiver::<_, [u8; 128]>::new(framelock_formats::crsf::Crsf);
+    "ubx": BufferedReceiver::<_, [u8; 212]>::new(framelock_formats::ubx::Ubx::<106>);
+    "mavlink2": BufferedReceiver::<_, [u8; 560]>::new(framelock_formats::mavlink::Mavlink2(MESSAGES));
 }
 
 /// The `MAVLink` messages that are sent, and the longest of all, `ENCAPSULATED_DATA`: number, CRC extra, most bytes

@@ -2,12 +2,12 @@
 //!
 //! ```text
 //!             sync wrong               header wrong           frame wrong
-//!          ┌──> Reject              ┌──> Reject            ┌──> Reject
+//!          ┌──> Rejected            ┌──> Rejected          ┌──> Rejected
 //!  sync ───┼──────────────> header ─┼───────────> frame ───┼──> Frame
 //!          └──> Incomplete          └──> Incomplete        └──> Incomplete
 //! ```
 
-use framelock::{DiscardReason, Verdict};
+use framelock::{Classification, DiscardReason};
 
 use crate::layout::{
     Appendix, ByteOrder, FixedBits, Layout, Length, Message, Messages, Number, Patterns, index,
@@ -28,27 +28,28 @@ impl Layout<'_> {
     /// What `bytes`, at least one, begin with.
     #[inline(always)]
     #[must_use]
-    pub fn judge(&self, bytes: &[u8]) -> Verdict {
-        self.judge_on(bytes, 0)
+    pub fn classify(&self, bytes: &[u8]) -> Classification {
+        self.classify_after(bytes, 0)
     }
 
-    /// [`judge`](Self::judge), knowing that the first `seen` of the bytes were incomplete.
+    /// [`classify`](Self::classify), knowing that the first `seen` of the bytes were incomplete.
     #[inline(always)]
     #[must_use]
-    pub fn judge_on(&self, bytes: &[u8], seen: usize) -> Verdict {
-        self.told(bytes, seen).unwrap_or_else(|verdict| verdict)
+    pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
+        self.told(bytes, seen)
+            .unwrap_or_else(|classification| classification)
     }
 
     /// The same, as an error if the header says so.
     #[inline(always)]
-    pub(crate) fn told(&self, bytes: &[u8], seen: usize) -> Result<Verdict, Verdict> {
+    pub(crate) fn told(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {
         let known = self.head(bytes)?;
         Ok(match self.frame_of(&known, bytes, seen) {
             Ok(frame) => match self.mismatch(&known, frame) {
-                Some(why) => Verdict::Reject(why),
-                None => Verdict::Frame(frame.len()),
+                Some(why) => Classification::Rejected(why),
+                None => Classification::Frame(frame.len()),
             },
-            Err(verdict) => verdict,
+            Err(classification) => classification,
         })
     }
 
@@ -65,19 +66,20 @@ impl Layout<'_> {
 
     /// What the bytes up to the end of the header say, or why they are none.
     #[inline(always)]
-    pub(crate) fn head(&self, bytes: &[u8]) -> Result<Known, Verdict> {
-        self.known(self.header_of(bytes)?).map_err(Verdict::Reject)
+    pub(crate) fn head(&self, bytes: &[u8]) -> Result<Known, Classification> {
+        self.known(self.header_of(bytes)?)
+            .map_err(Classification::Rejected)
     }
 
     /// The header, if it is there and behind the right sync.
     #[inline(always)]
-    pub(crate) fn header_of<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], Verdict> {
+    pub(crate) fn header_of<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], Classification> {
         let header = self.header();
         if header > self.longest {
-            return Err(Verdict::Reject(DiscardReason::NoSync));
+            return Err(Classification::Rejected(DiscardReason::NoSync));
         }
         if let Some(why) = self.sync.refuses(bytes) {
-            return Err(Verdict::Reject(why));
+            return Err(Classification::Rejected(why));
         }
         // A wrong sync byte is seen as soon as it is there.
         let at_least = if bytes.len() < self.sync.length {
@@ -85,7 +87,9 @@ impl Layout<'_> {
         } else {
             header
         };
-        bytes.get(..header).ok_or(Verdict::Incomplete { at_least })
+        bytes
+            .get(..header)
+            .ok_or(Classification::Incomplete { at_least })
     }
 
     /// Bytes that must be there before the length is known: one at least.
@@ -169,13 +173,15 @@ impl Layout<'_> {
         known: &Known,
         bytes: &'a [u8],
         seen: usize,
-    ) -> Result<&'a [u8], Verdict> {
+    ) -> Result<&'a [u8], Classification> {
         let length = match known.length {
             Some(length) => length,
             None => self.end(bytes, seen)?,
         };
         let at_least = length;
-        bytes.get(..length).ok_or(Verdict::Incomplete { at_least })
+        bytes
+            .get(..length)
+            .ok_or(Classification::Incomplete { at_least })
     }
 
     /// What is wrong with a frame that is there in full, its appendix included.
@@ -197,7 +203,7 @@ impl Layout<'_> {
 
     /// Where the first terminator ends; of the first `seen` bytes that were incomplete there was none.
     #[inline(always)]
-    fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Verdict> {
+    fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
         let width = self.terminator.length.max(1);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
         // Fewer bytes than the header has were not looked through.
@@ -209,14 +215,14 @@ impl Layout<'_> {
             Some(place) => {
                 let end = from.wrapping_add(place).wrapping_add(width);
                 if end < self.shortest {
-                    return Err(Verdict::Reject(DiscardReason::BadHeader));
+                    return Err(Classification::Rejected(DiscardReason::BadHeader));
                 }
                 Ok(end)
             }
             None if bytes.len() >= self.longest => {
-                Err(Verdict::Reject(DiscardReason::WrongTerminator))
+                Err(Classification::Rejected(DiscardReason::WrongTerminator))
             }
-            None => Err(Verdict::Incomplete {
+            None => Err(Classification::Incomplete {
                 at_least: bytes.len().wrapping_add(1),
             }),
         }
