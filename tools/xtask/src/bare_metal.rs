@@ -65,9 +65,9 @@ impl Compiler {
         let libraries = cmd!(sh, "rustc --print target-libdir").quiet().read();
         let linker = libraries.map(|folder| Path::new(&folder).with_file_name("bin/rust-lld"));
         match linker {
-            Ok(linker) if linker.exists() => {
-                cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker)
-            }
+            Ok(linker) if linker.exists() => cargo
+                .env("CARGO_TARGET_THUMBV6M_NONE_EABI_LINKER", &linker)
+                .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker),
             _ => cargo,
         }
     }

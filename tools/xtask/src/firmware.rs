@@ -151,8 +151,26 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
         lint(build()).run()?;
     }
     build().run()?;
+    rp2040(workspace)?;
     let images = folder.join("target").join(TARGET).join("release");
     stage_report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
+}
+
+/// Builds the example for the RP2040, which nothing here can run, without a warning from the compiler or clippy.
+fn rp2040(workspace: &Workspace) -> Result<()> {
+    let compiler = Compiler::of(&["thumbv6m-none-eabi"])?;
+    let sh = &Shell::new()?;
+    sh.change_dir(workspace.root.join("firmware/examples/rp2040"));
+    let target = workspace.target_directory.join("rp2040");
+    let cargo = cmd!(sh, "cargo build --locked --release --target-dir {target}");
+    let build = compiler.with(sh, cargo.env_remove("RUSTFLAGS"));
+    if compiler.is_debian {
+        build
+    } else {
+        lint(build)
+    }
+    .run()?;
+    Ok(())
 }
 
 /// Clippy optimises less: the image is built again.

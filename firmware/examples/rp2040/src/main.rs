@@ -1,0 +1,53 @@
+//! framelock on another chip: setpoints in by UART0 of an RP2040, and out as a log.
+//!
+//! **This program was compiled. It has never run.**
+//!
+//! embassy-rp's `BufferedUartRx` receives by interrupt and implements `Read` of `embedded-io-async`, so `Reader` takes
+//! it as it is. The driver reports each kind of error, after the bytes received before it. The program passes it on as a
+//! line event.
+#![no_std]
+#![no_main]
+#![allow(
+    clippy::used_underscore_binding,
+    reason = "Embassy's macro uses `_spawner`"
+)]
+
+use defmt::{info, warn};
+use embassy_executor::Spawner;
+use embassy_rp::uart::{BufferedInterruptHandler, BufferedUartRx, Config, Error};
+use embassy_rp::{bind_interrupts, peripherals};
+use framelock::motion::Bin;
+use framelock::{LineEvent, Reader, Receiver};
+use {defmt_rtt as _, panic_probe as _};
+
+bind_interrupts!(struct Interrupts {
+    UART0_IRQ => BufferedInterruptHandler<peripherals::UART0>;
+});
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let p = embassy_rp::init(embassy_rp::config::Config::default());
+    // 115 200 baud, 8N1, on GP1. The driver keeps up to 256 bytes while this program is busy.
+    let mut buffer = [0; 256];
+    let uart = BufferedUartRx::new(p.UART0, Interrupts, p.PIN_1, &mut buffer, Config::default());
+    let mut reader = Reader::<_, _, 64>::new(uart, Receiver::<Bin>::new());
+    loop {
+        match reader.read_async(|setpoint| setpoint).await {
+            // Set servos here.
+            Ok(Some(setpoint)) => info!("{}", setpoint),
+            Ok(None) => return, // The end of the source, which a UART does not have.
+            Err(error) => {
+                let event = match error {
+                    Error::Overrun => LineEvent::Overrun,
+                    Error::Break => LineEvent::Break,
+                    Error::Parity => LineEvent::Parity,
+                    // Framing, and kinds of later versions.
+                    _ => LineEvent::Framing,
+                };
+                // The pending bytes are discarded and counted. The next read goes on.
+                reader.line_mut().line_event(event, |_| ());
+                warn!("{}", event);
+            }
+        }
+    }
+}
