@@ -33,6 +33,9 @@
 //! All three machines have the same functions, those of the trait [`Parser`]. Nothing here panics, whatever it is
 //! given: what could go wrong at run time does not compile (see [`FixedFormat`]).
 //!
+//! Frames of SBUS, iBUS, CRSF, UBX, MAVLink, NMEA and RTCM are in
+//! [`framelock-formats`](https://docs.rs/framelock-formats).
+//!
 //! # The rule
 //!
 //! The receiver keeps *the longest suffix of what it has seen since the last commit that can still become a frame*.
@@ -44,6 +47,7 @@
 //! None is needed. `defmt` and `serde` derive their traits for the types one would log or store;
 //! `embedded-io-v0.7` and `embedded-io-async-v0.7` give a `Reader` from any `Read` of these versions.
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![deny(clippy::arithmetic_side_effects, clippy::panic)]
 // What goes wrong is what a harness would find.
@@ -52,9 +56,10 @@
 #[cfg(test)]
 extern crate std;
 
-/// The README's examples are tests.
+/// The examples of the project's README and of this crate's are tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
+#[doc = include_str!("../README.md")]
 struct Readme;
 
 #[cfg(kani)]

@@ -51,6 +51,7 @@
 //! # Ok::<(), framelock::EncodeError>(())
 //! ```
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![deny(
     clippy::arithmetic_side_effects,
@@ -76,9 +77,10 @@
     )
 )]
 
-/// The Rust of the guide to a frame of one's own is tested.
+/// The Rust of the guide to a frame of one's own, and of the README, is tested.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/own-frame.md")]
+#[doc = include_str!("../README.md")]
 struct OwnFrame;
 
 #[cfg(kani)]
