@@ -20,6 +20,33 @@ use crate::{Line, Parser};
 /// assert_eq!(reader.line().counters().discarded.total(), 5);
 /// # }
 /// ```
+///
+/// Async, in any executor:
+/// ```
+/// # #[cfg(feature = "embedded-io-async-v0.7")] {
+/// use embedded_io_async::Read;
+/// use framelock::motion::{Bin, Setpoint};
+/// use framelock::{LineEvent, Reader, Receiver};
+///
+/// async fn receive(uart: impl Read, mut actuate: impl FnMut(Setpoint)) {
+///     let mut reader = Reader::<_, _, 16>::new(uart, Receiver::<Bin>::new());
+///     loop {
+///         match reader.read_async(|setpoint| setpoint).await {
+///             Ok(Some(setpoint)) => actuate(setpoint),
+///             Ok(None) => return, // The end of the source.
+///             Err(_) => reader.line_mut().line_event(LineEvent::Overrun, |_| ()),
+///         }
+///     }
+/// }
+///
+/// let (uart, mut received) = (&b"noiseAB\0abc\rAB\0xyz\rAB"[..], Vec::new());
+/// let receiving = receive(uart, |setpoint| received.push(setpoint));
+/// // This source never waits, so one poll takes the place of an executor.
+/// # use std::{pin::pin, task::{Context, Waker}};
+/// assert!(pin!(receiving).poll(&mut Context::from_waker(Waker::noop())).is_ready());
+/// assert_eq!(received, [Setpoint::from(*b"abc"), Setpoint::from(*b"xyz")]);
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Reader<R, P, const N: usize = 64> {
     source: R,
