@@ -29,7 +29,7 @@ const HOST: &str = "framelock-host";
 /// The sources are formatted by rustfmt.
 pub(crate) fn format(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    for folder in [".", "firmware", "fuzz"] {
+    for folder in [".", "firmware", "firmware/examples/rp2040", "fuzz"] {
         let _here = sh.push_dir(folder);
         cmd!(sh, "cargo fmt --all --check")
             .run()
@@ -219,27 +219,6 @@ pub(crate) fn minimum(workspace: &Workspace, report: &mut Report) -> Result<()> 
         .run()?;
     }
     report.says = format!("Rust {OLDEST}");
-    Ok(())
-}
-
-/// What others depend on can be published, without a warning: all but the upload is done.
-pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
-    let sh = workspace.shell()?;
-    let cargo = cmd!(
-        sh,
-        "cargo publish --dry-run --allow-dirty --package {CORE} --package {FORMATS}"
-    );
-    let output = cargo.ignore_status().output()?;
-    let said = String::from_utf8_lossy(&output.stderr);
-    eprint!("{said}");
-    let warns = |line: &&str| line.starts_with("warning") && !line.contains("due to dry run");
-    let warning = said.lines().find(warns);
-    ensure!(
-        output.status.success(),
-        "cargo publish ended with {}",
-        output.status
-    );
-    ensure!(warning.is_none(), "{}", warning.unwrap_or_default());
     Ok(())
 }
 

@@ -12,7 +12,7 @@ mod kani;
 mod machine_code;
 mod mutants;
 mod prove;
-
+mod published;
 mod stage_report;
 mod theorems;
 mod verify;

@@ -7,7 +7,7 @@ use clap::builder::PossibleValuesParser;
 
 use crate::stage_report::{Report, TestCount};
 use crate::workspace::Workspace;
-use crate::{browser, bugs, checks, firmware, fuzz, machine_code, mutants, prove};
+use crate::{browser, bugs, checks, firmware, fuzz, machine_code, mutants, prove, published};
 
 /// One check. To add one: write its function, and give it a line in [`STAGES`].
 struct Stage {
@@ -43,6 +43,8 @@ const STAGES: &[Stage] = &[
         checks: "unit and integration tests; corpora replayed; benchmarks run once, untimed" },
     Stage { name: "docs", when: Always, run: checks::docs,
         checks: "the examples in the documentation; it builds without warnings" },
+    Stage { name: "interface", when: Always, run: published::interface,
+        checks: "the public interface of each published package is the one that is committed" },
     Stage { name: "firmware", when: Always, run: firmware::every_build,
         checks: "the firmware builds for the nRF52840 without warnings, with each set of features" },
     Stage { name: "emulated", when: Always, run: firmware::in_the_emulator,
@@ -50,7 +52,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "random", when: Nightly, run: firmware::random_streams,
         checks: "the firmware with many more random streams, and under each assumption about the chip" },
     Stage { name: "examples", when: Nightly, run: firmware::examples,
-        checks: "the examples for Embassy and RTIC, built without warnings, and run in the emulator" },
+        checks: "the examples for Embassy and RTIC, built without warnings, and run in the emulator; the RP2040's, built" },
     Stage { name: "statistics", when: Nightly, run: checks::statistics,
         checks: "the simulator's findings, with all trials" },
     Stage { name: "generated", when: Nightly, run: checks::generated,
@@ -67,8 +69,10 @@ const STAGES: &[Stage] = &[
         checks: "the command line compiles for Windows and macOS" },
     Stage { name: "minimum", when: Nightly, run: checks::minimum,
         checks: "core and formats compile with the oldest Rust that they say they need" },
-    Stage { name: "publish", when: Nightly, run: checks::publish,
-        checks: "core and formats can be published, without a warning" },
+    Stage { name: "semver", when: Nightly, run: published::semver,
+        checks: "the public interface keeps what the one of the commit `semver-baseline` promises" },
+    Stage { name: "publish", when: Nightly, run: published::publish,
+        checks: "each published package can be published, without a warning" },
     Stage { name: "web", when: Nightly, run: browser::stage,
         checks: "the page, tried in a browser" },
     Stage { name: "mutants", when: Nightly, run: mutants::stage,

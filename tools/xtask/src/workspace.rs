@@ -25,6 +25,18 @@ pub(crate) struct Workspace {
     pub(crate) target_directory: PathBuf,
     /// The core's optional features.
     pub(crate) core_features: Vec<String>,
+    /// The packages that others can depend on.
+    pub(crate) published: Vec<Published>,
+    /// The commit whose public interface the next version must be compatible with.
+    pub(crate) semver_baseline: String,
+}
+
+/// A package that does not say `publish = false`.
+pub(crate) struct Published {
+    pub(crate) name: String,
+    pub(crate) folder: PathBuf,
+    #[cfg_attr(not(test), expect(dead_code, reason = "a test reads it"))]
+    pub(crate) readme: Option<PathBuf>,
 }
 
 impl Workspace {
@@ -36,8 +48,19 @@ impl Workspace {
         let metadata = MetadataCommand::new().current_dir(here).no_deps().exec()?;
         let core = metadata.packages.iter().find(|one| one.name == CORE);
         let core = core.context("the workspace has no core")?;
+        let published = metadata.packages.iter().filter(|one| one.publish.is_none());
+        let published = published.map(|one| Published {
+            name: one.name.to_string(),
+            folder: one.manifest_path.with_file_name("").into(),
+            readme: one.readme().map(Into::into),
+        });
+        let baseline = metadata.workspace_metadata["semver-baseline"].as_str();
         Ok(Self {
             core_features: core.features.keys().cloned().collect(),
+            published: published.collect(),
+            semver_baseline: baseline
+                .context("Cargo.toml has no semver-baseline")?
+                .to_owned(),
             root: metadata.workspace_root.into(),
             target_directory: metadata.target_directory.into(),
         })
@@ -124,19 +147,20 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(all)
 }
 
+/// The targets of `[text](target)` and of `[text]: target`, without the part of a page they name.
+#[cfg(test)]
+pub(crate) fn links(text: &str) -> impl Iterator<Item = &str> {
+    let inline = text.split("](").skip(1);
+    let inline = inline.filter_map(|rest| rest.split([')', ' ', '\n']).next());
+    let named = text.lines().filter_map(|line| line.strip_prefix('['));
+    let named = named.filter_map(|line| line.split_once("]: ")?.1.split(' ').next());
+    let all = inline.chain(named);
+    all.filter_map(|link| link.split('#').next())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The targets of `[text](target)` and of `[text]: target`, without the part of a page they name.
-    fn links(text: &str) -> impl Iterator<Item = &str> {
-        let inline = text.split("](").skip(1);
-        let inline = inline.filter_map(|rest| rest.split([')', ' ', '\n']).next());
-        let named = text.lines().filter_map(|line| line.strip_prefix('['));
-        let named = named.filter_map(|line| line.split_once("]: ")?.1.split(' ').next());
-        let all = inline.chain(named);
-        all.filter_map(|link| link.split('#').next())
-    }
 
     #[test]
     fn every_relative_link_leads_to_a_file() {
