@@ -38,7 +38,10 @@ pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()
     for package in &workspace.published {
         let json = folder.join(format!("doc/{}.json", package.name.replace('-', "_")));
         let value: serde_json::Value = serde_json::from_str(&fs::read_to_string(&json)?)?;
-        let format = value["format_version"].as_u64().unwrap_or(0);
+        let format = value
+            .get("format_version")
+            .and_then(serde_json::Value::as_u64);
+        let format = format.unwrap_or(0);
         ensure!(
             format == FORMAT,
             "{compiler} writes rustdoc's JSON in format {format}, and this check reads format {FORMAT}. Run \
@@ -47,17 +50,17 @@ pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()
         let builder = Builder::from_rustdoc_json(json).omit_blanket_impls(true);
         let interface = builder.omit_auto_trait_impls(true).build()?;
         items += interface.items().count();
-        let committed = package.folder.join(INTERFACE);
+        let committed = package.manifest_path.with_file_name(INTERFACE);
         let overwrites = std::env::var("SNAPSHOTS").is_ok_and(|value| value == "overwrite");
         let new = if overwrites {
-            committed.clone()
+            committed.clone().into()
         } else {
-            folder.join(&package.name)
+            folder.join(package.name.as_str())
         };
         fs::write(&new, interface.to_string())?;
         let diff = cmd!(sh, "git diff --no-index --unified=0 {committed} {new}");
         if diff.run().is_err() {
-            changed.push(committed.display().to_string());
+            changed.push(committed.into_string());
         }
     }
     report.says = format!("{items} items, by {compiler}");
@@ -123,7 +126,9 @@ pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
 /// The options of cargo that name the packages.
 fn names(workspace: &Workspace) -> Vec<&str> {
     let published = workspace.published.iter();
-    published.flat_map(|one| ["--package", &one.name]).collect()
+    published
+        .flat_map(|one| ["--package", one.name.as_str()])
+        .collect()
 }
 
 #[cfg(test)]
@@ -132,15 +137,16 @@ mod tests {
     use crate::workspace::{files, links};
 
     /// crates.io and docs.rs show these texts where there is no repository around them. A link between items has
-    /// neither a slash nor a file's extension.
+    /// neither a slash nor a dot.
     #[test]
     fn published_texts_have_no_relative_links() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let mut relative = Vec::new();
         for package in &workspace.published {
-            let readme = package.readme.clone();
-            let mut texts = vec![readme.expect("a published package has a README")];
-            texts.extend(files(&package.folder.join("src")).expect("readable folders"));
+            let readme = package.readme();
+            let mut texts = vec![readme.expect("a published package has a README").into()];
+            let sources = package.manifest_path.with_file_name("src");
+            texts.extend(files(sources.as_std_path()).expect("readable folders"));
             for file in texts {
                 let text = fs::read_to_string(&file).expect("text");
                 let is_page = file.extension().is_some_and(|extension| extension == "md");
@@ -148,7 +154,7 @@ mod tests {
                 let text: Vec<&str> = text.lines().map(str::trim_start).filter(is_text).collect();
                 let text = text.join("\n").replace("//! ", "").replace("/// ", "");
                 let found = links(&text).filter(|link| !link.contains("://"));
-                let found = found.filter(|link| link.contains('/') || link.ends_with(".md"));
+                let found = found.filter(|link| link.contains(['/', '.']));
                 relative.extend(found.map(|link| format!("{}: {link}", file.display())));
             }
         }

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::{env, fs};
 
 use anyhow::{Context as _, Result, ensure};
-use cargo_metadata::MetadataCommand;
+use cargo_metadata::{MetadataCommand, Package};
 use xshell::Shell;
 
 use crate::browser;
@@ -25,18 +25,10 @@ pub(crate) struct Workspace {
     pub(crate) target_directory: PathBuf,
     /// The core's optional features.
     pub(crate) core_features: Vec<String>,
-    /// The packages that others can depend on.
-    pub(crate) published: Vec<Published>,
+    /// The packages that do not say `publish = false`.
+    pub(crate) published: Vec<Package>,
     /// The commit whose public interface the next version must be compatible with.
     pub(crate) semver_baseline: String,
-}
-
-/// A package that does not say `publish = false`.
-pub(crate) struct Published {
-    pub(crate) name: String,
-    pub(crate) folder: PathBuf,
-    #[cfg_attr(not(test), expect(dead_code, reason = "a test reads it"))]
-    pub(crate) readme: Option<PathBuf>,
 }
 
 impl Workspace {
@@ -48,17 +40,15 @@ impl Workspace {
         let metadata = MetadataCommand::new().current_dir(here).no_deps().exec()?;
         let core = metadata.packages.iter().find(|one| one.name == CORE);
         let core = core.context("the workspace has no core")?;
-        let published = metadata.packages.iter().filter(|one| one.publish.is_none());
-        let published = published.map(|one| Published {
-            name: one.name.to_string(),
-            folder: one.manifest_path.with_file_name("").into(),
-            readme: one.readme().map(Into::into),
-        });
-        let baseline = metadata.workspace_metadata["semver-baseline"].as_str();
+        let baseline = metadata.workspace_metadata.get("semver-baseline");
+        let core_features = core.features.keys().cloned().collect();
+        let mut published = metadata.packages;
+        published.retain(|package| package.publish.is_none());
         Ok(Self {
-            core_features: core.features.keys().cloned().collect(),
-            published: published.collect(),
+            core_features,
+            published,
             semver_baseline: baseline
+                .and_then(serde_json::Value::as_str)
                 .context("Cargo.toml has no semver-baseline")?
                 .to_owned(),
             root: metadata.workspace_root.into(),
