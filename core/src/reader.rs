@@ -31,7 +31,7 @@ use crate::{Line, Parser};
 /// async fn receive(uart: impl Read, mut actuate: impl FnMut(Setpoint)) {
 ///     let mut reader = Reader::<_, _, 16>::new(uart, Receiver::<Bin>::new());
 ///     loop {
-///         match reader.read_async(|setpoint| setpoint).await {
+///         match reader.next_message_async().await {
 ///             Ok(Some(setpoint)) => actuate(setpoint),
 ///             Ok(None) => return, // The end of the source.
 ///             Err(_) => reader.line_mut().line_event(LineEvent::Overrun, |_| ()),

@@ -32,7 +32,7 @@ async fn main(_spawner: Spawner) {
     let uart = BufferedUartRx::new(p.UART0, Interrupts, p.PIN_1, &mut buffer, Config::default());
     let mut reader = Reader::<_, _, 64>::new(uart, Receiver::<Bin>::new());
     loop {
-        match reader.read_async(|setpoint| setpoint).await {
+        match reader.next_message_async().await {
             // Set servos here.
             Ok(Some(setpoint)) => info!("{}", setpoint),
             Ok(None) => return, // The end of the source, which a UART does not have.
