@@ -33,7 +33,7 @@
 //! All three machines have the same functions, those of the trait [`Parser`]. Nothing here panics, whatever it is
 //! given: what could go wrong at run time does not compile (see [`FixedFormat`]).
 //!
-//! Frames of SBUS, iBUS, CRSF, UBX, MAVLink, NMEA and RTCM are in
+//! Frames of SBUS, iBUS, CRSF, UBX, `MAVLink`, NMEA and RTCM are in
 //! [`framelock-formats`](https://docs.rs/framelock-formats).
 //!
 //! # The rule
