@@ -208,7 +208,7 @@ typedef struct framelock_appendix {
   size_t at;
   // They are if any of these bits is set.
   uint8_t mask;
-  // How many.
+  // How many. 0: none are.
   size_t bytes;
 } framelock_appendix;
 
@@ -352,8 +352,6 @@ typedef uint8_t framelock_phase;
 // Every axis is at park.
 #define FRAMELOCK_PARKED 5
 
-
-
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -445,7 +443,7 @@ bool framelock_seal(const struct framelock_layout *layout,
 // are 0. `made` is room for as many layouts, which the receiver uses from now on.
 //
 // The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has
-// a pointer or a constant that cannot be, it returns false, and the receiver is not initialised.
+// a pointer or a constant that cannot be, or contradicts itself, it returns false, and the receiver is not initialised.
 bool framelock_layout_receiver_init(struct framelock_layout_receiver *receiver,
                                     const struct framelock_layout *layouts,
                                     struct framelock_made_layout *made,

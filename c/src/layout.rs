@@ -4,12 +4,13 @@ use core::borrow::Borrow;
 use core::mem::MaybeUninit;
 
 use framelock_formats::layout::{
-    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message,
-    Messages, Number, Patterns, Table, Written,
+    Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, KnownMessage, Layout, Length,
+    LengthField, Messages, Number, Patterns, Trailer,
 };
+use framelock_formats::motion::BIN;
 
 use crate::layout::framelock_shipped_layout as Shipped;
-use crate::memory::{Memory, values, values_mut};
+use crate::memory::{Memory, as_rust, values, values_mut};
 
 /// What a frame looks like. What you leave out is 0, and means that there is none.
 ///
@@ -25,7 +26,7 @@ pub struct framelock_layout {
     /// Bytes in the longest frame. It bounds memory, and how late a frame may come behind a false beginning.
     pub longest: usize,
     /// Bits that are the same in each frame, besides sync and terminator.
-    pub fixed: *const FixedBits,
+    pub fixed: *const framelock_fixed_bits,
     /// How many there are at `fixed`.
     pub fixed_count: usize,
     /// Which messages there are, if a frame of another is none.
@@ -35,7 +36,7 @@ pub struct framelock_layout {
     /// What a frame ends with.
     pub terminator: framelock_patterns,
     /// What is behind some frames.
-    pub appendix: Appendix,
+    pub appendix: framelock_appendix,
     /// NULL in yours. In the library's own layouts the rest of them: there, `longest` alone is yours to change.
     pub shipped: Option<&'static framelock_shipped_layout>,
 }
@@ -102,9 +103,44 @@ pub struct framelock_messages {
     /// The number.
     pub number: framelock_number,
     /// What there is, by rising numbers: what is out of order may not be found.
-    pub known: *const Message,
+    pub known: *const framelock_message,
     /// How many there are at `known`. 0: frames of any message.
     pub count: usize,
+}
+
+/// Bits of one byte that are the same in each frame.
+#[repr(C)]
+pub struct framelock_fixed_bits {
+    /// The byte's place. In the header it is looked at before the rest of the frame is there.
+    pub at: i16,
+    /// Which of its bits.
+    pub mask: u8,
+    /// What they are.
+    pub value: u8,
+}
+
+/// A message.
+#[repr(C)]
+pub struct framelock_message {
+    /// Its number.
+    pub number: u32,
+    /// The most that the length field says, without what its mask leaves out.
+    pub most: u16,
+    /// A byte that the checksum covers at the end, though it is not sent: MAVLink's `CRC_EXTRA`.
+    pub extra: u8,
+    /// Whether it does.
+    pub has_extra: bool,
+}
+
+/// Bytes behind some frames, which neither the length nor the checksum counts: MAVLink's signature.
+#[repr(C)]
+pub struct framelock_appendix {
+    /// The place of the byte, counted from the front, that says whether they are there.
+    pub at: usize,
+    /// They are if any of these bits is set.
+    pub mask: u8,
+    /// How many. 0: none are.
+    pub bytes: usize,
 }
 
 /// How a checksum is computed.
@@ -193,37 +229,37 @@ impl Memory for framelock_made_layout {
 
 impl Borrow<Layout<'static>> for framelock_made_layout {
     fn borrow(&self) -> &Layout<'static> {
-        self.value().unwrap_or(&Layout::NONE)
+        // A receiver has no layouts but those that were made.
+        self.value().unwrap_or(&BIN)
     }
 }
 
 impl framelock_layout {
-    /// As Rust writes it; nothing if it has a pointer or a constant that cannot be.
+    /// As Rust writes it; nothing if it has a pointer or a constant that cannot be, or contradicts itself.
     #[inline(never)]
     pub(crate) fn layout(&self) -> Option<Layout<'static>> {
         if let Some(Shipped(shipped)) = self.shipped {
-            let longest = self.longest;
-            return Some(Layout {
-                longest,
-                ..*shipped
-            });
+            return shipped.to_builder().longest(self.longest).build().ok();
         }
-        let known = values(self.messages.known, self.messages.count)?;
-        let number = self.messages.number.number();
-        Some(Layout {
-            sync: self.sync.patterns()?,
-            length: self.length.length()?,
-            shortest: self.shortest,
-            longest: self.longest,
-            fixed: values(self.fixed, self.fixed_count)?,
-            messages: (!known.is_empty()).then_some(Messages { number, known }),
-            checksum: match self.checksum.algorithm {
-                FRAMELOCK_NO_CHECKSUM => None,
-                _ => Some(self.checksum.checksum()?),
-            },
-            terminator: self.terminator.patterns()?,
-            appendix: Some(self.appendix),
-        })
+        let known = as_rust(values(self.messages.known, self.messages.count)?);
+        let mut builder = Layout::builder()
+            .sync(self.sync.patterns()?)
+            .length(self.length.length()?)
+            .shortest(self.shortest)
+            .longest(self.longest)
+            .fixed(as_rust(values(self.fixed, self.fixed_count)?))
+            .terminator(self.terminator.patterns()?);
+        if !known.is_empty() {
+            builder = builder.messages(Messages::new(self.messages.number.number(), known));
+        }
+        if self.checksum.algorithm != FRAMELOCK_NO_CHECKSUM {
+            builder = builder.checksum(self.checksum.checksum()?);
+        }
+        let framelock_appendix { at, mask, bytes } = self.appendix;
+        if bytes > 0 {
+            builder = builder.trailer(Trailer::new(at, mask, bytes));
+        }
+        builder.build().ok()
     }
 }
 
@@ -231,7 +267,11 @@ impl framelock_patterns {
     fn patterns(&self) -> Option<Patterns<'static>> {
         let length = self.length;
         let bytes = values(self.bytes, self.count.checked_mul(length)?)?;
-        Some(Patterns { bytes, length })
+        Some(if bytes.is_empty() {
+            Patterns::NONE
+        } else {
+            Patterns::any_of(bytes, length)
+        })
     }
 }
 
@@ -239,12 +279,11 @@ impl framelock_length {
     fn length(&self) -> Option<Length> {
         Some(match self.kind {
             FRAMELOCK_FIXED_LENGTH => Length::Fixed,
-            FRAMELOCK_LENGTH_FIELD => Length::Field(LengthField {
-                number: self.number.number(),
-                mask: if self.mask == 0 { u32::MAX } else { self.mask },
-                factor: self.factor.max(1),
-                plus: self.plus,
-            }),
+            FRAMELOCK_LENGTH_FIELD => {
+                let mask = if self.mask == 0 { u32::MAX } else { self.mask };
+                let field = LengthField::new(self.number.number()).mask(mask);
+                Length::Field(field.factor(self.factor.max(1)).plus(self.plus))
+            }
             FRAMELOCK_DELIMITER => Length::Delimiter,
             _ => return None,
         })
@@ -258,47 +297,48 @@ impl framelock_number {
         } else {
             ByteOrder::Little
         };
-        let (at, bytes) = (self.at, self.bytes.into());
-        Number { at, bytes, order }
+        Number::new(self.at, self.bytes.into(), order)
     }
 }
 
 impl framelock_checksum {
     fn checksum(&self) -> Option<Checksum<'static>> {
-        Some(Checksum {
-            algorithm: match self.algorithm {
-                FRAMELOCK_CRC => Algorithm::Crc(self.crc.crc()),
-                FRAMELOCK_SUM => Algorithm::Sum,
-                FRAMELOCK_INVERTED_SUM => Algorithm::InvertedSum,
-                FRAMELOCK_NEGATED_SUM => Algorithm::NegatedSum,
-                FRAMELOCK_XOR => Algorithm::Xor,
-                FRAMELOCK_FLETCHER => Algorithm::Fletcher,
-                _ => return None,
-            },
-            written: match self.written {
-                FRAMELOCK_LITTLE_ENDIAN => Written::Little,
-                FRAMELOCK_BIG_ENDIAN => Written::Big,
-                FRAMELOCK_HEX => Written::Hex,
-                _ => return None,
-            },
-            bytes: self.bytes.into(),
-            at: self.at,
-            from: self.from,
-            to: self.to,
-        })
+        let algorithm = match self.algorithm {
+            FRAMELOCK_CRC => Algorithm::Crc(self.crc.crc()),
+            FRAMELOCK_SUM => Algorithm::Sum,
+            FRAMELOCK_INVERTED_SUM => Algorithm::InvertedSum,
+            FRAMELOCK_NEGATED_SUM => Algorithm::NegatedSum,
+            FRAMELOCK_XOR => Algorithm::Xor,
+            FRAMELOCK_FLETCHER => Algorithm::Fletcher,
+            _ => return None,
+        };
+        let encoding = match self.written {
+            FRAMELOCK_LITTLE_ENDIAN => Encoding::Little,
+            FRAMELOCK_BIG_ENDIAN => Encoding::Big,
+            FRAMELOCK_HEX => Encoding::Hex,
+            _ => return None,
+        };
+        Some(
+            Checksum::at_the_end(self.bytes.into())
+                .algorithm(algorithm)
+                .encoding(encoding)
+                .at(self.at)
+                .from(self.from)
+                .to(self.to),
+        )
     }
 }
 
 impl framelock_crc {
     fn crc(&self) -> Crc<'static> {
-        Crc {
-            width: self.width.into(),
-            polynomial: self.polynomial,
-            initial: self.initial,
-            reflected_in: self.reflected_in,
-            reflected_out: self.reflected_out,
-            xor_out: self.xor_out,
-            table: Table::None,
-        }
+        Crc::new(self.width.into(), self.polynomial)
+            .initial(self.initial)
+            .reflected_in(self.reflected_in)
+            .reflected_out(self.reflected_out)
+            .xor_out(self.xor_out)
     }
 }
+
+crate::memory::same!(framelock_fixed_bits as FixedBits: at = at, mask = mask, value = value);
+crate::memory::same!(framelock_message as KnownMessage:
+    number = number, most = longest_payload, extra = extra, has_extra = has_extra);

@@ -35,7 +35,7 @@ pub struct framelock_frame {
 /// are 0. `made` is room for as many layouts, which the receiver uses from now on.
 ///
 /// The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has
-/// a pointer or a constant that cannot be, it returns false, and the receiver is not initialised.
+/// a pointer or a constant that cannot be, or contradicts itself, it returns false, and the receiver is not initialised.
 #[unsafe(no_mangle)]
 pub extern "C" fn framelock_layout_receiver_init(
     receiver: Option<&mut framelock_layout_receiver>,

@@ -79,3 +79,38 @@ pub(crate) fn values_mut<T>(first: *mut T, count: usize) -> Option<&'static mut 
     // receiver uses them.
     (!first.is_null()).then(|| unsafe { slice::from_raw_parts_mut(first, count) })
 }
+
+/// A struct of the header that is, byte for byte, a struct of Rust.
+///
+/// # Safety
+/// Both have the same fields at the same places: [`same`] compares them.
+pub(crate) unsafe trait Same {
+    type Rust: 'static;
+}
+
+/// The same values for Rust.
+pub(crate) fn as_rust<T: Same>(values: &'static [T]) -> &'static [T::Rust] {
+    // SAFETY: the types are the same: `Same`.
+    unsafe { slice::from_raw_parts(values.as_ptr().cast(), values.len()) }
+}
+
+/// Compares the sizes, alignments and fields of a struct of the header and one of Rust when it is compiled.
+macro_rules! same {
+    ($c:ident as $rust:ident: $($field:ident = $of_rust:ident),*) => {
+        // SAFETY: what follows does not compile otherwise. The fields have the same types: `same_types` is compiled.
+        unsafe impl $crate::memory::Same for $c {
+            type Rust = $rust;
+        }
+
+        const _: () = {
+            use core::mem::offset_of;
+            const fn same_types(c: &mut $c, rust: &$rust) {
+                $(c.$field = rust.$of_rust;)*
+            }
+            let _ = same_types;
+            assert!(size_of::<$c>() == size_of::<$rust>() && align_of::<$c>() == align_of::<$rust>());
+            $(assert!(offset_of!($c, $field) == offset_of!($rust, $of_rust));)*
+        };
+    };
+}
+pub(crate) use same;

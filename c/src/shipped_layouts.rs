@@ -56,7 +56,7 @@ pub static framelock_mavlink2_ardupilotmega_layout: framelock_layout =
 
 const fn shipped(layout: &'static Shipped) -> framelock_layout {
     framelock_layout {
-        longest: layout.0.longest,
+        longest: layout.0.longest(),
         shipped: Some(layout),
         ..framelock_layout::NONE
     }

@@ -130,7 +130,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
     // What is compared also happens; without sync and checksum each terminator ends a frame.
     let layout = description.kinds[0].layout;
-    let takes_all = layout.sync.length == 0 && layout.checksum.is_none();
+    let takes_all = layout.sync().length == 0 && layout.checksum().is_none();
     assert!(
         frames > 5 && (takes_all || discarded > 5),
         "{name}: {frames} {discarded}"

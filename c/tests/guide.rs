@@ -91,41 +91,28 @@ fn driven(stream: &[u8]) -> String {
 }
 
 /// The page's motor, from its captured bytes and `docs/own-frame.md`.
-const MOTOR: Layout = Layout {
-    sync: Patterns::one(&[0xAA, 0x55]),
-    length: Length::Field(LengthField {
-        plus: 5,
-        ..LengthField::byte(2)
-    }),
-    shortest: 6,
-    longest: 21,
-    checksum: Some(Checksum {
-        algorithm: Algorithm::Crc(Crc {
-            width: 16,
-            polynomial: 0x8005,
-            initial: 0xFFFF,
-            reflected_in: true,
-            reflected_out: true,
-            ..Crc::ZERO
-        }),
-        from: 2,
-        ..Checksum::at_the_end(2)
-    }),
-    ..Layout::NONE
-};
+const MOTOR: Layout = Layout::builder()
+    .sync(Patterns::one(&[0xAA, 0x55]))
+    .length(Length::Field(LengthField::byte(2).plus(5)))
+    .shortest(6)
+    .longest(21)
+    .checksum(
+        Checksum::at_the_end(2)
+            .algorithm(Algorithm::Crc(
+                Crc::new(16, 0x8005).initial(0xFFFF).reflected(),
+            ))
+            .from(2),
+    )
+    .build_const();
 
 /// Frames of a layout that are given as they are.
 #[derive(Clone, Copy)]
 struct Any(&'static Layout<'static>);
 
 impl Format for Any {
-    classify_by!(
-        Layout {
-            longest: 64,
-            ..Layout::NONE
-        },
-        |format| format.0
-    );
+    classify_by!(MOTOR.to_builder().longest(64).build_const(), |format| {
+        format.0
+    });
     type Message<'a> = &'a [u8];
 
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
@@ -149,7 +136,7 @@ fn steps(
         let length = if is_usual {
             length
         } else {
-            layout.shortest + 3
+            layout.shortest() + 3
         };
         let mut frame: Vec<u8> = (0..length).map(|_| random.random()).collect();
         frame[at] = byte;

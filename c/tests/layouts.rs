@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use framelock::{BufferedReceiver, Line};
 use framelock_formats::layout::{
-    Algorithm, Checksum, Layout, Length, LengthField, Message, Number, Patterns,
+    Algorithm, Checksum, KnownMessage, Layout, Length, LengthField, Number, Patterns,
 };
 use framelock_formats::{
     AnyOf, crsf, ibus,
@@ -20,53 +20,38 @@ use crate::receiving::EVENTS;
 use crate::steps::Program;
 
 const GNSS: &[Layout] = &[
-    Layout {
-        longest: 100,
-        ..ubx::LAYOUT
-    },
+    ubx::LAYOUT.to_builder().longest(100).build_const(),
     nmea::LAYOUT,
     rtcm::LAYOUT,
 ];
 
-const MESSAGES: &[Message] = &[
-    Message::with_extra(0, 50, 9),
-    Message::with_extra(30, 39, 28),
-    Message::with_extra(253, 83, 54),
+const MESSAGES: &[KnownMessage] = &[
+    KnownMessage::with_extra(0, 50, 9),
+    KnownMessage::with_extra(30, 39, 28),
+    KnownMessage::with_extra(253, 83, 54),
 ];
 
 /// As in `layouts.c`: what no protocol has.
 const ODD: &[Layout] = &[
-    Layout {
-        sync: Patterns {
-            bytes: b"<1<2",
-            length: 2,
-        },
-        length: Length::Field(LengthField {
-            number: Number::byte(2),
-            mask: 7,
-            factor: 2,
-            plus: 6,
-        }),
-        shortest: 8,
-        longest: 18,
-        checksum: Some(Checksum {
-            at: -3,
-            to: -4,
-            ..Checksum::at_the_end(2)
-        }),
-        terminator: Patterns::one(b">"),
-        ..Layout::NONE
-    },
-    Layout {
-        sync: Patterns::one(b"<<"),
-        longest: 6,
-        checksum: Some(Checksum {
-            algorithm: Algorithm::NegatedSum,
-            from: 2,
-            ..Checksum::at_the_end(1)
-        }),
-        ..Layout::NONE
-    },
+    Layout::builder()
+        .sync(Patterns::any_of(b"<1<2", 2))
+        .length(Length::Field(
+            LengthField::new(Number::byte(2)).mask(7).factor(2).plus(6),
+        ))
+        .shortest(8)
+        .longest(18)
+        .checksum(Checksum::at_the_end(2).at(-3).to(-4))
+        .terminator(Patterns::one(b">"))
+        .build_const(),
+    Layout::builder()
+        .sync(Patterns::one(b"<<"))
+        .longest(6)
+        .checksum(
+            Checksum::at_the_end(1)
+                .algorithm(Algorithm::NegatedSum)
+                .from(2),
+        )
+        .build_const(),
 ];
 
 /// The lines of `layouts.c`, in its order.
@@ -177,23 +162,24 @@ fn steps(number: usize, frames: usize) -> Vec<u8> {
 /// A frame of that layout, of not too many bytes.
 fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Vec<u8> {
     loop {
-        let length = random.random_range(layout.shortest..=layout.longest.min(90));
-        let is_text = layout.length == Length::Delimiter;
+        let length = random.random_range(layout.shortest()..=layout.longest().min(90));
+        let sync = layout.sync().bytes;
+        let is_text = layout.length() == Length::Delimiter;
         // Bytes that look like parts of a frame, or any.
         let byte = |random: &mut ChaCha8Rng| match random.random_range(0..8) {
-            0 => layout.sync.bytes[random.random_range(0..layout.sync.bytes.len())],
+            0 => sync[random.random_range(0..sync.len())],
             _ if is_text => random.random_range(b' '..b'~'),
             _ => random.random(),
         };
         let mut frame: Vec<u8> = (0..length).map(|_| byte(random)).collect();
-        if let Some(messages) = layout.messages {
+        if let Some(messages) = layout.messages() {
             let known = messages.known[random.random_range(0..messages.known.len())];
             let place = &mut frame[messages.number.at..messages.number.end()];
             place.copy_from_slice(&known.number.to_le_bytes()[..place.len()]);
         }
-        if let Some(appendix) = layout.appendix {
-            frame[appendix.at] = random.random_range(0..2);
-            frame.resize(length + usize::from(frame[appendix.at]) * appendix.bytes, 7);
+        if let Some(trailer) = layout.trailer() {
+            frame[trailer.at] = random.random_range(0..2);
+            frame.resize(length + usize::from(frame[trailer.at]) * trailer.bytes, 7);
         }
         if layout.seal(&mut frame) {
             return frame;

@@ -16,8 +16,8 @@ use crate::layout::Layout;
 /// use framelock_formats::AnyOf;
 /// use framelock_formats::layout::{Layout, Patterns};
 ///
-/// const DOLLAR: Layout = Layout { sync: Patterns::one(b"$"), longest: 3, ..Layout::NONE };
-/// const HASH: Layout = Layout { sync: Patterns::one(b"#"), longest: 2, ..Layout::NONE };
+/// const DOLLAR: Layout = Layout::builder().sync(Patterns::one(b"$")).longest(3).build_const();
+/// const HASH: Layout = Layout::builder().sync(Patterns::one(b"#")).longest(2).build_const();
 ///
 /// let mut receiver = BufferedReceiver::with_buffer(AnyOf(&[DOLLAR, HASH]), [0; 6]).expect("it holds the longest");
 /// let mut found = Vec::new();
@@ -61,7 +61,9 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
 
     #[inline]
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        first(self.0, seen, |it, seen| it.borrow().told(bytes, seen))
+        first(self.0, seen, |it, seen| {
+            it.borrow().try_classify(bytes, seen)
+        })
     }
 
     #[inline]
@@ -75,18 +77,18 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
             return (0, frame);
         }
         // More bytes may have come before an earlier one rejected it, so that one may be incomplete here.
-        let is_known = |it: &L| it.borrow().head(frame).is_ok();
+        let is_known = |it: &L| it.borrow().parse(frame).is_ok();
         let kind = self.0.iter().position(is_known);
         (kind.unwrap_or_default(), frame)
     }
 }
 
-/// What the first says that has such a header, or may have it yet; each is [`Layout::told`].
+/// What the first says that has such a header, or may have it yet; each is [`Layout::try_classify`].
 #[inline(always)]
 pub(crate) fn first<L>(
     all: &[L],
     seen: usize,
-    told: impl Fn(&L, usize) -> Result<Classification, Classification>,
+    classify: impl Fn(&L, usize) -> Result<Classification, Classification>,
 ) -> Classification {
     let mut furthest = DiscardReason::NoSync;
     for one in all {
@@ -96,7 +98,7 @@ pub(crate) fn first<L>(
         } else {
             0
         };
-        match told(one, seen) {
+        match classify(one, seen) {
             Err(Classification::Rejected(why)) => {
                 if further_on(why) > further_on(furthest) {
                     furthest = why;

@@ -1,6 +1,6 @@
 //! Checksums: whether a frame's is right, and what it would have to be.
 
-use crate::layout::{Algorithm, Checksum, Written, index};
+use crate::layout::{Algorithm, Checksum, Encoding, index};
 
 impl Checksum<'_> {
     /// Whether a frame has the right one. `extra` is covered behind the frame's own bytes.
@@ -17,10 +17,10 @@ impl Checksum<'_> {
             let digit = char::from(*digit).to_digit(16)?;
             Some(number << 4 | digit)
         };
-        let stored = match self.written {
-            Written::Little => Some(stored.iter().rev().fold(0, number)),
-            Written::Big => Some(stored.iter().fold(0, number)),
-            Written::Hex => stored.iter().try_fold(0, digits),
+        let stored = match self.encoding {
+            Encoding::Little => Some(stored.iter().rev().fold(0, number)),
+            Encoding::Big => Some(stored.iter().fold(0, number)),
+            Encoding::Hex => stored.iter().try_fold(0, digits),
         };
         stored == Some(sum & u32::MAX >> unused)
     }
@@ -36,10 +36,10 @@ impl Checksum<'_> {
             return false;
         };
         let lowest_first = sum.to_le_bytes().into_iter().take(self.bytes);
-        match self.written {
-            Written::Little => fill(stored, lowest_first),
-            Written::Big => fill(stored, lowest_first.rev()),
-            Written::Hex => fill(stored, lowest_first.rev().flat_map(digits)),
+        match self.encoding {
+            Encoding::Little => fill(stored, lowest_first),
+            Encoding::Big => fill(stored, lowest_first.rev()),
+            Encoding::Hex => fill(stored, lowest_first.rev().flat_map(digits)),
         }
         true
     }
@@ -56,13 +56,9 @@ impl Checksum<'_> {
     #[inline(always)]
     fn place(&self, length: usize) -> Option<core::ops::Range<usize>> {
         let at = index(self.at, length)?;
-        let bytes = match self.written {
-            Written::Hex => self.bytes.wrapping_mul(2),
-            Written::Little | Written::Big => self.bytes,
-        };
         (1..=4)
             .contains(&self.bytes)
-            .then(|| at..at.wrapping_add(bytes))
+            .then(|| at..at.wrapping_add(self.encoded_bytes()))
     }
 }
 

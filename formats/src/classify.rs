@@ -10,17 +10,17 @@
 use framelock::{Classification, DiscardReason};
 
 use crate::layout::{
-    Appendix, ByteOrder, FixedBits, Layout, Length, Message, Messages, Number, Patterns, index,
+    ByteOrder, FixedBits, KnownMessage, Layout, Length, Messages, Number, Patterns, Trailer, index,
 };
 
-/// What a right header says of its frame.
+/// A parsed header.
 #[derive(Clone, Copy)]
-pub(crate) struct Known {
-    /// Bytes in it; none if its end is to be looked for.
+pub(crate) struct Header {
+    /// The number of bytes in the frame, including its trailer; `None` if a delimiter ends the frame.
     pub(crate) length: Option<usize>,
-    /// Bytes appended to it, which are counted in its length.
-    pub(crate) appended: usize,
-    /// The byte that the checksum covers besides.
+    /// The number of bytes in the trailer.
+    pub(crate) trailer: usize,
+    /// The byte that the checksum covers although it is not sent.
     pub(crate) extra: Option<u8>,
 }
 
@@ -36,16 +36,20 @@ impl Layout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.told(bytes, seen)
+        self.try_classify(bytes, seen)
             .unwrap_or_else(|classification| classification)
     }
 
-    /// The same, as an error if the header says so.
+    /// Classifies as [`classify_after`](Self::classify_after) does; a classification by the header alone is an error.
     #[inline(always)]
-    pub(crate) fn told(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {
-        let known = self.head(bytes)?;
-        Ok(match self.frame_of(&known, bytes, seen) {
-            Ok(frame) => match self.mismatch(&known, frame) {
+    pub(crate) fn try_classify(
+        &self,
+        bytes: &[u8],
+        seen: usize,
+    ) -> Result<Classification, Classification> {
+        let header = self.parse(bytes)?;
+        Ok(match self.frame_of(&header, bytes, seen) {
+            Ok(frame) => match self.mismatch(&header, frame) {
                 Some(why) => Classification::Rejected(why),
                 None => Classification::Frame(frame.len()),
             },
@@ -64,16 +68,16 @@ impl Layout<'_> {
         length == 0 || is(0) || bytes.len() > length && is_other()
     }
 
-    /// What the bytes up to the end of the header say, or why they are none.
+    /// Parses the header that the bytes begin with.
     #[inline(always)]
-    pub(crate) fn head(&self, bytes: &[u8]) -> Result<Known, Classification> {
-        self.known(self.header_of(bytes)?)
+    pub(crate) fn parse(&self, bytes: &[u8]) -> Result<Header, Classification> {
+        self.parse_header(self.header_bytes(bytes)?)
             .map_err(Classification::Rejected)
     }
 
-    /// The header, if it is there and behind the right sync.
+    /// Returns the bytes of the header, if it is complete and begins with a sync.
     #[inline(always)]
-    pub(crate) fn header_of<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], Classification> {
+    pub(crate) fn header_bytes<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], Classification> {
         let header = self.header();
         if header > self.longest {
             return Err(Classification::Rejected(DiscardReason::NoSync));
@@ -92,26 +96,9 @@ impl Layout<'_> {
             .ok_or(Classification::Incomplete { at_least })
     }
 
-    /// Bytes that must be there before the length is known: one at least.
+    /// Parses a complete header.
     #[inline(always)]
-    #[must_use]
-    pub fn header(&self) -> usize {
-        let mut header = self.sync.length.max(1);
-        if let Length::Field(field) = &self.length {
-            header = header.max(field.number.end());
-        }
-        if let Some(messages) = &self.messages {
-            header = header.max(messages.number.end());
-        }
-        if let Some(appendix) = &self.appendix {
-            header = header.max(appendix.at.saturating_add(1));
-        }
-        header
-    }
-
-    /// What a header says, if it is one.
-    #[inline(always)]
-    pub(crate) fn known(&self, head: &[u8]) -> Result<Known, DiscardReason> {
+    pub(crate) fn parse_header(&self, head: &[u8]) -> Result<Header, DiscardReason> {
         let in_head = |at: &i16| usize::try_from(*at).is_ok_and(|at| at < head.len());
         let mut fixed = self.fixed.iter();
         if !fixed.all(|bits| !in_head(&bits.at) || bits.are_right(head)) {
@@ -126,21 +113,19 @@ impl Layout<'_> {
             None => None,
         };
         let extra = message.and_then(|message| message.has_extra.then_some(message.extra));
-        let appended = self
-            .appendix
-            .map_or(0, |appendix| appendix.appended_to(head));
+        let trailer = self.trailer.map_or(0, |trailer| trailer.bytes_after(head));
         let frame = match &self.length {
             Length::Delimiter => {
-                return Ok(Known {
+                return Ok(Header {
                     length: None,
-                    appended: 0,
+                    trailer: 0,
                     extra,
                 });
             }
             Length::Fixed => self.longest,
             Length::Field(field) => {
                 let number = field.number.read(head) & field.mask;
-                if message.is_some_and(|message| number > message.most.into()) {
+                if message.is_some_and(|message| number > message.longest_payload.into()) {
                     return Err(DiscardReason::TooLong);
                 }
                 let plus = i64::from(number).wrapping_mul(i64::from(field.factor));
@@ -152,29 +137,29 @@ impl Layout<'_> {
                 usize::try_from(length).map_err(|_| DiscardReason::TooLong)?
             }
         };
-        let whole = frame.saturating_add(appended);
+        let whole = frame.saturating_add(trailer);
         if frame < self.shortest || whole < head.len() {
             return Err(DiscardReason::BadHeader);
         }
         if whole > self.longest {
             return Err(DiscardReason::TooLong);
         }
-        Ok(Known {
+        Ok(Header {
             length: Some(whole),
-            appended,
+            trailer,
             extra,
         })
     }
 
-    /// The frame whose header is known, right or wrong, if it is there in full.
+    /// Returns the frame with this header, right or wrong, if it is complete.
     #[inline(always)]
     pub(crate) fn frame_of<'a>(
         &self,
-        known: &Known,
+        header: &Header,
         bytes: &'a [u8],
         seen: usize,
     ) -> Result<&'a [u8], Classification> {
-        let length = match known.length {
+        let length = match header.length {
             Some(length) => length,
             None => self.end(bytes, seen)?,
         };
@@ -184,17 +169,17 @@ impl Layout<'_> {
             .ok_or(Classification::Incomplete { at_least })
     }
 
-    /// What is wrong with a frame that is there in full, its appendix included.
+    /// Returns the reason why a complete frame, including its trailer, is wrong.
     #[inline(always)]
-    fn mismatch(&self, known: &Known, frame: &[u8]) -> Option<DiscardReason> {
-        let end = frame.len().saturating_sub(known.appended);
+    fn mismatch(&self, header: &Header, frame: &[u8]) -> Option<DiscardReason> {
+        let end = frame.len().saturating_sub(header.trailer);
         let frame = frame.get(..end).unwrap_or_default();
         let mut fixed = self.fixed.iter();
         if !self.terminator.ends(frame) || !fixed.all(|bits| bits.are_right(frame)) {
             return Some(DiscardReason::WrongTerminator);
         }
         match &self.checksum {
-            Some(checksum) if !checksum.is_right(frame, known.extra) => {
+            Some(checksum) if !checksum.is_right(frame, header.extra) => {
                 Some(DiscardReason::ChecksumMismatch)
             }
             _ => None,
@@ -278,18 +263,18 @@ impl Number {
 
 impl Messages<'_> {
     #[inline(always)]
-    fn message(&self, header: &[u8]) -> Option<Message> {
+    fn message(&self, header: &[u8]) -> Option<KnownMessage> {
         let number = self.number.read(header);
         let place = self.known.binary_search_by_key(&number, |it| it.number);
         self.known.get(place.ok()?).copied()
     }
 }
 
-impl Appendix {
-    /// How many bytes are behind the frame with this header.
+impl Trailer {
+    /// Returns the number of bytes in the trailer of a frame with this header.
     #[inline(always)]
     #[must_use]
-    pub fn appended_to(&self, header: &[u8]) -> usize {
+    pub fn bytes_after(&self, header: &[u8]) -> usize {
         match header.get(self.at) {
             Some(byte) if byte & self.mask != 0 => self.bytes,
             _ => 0,

@@ -148,7 +148,7 @@ impl Crc<'_> {
     }
 
     /// What a byte that leaves the register makes of the rest, bit by bit.
-    const fn remainder(&self, byte: u8) -> u32 {
+    pub(crate) const fn remainder(&self, byte: u8) -> u32 {
         let polynomial = self.aligned(self.polynomial);
         let mut register = u32::from_le_bytes([byte, 0, 0, 0]);
         if !self.reflected_in {
@@ -169,7 +169,7 @@ impl Crc<'_> {
     }
 
     /// The same of a CRC of 8 bits, in the lowest bits.
-    const fn narrow(&self, byte: u8) -> u32 {
+    pub(crate) const fn narrow(&self, byte: u8) -> u32 {
         let remainder = self.remainder(byte);
         if self.reflected_in {
             remainder

@@ -3,43 +3,29 @@
 use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Length, LengthField, Patterns, Table};
-use crate::sbus::unpack_channels;
+use crate::sbus::{CHANNEL_BYTES, unpack_channels};
 
 /// CRC-8/DVB-S2.
-const CRC: Crc = Crc {
-    polynomial: 0xD5,
-    table: Table::Bytes(
-        &Crc {
-            polynomial: 0xD5,
-            ..Crc::ZERO
-        }
-        .table_of_bytes(),
-    ),
-    ..Crc::ZERO
-};
+const CRC: Crc = Crc::new(8, 0xD5).table(Table::Bytes(&Crc::new(8, 0xD5).table_of_bytes()));
 
 /// What a CRSF frame looks like: see [`Crsf`].
-pub const LAYOUT: Layout<'static> = Layout {
-    sync: Patterns::any_byte_of(&[
+pub const LAYOUT: Layout<'static> = Layout::builder()
+    .sync(Patterns::any_byte_of(&[
         address::FLIGHT_CONTROLLER,
         address::BROADCAST,
         address::REMOTE_CONTROL,
         address::RECEIVER,
         address::TRANSMITTER,
-    ]),
-    length: Length::Field(LengthField {
-        plus: 2,
-        ..LengthField::byte(1)
-    }),
-    shortest: 4,
-    longest: 64,
-    checksum: Some(Checksum {
-        algorithm: Algorithm::Crc(CRC),
-        from: 2,
-        ..Checksum::at_the_end(1)
-    }),
-    ..Layout::NONE
-};
+    ]))
+    .length(Length::Field(LengthField::byte(1).plus(2)))
+    .shortest(4)
+    .longest(64)
+    .checksum(
+        Checksum::at_the_end(1)
+            .algorithm(Algorithm::Crc(CRC))
+            .from(2),
+    )
+    .build_const();
 
 /// TBS's Crossfire protocol, which ExpressLRS uses too: 4 to 64 bytes, an address, a length, a type, up to
 /// 60 bytes of payload, a CRC-8 of type and payload. The lines have 416 666 or 400 000 baud.
@@ -97,8 +83,11 @@ impl Message<'_> {
     /// The channels of a frame of type 0x16: 0 to 2047, where 172 is 988 µs, 992 is 1500 µs and 1811 is 2012 µs.
     #[must_use]
     pub fn channels(&self) -> Option<[u16; 16]> {
-        let bytes = self.payload.first_chunk().filter(|_| self.kind == 0x16)?;
-        Some(unpack_channels(bytes))
+        let bytes = self.payload.first_chunk::<CHANNEL_BYTES>();
+        let bytes = bytes.filter(|_| self.kind == 0x16)?;
+        let mut channels = [0; 16];
+        unpack_channels(bytes, &mut channels);
+        Some(channels)
     }
 }
 

@@ -1,11 +1,11 @@
 //! What MAVLink's dialects say of their messages: the number, the byte that the CRC covers besides, and the most
 //! bytes of payload, extensions included. From pymavlink 2.4.50, which makes them from mavlink.io's definitions.
 
-use crate::layout::Message;
+use crate::layout::KnownMessage;
 
 /// All messages of the dialect `common`.
 #[rustfmt::skip]
-pub const COMMON: &[Message] = &messages([
+pub const COMMON: &[KnownMessage] = &messages([
     (0,50,9), (1,124,43), (2,137,12), (4,237,14), (5,217,28), (6,104,3), (7,119,32), (11,89,6),
     (20,214,20), (21,159,2), (22,220,25), (23,168,23), (24,24,52), (25,23,101), (26,170,24),
     (27,144,29), (28,67,16), (29,115,16), (30,39,28), (31,246,48), (32,185,28), (33,104,28),
@@ -40,11 +40,11 @@ pub const COMMON: &[Message] = &messages([
 ]);
 
 /// All messages of the dialect `ardupilotmega`, which includes `common`.
-pub const ARDUPILOTMEGA: &[Message] = &merged::<{ COMMON.len() + ARDUPILOTMEGA_ONLY.len() }>();
+pub const ARDUPILOTMEGA: &[KnownMessage] = &merged::<{ COMMON.len() + ARDUPILOTMEGA_ONLY.len() }>();
 
 /// What `ardupilotmega` adds to `common`.
 #[rustfmt::skip]
-const ARDUPILOTMEGA_ONLY: &[Message] = &messages([
+const ARDUPILOTMEGA_ONLY: &[KnownMessage] = &messages([
     (150,134,42), (151,219,8), (152,208,8), (153,188,12), (154,84,15), (155,22,13), (156,19,6),
     (157,21,15), (158,134,15), (160,78,12), (161,68,3), (163,127,28), (164,154,44), (165,21,3),
     (166,21,9), (167,144,22), (168,1,12), (169,234,18), (170,73,34), (171,181,66), (172,22,98),
@@ -61,21 +61,21 @@ const ARDUPILOTMEGA_ONLY: &[Message] = &messages([
     (50002,181,246), (50003,62,19), (50004,240,10), (50005,152,6), (52000,13,100), (52001,239,1),
 ]);
 
-const fn messages<const N: usize>(rows: [(u32, u8, u8); N]) -> [Message; N] {
-    let mut messages = [Message::with_extra(0, 0, 0); N];
+const fn messages<const N: usize>(rows: [(u32, u8, u8); N]) -> [KnownMessage; N] {
+    let mut messages = [KnownMessage::with_extra(0, 0, 0); N];
     let (mut places, mut rows): (&mut [_], &[_]) = (&mut messages, &rows);
     while let (Some((place, later)), Some(((number, extra, most), behind))) =
         (places.split_first_mut(), rows.split_first())
     {
-        *place = Message::with_extra(*number, *extra, *most);
+        *place = KnownMessage::with_extra(*number, *extra, *most);
         (places, rows) = (later, behind);
     }
     messages
 }
 
 /// `COMMON` and `ARDUPILOTMEGA_ONLY` by rising numbers, as a search by halves needs them.
-const fn merged<const N: usize>() -> [Message; N] {
-    let mut messages = [Message::with_extra(0, 0, 0); N];
+const fn merged<const N: usize>() -> [KnownMessage; N] {
+    let mut messages = [KnownMessage::with_extra(0, 0, 0); N];
     let (mut places, mut common, mut only): (&mut [_], _, _) =
         (&mut messages, COMMON, ARDUPILOTMEGA_ONLY);
     while let Some((place, later)) = places.split_first_mut() {

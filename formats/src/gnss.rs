@@ -37,31 +37,23 @@ pub enum Message<'a> {
 }
 
 impl<const LONGEST: usize> Gnss<LONGEST> {
+    const UBX: Layout<'static> = ubx::LAYOUT.to_builder().longest(LONGEST).build_const();
     const ALL: AnyOf<'static> = AnyOf(&[
-        Self::up_to(ubx::LAYOUT),
+        Self::UBX,
         Self::up_to(nmea::LAYOUT),
         Self::up_to(rtcm::LAYOUT),
     ]);
 
     const fn up_to(layout: Layout<'static>) -> Layout<'static> {
-        if layout.longest <= LONGEST {
+        if layout.longest() <= LONGEST {
             return layout;
         }
-        Layout {
-            longest: LONGEST,
-            ..layout
-        }
+        layout.to_builder().longest(LONGEST).build_const()
     }
 }
 
 impl<const LONGEST: usize> Format for Gnss<LONGEST> {
-    crate::classify_by!(
-        Layout {
-            longest: LONGEST,
-            ..Layout::NONE
-        },
-        |_format| Self::ALL
-    );
+    crate::classify_by!(Self::UBX, |_format| Self::ALL);
     type Message<'a> = Message<'a>;
 
     #[inline]

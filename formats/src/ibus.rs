@@ -5,16 +5,11 @@ use framelock::{EncodeError, EncodeInto, Format};
 use crate::layout::{Algorithm, Checksum, Layout, Patterns};
 
 /// What an iBUS frame looks like: see [`Ibus`].
-pub const LAYOUT: Layout<'static> = Layout {
-    sync: Patterns::one(&[0x20, 0x40]),
-    shortest: 32,
-    longest: 32,
-    checksum: Some(Checksum {
-        algorithm: Algorithm::InvertedSum,
-        ..Checksum::at_the_end(2)
-    }),
-    ..Layout::NONE
-};
+pub const LAYOUT: Layout<'static> = Layout::builder()
+    .sync(Patterns::one(&[0x20, 0x40]))
+    .longest(32)
+    .checksum(Checksum::at_the_end(2).algorithm(Algorithm::InvertedSum))
+    .build_const();
 
 /// FlySky's iBUS, the frames for servos: 32 bytes, `20 40`, fourteen numbers of 16 bits, little endian,
 /// and 0xFFFF less the sum of all bytes before. The line has 115 200 baud.
@@ -53,8 +48,9 @@ impl Format for Ibus {
     fn decode(&self, frame: &[u8]) -> [u16; 18] {
         let mut channels = [0; 18];
         // A length that is known spares a PC half the time.
-        let words = frame.get(2..).and_then(<[u8]>::first_chunk::<28>);
-        let words = words.unwrap_or(&[0; 28]);
+        let Some(([_, _, words @ .., _, _], _)) = frame.split_first_chunk::<32>() else {
+            return channels;
+        };
         let (standard, further) = channels.split_at_mut(14);
         for (channel, word) in standard.iter_mut().zip(words.chunks_exact(2)) {
             if let &[low, high] = word {

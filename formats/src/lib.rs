@@ -124,7 +124,7 @@ macro_rules! classify_by {
         $crate::classify_by!($layout, |_format| $layout);
     };
     ($longest:expr, |$format:ident| $layout:expr) => {
-        const LONGEST: usize = $longest.longest;
+        const LONGEST: usize = $longest.longest();
 
         #[inline]
         fn classify(&self, bytes: &[u8]) -> $crate::Classification {

@@ -4,83 +4,70 @@ use framelock::{EncodeError, EncodeInto, Format};
 
 pub use crate::dialects::{ARDUPILOTMEGA, COMMON};
 use crate::layout::{
-    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField,
-    Message as KnownMessage, Messages, Number, Patterns,
+    Algorithm, ByteOrder, Checksum, Crc, FixedBits, KnownMessage, Layout, Length, LengthField,
+    Messages, Number, Patterns, Trailer,
 };
 
 /// CRC-16/MCRF4XX.
-const CRC: Crc<'static> = Crc {
-    width: 16,
-    polynomial: 0x1021,
-    initial: 0xFFFF,
-    reflected_in: true,
-    reflected_out: true,
-    ..Crc::ZERO
-};
+const CRC: Crc<'static> = Crc::new(16, 0x1021).initial(0xFFFF).reflected();
+
+/// The CRC with its table, if it has one.
+#[cfg(feature = "pc-crc-table")]
+const TABLED: Crc<'static> = CRC.table(crate::layout::Table::Sixteens(&CRC.table_of_sixteens()));
+#[cfg(not(feature = "pc-crc-table"))]
+const TABLED: Crc<'static> = CRC;
 
 /// MAVLink's checksum: of all but the first byte.
-const CHECKSUM: Checksum<'static> = Checksum {
-    algorithm: Algorithm::Crc(Crc {
-        #[cfg(feature = "pc-crc-table")]
-        table: crate::layout::Table::Sixteens(&CRC.table_of_sixteens()),
-        ..CRC
-    }),
-    from: 1,
-    ..Checksum::at_the_end(2)
-};
+const CHECKSUM: Checksum<'static> = Checksum::at_the_end(2)
+    .algorithm(Algorithm::Crc(TABLED))
+    .from(1);
 
 /// What a MAVLink 1 frame with these messages looks like: see [`Mavlink1`].
+///
+/// # Panics
+/// If the messages are not in ascending order of their numbers, or none of the numbers is below 256.
 #[must_use]
 pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
-    Layout {
-        sync: Patterns::one(&[0xFE]),
-        length: Length::Field(LengthField {
-            plus: 8,
-            ..LengthField::byte(1)
-        }),
-        shortest: 8,
-        longest: 263,
-        messages: Some(Messages {
-            number: Number::byte(5),
-            known: messages,
-        }),
-        checksum: Some(CHECKSUM),
-        ..Layout::NONE
-    }
+    Layout::builder()
+        .sync(Patterns::one(&[0xFE]))
+        .length(Length::Field(LengthField::byte(1).plus(8)))
+        .longest(263)
+        .messages(Messages::new(Number::byte(5), messages))
+        .checksum(CHECKSUM)
+        .build_const()
 }
 
 /// What a MAVLink 2 frame with these messages looks like, signed or not: see [`Mavlink2`].
+///
+/// # Panics
+/// If the messages are not in ascending order of their numbers, or there are none.
 #[must_use]
 pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
-    Layout {
-        sync: Patterns::one(&[0xFD]),
-        length: Length::Field(LengthField {
-            plus: 12,
-            ..LengthField::byte(1)
-        }),
-        shortest: 12,
-        longest: 280,
-        fixed: &[FixedBits {
-            at: 2,
-            mask: 0xFE,
-            value: 0,
-        }],
-        messages: Some(Messages {
-            number: Number {
-                at: 7,
-                bytes: 3,
-                order: ByteOrder::Little,
-            },
-            known: messages,
-        }),
-        checksum: Some(CHECKSUM),
-        appendix: Some(Appendix {
-            at: 2,
-            mask: 1,
-            bytes: 13,
-        }),
-        ..Layout::NONE
-    }
+    Layout::builder()
+        .sync(Patterns::one(&[0xFD]))
+        .length(Length::Field(LengthField::byte(1).plus(12)))
+        .longest(280)
+        .fixed(const { &[FixedBits::new(2, 0xFE, 0)] })
+        .messages(Messages::new(
+            Number::new(7, 3, ByteOrder::Little),
+            messages,
+        ))
+        .checksum(CHECKSUM)
+        .trailer(Trailer::new(2, 1, 13))
+        .build_const()
+}
+
+/// The layouts with one message: a format replaces it by its own without a check for each byte.
+const MAVLINK1: Layout<'static> = layout_v1(&[KnownMessage::new(0)]);
+const MAVLINK2: Layout<'static> = layout_v2(&[KnownMessage::new(0)]);
+
+#[inline(always)]
+const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -> Layout<'a> {
+    let messages = match layout.messages {
+        Some(messages) => Some(Messages::new(messages.number, known)),
+        None => None,
+    };
+    Layout { messages, ..layout }
 }
 
 /// MAVLink 2: `FD`, nine bytes of header, up to 255 of payload, a CRC-16, and 13 bytes of signature if
@@ -101,7 +88,7 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
 ///
 /// # Examples
 /// ```
-/// use framelock_formats::layout::Message as KnownMessage;
+/// use framelock_formats::layout::KnownMessage;
 /// use framelock_formats::mavlink::{Mavlink2, Receiver2};
 ///
 /// /// HEARTBEAT and ATTITUDE of the dialect `common`: the extra byte of the CRC, and the longest payload.
@@ -156,7 +143,7 @@ pub struct Signature<'a> {
 }
 
 impl Format for Mavlink1<'_> {
-    crate::classify_by!(layout_v1(&[]), |format| layout_v1(format.0));
+    crate::classify_by!(MAVLINK1, |format| with_messages(MAVLINK1, format.0));
     type Message<'a> = Message<'a>;
 
     #[inline]
@@ -178,7 +165,7 @@ impl Format for Mavlink1<'_> {
 }
 
 impl Format for Mavlink2<'_> {
-    crate::classify_by!(layout_v2(&[]), |format| layout_v2(format.0));
+    crate::classify_by!(MAVLINK2, |format| with_messages(MAVLINK2, format.0));
     type Message<'a> = Message<'a>;
 
     #[inline]
@@ -226,7 +213,11 @@ impl EncodeInto for Mavlink1<'_> {
         let (system, component) = (message.system, message.component);
         let id = u8::try_from(message.id).map_err(|_| EncodeError::InvalidMessage)?;
         let head = [0, 0, message.sequence, system, component, id];
-        crate::write(&layout_v1(self.0), into, &[&head, message.payload, &[0, 0]])
+        crate::write(
+            &with_messages(MAVLINK1, self.0),
+            into,
+            &[&head, message.payload, &[0, 0]],
+        )
     }
 }
 
@@ -249,6 +240,10 @@ impl EncodeInto for Mavlink2<'_> {
             return Err(EncodeError::InvalidMessage);
         };
         let head = [0, 0, 0, 0, message.sequence, system, component, a, b, c];
-        crate::write(&layout_v2(self.0), into, &[&head, payload, &[0, 0]])
+        crate::write(
+            &with_messages(MAVLINK2, self.0),
+            into,
+            &[&head, payload, &[0, 0]],
+        )
     }
 }

@@ -6,41 +6,34 @@ use framelock::{Encode, FixedFormat, Shape};
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Patterns};
 
 /// What a [`Bin`](framelock::motion::Bin) frame looks like, for receivers of any layout.
-pub const BIN: Layout<'static> = Layout {
-    sync: Patterns::one(b"AB"),
-    shortest: 7,
-    longest: 7,
-    terminator: Patterns::one(b"\r"),
-    ..Layout::NONE
-};
+pub const BIN: Layout<'static> = Layout::builder()
+    .sync(Patterns::one(b"AB"))
+    .longest(7)
+    .terminator(Patterns::one(b"\r"))
+    .build_const();
 
 /// What a [`BinCrc8`](framelock::motion::BinCrc8) frame looks like, for receivers of any layout.
-pub const BIN_CRC8: Layout<'static> = Layout {
-    shortest: 8,
-    longest: 8,
-    checksum: Some(Checksum {
-        algorithm: Algorithm::Crc(Crc {
-            polynomial: 0x2F,
-            initial: 0xFF,
-            xor_out: 0xFF,
-            ..Crc::ZERO
-        }),
-        at: -2,
-        from: 2,
-        to: -3,
-        ..Checksum::at_the_end(1)
-    }),
-    ..BIN
-};
+pub const BIN_CRC8: Layout<'static> = BIN
+    .to_builder()
+    .shortest(8)
+    .longest(8)
+    .checksum(
+        Checksum::at_the_end(1)
+            .algorithm(Algorithm::Crc(
+                Crc::new(8, 0x2F).initial(0xFF).xor_out(0xFF),
+            ))
+            .at(-2)
+            .from(2)
+            .to(-3),
+    )
+    .build_const();
 
 /// What a frame of six axes looks like, for receivers of any layout: see [`SixAxes`].
-pub const SIX_AXES: Layout<'static> = Layout {
-    sync: Patterns::one(&[0xFF, 0xFF]),
-    shortest: 16,
-    longest: 16,
-    terminator: Patterns::one(b"\n\r"),
-    ..Layout::NONE
-};
+pub const SIX_AXES: Layout<'static> = Layout::builder()
+    .sync(Patterns::one(&[0xFF, 0xFF]))
+    .longest(16)
+    .terminator(Patterns::one(b"\n\r"))
+    .build_const();
 
 /// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
 ///

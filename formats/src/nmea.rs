@@ -2,30 +2,25 @@
 
 use framelock::{EncodeError, EncodeInto, Format};
 
-use crate::layout::{Algorithm, Checksum, FixedBits, Layout, Length, Patterns, Written};
+use crate::layout::{Algorithm, Checksum, Encoding, FixedBits, Layout, Length, Patterns};
 
 /// What an NMEA 0183 sentence looks like: see [`Nmea`].
-pub const LAYOUT: Layout<'static> = Layout {
-    sync: Patterns::any_byte_of(b"$!"),
-    length: Length::Delimiter,
-    shortest: 7,
-    longest: 128,
-    fixed: &[FixedBits {
-        at: -5,
-        mask: 0xFF,
-        value: b'*',
-    }],
-    checksum: Some(Checksum {
-        algorithm: Algorithm::Xor,
-        bytes: 1,
-        written: Written::Hex,
-        at: -4,
-        from: 1,
-        to: -6,
-    }),
-    terminator: Patterns::one(b"\r\n"),
-    ..Layout::NONE
-};
+pub const LAYOUT: Layout<'static> = Layout::builder()
+    .sync(Patterns::any_byte_of(b"$!"))
+    .length(Length::Delimiter)
+    .shortest(7)
+    .longest(128)
+    .fixed(&[FixedBits::new(-5, 0xFF, b'*')])
+    .checksum(
+        Checksum::at_the_end(1)
+            .algorithm(Algorithm::Xor)
+            .encoding(Encoding::Hex)
+            .at(-4)
+            .from(1)
+            .to(-6),
+    )
+    .terminator(Patterns::one(b"\r\n"))
+    .build_const();
 
 /// NMEA 0183, the text of satellite receivers and ships: `$` or `!`, a sentence, `*`, its checksum in two
 /// hexadecimal digits, CR LF. The line has 4 800 baud, or as many as the receiver is set to.

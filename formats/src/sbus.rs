@@ -5,18 +5,12 @@ use framelock::{EncodeError, EncodeInto, Format};
 use crate::layout::{FixedBits, Layout, Patterns};
 
 /// What an SBUS frame looks like: see [`Sbus`].
-pub const LAYOUT: Layout<'static> = Layout {
-    sync: Patterns::one(&[0x0F]),
-    shortest: 25,
-    longest: 25,
-    fixed: &[FixedBits {
-        at: 23,
-        mask: 0xF0,
-        value: 0,
-    }],
-    terminator: Patterns::any_byte_of(&[0x00, 0x04, 0x14, 0x24, 0x34]),
-    ..Layout::NONE
-};
+pub const LAYOUT: Layout<'static> = Layout::builder()
+    .sync(Patterns::one(&[0x0F]))
+    .longest(25)
+    .fixed(&[FixedBits::new(23, 0xF0, 0)])
+    .terminator(Patterns::any_byte_of(&[0x00, 0x04, 0x14, 0x24, 0x34]))
+    .build_const();
 
 /// Futaba's SBUS: 25 bytes, `0F`, sixteen channels of 11 bits, flags, `00`. The line has 100 000 baud, even
 /// parity and two stop bits, and is inverted.
@@ -67,15 +61,14 @@ impl Format for Sbus {
 
     #[inline]
     fn decode(&self, frame: &[u8]) -> Message {
-        let &[_, ref channels @ .., flags, _] = frame else {
-            return Message::default();
-        };
-        Message {
-            channels: channels.try_into().map_or([0; 16], unpack_channels),
-            digital: [flags & 1 != 0, flags & 2 != 0],
-            frame_lost: flags & 4 != 0,
-            failsafe: flags & 8 != 0,
+        let mut message = Message::default();
+        if let Some(([_, channels @ .., flags, _], _)) = frame.split_first_chunk::<25>() {
+            unpack_channels(channels, &mut message.channels);
+            message.digital = [flags & 1 != 0, flags & 2 != 0];
+            message.frame_lost = flags & 4 != 0;
+            message.failsafe = flags & 8 != 0;
         }
+        message
     }
 }
 
@@ -95,13 +88,12 @@ impl EncodeInto for Sbus {
 }
 
 /// Bytes of sixteen channels of 11 bits, the lowest bits first. CRSF packs them in the same way.
-const CHANNEL_BYTES: usize = 22;
+pub(crate) const CHANNEL_BYTES: usize = 22;
 
 /// Unpacks the sixteen channels. Channel `n` has the bits from `11 * n` on. Eight channels have eleven bytes, which are
 /// read as three words: they begin with the bits 0, 32 and 56.
 #[inline]
-pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES]) -> [u16; 16] {
-    let mut channels = [0; 16];
+pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES], channels: &mut [u16; 16]) {
     for (eight, half) in channels.chunks_exact_mut(8).zip(bytes.chunks_exact(11)) {
         if let (&[a, b, c, d, e, f, g, h, i, j, k], [c0, c1, c2, c3, c4, c5, c6, c7]) =
             (half, eight)
@@ -119,7 +111,6 @@ pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES]) -> [u16; 16] {
             *c7 = channel(from_56 >> 21);
         }
     }
-    channels
 }
 
 /// Returns the lowest 11 bits.

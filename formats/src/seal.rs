@@ -6,9 +6,9 @@ use crate::checksum::fill;
 use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 
 impl Layout<'_> {
-    /// Makes bytes a frame: writes what the layout says of each, sync, fixed bits, length, terminator and at
-    /// last the checksum, and leaves the rest as it is. Of several syncs or terminators it writes the first,
-    /// unless one is there already. Set the bits that announce an appendix before, and put it behind the frame.
+    /// Makes bytes a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other bytes as
+    /// they are. Writes the first sync and terminator, unless the frame already has a valid one. Set the bits that
+    /// announce a trailer before, and append the trailer to the frame.
     ///
     /// Says whether it is a frame then. It is none if no frame has so many bytes, if there is no such message, or
     /// if a terminator stands where none may.
@@ -19,10 +19,8 @@ impl Layout<'_> {
 
     pub(crate) fn write(&self, frame: &mut [u8]) {
         self.sync.write(frame, 0);
-        let appended = self
-            .appendix
-            .map_or(0, |appendix| appendix.appended_to(frame));
-        let end = frame.len().checked_sub(appended);
+        let trailer = self.trailer.map_or(0, |it| it.bytes_after(frame));
+        let end = frame.len().checked_sub(trailer);
         let Some(frame) = end.and_then(|end| frame.get_mut(..end)) else {
             return;
         };
@@ -37,8 +35,8 @@ impl Layout<'_> {
         }
         let end = frame.len().saturating_sub(self.terminator.length);
         self.terminator.write(frame, end);
-        if let (Some(checksum), Ok(known)) = (&self.checksum, self.head(frame)) {
-            checksum.write(frame, known.extra);
+        if let (Some(checksum), Ok(header)) = (&self.checksum, self.parse(frame)) {
+            checksum.write(frame, header.extra);
         }
     }
 }
@@ -53,7 +51,7 @@ impl Patterns<'_> {
             return;
         };
         if !self.are(place) {
-            // Of a layout that contradicts itself they have different lengths.
+            // In the proofs of any layout they may have different lengths.
             fill(place, first.iter().copied());
         }
     }

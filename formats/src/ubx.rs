@@ -7,26 +7,18 @@ use crate::layout::{
 };
 
 /// What a UBX frame looks like, up to the longest that the protocol allows: see [`Ubx`].
-pub const LAYOUT: Layout<'static> = Layout {
-    sync: Patterns::one(&[0xB5, 0x62]),
-    length: Length::Field(LengthField {
-        number: Number {
-            at: 4,
-            bytes: 2,
-            order: ByteOrder::Little,
-        },
-        plus: 8,
-        ..LengthField::byte(4)
-    }),
-    shortest: 8,
-    longest: 65_543,
-    checksum: Some(Checksum {
-        algorithm: Algorithm::Fletcher,
-        from: 2,
-        ..Checksum::at_the_end(2)
-    }),
-    ..Layout::NONE
-};
+pub const LAYOUT: Layout<'static> = Layout::builder()
+    .sync(Patterns::one(&[0xB5, 0x62]))
+    .length(Length::Field(
+        LengthField::new(Number::new(4, 2, ByteOrder::Little)).plus(8),
+    ))
+    .longest(65_543)
+    .checksum(
+        Checksum::at_the_end(2)
+            .algorithm(Algorithm::Fletcher)
+            .from(2),
+    )
+    .build_const();
 
 /// u-blox's UBX: `B5 62`, class, id, a length of 16 bits, little endian, payload, and a Fletcher checksum
 /// of two bytes of all that but the sync.
@@ -69,10 +61,7 @@ pub struct Message<'a> {
 }
 
 impl<const LONGEST: usize> Ubx<LONGEST> {
-    const LAYOUT: Layout<'static> = Layout {
-        longest: LONGEST,
-        ..LAYOUT
-    };
+    const LAYOUT: Layout<'static> = LAYOUT.to_builder().longest(LONGEST).build_const();
 }
 
 impl<const LONGEST: usize> Format for Ubx<LONGEST> {

@@ -66,6 +66,9 @@ static void layouts(void)
     /* One's own: what cannot be. */
     layout = nothing;
     layout.longest = 7;
+    assert(!begins(&layout));
+    layout.terminator.bytes = (const uint8_t *)"\r";
+    layout.terminator.length = layout.terminator.count = 1;
     assert(begins(&layout));
     layout.sync.length = layout.sync.count = 1;
     assert(!begins(&layout));
@@ -88,6 +91,15 @@ static void layouts(void)
     layout.fixed_count = 0;
     layout.messages.count = 1;
     assert(!begins(&layout));
+    layout.messages.count = 0;
+
+    /* What contradicts itself. */
+    assert(begins(&layout));
+    layout.shortest = 40;
+    assert(!begins(&layout));
+    layout = framelock_bin_layout;
+    layout.longest = 8;
+    assert(!begins(&layout) && !framelock_seal(&layout, buffer, 8));
 
     assert(framelock_seal(&framelock_bin_layout, buffer, 7) && buffer[6] == '\r');
     assert(!framelock_seal(&framelock_bin_layout, buffer, 8));

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use crc::{CRC_16_MCRF4XX, Crc};
 use framelock::Format;
-use framelock_formats::layout::{Algorithm, Checksum, Layout, Message, Table};
+use framelock_formats::layout::{Algorithm, Checksum, KnownMessage, Layout, Table};
 use framelock_formats::mavlink::{self, Mavlink2};
 use mavlink_core::error::ParserError;
 use mavlink_core::{Dialect, MAVLinkMessageRaw, MavlinkReader, MavlinkVersion};
@@ -38,7 +38,7 @@ const MESSAGES: [(u8, u8, u8); 8] = [
 pub(crate) const LONGEST: (u8, u8, u8) = (131, 223, 255);
 
 /// All of them, by rising numbers.
-pub(crate) const DIALECT: &[Message] = &{
+pub(crate) const DIALECT: &[KnownMessage] = &{
     let [a, b, c, d, e, f, g, h] = MESSAGES;
     [
         known(a),
@@ -53,8 +53,8 @@ pub(crate) const DIALECT: &[Message] = &{
     ]
 };
 
-const fn known((number, extra, most): (u8, u8, u8)) -> Message {
-    Message::with_extra(number as u32, extra, most)
+const fn known((number, extra, most): (u8, u8, u8)) -> KnownMessage {
+    KnownMessage::with_extra(number as u32, extra, most)
 }
 
 /// MAVLink 2 as it is with the feature `pc-crc-table`.
@@ -68,18 +68,15 @@ pub(crate) const CHECKS: [Algorithm; 2] = {
     let Some(Checksum {
         algorithm: Algorithm::Crc(crc),
         ..
-    }) = LAYOUT.checksum
+    }) = LAYOUT.checksum()
     else {
         panic!("MAVLink has a CRC")
     };
-    let table = Table::None;
-    let plain = framelock_formats::layout::Crc { table, ..crc };
-    let table = Table::Sixteens(&TABLES);
-    let tabled = framelock_formats::layout::Crc { table, ..crc };
+    let [plain, tabled] = [crc.table(Table::None), crc.table(Table::Sixteens(&TABLES))];
     [Algorithm::Crc(plain), Algorithm::Crc(tabled)]
 };
 
-static TABLES: [[u32; 256]; 16] = match LAYOUT.checksum {
+static TABLES: [[u32; 256]; 16] = match LAYOUT.checksum() {
     Some(Checksum {
         algorithm: Algorithm::Crc(crc),
         ..
@@ -97,15 +94,12 @@ impl Format for Tabled {
     }
 }
 
-const TABLED: Layout = Layout {
-    checksum: match LAYOUT.checksum {
-        Some(checksum) => Some(Checksum {
-            algorithm: CHECKS[1],
-            ..checksum
-        }),
-        None => None,
-    },
-    ..LAYOUT
+const TABLED: Layout = match LAYOUT.checksum() {
+    Some(checksum) => {
+        let checksum = checksum.algorithm(CHECKS[1]);
+        LAYOUT.to_builder().checksum(checksum).build_const()
+    }
+    None => panic!("MAVLink has a CRC"),
 };
 
 /// CRC extra of a message.

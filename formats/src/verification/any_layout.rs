@@ -3,14 +3,14 @@
 use framelock::any_format::any_up_to;
 
 use crate::layout::{
-    Algorithm, Appendix, ByteOrder, Checksum, Crc, FixedBits, Layout, Length, LengthField, Message,
-    Messages, Number, Patterns, Table, Written,
+    Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, KnownMessage, Layout, Length,
+    LengthField, Messages, Number, Patterns, Table, Trailer,
 };
 
 /// What a layout borrows: up to `F` fixed bits and `M` messages.
 pub(super) struct Parts<const F: usize, const M: usize> {
     fixed: [FixedBits; F],
-    messages: [Message; M],
+    messages: [KnownMessage; M],
 }
 
 impl<const F: usize, const M: usize> Parts<F, M> {
@@ -21,9 +21,9 @@ impl<const F: usize, const M: usize> Parts<F, M> {
                 mask: kani::any(),
                 value: kani::any(),
             }),
-            messages: core::array::from_fn(|_| Message {
+            messages: core::array::from_fn(|_| KnownMessage {
                 number: kani::any(),
-                most: kani::any(),
+                longest_payload: kani::any(),
                 extra: kani::any(),
                 has_extra: kani::any(),
             }),
@@ -53,7 +53,7 @@ impl<const F: usize, const M: usize> Parts<F, M> {
             }),
             checksum: None,
             terminator: Patterns::NONE,
-            appendix: kani::any::<bool>().then(|| Appendix {
+            trailer: kani::any::<bool>().then(|| Trailer {
                 at: kani::any(),
                 mask: kani::any(),
                 bytes: kani::any(),
@@ -102,10 +102,10 @@ pub(super) fn any_checksum() -> Checksum<'static> {
             }),
         },
         bytes: kani::any(),
-        written: match kani::any::<u8>() {
-            0 => Written::Little,
-            1 => Written::Big,
-            _ => Written::Hex,
+        encoding: match kani::any::<u8>() {
+            0 => Encoding::Little,
+            1 => Encoding::Big,
+            _ => Encoding::Hex,
         },
         at: kani::any(),
         from: kani::any(),

@@ -12,7 +12,7 @@ use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 const MOST: usize = 4;
 
 /// One of them: anything that is lawful, about one place of the stream.
-struct Told {
+struct Classified {
     longest: usize,
     starts: bool,
     row: Row,
@@ -24,7 +24,7 @@ struct Told {
     at_least: [usize; MOST],
 }
 
-impl Told {
+impl Classified {
     fn any() -> Self {
         let longest = any_up_to(MOST);
         kani::assume(longest >= 1);
@@ -56,8 +56,8 @@ impl Told {
         }
     }
 
-    /// As a layout's `told`, of so many bytes.
-    fn told(&self, count: usize, seen: usize) -> Result<Classification, Classification> {
+    /// Classifies `count` bytes as a layout's `try_classify` does.
+    fn try_classify(&self, count: usize, seen: usize) -> Result<Classification, Classification> {
         let Some(settled) = self.row.settled(count) else {
             let at_least = self.at_least[count - 1];
             let incomplete = Classification::Incomplete { at_least };
@@ -80,8 +80,8 @@ impl Told {
 #[kani::proof]
 #[kani::unwind(6)]
 fn any_of_three() {
-    let all: [Told; 3] = core::array::from_fn(|_| Told::any());
-    let classify_after = |count, seen| first(&all, seen, |one, seen| one.told(count, seen));
+    let all: [Classified; 3] = core::array::from_fn(|_| Classified::any());
+    let classify_after = |count, seen| first(&all, seen, |one, seen| one.try_classify(count, seen));
     let longest = all.iter().map(|one| one.longest).max().unwrap_or_default();
     let (some, more) = any_some_and_more(MOST, longest);
     let (early, late) = (classify_after(some, 0), classify_after(more, 0));
@@ -114,7 +114,7 @@ fn of_syncs<'a>(syncs: &'a [u8], no_bits: &'a [FixedBits; 0]) -> Layout<'a> {
         messages: None,
         checksum: None,
         terminator: Patterns::one(&syncs[..0]),
-        appendix: None,
+        trailer: None,
     }
 }
 

@@ -6,7 +6,8 @@ use framelock::any_format::any_mismatch;
 use framelock::{Classification, DiscardReason};
 
 use super::any_layout::{Parts, patterns};
-use crate::classify::Known;
+use crate::classify::Header;
+use crate::layout::check::check_bounds;
 use crate::layout::{Layout, Length, LengthField, Messages, Number, Patterns};
 
 /// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
@@ -48,28 +49,28 @@ pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
 }
 
 /// A layout whose headers say anything, and whose frames are right or wrong in any way.
-struct Told<'a> {
+struct Classified<'a> {
     layout: Layout<'a>,
-    header: Result<Known, DiscardReason>,
+    header: Result<Header, DiscardReason>,
     mismatch: Option<DiscardReason>,
     /// Bytes in the frame that was asked about.
     asked: Cell<Option<usize>>,
 }
 
-impl Told<'_> {
+impl Classified<'_> {
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.told(bytes, seen)
+        self.try_classify(bytes, seen)
             .unwrap_or_else(|classification| classification)
     }
 
-    fn told(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {
-        let header = self.layout.header_of(bytes)?;
+    fn try_classify(&self, bytes: &[u8], seen: usize) -> Result<Classification, Classification> {
+        let header = self.layout.header_bytes(bytes)?;
         assert!(core::ptr::eq(
             header,
             &raw const bytes[..self.layout.header()]
         ));
-        let known = self.header.map_err(Classification::Rejected)?;
-        let frame = self.layout.frame_of(&known, bytes, seen)?;
+        let header = self.header.map_err(Classification::Rejected)?;
+        let frame = self.layout.frame_of(&header, bytes, seen)?;
         // It is asked about the same frame each time.
         let length = self.asked.get().unwrap_or(frame.len());
         assert!(core::ptr::eq(frame, &raw const bytes[..length]));
@@ -81,9 +82,9 @@ impl Told<'_> {
 }
 
 /// Whether a header may say so: it does, by [`what_a_header_says`].
-fn is_possible(layout: &Layout, header: Result<Known, DiscardReason>) -> bool {
+fn is_possible(layout: &Layout, header: Result<Header, DiscardReason>) -> bool {
     match header {
-        Ok(known) => match known.length {
+        Ok(header) => match header.length {
             Some(length) => layout.header() <= length && length <= layout.longest,
             None => layout.length == Length::Delimiter,
         },
@@ -98,20 +99,26 @@ fn what_a_header_says() {
     let parts = Parts::<2, 2>::any();
     let layout = parts.layout();
     let count = layout.header();
+    // Whatever else it contradicts.
+    if check_bounds(&layout).is_ok() {
+        let has_header = layout.length == Length::Delimiter || count <= layout.shortest;
+        assert!(has_header && layout.shortest <= layout.longest);
+        kani::cover!(count == layout.shortest, "the shortest frame is its header");
+    }
     kani::assume(count <= 8 && count <= layout.longest);
-    let header = layout.known(&bytes[..count]);
+    let header = layout.parse_header(&bytes[..count]);
     assert!(is_possible(&layout, header));
-    kani::cover!(header.is_ok_and(|known| known.appended > 0 && known.length.is_some()));
-    kani::cover!(header.is_ok_and(|known| known.extra.is_some()));
+    kani::cover!(header.is_ok_and(|header| header.trailer > 0 && header.length.is_some()));
+    kani::cover!(header.is_ok_and(|header| header.extra.is_some()));
 }
 
 /// Any header and any mismatch that there may be.
-fn told(layout: Layout) -> Told {
+fn classified(layout: Layout) -> Classified {
     let has_a_length = layout.length != Length::Delimiter;
     let header = if kani::any() {
-        Ok(Known {
+        Ok(Header {
             length: has_a_length.then(kani::any),
-            appended: kani::any(),
+            trailer: kani::any(),
             extra: None,
         })
     } else {
@@ -120,7 +127,7 @@ fn told(layout: Layout) -> Told {
     kani::assume(layout.longest >= 1 && is_possible(&layout, header));
     let mismatch = kani::any::<bool>().then(any_mismatch);
     kani::assume(mismatch != Some(DiscardReason::NoSync));
-    Told {
+    Classified {
         layout,
         header,
         mismatch,
@@ -131,7 +138,7 @@ fn told(layout: Layout) -> Told {
 /// Laws 1 to 4.
 fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     let bytes: [u8; MOST] = kani::any();
-    let layout = told(layout);
+    let layout = classified(layout);
     let longest = layout.layout.longest;
     let (some, more) = any_some_and_more(MOST, longest);
     let early = layout.classify_after(&bytes[..some], 0);
@@ -146,12 +153,12 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
 /// Law 5. What was seen is told to [`Layout::frame_of`] alone, and only where the end is to be looked for.
 fn what_was_seen_changes_nothing<const MOST: usize>(layout: Layout) {
     let bytes: [u8; MOST] = kani::any();
-    let known = Known {
+    let header = Header {
         length: None,
-        appended: 0,
+        trailer: 0,
         extra: None,
     };
-    let end = |bytes, seen| layout.frame_of(&known, bytes, seen).map(<[u8]>::len);
+    let end = |bytes, seen| layout.frame_of(&header, bytes, seen).map(<[u8]>::len);
     let (seen, more) = any_some_and_more(MOST, layout.longest);
     // Before the header was there, nobody looked.
     let looked = seen >= layout.header();
@@ -184,7 +191,7 @@ fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
         messages: None,
         checksum: None,
         terminator: Patterns::NONE,
-        appendix: None,
+        trailer: None,
     });
 }
 
@@ -223,7 +230,7 @@ macro_rules! delimiters {
                 }),
                 checksum: None,
                 terminator: patterns(&ends),
-                appendix: None,
+                trailer: None,
             });
         }
     )*};

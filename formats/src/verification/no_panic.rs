@@ -5,7 +5,7 @@ use framelock::Format;
 use super::any_layout::{Parts, any_checksum, patterns};
 use crate::crsf::Crsf;
 use crate::ibus::Ibus;
-use crate::layout::{Algorithm, Checksum, Crc, Layout, Message, Table};
+use crate::layout::{Algorithm, Checksum, Crc, KnownMessage, Layout, Table};
 use crate::mavlink::{Mavlink1, Mavlink2};
 use crate::motion::SixAxes;
 use crate::nmea::Nmea;
@@ -100,7 +100,7 @@ fn in_decoding<F: Format, const N: usize>(format: &F) {
     kani::cover!(bytes.len() == N, "as long as can be");
 }
 
-const MESSAGES: &[Message] = &[];
+const MESSAGES: &[KnownMessage] = &[];
 
 #[kani::proof]
 #[kani::unwind(35)]

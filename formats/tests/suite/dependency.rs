@@ -36,7 +36,7 @@ fn a_format_may_be_declared_where_the_crates_have_other_names() {
         "renamed",
         "#[derive(Clone, Copy)] pub struct Short;
          impl receiver::Format for Short {
-             frames::classify_by!(frames::Layout { longest: 10, ..frames::ibus::LAYOUT });
+             frames::classify_by!(frames::ibus::LAYOUT);
              type Message<'a> = &'a [u8];
              fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { frame }
          }",

@@ -4,7 +4,7 @@
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Classification, DiscardReason, Encode as _, Format};
 use framelock_formats::layout::{
-    FixedBits, Layout, Length, LengthField, Message, Messages, Number, Patterns,
+    FixedBits, KnownMessage, Layout, LayoutBuilder, Length, LengthField, Messages, Number, Patterns,
 };
 use framelock_formats::{
     AnyOf, check_laws,
@@ -187,38 +187,27 @@ fn bin_and_bin_crc8() {
 /// Of a byte that tells the length and something else, sealing writes the bits of the length.
 #[test]
 fn what_is_not_of_the_length_stays_as_it_is() {
-    let layout = Layout {
-        sync: Patterns::one(&[0x24]),
-        length: Length::Field(LengthField {
-            mask: 0x3F,
-            ..LengthField::byte(1)
-        }),
-        shortest: 2,
-        longest: 20,
-        ..Layout::NONE
-    };
+    const LAYOUT: Layout = Layout::builder()
+        .sync(Patterns::one(&[0x24]))
+        .length(Length::Field(LengthField::byte(1).mask(0x3F)))
+        .longest(20)
+        .build_const();
     let mut frame = [0, 0x95, 1, 2, 3];
-    assert!(layout.seal(&mut frame));
+    assert!(LAYOUT.seal(&mut frame));
     assert_eq!(frame, [0x24, 0x85, 1, 2, 3]);
 }
 
 /// Of several layouts, the first of those that come furthest with a beginning.
 #[test]
 fn the_reason_is_that_of_the_layout_that_comes_furthest() {
-    let layout = |sync| Layout {
-        sync: Patterns::one(sync),
-        length: Length::Field(LengthField::byte(2)),
-        longest: 10,
-        ..Layout::NONE
+    let layout = |sync| {
+        let layout = Layout::builder().sync(Patterns::one(sync));
+        layout.length(Length::Field(LengthField::byte(2)))
     };
-    let other = layout(&[0x55, 0x01]);
-    let half = layout(&[0x24, 0x02]);
-    let too_long = layout(&[0x24, 0x01]);
-    let too_short = Layout {
-        shortest: 250,
-        longest: 300,
-        ..too_long
-    };
+    let other = built(layout(&[0x55, 0x01]).longest(10));
+    let half = built(layout(&[0x24, 0x02]).longest(10));
+    let too_long = built(layout(&[0x24, 0x01]).longest(10));
+    let too_short = built(layout(&[0x24, 0x01]).shortest(250).longest(255));
     for (layouts, why) in [
         ([other, half, other], DiscardReason::BrokenSync),
         ([half, too_long, other], DiscardReason::TooLong),
@@ -230,71 +219,50 @@ fn the_reason_is_that_of_the_layout_that_comes_furthest() {
     }
 }
 
+fn built(builder: LayoutBuilder) -> Layout {
+    builder.build().expect("its parts agree")
+}
+
 /// Frames as short and as long as may be, fixed bits beside the end of the header, lengths below nothing.
 #[test]
 fn what_a_layout_says_at_its_limits() {
-    let layout = Layout {
-        sync: Patterns::one(b"$"),
-        length: Length::Field(LengthField::byte(1)),
-        shortest: 2,
-        longest: 10,
-        ..Layout::NONE
+    let counted = |field| {
+        let layout = Layout::builder().sync(Patterns::one(b"$"));
+        layout.length(Length::Field(field)).longest(10)
     };
-    let has_a_bit = |at| {
-        let [mask, value] = [0x40; 2];
-        [FixedBits { at, mask, value }]
-    };
+    let layout = counted(LengthField::byte(1));
+    let has_a_bit = |at| [FixedBits::new(at, 0x40, 0x40)];
     let (in_header, behind) = (has_a_bit(1), has_a_bit(2));
     for (layout, bytes, says) in [
         // A frame that is nothing but its header, also if no longer one may be.
         (layout, &[0x24, 2][..], Classification::Frame(2)),
+        (layout.longest(2), &[0x24, 2], Classification::Frame(2)),
         (
-            Layout {
-                longest: 2,
-                ..layout
-            },
-            &[0x24, 2],
-            Classification::Frame(2),
-        ),
-        (
-            Layout {
-                fixed: &in_header,
-                ..layout
-            },
+            counted(LengthField::byte(1).mask(0x3F)).fixed(&in_header),
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
         (
-            Layout {
-                fixed: &behind,
-                ..layout
-            },
+            layout.shortest(3).fixed(&behind),
             &[0x24, 3],
             Classification::Incomplete { at_least: 3 },
         ),
         (
-            Layout {
-                length: Length::Field(LengthField {
-                    plus: -5,
-                    ..LengthField::byte(1)
-                }),
-                ..layout
-            },
+            counted(LengthField::byte(1).plus(-5)),
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
         // As many bytes as a frame may have, and no end.
         (
-            Layout {
-                length: Length::Delimiter,
-                longest: 4,
-                terminator: Patterns::one(b"\n"),
-                ..layout
-            },
+            layout
+                .length(Length::Delimiter)
+                .longest(4)
+                .terminator(Patterns::one(b"\n")),
             b"$abc",
             Classification::Rejected(DiscardReason::WrongTerminator),
         ),
     ] {
+        let layout = built(layout);
         assert_eq!(layout.classify(bytes), says, "{layout:?} of {bytes:02X?}");
     }
 }
@@ -303,29 +271,19 @@ fn what_a_layout_says_at_its_limits() {
 /// full, and by a layout that was not asked.
 #[test]
 fn an_end_in_what_was_seen_is_found() {
-    let ends = Layout {
-        sync: Patterns::one(b"$"),
-        length: Length::Delimiter,
-        longest: 10,
-        terminator: Patterns::one(b"\n"),
-        ..Layout::NONE
-    };
-    let with_a_longer_header = Layout {
-        messages: Some(Messages {
-            number: Number::byte(2),
-            known: &[Message::with_extra(b'x'.into(), 0, 0)],
-        }),
-        ..ends
-    };
+    let lines = Layout::builder()
+        .sync(Patterns::one(b"$"))
+        .length(Length::Delimiter)
+        .longest(10)
+        .terminator(Patterns::one(b"\n"));
+    let messages = [KnownMessage::new(u32::from(b'x'))];
+    let with_a_longer_header = built(lines.messages(Messages::new(Number::byte(2), &messages)));
     assert_eq!(
         with_a_longer_header.classify_after(b"$\nx", 2),
-        Classification::Frame(2)
+        Classification::Rejected(DiscardReason::BadHeader)
     );
-    let begins_like_it = Layout {
-        sync: Patterns::one(b"$\n$"),
-        ..ends
-    };
-    let any_of = AnyOf(&[begins_like_it, ends]);
+    let begins_like_it = built(lines.sync(Patterns::one(b"$\n$")));
+    let any_of = AnyOf(&[begins_like_it, built(lines)]);
     assert_eq!(
         any_of.classify(b"$\n"),
         Classification::Incomplete { at_least: 3 }

@@ -2,13 +2,14 @@
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 mod against_reference;
+mod contradictions;
 mod dependency;
 mod laws;
 mod limits;
 mod others;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};
-use framelock_formats::layout::Message;
+use framelock_formats::layout::KnownMessage;
 
 /// What the format finds in a stream: calls `see` with each message.
 fn receive<F: Format, const N: usize>(
@@ -39,10 +40,10 @@ fn receive_one<F: Format, const N: usize>(
 }
 
 /// HEARTBEAT and ATTITUDE of the dialect `common`, and one with the longest payload.
-const DIALECT: &[Message] = &[
-    Message::with_extra(0, 50, 9),
-    Message::with_extra(30, 39, 28),
-    Message::with_extra(0x01_02_03, 7, 255),
+const DIALECT: &[KnownMessage] = &[
+    KnownMessage::with_extra(0, 50, 9),
+    KnownMessage::with_extra(30, 39, 28),
+    KnownMessage::with_extra(0x01_02_03, 7, 255),
 ];
 
 /// Returns the frame of a message.

@@ -4,7 +4,7 @@
     reason = "sums are taken modulo 256, lengths fit"
 )]
 
-use framelock_formats::layout::{Layout, Message};
+use framelock_formats::layout::{KnownMessage, Layout};
 use framelock_formats::{crsf, ibus, mavlink, motion::SIX_AXES, nmea, rtcm, sbus, ubx};
 
 /// The shipped formats.
@@ -23,11 +23,11 @@ pub enum Protocol {
 }
 
 /// HEARTBEAT, ATTITUDE, and two with the longest payload.
-pub(crate) const DIALECT: &[Message] = &[
-    Message::with_extra(0, 50, 9),
-    Message::with_extra(0x03, 7, 255),
-    Message::with_extra(30, 39, 28),
-    Message::with_extra(0x01_02_03, 7, 255),
+pub(crate) const DIALECT: &[KnownMessage] = &[
+    KnownMessage::with_extra(0, 50, 9),
+    KnownMessage::with_extra(0x03, 7, 255),
+    KnownMessage::with_extra(30, 39, 28),
+    KnownMessage::with_extra(0x01_02_03, 7, 255),
 ];
 
 fn definition(id: u32) -> Option<(u8, u8)> {

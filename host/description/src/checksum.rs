@@ -21,15 +21,11 @@ macro_rules! catalogue {
     ($($name:ident)*) => {
         &[$((stringify!($name), {
             let crc = crc_catalog::$name;
-            Crc {
-                width: crc.width as u32,
-                polynomial: crc.poly as u32,
-                initial: crc.init as u32,
-                reflected_in: crc.refin,
-                reflected_out: crc.refout,
-                xor_out: crc.xorout as u32,
-                table: Table::None,
-            }
+            Crc::new(crc.width as u32, crc.poly as u32)
+                .initial(crc.init as u32)
+                .reflected_in(crc.refin)
+                .reflected_out(crc.refout)
+                .xor_out(crc.xorout as u32)
         })),*]
     };
 }
@@ -104,23 +100,13 @@ impl TryFrom<String> for Named {
     }
 }
 
-/// How many bytes a checksum has; sums have as many as are kept of them.
-pub(crate) fn bytes_of(algorithm: &Algorithm) -> Option<usize> {
-    match algorithm {
-        Algorithm::Crc(crc) => usize::try_from(crc.width.div_ceil(8)).ok(),
-        Algorithm::Xor => Some(1),
-        Algorithm::Fletcher => Some(2),
-        Algorithm::Sum | Algorithm::InvertedSum | Algorithm::NegatedSum => None,
-    }
-}
-
 /// The same, by a table that is never given back: 16 KiB.
 pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
-        Algorithm::Crc(crc) => Algorithm::Crc(Crc {
-            table: Table::Sixteens(Box::leak(Box::new(crc.table_of_sixteens()))),
-            ..crc
-        }),
+        Algorithm::Crc(crc) => {
+            let tables = Box::leak(Box::new(crc.table_of_sixteens()));
+            Algorithm::Crc(crc.table(Table::Sixteens(tables)))
+        }
         sum => sum,
     }
 }

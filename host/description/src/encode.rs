@@ -77,18 +77,22 @@ impl Kind {
         }
         // Bytes of no field make a frame as long as the shortest, unless a field takes the rest.
         let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
-        let shortest = if takes_rest { 0 } else { self.layout.shortest };
+        let shortest = if takes_rest {
+            0
+        } else {
+            self.layout.shortest()
+        };
         let length = self.next_length(self.least_length(ends).max(shortest));
         let mut frame = vec![0; length];
         // Of several the first, unless a field says which.
-        let end = length.saturating_sub(self.layout.terminator.length);
-        for (at, patterns) in [(0, self.layout.sync), (end, self.layout.terminator)] {
+        let end = length.saturating_sub(self.layout.terminator().length);
+        for (at, patterns) in [(0, self.layout.sync()), (end, self.layout.terminator())] {
             put_bytes(patterns.each().next().unwrap_or_default(), &mut frame, at);
         }
-        if let Some(appendix) = self.layout.appendix.filter(|_| !appended.is_empty())
-            && let Some(byte) = frame.get_mut(appendix.at)
+        if let Some(trailer) = self.layout.trailer().filter(|_| !appended.is_empty())
+            && let Some(byte) = frame.get_mut(trailer.at)
         {
-            *byte |= appendix.mask & appendix.mask.wrapping_neg();
+            *byte |= trailer.mask & trailer.mask.wrapping_neg();
         }
         for (field, wanted) in &written {
             put(field, wanted, &mut frame);
@@ -140,7 +144,7 @@ impl Kind {
             Classification::Rejected(DiscardReason::UnknownMessage) => {
                 let what =
                     "there is no such message: the description has a list of those that there are";
-                let Some(messages) = &layout.messages else {
+                let Some(messages) = layout.messages() else {
                     return what.into();
                 };
                 let at = messages.number.at;
@@ -155,8 +159,8 @@ impl Kind {
                 "there is no frame of {} bytes with these values: the description has frames of {} \
                  to {} bytes, and says what they begin with, of which kind they are, and how they end",
                 frame.len(),
-                layout.shortest,
-                layout.longest
+                layout.shortest(),
+                layout.longest()
             ),
         }
     }

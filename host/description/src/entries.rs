@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use framelock_formats::layout::{self, Algorithm, Appendix, Crc, LengthField};
+use framelock_formats::layout::{self, Algorithm, Checksum, Crc, LengthField, Trailer};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -36,7 +36,7 @@ pub(crate) fn missing<T>(what: &str) -> Result<T, Problem> {
 pub(crate) struct FrameEntry {
     /// Of a kind.
     pub(crate) name: Option<Spanned<String>>,
-    pub(crate) sync: Option<Alternatives>,
+    pub(crate) sync: Option<Spanned<Alternatives>>,
     /// Bytes in every frame.
     pub(crate) length: Option<Spanned<usize>>,
     pub(crate) length_field: Option<Spanned<LengthEntry>>,
@@ -45,7 +45,7 @@ pub(crate) struct FrameEntry {
     pub(crate) terminator: Option<Spanned<Alternatives>>,
     pub(crate) checksum: Option<Spanned<ChecksumEntry>>,
     pub(crate) messages: Option<Spanned<MessagesEntry>>,
-    pub(crate) appendix: Option<Spanned<AppendixEntry>>,
+    pub(crate) trailer: Option<Spanned<TrailerEntry>>,
     #[serde(default)]
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
     #[serde(default)]
@@ -71,7 +71,7 @@ impl FrameEntry {
         self.terminator = self.terminator.or_else(|| whole.terminator.clone());
         self.checksum = self.checksum.or_else(|| whole.checksum.clone());
         self.messages = self.messages.or_else(|| whole.messages.clone());
-        self.appendix = self.appendix.or_else(|| whole.appendix.clone());
+        self.trailer = self.trailer.or_else(|| whole.trailer.clone());
         self.fields = [whole.fields.clone(), self.fields].concat();
         self
     }
@@ -161,8 +161,7 @@ impl Unsigned {
 
     /// As the layout has it.
     pub(crate) fn at(self, at: usize) -> layout::Number {
-        let NumberType { bytes, order, .. } = self.0;
-        layout::Number { at, bytes, order }
+        layout::Number::new(at, self.0.bytes, self.0.order)
     }
 }
 
@@ -180,24 +179,10 @@ pub(crate) struct LengthEntry {
 
 impl LengthEntry {
     pub(crate) fn field(&self) -> LengthField {
-        LengthField {
-            number: self.number.at(self.at.0),
-            mask: self.mask.unwrap_or(u32::MAX),
-            factor: self.factor.unwrap_or(1),
-            plus: self.plus,
-        }
-    }
-
-    /// The bits of the number that count.
-    pub(crate) fn number_mask(&self) -> u64 {
-        self.number.0.all() & u64::from(self.mask.unwrap_or(u32::MAX))
-    }
-
-    /// Bytes in the longest frame that it can tell.
-    pub(crate) fn most(&self) -> usize {
-        let told = self.number_mask() * u64::from(self.factor.unwrap_or(1));
-        let most = told.saturating_add_signed(self.plus.into());
-        usize::try_from(most).unwrap_or(usize::MAX)
+        LengthField::new(self.number.at(self.at.0))
+            .mask(self.mask.unwrap_or(u32::MAX))
+            .factor(self.factor.unwrap_or(1))
+            .plus(self.plus)
     }
 }
 
@@ -212,22 +197,30 @@ pub(crate) struct ChecksumEntry {
     reflected: Option<bool>,
     xor: Option<u32>,
     #[serde(rename = "type")]
-    pub(crate) stored: Stored,
+    stored: Stored,
     pub(crate) at: i16,
     #[serde(default)]
-    pub(crate) from: i16,
-    pub(crate) to: Option<i16>,
+    from: i16,
+    to: Option<i16>,
 }
 
 impl ChecksumEntry {
-    /// How it is computed, or what contradicts that.
-    pub(crate) fn algorithm(&self) -> Result<Algorithm<'static>, &'static str> {
+    /// The checksum, or the reason why the entry names no algorithm.
+    pub(crate) fn checksum(&self) -> Result<Checksum<'static>, &'static str> {
+        Ok(Checksum::at_the_end(self.stored.bytes)
+            .algorithm(self.algorithm()?)
+            .encoding(self.stored.encoding)
+            .at(self.at)
+            .from(self.from)
+            .to(self.to.unwrap_or(self.at.saturating_sub(1))))
+    }
+
+    fn algorithm(&self) -> Result<Algorithm<'static>, &'static str> {
         let has_parameters =
             self.initial.is_some() || self.reflected.is_some() || self.xor.is_some();
         let (width, polynomial) = match (self.name, self.width, self.polynomial) {
             (Some(Named(algorithm)), None, None) if !has_parameters => return Ok(algorithm),
-            (None, Some(width @ 8..=32), Some(polynomial)) => (width, polynomial),
-            (None, Some(_), Some(_)) => return Err("a CRC has a width of 8 to 32 bits"),
+            (None, Some(width), Some(polynomial)) => (width, polynomial),
             _ => {
                 return Err(
                     "give a name, or a CRC's width and polynomial; then initial, reflected and xor",
@@ -235,20 +228,11 @@ impl ChecksumEntry {
             }
         };
         let reflected = self.reflected.unwrap_or_default();
-        let crc = Crc {
-            width,
-            polynomial,
-            initial: self.initial.unwrap_or_default(),
-            reflected_in: reflected,
-            reflected_out: reflected,
-            xor_out: self.xor.unwrap_or_default(),
-            ..Crc::ZERO
-        };
-        if u32::MAX >> (32 - width) < crc.polynomial | crc.initial | crc.xor_out {
-            return Err(
-                "polynomial, initial and xor have no more bits than width; the highest power is left out",
-            );
-        }
+        let crc = Crc::new(width, polynomial)
+            .initial(self.initial.unwrap_or_default())
+            .reflected_in(reflected)
+            .reflected_out(reflected)
+            .xor_out(self.xor.unwrap_or_default());
         Ok(Algorithm::Crc(crc))
     }
 }
@@ -259,7 +243,7 @@ impl ChecksumEntry {
 pub(crate) struct Stored {
     /// Bytes that are kept of it.
     pub(crate) bytes: usize,
-    pub(crate) written: layout::Written,
+    pub(crate) encoding: layout::Encoding,
 }
 
 impl TryFrom<String> for Stored {
@@ -270,15 +254,15 @@ impl TryFrom<String> for Stored {
             .iter()
             .position(|hex| *hex == name)
         {
-            let (bytes, written) = (bytes + 1, layout::Written::Hex);
-            return Ok(Self { bytes, written });
+            let (bytes, encoding) = (bytes + 1, layout::Encoding::Hex);
+            return Ok(Self { bytes, encoding });
         }
         let Unsigned(number) = name.try_into()?;
         Ok(Self {
             bytes: number.bytes,
-            written: match number.order {
-                layout::ByteOrder::Little => layout::Written::Little,
-                layout::ByteOrder::Big => layout::Written::Big,
+            encoding: match number.order {
+                layout::ByteOrder::Little => layout::Encoding::Little,
+                layout::ByteOrder::Big => layout::Encoding::Big,
             },
         })
     }
@@ -326,10 +310,10 @@ impl MessagesEntry {
     }
 }
 
-/// What is behind some frames.
+/// Bytes that follow some frames.
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct AppendixEntry {
+pub(crate) struct TrailerEntry {
     /// What it is called.
     pub(crate) name: Spanned<String>,
     at: Front,
@@ -337,13 +321,9 @@ pub(crate) struct AppendixEntry {
     bytes: usize,
 }
 
-impl AppendixEntry {
-    pub(crate) fn appendix(&self) -> Appendix {
-        Appendix {
-            at: self.at.0,
-            mask: self.mask,
-            bytes: self.bytes,
-        }
+impl TrailerEntry {
+    pub(crate) fn trailer(&self) -> Trailer {
+        Trailer::new(self.at.0, self.mask, self.bytes)
     }
 }
 

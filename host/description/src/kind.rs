@@ -1,7 +1,7 @@
 //! A kind of frames, and what its fields are in one.
 
 use framelock_formats::Layout;
-use framelock_formats::layout::Appendix;
+use framelock_formats::layout::Trailer;
 
 use crate::field::Field;
 use crate::value::Value;
@@ -20,8 +20,8 @@ pub struct Kind {
     pub fields: Vec<Field>,
     /// Bytes that must be there before the length is known.
     pub(crate) header: usize,
-    /// Bytes at the end that are counted from the end.
-    pub trailer: usize,
+    /// The number of bytes at the end of a frame that hold the parts counted from its end.
+    pub from_end: usize,
 }
 
 impl Kind {
@@ -29,9 +29,9 @@ impl Kind {
     #[inline]
     #[must_use]
     pub fn content<'f>(&self, field: &'f Field, frame: &'f [u8]) -> Option<Content<'f>> {
-        let part = match self.layout.appendix {
+        let part = match self.layout.trailer() {
             None => frame,
-            Some(appendix) => parted(frame, &appendix, field.is_appended),
+            Some(trailer) => parted(frame, &trailer, field.is_appended),
         };
         let bytes = field.bytes(part)?;
         Some(Content { field, bytes })
@@ -49,9 +49,9 @@ impl Kind {
     }
 }
 
-/// What is appended to a frame, or all else of it.
-fn parted<'f>(frame: &'f [u8], appendix: &Appendix, is_appended: bool) -> &'f [u8] {
-    let place = frame.len().saturating_sub(appendix.appended_to(frame));
+/// Returns the trailer of a frame, or the frame without it.
+fn parted<'f>(frame: &'f [u8], trailer: &Trailer, is_appended: bool) -> &'f [u8] {
+    let place = frame.len().saturating_sub(trailer.bytes_after(frame));
     let (alone, appended) = frame.split_at_checked(place).unwrap_or_default();
     if is_appended { appended } else { alone }
 }

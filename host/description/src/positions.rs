@@ -1,11 +1,11 @@
 //! Where everything is in a frame, and how long a frame is.
 //!
-//! Here a frame is without its appendix, as in the [`Layout`](framelock_formats::Layout): what is appended follows it.
+//! Here a frame is without its trailer, as in the [`Layout`](framelock_formats::Layout): the trailer follows it.
 
 use std::fmt;
 use std::ops::Range;
 
-use framelock_formats::layout::{Checksum, Length, Written, index};
+use framelock_formats::layout::{Checksum, Length, index};
 
 use crate::field::Field;
 use crate::kind::Kind;
@@ -80,16 +80,16 @@ impl Kind {
                 positions.extend(bytes.map(|bytes| (Part::Value(field, number), bytes)));
             }
         }
-        positions.push((Part::Sync, 0..self.layout.sync.length));
-        if let Length::Field(field) = self.layout.length {
+        positions.push((Part::Sync, 0..self.layout.sync().length));
+        if let Length::Field(field) = self.layout.length() {
             positions.push((Part::Length, field.number.at..field.number.end()));
         }
-        let checksum = self.layout.checksum.as_ref();
+        let checksum = self.layout.checksum();
         let checksum = checksum.filter(|checksum| is_whole || checksum.at >= 0);
-        let checksum = checksum.and_then(|checksum| checksum_position(checksum, length));
+        let checksum = checksum.and_then(|checksum| checksum_position(&checksum, length));
         positions.extend(checksum.map(|bytes| (Part::Checksum, bytes)));
         if is_whole {
-            let from = length.saturating_sub(self.layout.terminator.length);
+            let from = length.saturating_sub(self.layout.terminator().length);
             positions.push((Part::Terminator, from..length));
         }
         positions
@@ -99,25 +99,25 @@ impl Kind {
     #[must_use]
     pub fn shortest_with(&self, field: &Field) -> Option<usize> {
         if field.is_appended {
-            return Some(self.layout.shortest);
+            return Some(self.layout.shortest());
         }
         let shortest = field.end(0)? + field.margin;
-        (shortest > self.layout.shortest).then_some(shortest)
+        (shortest > self.layout.shortest()).then_some(shortest)
     }
 
     /// The length of a frame that has room for its header, for fields with these [`end`](Field::end)s, and for
     /// everything that is counted from the end. The format may demand a longer one. All frames of a fixed length have that length.
     pub fn least_length(&self, ends: impl IntoIterator<Item = usize>) -> usize {
-        match self.layout.length {
-            Length::Fixed => self.layout.longest,
-            _ => ends.into_iter().fold(self.header, usize::max) + self.trailer,
+        match self.layout.length() {
+            Length::Fixed => self.layout.longest(),
+            _ => ends.into_iter().fold(self.header, usize::max) + self.from_end,
         }
     }
 
     /// The number of which a frame's length is a multiple, and how much more; `None` if any length is possible.
     #[must_use]
     pub fn multiple(&self) -> Option<(usize, usize)> {
-        let Length::Field(field) = self.layout.length else {
+        let Length::Field(field) = self.layout.length() else {
             return None;
         };
         let factor = i64::from(field.factor);
@@ -139,6 +139,5 @@ impl Kind {
 /// The bytes of a checksum in a frame of `length` bytes; `None` if that is shorter than its distance from the end.
 pub(crate) fn checksum_position(checksum: &Checksum, length: usize) -> Option<Range<usize>> {
     let from = index(checksum.at, length)?;
-    let to = from + checksum.bytes * (1 + usize::from(checksum.written == Written::Hex));
-    Some(from..to)
+    Some(from..from + checksum.encoded_bytes())
 }

@@ -1,34 +1,34 @@
 //! A layout as a value for templates, with the names that [`Layout`] gives its parts.
 
 use framelock_formats::layout::{
-    Algorithm, Appendix, Checksum, Crc, Layout, Length, Messages, Number, Patterns,
+    Algorithm, Checksum, Crc, Layout, Length, Messages, Number, Patterns, Trailer,
 };
 use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
 use minijinja::{Value, context};
 
 pub(crate) fn value(layout: &Layout) -> Value {
-    let fixed = layout.fixed.iter();
+    let fixed = layout.fixed().iter();
     let fixed = fixed.map(|it| context! { at => it.at, mask => it.mask, value => it.value });
-    let (length_kind, length) = match &layout.length {
-        Length::Fixed => ("Fixed", None),
-        Length::Delimiter => ("Delimiter", None),
+    let (length_kind, length) = match layout.length() {
         Length::Field(it) => {
             let number = number(&it.number);
             let field = context! { number, mask => it.mask, factor => it.factor, plus => it.plus };
             ("Field", Some(field))
         }
+        Length::Delimiter => ("Delimiter", None),
+        _ => ("Fixed", None),
     };
     context! {
-        sync => patterns(&layout.sync),
+        sync => patterns(&layout.sync()),
         length_kind,
         length,
-        shortest => layout.shortest,
-        longest => layout.longest,
+        shortest => layout.shortest(),
+        longest => layout.longest(),
         fixed => fixed.collect::<Vec<_>>(),
-        messages => layout.messages.as_ref().map(messages),
-        checksum => layout.checksum.as_ref().map(checksum),
-        terminator => patterns(&layout.terminator),
-        appendix => layout.appendix.as_ref().map(appendix),
+        messages => layout.messages().as_ref().map(messages),
+        checksum => layout.checksum().as_ref().map(checksum),
+        terminator => patterns(&layout.terminator()),
+        trailer => layout.trailer().as_ref().map(trailer),
     }
 }
 
@@ -44,7 +44,7 @@ fn number(number: &Number) -> Value {
 
 fn messages(messages: &Messages) -> Value {
     let known = messages.known.iter().map(|it| {
-        context! { number => it.number, most => it.most, extra => it.extra, has_extra => it.has_extra.to_string() }
+        context! { number => it.number, longest_payload => it.longest_payload, extra => it.extra, has_extra => it.has_extra.to_string() }
     });
     // In Rust the long tables have a name.
     let table = match messages.known {
@@ -58,7 +58,7 @@ fn messages(messages: &Messages) -> Value {
 fn checksum(it: &Checksum) -> Value {
     let (algorithm, crc) = match it.algorithm {
         Algorithm::Crc(crc) => ("Crc".to_owned(), crc),
-        sum => (format!("{sum:?}"), Crc::ZERO),
+        sum => (format!("{sum:?}"), Crc::new(0, 0)),
     };
     let crc = context! {
         width => crc.width,
@@ -72,14 +72,14 @@ fn checksum(it: &Checksum) -> Value {
         algorithm,
         crc,
         bytes => it.bytes,
-        written => format!("{:?}", it.written),
+        encoding => format!("{:?}", it.encoding),
         at => it.at,
         from => it.from,
         to => it.to,
     }
 }
 
-fn appendix(it: &Appendix) -> Value {
+fn trailer(it: &Trailer) -> Value {
     let lowest_bit = it.mask & it.mask.wrapping_neg();
     context! { at => it.at, mask => it.mask, lowest_bit, bytes => it.bytes }
 }

@@ -134,18 +134,18 @@ impl Program {
 
 impl KindItem {
     fn new(kind: &Kind, name: String, language: &Language) -> Self {
-        let is_fixed = kind.layout.length == Length::Fixed;
+        let is_fixed = kind.layout.length() == Length::Fixed;
         let start = if is_fixed {
-            kind.layout.longest
+            kind.layout.longest()
         } else {
             let fields = kind.fields.iter();
             let always = fields.filter(|field| kind.shortest_with(field).is_none());
             let least = kind.least_length(always.filter_map(|field| field.end(0)));
-            least.max(kind.layout.shortest)
+            least.max(kind.layout.shortest())
         };
         let mut taken = language.keywords();
         let items = kind.varying_fields().map(|field| {
-            let least = field.end(0).map(|end| end + kind.trailer);
+            let least = field.end(0).map(|end| end + kind.from_end);
             let may_be_longer = |least: &usize| *least > start || field.length().is_none();
             Item {
                 least: least.filter(may_be_longer).filter(|_| !is_fixed),

@@ -41,16 +41,22 @@ fn called(code: &str, functions: &str) -> String {
     functions.filter(is_called).collect()
 }
 
-/// Indents each line by the number of brackets that are open. Indentation in templates serves their readers only.
+/// Indents each line by the number of brackets that are open, and calls of a chain, which begin with a dot, by one more. Indentation in templates serves their readers only.
 fn indented(code: &str) -> String {
     let mut text = String::new();
     let mut depth = 0_usize;
+    // The depths of the chains that have not ended.
+    let mut chains = Vec::new();
     for line in code.lines().map(str::trim) {
         let is_comment = ["//", "/*", "*"].iter().any(|mark| line.starts_with(mark));
         let is_closing = line.starts_with([')', ']', '}']);
         let count = |brackets: [char; 3]| line.matches(brackets).count();
         let (open, close) = (count(['(', '[', '{']), count([')', ']', '}']));
         depth = depth.saturating_sub(usize::from(is_closing));
+        if line.starts_with('.') && chains.last() != Some(&depth) {
+            depth += 1;
+            chains.push(depth);
+        }
         if !line.is_empty() {
             text.extend(std::iter::repeat_n("    ", depth));
         }
@@ -61,6 +67,10 @@ fn indented(code: &str) -> String {
             depth += 1;
         } else if open < close && !is_closing {
             depth = depth.saturating_sub(1);
+        }
+        if line.ends_with([';', ',']) && chains.last() == Some(&depth) {
+            chains.pop();
+            depth -= 1;
         }
     }
     text

@@ -51,12 +51,12 @@ fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8
     let takes_rest = fields.clone().any(|field| field.length().is_none());
     let rest = random.random_range(0..=12 * usize::from(takes_rest));
     let ends = fields.clone().filter_map(|field| field.end(rest));
-    let length = kind.least_length(ends).max(layout.shortest) + longer;
+    let length = kind.least_length(ends).max(layout.shortest()) + longer;
     let is_text = fields.any(|field| field.kind == Type::Text);
     let any = if is_text { b'A'..=b'Z' } else { 0..=u8::MAX };
-    let bytes = (0..length.min(layout.longest)).map(|_| random.random_range(any.clone()));
+    let bytes = (0..length.min(layout.longest())).map(|_| random.random_range(any.clone()));
     let mut frame: Vec<u8> = bytes.collect();
-    if let Some(messages) = &layout.messages
+    if let Some(messages) = layout.messages()
         && let Some(message) = messages.known.choose(random)
     {
         let (place, mut bytes) = (messages.number, message.number.to_le_bytes());

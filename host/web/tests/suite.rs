@@ -416,7 +416,11 @@ fn what_is_wrong_with_a_description_is_told_with_its_line_and_column() {
     assert_eq!(problem(MOTOR), "");
     for (from, to, told) in [
         ("plus", "pluss", "Line 3, column 39: unknown field"),
-        ("from = 2", "to = -1", "Line 5, column 12: in a frame of"),
+        (
+            "from = 2",
+            "to = -1",
+            "Line 5, column 12: checksum: it covers itself",
+        ),
         ("MODBUS", "MODBUZ", "Line 5, column 21: there is no"),
         ("[[kinds]]", "[[sorts]]", "Line 7, column 3: unknown field"),
     ] {
@@ -425,7 +429,7 @@ fn what_is_wrong_with_a_description_is_told_with_its_line_and_column() {
         let error = Run::open(&own(&MOTOR.replacen(from, to, 1)), &[]).err();
         assert_eq!(error, Some(told_is));
     }
-    assert!(problem("").starts_with("Line 1, column 1: nothing tells a frame from noise"));
+    assert!(problem("").starts_with("Line 1, column 1: nothing ends a frame"));
 }
 
 /// The example, or a shipped description, with other numbers in it.

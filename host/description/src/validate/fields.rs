@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use framelock_formats::layout::{FixedBits, index};
+use framelock_formats::layout::FixedBits;
 
 use toml::Spanned;
 
-use crate::entries::{AppendixEntry, FieldEntry, FrameEntry, Problem, Values, wrong};
+use crate::entries::{FieldEntry, FrameEntry, Problem, TrailerEntry, Values, wrong};
 use crate::field::{Class, Field, Type};
 use crate::kind::{Kind, LONGEST};
 use crate::positions::checksum_position;
@@ -35,8 +35,8 @@ fn column_name(name: &Spanned<String>) -> Result<String, Problem> {
     Ok(text.clone())
 }
 
-/// The field of an appendix of so many bytes.
-pub(super) fn appended(entry: &AppendixEntry, bytes: usize) -> Result<Field, Problem> {
+/// Returns the field of a trailer of `bytes` bytes.
+pub(super) fn appended(entry: &TrailerEntry, bytes: usize) -> Result<Field, Problem> {
     Ok(Field {
         name: column_name(&entry.name)?,
         count: Some(bytes),
@@ -121,34 +121,34 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     Ok(field)
 }
 
-/// Ends the fields that take the rest before the last `trailer` bytes, which other parts are counted in.
+/// Ends the fields that take the rest before the last `from_end` bytes, which other parts are counted in.
 pub(super) fn take_what_is_left(
     fields: &mut [Field],
     written: &FrameEntry,
-    trailer: usize,
+    from_end: usize,
 ) -> Result<(), Problem> {
     for (field, entry) in fields.iter_mut().zip(&written.fields) {
         // What takes the rest of a frame of one length has one length as well.
         if let (Some(length), None) = (&written.length, field.length()) {
             let distance = usize::from(field.at.unsigned_abs());
-            field.count = length.get_ref().checked_sub(distance + trailer);
+            field.count = length.get_ref().checked_sub(distance + from_end);
             if field.count.is_none_or(|left| left == 0) {
                 return wrong(entry, "nothing of the frame is left for this field");
             }
         }
         let is_placed = field.at < 0 || field.constant.is_some();
         if !is_placed && written.length.is_none() {
-            field.margin = trailer;
+            field.margin = from_end;
         }
     }
     fields.iter_mut().for_each(Field::prepare);
     Ok(())
 }
 
-/// The bits of fields that have the same value in every frame.
-pub(super) fn fixed_bits(fields: &[Field]) -> Vec<FixedBits> {
-    let mut fixed: Vec<FixedBits> = Vec::new();
-    for field in fields {
+/// Returns the bits of fields that have the same value in every frame, and the index of each one's field.
+pub(super) fn fixed_bits(fields: &[Field]) -> (Vec<FixedBits>, Vec<usize>) {
+    let (mut fixed, mut owners) = (Vec::new(), Vec::new());
+    for (number, field) in fields.iter().enumerate() {
         let Some(constant) = field.constant else {
             continue;
         };
@@ -161,10 +161,11 @@ pub(super) fn fixed_bits(fields: &[Field]) -> Vec<FixedBits> {
         for (byte, (mask, value)) in bytes {
             let byte = u16::try_from(byte).unwrap_or(u16::MAX);
             let at = field.at.saturating_add_unsigned(byte);
-            fixed.push(FixedBits { at, mask, value });
+            fixed.push(FixedBits::new(at, mask, value));
+            owners.push(number);
         }
     }
-    fixed
+    (fixed, owners)
 }
 
 /// Checks that every part fits into a frame of `length` bytes and that no two overlap. `longest` is the length of the
@@ -187,25 +188,14 @@ pub(super) fn check_positions(
         let from = length.saturating_sub(terminator.get_ref().length);
         claims.push((terminator.span(), "the terminator", whole(from..length)));
     }
-    if let (Some(entry), Some(checksum)) = (&written.checksum, &kind.layout.checksum) {
-        let bytes = checksum_position(checksum, length).unwrap_or(length..length + 1);
-        let place = |at| index(at, length).unwrap_or(length);
-        let (from, to) = (place(checksum.from), place(checksum.to));
-        if from > to + 1 || to >= length || (from < bytes.end && bytes.start <= to) {
-            let what = format!(
-                "in a frame of {length} bytes the checksum is at {} and covers {from} to {to}: \
-                 give from and to, the first and the last byte; it does not cover itself",
-                bytes.start
-            );
-            return wrong(entry, what);
-        }
+    if let (Some(entry), Some(checksum)) = (&written.checksum, kind.layout.checksum()) {
+        let bytes = checksum_position(&checksum, length).unwrap_or_default();
         claims.push((entry.span(), "the checksum", whole(bytes)));
     }
     for (field, entry) in kind.fields.iter().zip(&written.fields) {
         let entry = entry.get_ref();
         if length < longest && kind.shortest_with(field).is_some() {
-            let Some(value) = &entry.value else { continue };
-            return wrong(value, "a frame may be too short for this: give shortest");
+            continue;
         }
         let mut bits = Vec::new();
         match (field.position(length), field.length()) {

@@ -13,8 +13,8 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
     // Fits the smallest of types.
     let most = *[1, 1, 3, 7].choose(random).unwrap();
     let kind = description.kinds.choose(random).unwrap();
-    let sync = kind.layout.sync.each().next().unwrap_or_default();
-    let end = kind.layout.terminator.each().last().unwrap_or_default();
+    let sync = kind.layout.sync().each().next().unwrap_or_default();
+    let end = kind.layout.terminator().each().last().unwrap_or_default();
     let values = description.columns.iter().map(|column| {
         Some(match (&*column.name, column.is_text) {
             ("kind", _) => kind.name.clone().into(),

@@ -98,7 +98,7 @@ fn each_key_means_what_it_is_called() {
         (
             "sync = 'FD'\nlength_field = { at = 1, type = 'u8', plus = 4 }\nlongest = 20
              messages = { at = 2, type = 'u8', known = [[7], [9, 1], [8, 2, 3]] }
-             appendix = { name = 'more', at = 1, mask = 0x80, bytes = 2 }
+             trailer = { name = 'more', at = 1, mask = 0x80, bytes = 2 }
              checksum = { name = 'sum', type = 'u8', at = -1, from = 2 }
              fields = [{ name = 'message', at = 2, type = 'u8' }, { name = 'payload', at = 3, type = 'bytes' }]",
             json!([9, "05", ""]),

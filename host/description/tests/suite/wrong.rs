@@ -11,36 +11,36 @@ const WRONG: &str = r#"
     sync = 5 => 1:8: invalid type: integer `5`, expected a string
     sync = "C8 | EE 01"\nlength = 4 => 1:8: all that a frame may begin or end with must have the same length
     sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: all that a frame may begin or end with must have
-    length = 4 => 1:1: nothing tells a frame from noise
+    length = 4 => 1:1: sync: nothing tells a frame from noise
     sync = "24" => 1:1: nothing ends a frame
     sync = "24"\nlenght = 4 => 2:1: unknown field `lenght`
     sync = "24"\nlength = 4\nlength = 5 => 3:1: duplicate key
     sync = "24"\nlength = 4\nlongest = 5 => 2:10: length says it all
-    sync = "24"\nlength = 70000 => 2:10: frames of 70000 to 70000 bytes
-    sync = "24 25"\nlength = 2\nterminator = "0A" => 2:10: frames of 2 to 2 bytes: the parts that each has are 3
+    sync = "24"\nlength = 70000 => 2:10: longest: a frame has up to 65791 bytes
+    sync = "24 25"\nlength = 2\nterminator = "0A" => 2:10: longest: the header and the terminator do not fit
     sync = "24"\nlength = 4\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:10: length is for frames that all have it
     sync = "24"\nlength_field = { at = -1, type = "u8", plus = 2 }\nlongest = 9 => 2:23: this is needed before the end is known
     sync = "24"\nlength_field = { at = 1, type = "u16", plus = 2 } => 2:33: there is no type "u16": u8, u16le
     sync = "24"\nlength_field = { at = 1, type = "i8", plus = 2 } => 2:33: a number without sign of up to four bytes
-    sync = "24"\nlength_field = { at = 1, type = "u8", factor = 0 }\nlongest = 9 => 2:16: with this factor or mask it tells no length
-    sync = "24"\nlength_field = { at = 1, type = "u8", mask = 0x100 }\nlongest = 9 => 2:16: with this factor or mask it tells no length
+    sync = "24"\nlength_field = { at = 1, type = "u8", factor = 0 }\nlongest = 9 => 2:16: length: with this mask or factor
+    sync = "24"\nlength_field = { at = 1, type = "u8", mask = 0x100 }\nlongest = 9 => 2:16: length: with this mask or factor
     sync = "24"\nlength_field = { at = 1, type = "u8", plus = 2 } => 1:1: give longest
-    sync = "24"\nlongest = 300\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: frames of 2 to 300 bytes: the parts that each has are 2, and 257 is the most
-    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", mask = 7, factor = 2, plus = 2 } => 2:11: frames of 2 to 40 bytes: the parts that each has are 2, and 16 is the most
-    sync = "24"\nlongest = 1\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: frames of 2 to 1 bytes
+    sync = "24"\nlongest = 300\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: longest: it is more than the greatest length
+    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", mask = 7, factor = 2, plus = 2 } => 2:11: longest: it is more than the greatest length
+    sync = "24"\nlongest = 1\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: longest: it is less than shortest
     sync = "24"\nlength = 4\nchecksum = { name = "CRC-8/DVBS3", type = "u8", at = -1 } => 3:21: there is no checksum "CRC-8/DVBS3"; the nearest names are CRC-8/DVB-S2
-    sync = "24"\nlength = 4\nchecksum = { name = "CRC-16/MODBUS", type = "u8", at = -1 } => 3:12: this checksum has 2 bytes
-    sync = "24"\nlength = 9\nchecksum = { name = "CRC-12/DECT", type = "u8", at = -1 } => 3:12: this checksum has 2 bytes
-    sync = "24"\nlength = 9\nchecksum = { name = "xor", type = "hex16", at = -4 } => 3:12: this checksum has 1 bytes, and its type 2
+    sync = "24"\nlength = 4\nchecksum = { name = "CRC-16/MODBUS", type = "u8", at = -1 } => 3:12: checksum: the algorithm has another number of bytes
+    sync = "24"\nlength = 9\nchecksum = { name = "CRC-12/DECT", type = "u8", at = -1 } => 3:12: checksum: the algorithm has another number of bytes
+    sync = "24"\nlength = 9\nchecksum = { name = "xor", type = "hex16", at = -4 } => 3:12: checksum: the algorithm has another number of bytes
     sync = "24"\nlength = 9\nchecksum = { type = "u8", at = -1 } => 3:12: give a name, or a CRC's width and polynomial
     sync = "24"\nlength = 9\nchecksum = { name = "xor", polynomial = 7, type = "u8", at = -1 } => 3:12: give a name, or
-    sync = "24"\nlength = 9\nchecksum = { width = 40, polynomial = 7, type = "u8", at = -1 } => 3:12: a CRC has a width of 8 to 32
-    sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0x107, type = "u8", at = -1 } => 3:12: polynomial, initial and xor have no more bits
-    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1, to = -1 } => 3:12: in a frame of 4 bytes the checksum is at 3 and covers 0 to 3
-    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -2, from = 3 } => 3:12: in a frame of 4 bytes
-    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = 4 } => 3:12: the checksum is not in a frame of 4 bytes
-    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "hex8", at = -1 } => 3:12: the checksum is not in a frame of 4 bytes
-    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1 }\nterminator = "0A" => 3:12: the checksum is in the place of the terminator
+    sync = "24"\nlength = 9\nchecksum = { width = 40, polynomial = 7, type = "u8", at = -1 } => 3:12: checksum: a CRC has a width of 8 to 32
+    sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0x107, type = "u8", at = -1 } => 3:12: checksum: the polynomial, the initial or the xored value has more bits
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1, to = -1 } => 3:12: checksum: it covers itself
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -2, from = 3 } => 3:12: checksum: the bytes that it covers
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = 4 } => 3:12: checksum: it is not in the shortest
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "hex8", at = -1 } => 3:12: checksum: it is not in the shortest
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1 }\nterminator = "0A" => 3:12: checksum: it is in the place of the sync
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 4, type = "bytes" }] => 3:11: nothing of the frame is left
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 3, type = "u16le" }] => 3:30: a is not in a frame of 4 bytes
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u16le" }, { name = "b", at = 2, type = "u8" }] => 3:70: b is in the place of a
@@ -54,7 +54,7 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = 256 }] => 3:54: this value does not fit
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = [1, 256] }] => 3:54: these values do not fit
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = "1" }] => 3:54: a value is a whole number, or a list
-    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = [1, 1] }] => 3:54: a number stands there twice
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = [1, 1] }] => 3:54: messages: the numbers are not in ascending order, or one is listed twice
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = -2, type = "u8", value = [1, 2] }] => 3:55: a list of values is for one number without sign
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", mask = 0x100 }] => 3:53: a mask is for whole numbers, and has bits that they have
     sync = "24"\nlength = 8\nfields = [{ name = "a", at = 1, type = "f32le", scale = 0.1 }] => 3:57: a scale is for whole numbers of up to 32 bits
@@ -62,9 +62,19 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", unit = "m\u001B" }] => 3:53: a unit is a word
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", units = "m" }] => 3:46: unknown field `units`
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = -1, type = "bytes" }] => 3:30: what takes all that is left is counted from the front
-    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", plus = 2 }\nfields = [{ name = "a", at = 9, type = "u8", value = 1 }] => 4:54: a frame may be too short for this: give shortest
+    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", plus = 2 }\nfields = [{ name = "a", at = 9, type = "u8", value = 1 }] => 4:54: fixed: the shortest frame has no such place: a frame may be too short for this: give shortest
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = { x = 1 } } => 3:43: known messages are "common"
-    sync = "24"\nlength = 9\nappendix = { name = "a", at = 1, mask = 1, bytes = 4 } => 3:12: an appendix has bytes, and its frames have a length_field
+    sync = "24"\nlength = 9\ntrailer = { name = "a", at = 1, mask = 1, bytes = 4 } => 3:11: trailer: only frames with a length field
+    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 0, bytes = 4 } => 4:11: trailer: it has 1 byte or more, and a mask
+    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 1, bytes = 8 } => 4:11: trailer: the shortest frame with a trailer
+    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\nshortest = 1 => 2:11: frames of 1 bytes: the header and the parts that are counted from the end have 2
+    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", mask = 0xF0 }\nshortest = 5 => 3:16: length: no number that the length field can hold
+    sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [] } => 3:12: messages: none are known
+    sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [[300]] } => 3:12: messages: no known number fits
+    sync = "24"\nlength = 9\nfields = [{ name = "a", at = 0, type = "u8", value = 1 }] => 1:8: sync: the fixed bits in its place
+    sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 3:14: terminator: the fixed bits in its place
+    sync = "24"\nlength = 9\nfields = [{ name = "b", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8", value = 1 }, { name = "c", at = 2, type = "u8", value = 2 }] => 3:91: fixed: other fixed bits
+    sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0, type = "u8", at = -1 } => 3:12: checksum: the polynomial is 0
     any_of = ["ubx", "nmae"] => 1:18: there is no frame "nmae", the nearest name is nmea: the frames are bin
     sync = "24"\nlength = 3\n[[kinds]]\nfields = [] => 3:1: a kind has a name
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a,b" => 3:1: a kind has a name of letters, digits, - and _

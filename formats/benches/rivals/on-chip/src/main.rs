@@ -145,14 +145,14 @@ framelock! {
 /// The `MAVLink` messages that are sent, and the longest of all, `ENCAPSULATED_DATA`: number, CRC extra, most bytes
 /// of payload.
 #[cfg(any(feature = "mavlink2", feature = "mavlink2-mavlink-core"))]
-const MESSAGES: &[framelock_formats::layout::Message] = &[
-    framelock_formats::layout::Message::with_extra(0, 50, 9),
-    framelock_formats::layout::Message::with_extra(1, 124, 43),
-    framelock_formats::layout::Message::with_extra(24, 24, 52),
-    framelock_formats::layout::Message::with_extra(30, 39, 28),
-    framelock_formats::layout::Message::with_extra(33, 104, 28),
-    framelock_formats::layout::Message::with_extra(65, 118, 42),
-    framelock_formats::layout::Message::with_extra(74, 20, 20),
-    framelock_formats::layout::Message::with_extra(131, 223, 255),
-    framelock_formats::layout::Message::with_extra(253, 83, 54),
+const MESSAGES: &[framelock_formats::layout::KnownMessage] = &[
+    framelock_formats::layout::KnownMessage::with_extra(0, 50, 9),
+    framelock_formats::layout::KnownMessage::with_extra(1, 124, 43),
+    framelock_formats::layout::KnownMessage::with_extra(24, 24, 52),
+    framelock_formats::layout::KnownMessage::with_extra(30, 39, 28),
+    framelock_formats::layout::KnownMessage::with_extra(33, 104, 28),
+    framelock_formats::layout::KnownMessage::with_extra(65, 118, 42),
+    framelock_formats::layout::KnownMessage::with_extra(74, 20, 20),
+    framelock_formats::layout::KnownMessage::with_extra(131, 223, 255),
+    framelock_formats::layout::KnownMessage::with_extra(253, 83, 54),
 ];

@@ -1,0 +1,162 @@
+//! The builder of layouts.
+
+use super::check::{check, least};
+use super::{
+    Checksum, Contradiction, FixedBits, Layout, Length, Messages, Patterns, Trailer, larger,
+};
+
+/// A builder of a [`Layout`]. Each setter replaces one part; [`build`](Self::build) checks that the parts agree.
+///
+/// # Examples
+/// ```
+/// use framelock_formats::layout::{Layout, Length, LengthField, Part, Patterns};
+///
+/// let builder = Layout::builder()
+///     .sync(Patterns::one(b"$"))
+///     .length(Length::Field(LengthField::byte(1)))
+///     .shortest(40);
+/// assert!(builder.longest(60).build().is_ok());
+///
+/// let contradiction = builder.longest(20).build().expect_err("40 is more than 20");
+/// assert_eq!(contradiction.part(), Part::Longest);
+/// assert!(contradiction.to_string().starts_with("longest: it is less than shortest"));
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[must_use]
+pub struct LayoutBuilder<'a>(Layout<'a>);
+
+impl Default for LayoutBuilder<'_> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<'a> LayoutBuilder<'a> {
+    /// Returns a builder of a layout that has no parts yet.
+    #[inline]
+    pub const fn new() -> Self {
+        Self(Layout {
+            sync: Patterns::NONE,
+            length: Length::Fixed,
+            shortest: 0,
+            longest: 0,
+            fixed: &[],
+            messages: None,
+            checksum: None,
+            terminator: Patterns::NONE,
+            trailer: None,
+        })
+    }
+
+    #[inline]
+    pub(super) const fn from_layout(layout: Layout<'a>) -> Self {
+        Self(layout)
+    }
+
+    /// Sets the bytes that a frame begins with.
+    #[inline]
+    pub const fn sync(mut self, sync: Patterns<'a>) -> Self {
+        self.0.sync = sync;
+        self
+    }
+
+    /// Sets the part that determines the length of a frame. Without it, each frame has [`longest`](Self::longest)
+    /// bytes.
+    #[inline]
+    pub const fn length(mut self, length: Length) -> Self {
+        self.0.length = length;
+        self
+    }
+
+    /// Sets the number of bytes in the shortest frame. Without it, or with 0, a frame may be as short as its parts
+    /// allow.
+    #[inline]
+    pub const fn shortest(mut self, bytes: usize) -> Self {
+        self.0.shortest = bytes;
+        self
+    }
+
+    /// Sets the number of bytes in the longest frame, including its trailer. It determines the size of the buffer,
+    /// and the delay of a frame after a false start.
+    #[inline]
+    pub const fn longest(mut self, bytes: usize) -> Self {
+        self.0.longest = bytes;
+        self
+    }
+
+    /// Sets the bits that are the same in each frame, except the sync and the terminator.
+    #[inline]
+    pub const fn fixed(mut self, fixed: &'a [FixedBits]) -> Self {
+        self.0.fixed = fixed;
+        self
+    }
+
+    /// Sets the known messages. Frames of other messages are rejected.
+    #[inline]
+    pub const fn messages(mut self, messages: Messages<'a>) -> Self {
+        self.0.messages = Some(messages);
+        self
+    }
+
+    /// Sets the checksum.
+    #[inline]
+    pub const fn checksum(mut self, checksum: Checksum<'a>) -> Self {
+        self.0.checksum = Some(checksum);
+        self
+    }
+
+    /// Sets the bytes that a frame ends with.
+    #[inline]
+    pub const fn terminator(mut self, terminator: Patterns<'a>) -> Self {
+        self.0.terminator = terminator;
+        self
+    }
+
+    /// Sets the bytes that follow some frames.
+    #[inline]
+    pub const fn trailer(mut self, trailer: Trailer) -> Self {
+        self.0.trailer = Some(trailer);
+        self
+    }
+
+    /// Returns the number of bytes, at least one, that are needed to know the length of a frame.
+    #[inline]
+    #[must_use]
+    pub const fn header(&self) -> usize {
+        self.0.header()
+    }
+
+    /// Checks that the parts agree and returns the layout.
+    ///
+    /// # Errors
+    /// The first contradiction between the parts.
+    pub const fn build(self) -> Result<Layout<'a>, Contradiction> {
+        let mut layout = self.0;
+        if layout.shortest == 0 {
+            layout.shortest = match layout.length {
+                Length::Fixed => layout.longest,
+                _ => larger(least(&layout), 1),
+            };
+        }
+        match check(&layout) {
+            Ok(()) => Ok(layout),
+            Err(contradiction) => Err(contradiction),
+        }
+    }
+
+    /// Returns the layout, for a constant: a contradiction between the parts is an error of the compiler.
+    ///
+    /// # Panics
+    /// If the parts contradict each other. At run time, [`build`](Self::build) returns the same contradiction.
+    #[must_use]
+    #[expect(
+        clippy::panic,
+        reason = "the compiler reports it as an error of a constant"
+    )]
+    pub const fn build_const(self) -> Layout<'a> {
+        match self.build() {
+            Ok(layout) => layout,
+            Err(contradiction) => panic!("{}", contradiction.message()),
+        }
+    }
+}

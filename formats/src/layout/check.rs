@@ -1,0 +1,290 @@
+//! The check of a layout: the parts agree, and at least one frame exists.
+
+mod checksum;
+mod frame;
+
+use super::{Contradiction, Layout, Length, Number, Part, Patterns, larger};
+use checksum::check_checksum;
+use frame::{agrees_with_fixed, shortest_frame};
+
+/// Returns the error of a step, if there is one.
+macro_rules! try_step {
+    ($step:expr) => {
+        if let Err(contradiction) = $step {
+            return Err(contradiction);
+        }
+    };
+}
+
+/// Returns a contradiction if the condition holds.
+macro_rules! reject_if {
+    ($condition:expr, $part:expr, $message:expr) => {
+        if $condition {
+            return Err($crate::layout::Contradiction::new($part, $message));
+        }
+    };
+}
+use reject_if;
+
+/// Returns the first contradiction of a layout.
+pub(super) const fn check(layout: &Layout) -> Result<(), Contradiction> {
+    try_step!(check_each_part(layout));
+    try_step!(check_bounds(layout));
+    try_step!(check_fixed_bits(layout));
+    let shortest = match shortest_frame(layout) {
+        Ok(length) => length,
+        Err(contradiction) => return Err(contradiction),
+    };
+    if let Some(trailer) = &layout.trailer {
+        let has_room = shortest.saturating_add(trailer.bytes) <= layout.longest;
+        reject_if!(
+            !has_room,
+            Part::Trailer,
+            "trailer: the shortest frame with a trailer is longer than longest: raise longest"
+        );
+    }
+    try_step!(check_positions(layout, shortest));
+    check_positions(layout, without_trailer(layout))
+}
+
+/// Returns the number of bytes that each frame has at least: the header, and the parts that are counted from the end.
+pub(super) const fn least(layout: &Layout) -> usize {
+    // A delimiter alone may be a frame.
+    let header = match layout.length {
+        Length::Delimiter if layout.sync.length == 0 && layout.messages.is_none() => 0,
+        _ => layout.header(),
+    };
+    let mut from_end = layout.terminator.length;
+    // In frames of one length, what is counted from the end has a place like any other.
+    if !matches!(layout.length, Length::Fixed) {
+        if let Some(checksum) = &layout.checksum {
+            from_end = larger(from_end, distance_from_end(checksum.at));
+        }
+        let mut rest = layout.fixed;
+        while let [bits, others @ ..] = rest {
+            from_end = larger(from_end, distance_from_end(bits.at));
+            rest = others;
+        }
+    }
+    let parts = header.saturating_add(from_end);
+    match layout.length {
+        Length::Field(field) if field.plus > 0 => larger(parts, field.plus.unsigned_abs() as usize),
+        _ => parts,
+    }
+}
+
+const fn distance_from_end(place: i16) -> usize {
+    if place < 0 {
+        place.unsigned_abs() as usize
+    } else {
+        0
+    }
+}
+
+/// Checks each part by itself.
+const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
+    reject_if!(
+        !are_whole(&layout.sync),
+        Part::Sync,
+        "sync: its bytes are not a whole number of patterns, 1 or more, of the given length"
+    );
+    reject_if!(
+        !are_whole(&layout.terminator),
+        Part::Terminator,
+        "terminator: its bytes are not a whole number of patterns, 1 or more, of the given length"
+    );
+    reject_if!(
+        layout.sync.length == 0 && layout.terminator.length == 0 && layout.checksum.is_none(),
+        Part::Sync,
+        "sync: nothing tells a frame from noise: give a sync, a checksum or a terminator"
+    );
+    match &layout.length {
+        Length::Fixed => {}
+        Length::Delimiter => reject_if!(
+            layout.terminator.length == 0,
+            Part::Terminator,
+            "terminator: the length is given by a delimiter, but there is none: give a terminator"
+        ),
+        Length::Field(field) => {
+            reject_if!(
+                !is_number(&field.number),
+                Part::Length,
+                "length: the length field has 1 to 4 bytes"
+            );
+            reject_if!(
+                field.mask & all_bits(&field.number) == 0 || field.factor == 0,
+                Part::Length,
+                "length: with this mask or factor the length field gives no length: neither may be 0, and the mask \
+                 needs bits that the number has"
+            );
+        }
+    }
+    if let Some(messages) = &layout.messages {
+        reject_if!(
+            !is_number(&messages.number),
+            Part::Messages,
+            "messages: the number has 1 to 4 bytes"
+        );
+        reject_if!(
+            messages.known.is_empty(),
+            Part::Messages,
+            "messages: none are known: list them, or leave messages out"
+        );
+        let mut rest = messages.known;
+        while let [one, others @ ..] = rest {
+            if let [next, ..] = others {
+                reject_if!(
+                    one.number >= next.number,
+                    Part::Messages,
+                    "messages: the numbers are not in ascending order, or one is listed twice"
+                );
+            }
+            rest = others;
+        }
+    }
+    if let Some(trailer) = &layout.trailer {
+        reject_if!(
+            trailer.mask == 0 || trailer.bytes == 0,
+            Part::Trailer,
+            "trailer: it has 1 byte or more, and a mask of the bits that announce it"
+        );
+        reject_if!(
+            !matches!(layout.length, Length::Field(_)),
+            Part::Trailer,
+            "trailer: only frames with a length field may have one"
+        );
+    }
+    Ok(())
+}
+
+/// Checks the lengths of the shortest and the longest frame.
+pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
+    let (shortest, longest) = (layout.shortest, layout.longest);
+    reject_if!(
+        longest == 0,
+        Part::Longest,
+        "longest: it is 0: give the number of bytes in the longest frame"
+    );
+    let is_fixed = matches!(layout.length, Length::Fixed);
+    reject_if!(
+        is_fixed && longest < least(layout),
+        Part::Longest,
+        "longest: the header and the terminator do not fit into a frame of this length"
+    );
+    reject_if!(
+        longest < shortest,
+        Part::Longest,
+        "longest: it is less than shortest, or than the bytes that each frame has at least"
+    );
+    reject_if!(
+        is_fixed && shortest < longest,
+        Part::Shortest,
+        "shortest: each frame has longest bytes: leave shortest out, or give a length field or a delimiter"
+    );
+    reject_if!(
+        shortest < least(layout),
+        Part::Shortest,
+        "shortest: such a frame has no room for its header and for the parts that are counted from the end"
+    );
+    let most = match &layout.trailer {
+        Some(trailer) => without_trailer(layout).saturating_add(trailer.bytes),
+        None => without_trailer(layout),
+    };
+    reject_if!(
+        longest > most,
+        Part::Longest,
+        "longest: it is more than the greatest length that the length field can give"
+    );
+    Ok(())
+}
+
+/// Checks that each frame has the fixed bits, and that they are bits.
+const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
+    let (mut number, mut rest) = (0_usize, layout.fixed);
+    while let [bits, others @ ..] = rest {
+        let part = Part::Fixed(number);
+        reject_if!(
+            bits.mask == 0 || bits.value & !bits.mask != 0,
+            part,
+            "fixed: the mask is 0, or the value has bits that the mask has not"
+        );
+        let is_inside = if bits.at < 0 {
+            distance_from_end(bits.at) <= layout.shortest
+        } else {
+            (bits.at.unsigned_abs() as usize) < layout.shortest
+        };
+        reject_if!(
+            !is_inside,
+            part,
+            "fixed: the shortest frame has no such place: a frame may be too short for this: give shortest"
+        );
+        (number, rest) = (number.wrapping_add(1), others);
+    }
+    Ok(())
+}
+
+/// Checks the positions of the parts in a frame of `length` bytes.
+const fn check_positions(layout: &Layout, length: usize) -> Result<(), Contradiction> {
+    let (mut number, mut rest) = (0_usize, layout.fixed);
+    while let [bits, others @ ..] = rest {
+        if let Some(at) = super::index(bits.at, length) {
+            reject_if!(
+                !agrees_with_fixed(others, length, at, bits.value, bits.mask),
+                Part::Fixed(number),
+                "fixed: other fixed bits give the same bits other values"
+            );
+        }
+        (number, rest) = (number.wrapping_add(1), others);
+    }
+    reject_if!(
+        !frame::ends_with_a_terminator(layout, length),
+        Part::Terminator,
+        "terminator: the fixed bits in its place have other values"
+    );
+    check_checksum(layout, length)
+}
+
+/// Returns the length of the longest frame without a trailer.
+pub(super) const fn without_trailer(layout: &Layout) -> usize {
+    let Length::Field(field) = &layout.length else {
+        return layout.longest;
+    };
+    let number = field.mask & all_bits(&field.number);
+    let counted = (number as u64).wrapping_mul(field.factor as u64);
+    let most = counted.saturating_add_signed(field.plus as i64);
+    if most < layout.longest as u64 {
+        #[expect(clippy::cast_possible_truncation, reason = "it is less than a usize")]
+        return most as usize;
+    }
+    layout.longest
+}
+
+/// Whether the bytes are a whole number of patterns.
+const fn are_whole(patterns: &Patterns) -> bool {
+    match patterns.bytes.len().checked_rem(patterns.length) {
+        Some(rest) => rest == 0 && !patterns.bytes.is_empty(),
+        None => patterns.bytes.is_empty(),
+    }
+}
+
+const fn is_number(number: &Number) -> bool {
+    1 <= number.bytes && number.bytes <= 4
+}
+
+/// Returns the bits that a number of 1 to 4 bytes has.
+const fn all_bits(number: &Number) -> u32 {
+    match number.bytes {
+        1 => 0xFF,
+        2 => 0xFFFF,
+        3 => 0xFF_FFFF,
+        _ => u32::MAX,
+    }
+}
+
+/// Returns the value at an index.
+const fn get<T: Copy>(values: &[T], index: usize) -> Option<T> {
+    match values.split_at_checked(index) {
+        Some((_, [value, ..])) => Some(*value),
+        _ => None,
+    }
+}

@@ -1,0 +1,127 @@
+//! The check of a layout's checksum.
+
+use super::{get, reject_if};
+use crate::layout::{Algorithm, Checksum, Contradiction, Crc, Layout, Length, Part, Table, index};
+
+const OUTSIDE: &str = "checksum: it is not in the shortest or not in the longest frame: change at, or count it from the other end";
+const NOT_COVERED: &str = "checksum: the bytes that it covers are not in the shortest or not in the longest frame, or from is after to";
+
+/// Checks the checksum in a frame of `length` bytes.
+pub(super) const fn check_checksum(layout: &Layout, length: usize) -> Result<(), Contradiction> {
+    let Some(checksum) = &layout.checksum else {
+        return Ok(());
+    };
+    if let Err(contradiction) = check_algorithm(checksum) {
+        return Err(contradiction);
+    }
+    let Some(at) = index(checksum.at, length) else {
+        return Err(Contradiction::new(Part::Checksum, OUTSIDE));
+    };
+    let end = at.saturating_add(checksum.encoded_bytes());
+    reject_if!(end > length, Part::Checksum, OUTSIDE);
+    let (from, to) = match (index(checksum.from, length), index(checksum.to, length)) {
+        // It may cover nothing in a frame without payload.
+        (Some(from), Some(to)) if from <= to.saturating_add(1) && to < length => (from, to),
+        _ => return Err(Contradiction::new(Part::Checksum, NOT_COVERED)),
+    };
+    reject_if!(
+        from < end && at <= to,
+        Part::Checksum,
+        "checksum: it covers itself: give from and to, the first and the last byte that it covers"
+    );
+    reject_if!(
+        overlaps(layout, length, at, end),
+        Part::Checksum,
+        "checksum: it is in the place of the sync, the header's numbers, the fixed bits or the terminator"
+    );
+    Ok(())
+}
+
+/// Whether bytes of the sync, the header's numbers, the fixed bits or the terminator are in `at..end`.
+const fn overlaps(layout: &Layout, length: usize, at: usize, end: usize) -> bool {
+    let mut is_taken =
+        at < layout.sync.length || length.saturating_sub(layout.terminator.length) < end;
+    if let Length::Field(field) = &layout.length {
+        is_taken |= field.number.at < end && at < field.number.end();
+    }
+    if let Some(messages) = &layout.messages {
+        is_taken |= messages.number.at < end && at < messages.number.end();
+    }
+    if let Some(trailer) = &layout.trailer {
+        is_taken |= at <= trailer.at && trailer.at < end;
+    }
+    let mut rest = layout.fixed;
+    while let [bits, others @ ..] = rest {
+        if let Some(place) = index(bits.at, length) {
+            is_taken |= at <= place && place < end;
+        }
+        rest = others;
+    }
+    is_taken
+}
+
+const fn check_algorithm(checksum: &Checksum) -> Result<(), Contradiction> {
+    let bytes = match &checksum.algorithm {
+        Algorithm::Crc(crc) => {
+            if let Err(contradiction) = check_crc(crc) {
+                return Err(contradiction);
+            }
+            crc.width.div_ceil(8) as usize
+        }
+        Algorithm::Xor => 1,
+        Algorithm::Fletcher => 2,
+        Algorithm::Sum | Algorithm::InvertedSum | Algorithm::NegatedSum => checksum.bytes,
+    };
+    reject_if!(
+        checksum.bytes < 1 || checksum.bytes > 4,
+        Part::Checksum,
+        "checksum: it has 1 to 4 bytes"
+    );
+    reject_if!(
+        checksum.bytes != bytes,
+        Part::Checksum,
+        "checksum: the algorithm has another number of bytes: xor 1, Fletcher's 2, a CRC an eighth of its width, rounded up"
+    );
+    Ok(())
+}
+
+const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
+    reject_if!(
+        crc.width < 8 || crc.width > 32,
+        Part::Checksum,
+        "checksum: a CRC has a width of 8 to 32 bits"
+    );
+    let bits = u32::MAX.wrapping_shr(32_u32.wrapping_sub(crc.width));
+    reject_if!(
+        (crc.polynomial | crc.initial | crc.xor_out) & !bits != 0,
+        Part::Checksum,
+        "checksum: the polynomial, the initial or the xored value has more bits than width: leave out the highest power"
+    );
+    reject_if!(
+        crc.polynomial == 0,
+        Part::Checksum,
+        "checksum: the polynomial is 0, which notices no wrong byte"
+    );
+    reject_if!(
+        matches!(crc.table, Table::Bytes(_)) && crc.width != 8,
+        Part::Checksum,
+        "checksum: a table of bytes is for a CRC of 8 bits: give a table of words"
+    );
+    // This byte's entry is the polynomial.
+    let byte = if crc.reflected_in { 0x80_u8 } else { 1 };
+    let entry = match crc.table {
+        Table::None => Some(crc.remainder(byte)),
+        Table::Bytes(table) => match get(table, byte as usize) {
+            Some(entry) if entry as u32 == crc.narrow(byte) => Some(crc.remainder(byte)),
+            _ => None,
+        },
+        Table::Words(table) | Table::Sixteens([table, ..]) => get(table, byte as usize),
+    };
+    let is_its_own = matches!(entry, Some(entry) if entry == crc.remainder(byte));
+    reject_if!(
+        !is_its_own,
+        Part::Checksum,
+        "checksum: the table is of another CRC: compute it from the same parameters"
+    );
+    Ok(())
+}

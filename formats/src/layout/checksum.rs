@@ -1,0 +1,220 @@
+//! The checksum of a layout.
+
+/// A checksum in a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct Checksum<'a> {
+    /// The algorithm that computes it.
+    pub algorithm: Algorithm<'a>,
+    /// The number of its bytes, 1 to 4: of a sum, the lowest.
+    pub bytes: usize,
+    /// The encoding of these bytes in the frame.
+    pub encoding: Encoding,
+    /// The place of its first byte.
+    pub at: i16,
+    /// The place of the first byte that it covers.
+    pub from: i16,
+    /// The place of the last byte that it covers.
+    pub to: i16,
+}
+
+impl<'a> Checksum<'a> {
+    /// Returns the sum of all preceding bytes, little-endian, in the last `bytes` bytes of the frame.
+    #[inline]
+    #[must_use]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        reason = "there are 4 at most"
+    )]
+    pub const fn at_the_end(bytes: usize) -> Self {
+        let at = (bytes as i16).wrapping_neg();
+        Self {
+            algorithm: Algorithm::Sum,
+            bytes,
+            encoding: Encoding::Little,
+            at,
+            from: 0,
+            to: at.wrapping_sub(1),
+        }
+    }
+
+    /// Sets the algorithm.
+    #[inline]
+    #[must_use]
+    pub const fn algorithm(mut self, algorithm: Algorithm<'a>) -> Self {
+        self.algorithm = algorithm;
+        self
+    }
+
+    /// Sets the encoding.
+    #[inline]
+    #[must_use]
+    pub const fn encoding(mut self, encoding: Encoding) -> Self {
+        self.encoding = encoding;
+        self
+    }
+
+    /// Sets the place of its first byte.
+    #[inline]
+    #[must_use]
+    pub const fn at(mut self, at: i16) -> Self {
+        self.at = at;
+        self
+    }
+
+    /// Sets the place of the first byte that it covers.
+    #[inline]
+    #[must_use]
+    pub const fn from(mut self, from: i16) -> Self {
+        self.from = from;
+        self
+    }
+
+    /// Sets the place of the last byte that it covers.
+    #[inline]
+    #[must_use]
+    pub const fn to(mut self, to: i16) -> Self {
+        self.to = to;
+        self
+    }
+
+    /// Returns the number of bytes in the frame that hold the checksum.
+    #[inline(always)]
+    #[must_use]
+    pub const fn encoded_bytes(&self) -> usize {
+        match self.encoding {
+            Encoding::Hex => self.bytes.wrapping_mul(2),
+            Encoding::Little | Encoding::Big => self.bytes,
+        }
+    }
+}
+
+/// The encoding of a checksum in the frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Encoding {
+    /// As a number, the lowest byte first.
+    Little,
+    /// As a number, the highest byte first.
+    Big,
+    /// As text: two hexadecimal digits for each byte, the highest first; written in capitals, read in either case.
+    Hex,
+}
+
+/// The algorithm that computes a checksum.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Algorithm<'a> {
+    /// A cyclic redundancy check.
+    Crc(Crc<'a>),
+    /// The sum of the bytes.
+    Sum,
+    /// The sum with all bits inverted: 0xFFFF - sum, in two bytes.
+    InvertedSum,
+    /// The number that makes the sum zero.
+    NegatedSum,
+    /// The exclusive or of the bytes.
+    Xor,
+    /// Two sums of 8 bits: the second adds up the values of the first, which is the low byte.
+    Fletcher,
+}
+
+/// A cyclic redundancy check of 8 to 32 bits, by the parameters of the catalogue at
+/// <https://reveng.sourceforge.io/crc-catalogue>.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct Crc<'a> {
+    /// The number of bits.
+    pub width: u32,
+    /// The polynomial without its highest power: `poly`.
+    pub polynomial: u32,
+    /// The first value of the register: `init`.
+    pub initial: u32,
+    /// Whether bytes are taken from their lowest bit on: `refin`.
+    pub reflected_in: bool,
+    /// Whether the lowest bit of the result comes first: `refout`.
+    pub reflected_out: bool,
+    /// The number that the result is xored with: `xorout`.
+    pub xor_out: u32,
+    /// The table: more flash, less time.
+    pub table: Table<'a>,
+}
+
+impl<'a> Crc<'a> {
+    /// Returns a CRC that is not reflected, begins with 0, is not xored, and has no table.
+    #[inline]
+    #[must_use]
+    pub const fn new(width: u32, polynomial: u32) -> Self {
+        Self {
+            width,
+            polynomial,
+            initial: 0,
+            reflected_in: false,
+            reflected_out: false,
+            xor_out: 0,
+            table: Table::None,
+        }
+    }
+
+    /// Sets the first value of the register.
+    #[inline]
+    #[must_use]
+    pub const fn initial(mut self, initial: u32) -> Self {
+        self.initial = initial;
+        self
+    }
+
+    /// Takes bytes from their lowest bit on, and puts the lowest bit of the result first.
+    #[inline]
+    #[must_use]
+    pub const fn reflected(self) -> Self {
+        self.reflected_in(true).reflected_out(true)
+    }
+
+    /// Sets whether bytes are taken from their lowest bit on.
+    #[inline]
+    #[must_use]
+    pub const fn reflected_in(mut self, reflected_in: bool) -> Self {
+        self.reflected_in = reflected_in;
+        self
+    }
+
+    /// Sets whether the lowest bit of the result comes first.
+    #[inline]
+    #[must_use]
+    pub const fn reflected_out(mut self, reflected_out: bool) -> Self {
+        self.reflected_out = reflected_out;
+        self
+    }
+
+    /// Sets the number that the result is xored with.
+    #[inline]
+    #[must_use]
+    pub const fn xor_out(mut self, xor_out: u32) -> Self {
+        self.xor_out = xor_out;
+        self
+    }
+
+    /// Sets the table, which must be computed from the same CRC.
+    #[inline]
+    #[must_use]
+    pub const fn table(mut self, table: Table<'a>) -> Self {
+        self.table = table;
+        self
+    }
+}
+
+/// A table of a CRC: the remainder of each byte. [`Crc::table_of_bytes`] and its like compute it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Table<'a> {
+    /// No table: bit by bit.
+    None,
+    /// The table of a CRC of 8 bits: 256 bytes.
+    Bytes(&'a [u8; 256]),
+    /// The table of any CRC: 1 KiB.
+    Words(&'a [u32; 256]),
+    /// The tables of any CRC for sixteen bytes at once: 16 KiB, for a PC.
+    Sixteens(&'a [[u32; 256]; 16]),
+}

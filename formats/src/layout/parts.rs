@@ -1,0 +1,272 @@
+//! The parts of a layout, except the checksum.
+
+/// The bytes that a frame begins or ends with: one sequence, or one of several sequences of the same length.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct Patterns<'a> {
+    /// All sequences, concatenated.
+    pub bytes: &'a [u8],
+    /// The number of bytes in each sequence.
+    pub length: usize,
+}
+
+impl<'a> Patterns<'a> {
+    /// No sequence: a frame may begin, or end, with any bytes.
+    pub const NONE: Self = Self::one(&[]);
+
+    /// Returns the one sequence of these bytes.
+    #[inline]
+    #[must_use]
+    pub const fn one(bytes: &'a [u8]) -> Self {
+        Self::any_of(bytes, bytes.len())
+    }
+
+    /// Returns sequences of one byte each.
+    #[inline]
+    #[must_use]
+    pub const fn any_byte_of(bytes: &'a [u8]) -> Self {
+        Self::any_of(bytes, 1)
+    }
+
+    /// Returns sequences of `length` bytes each, which are concatenated in `bytes`.
+    #[inline]
+    #[must_use]
+    pub const fn any_of(bytes: &'a [u8], length: usize) -> Self {
+        Self { bytes, length }
+    }
+
+    /// Returns an iterator over the sequences.
+    pub fn each(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        self.bytes.chunks_exact(self.length.max(1))
+    }
+}
+
+/// The part that determines the length of a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Length {
+    /// Each frame has [`longest`](super::Layout::longest) bytes.
+    Fixed,
+    /// A number in the header.
+    Field(LengthField),
+    /// The first terminator after the sync ends the frame.
+    Delimiter,
+}
+
+/// A number in the header that determines the length of the frame: `(number & mask) * factor + plus` bytes, without
+/// the trailer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct LengthField {
+    /// The number.
+    pub number: Number,
+    /// The bits of the number that count.
+    pub mask: u32,
+    /// The number of bytes that the number counts in: 2 if it counts words.
+    pub factor: u32,
+    /// The number of bytes that the number does not count, or a negative correction.
+    pub plus: i32,
+}
+
+impl LengthField {
+    /// Returns a number that counts all bytes of a frame.
+    #[inline]
+    #[must_use]
+    pub const fn new(number: Number) -> Self {
+        Self {
+            number,
+            mask: u32::MAX,
+            factor: 1,
+            plus: 0,
+        }
+    }
+
+    /// Returns a number of one byte that counts all bytes of a frame.
+    #[inline]
+    #[must_use]
+    pub const fn byte(at: usize) -> Self {
+        Self::new(Number::byte(at))
+    }
+
+    /// Sets the bits of the number that count.
+    #[inline]
+    #[must_use]
+    pub const fn mask(mut self, mask: u32) -> Self {
+        self.mask = mask;
+        self
+    }
+
+    /// Sets the number of bytes that the number counts in.
+    #[inline]
+    #[must_use]
+    pub const fn factor(mut self, factor: u32) -> Self {
+        self.factor = factor;
+        self
+    }
+
+    /// Sets the number of bytes that the number does not count, or a negative correction.
+    #[inline]
+    #[must_use]
+    pub const fn plus(mut self, plus: i32) -> Self {
+        self.plus = plus;
+        self
+    }
+}
+
+/// A number without sign in the header.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct Number {
+    /// The place of its first byte, counted from the front.
+    pub at: usize,
+    /// The number of its bytes, 1 to 4.
+    pub bytes: usize,
+    /// The order of its bytes.
+    pub order: ByteOrder,
+}
+
+impl Number {
+    /// Returns a number of `bytes` bytes from place `at` on.
+    #[inline]
+    #[must_use]
+    pub const fn new(at: usize, bytes: usize, order: ByteOrder) -> Self {
+        Self { at, bytes, order }
+    }
+
+    /// Returns a number of one byte.
+    #[inline]
+    #[must_use]
+    pub const fn byte(at: usize) -> Self {
+        Self::new(at, 1, ByteOrder::Little)
+    }
+
+    /// Returns the place after its last byte.
+    #[inline]
+    #[must_use]
+    pub const fn end(&self) -> usize {
+        self.at.saturating_add(self.bytes)
+    }
+}
+
+/// The order of a number's bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ByteOrder {
+    /// The lowest byte comes first.
+    Little,
+    /// The highest byte comes first.
+    Big,
+}
+
+/// Bits of one byte that are the same in each frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct FixedBits {
+    /// The place of the byte. Bits in the header are checked before the rest of the frame has arrived.
+    pub at: i16,
+    /// The bits of the byte that are fixed.
+    pub mask: u8,
+    /// Their values.
+    pub value: u8,
+}
+
+impl FixedBits {
+    /// Returns the bits of `mask` in the byte at `at`, with these values.
+    #[inline]
+    #[must_use]
+    pub const fn new(at: i16, mask: u8, value: u8) -> Self {
+        Self { at, mask, value }
+    }
+}
+
+/// The messages of a protocol, by a number in the header.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct Messages<'a> {
+    /// The number in the header.
+    pub number: Number,
+    /// The known messages, in ascending order of their numbers.
+    pub known: &'a [KnownMessage],
+}
+
+impl<'a> Messages<'a> {
+    /// Returns these messages, which are in ascending order, by the number in the header.
+    #[inline]
+    #[must_use]
+    pub const fn new(number: Number, known: &'a [KnownMessage]) -> Self {
+        Self { number, known }
+    }
+}
+
+/// A known message of a protocol.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct KnownMessage {
+    /// Its number.
+    pub number: u32,
+    /// The greatest value of the length field, of the bits that count: in MAVLink the length of the longest payload.
+    pub longest_payload: u16,
+    /// A byte that the checksum covers at the end, although it is not sent: MAVLink's `CRC_EXTRA`.
+    pub extra: u8,
+    /// Whether the checksum covers `extra`.
+    pub has_extra: bool,
+}
+
+impl KnownMessage {
+    /// Returns the message with this number, of any length.
+    #[inline]
+    #[must_use]
+    pub const fn new(number: u32) -> Self {
+        Self {
+            number,
+            longest_payload: u16::MAX,
+            extra: 0,
+            has_extra: false,
+        }
+    }
+
+    /// Returns a message whose checksum covers an extra byte.
+    #[inline]
+    #[must_use]
+    pub const fn with_extra(number: u32, extra: u8, longest_payload: u8) -> Self {
+        Self::new(number)
+            .extra(extra)
+            .longest_payload(longest_payload as u16)
+    }
+
+    /// Sets the byte that the checksum covers at the end.
+    #[inline]
+    #[must_use]
+    pub const fn extra(mut self, extra: u8) -> Self {
+        (self.extra, self.has_extra) = (extra, true);
+        self
+    }
+
+    /// Sets the greatest value of the length field.
+    #[inline]
+    #[must_use]
+    pub const fn longest_payload(mut self, longest_payload: u16) -> Self {
+        self.longest_payload = longest_payload;
+        self
+    }
+}
+
+/// Bytes that follow some frames, which neither the length field nor the checksum covers: MAVLink's signature.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub struct Trailer {
+    /// The place of the byte, counted from the front, that announces the trailer.
+    pub at: usize,
+    /// The bits of this byte: any of them announces the trailer.
+    pub mask: u8,
+    /// The number of bytes in the trailer.
+    pub bytes: usize,
+}
+
+impl Trailer {
+    /// Returns a trailer of `bytes` bytes, which any bit of `mask` in the byte at `at` announces.
+    #[inline]
+    #[must_use]
+    pub const fn new(at: usize, mask: u8, bytes: usize) -> Self {
+        Self { at, mask, bytes }
+    }
+}
