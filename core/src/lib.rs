@@ -1,25 +1,50 @@
 //! A serial-frame receiver for microcontrollers: `no_std`, no panics, no allocation, never deaf.
 //!
-//! A motion-simulator PC sends seven bytes a frame, `'A' 'B' reserved pitch roll yaw CR`. Push the bytes in as they
-//! come, from the receive interrupt for example; the setpoint comes out in the step that takes the CR, and at no other
-//! time. [`motion::Failsafe`] takes it further.
+//! A motion-simulator PC sends frames of seven bytes: `'A' 'B' reserved pitch roll yaw CR`. Push the received bytes one
+//! by one. `push` returns the setpoint in the step that takes the CR, and at no other time:
 //!
 //! ```
+//! use framelock::Receiver;
 //! use framelock::motion::{Bin, Setpoint};
-//! use framelock::{Line, LineEvent, Receiver};
-//! # enum Uart { Byte(u8), FramingError }
-//! let (mut line, mut current) = (Line::new(Receiver::<Bin>::new()), None);
-//! let mut on_interrupt = |uart| match uart {
-//!     Uart::Byte(byte) => current = line.push(byte).or(current),
-//!     Uart::FramingError => line.line_event(LineEvent::Framing, |_| ()),
-//! };
-//! for byte in [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D] {
-//!     on_interrupt(Uart::Byte(byte));
+//!
+//! let (mut receiver, mut current) = (Receiver::<Bin>::new(), None);
+//! for byte in *b"noise AB\0\x7F\xC8\x4A\r, noise" {
+//!     if let Some(setpoint) = receiver.push(byte) {
+//!         current = Some(setpoint);
+//!     }
 //! }
 //! assert_eq!(current, Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
 //! ```
 //!
-//! # What is here
+//! [`motion::Failsafe`] moves the actuators to the setpoint, and parks them when frames stop.
+//!
+//! # In an interrupt
+//!
+//! The UART also reports errors and pauses. Pass them on as line events, so that no frame contains bytes from both sides
+//! of one. A [`Line`] takes both, and counts every byte:
+//!
+//! ```
+//! use framelock::motion::{Bin, Setpoint};
+//! use framelock::{Line, LineEvent, Receiver};
+//!
+//! # enum Uart { Byte(u8), FramingError }
+//! fn on_interrupt(line: &mut Line<Receiver<Bin>>, uart: Uart) -> Option<Setpoint> {
+//!     match uart {
+//!         Uart::Byte(byte) => return line.push(byte),
+//!         Uart::FramingError => line.line_event(LineEvent::Framing, |_| ()),
+//!     }
+//!     None
+//! }
+//!
+//! let mut line = Line::new(Receiver::new());
+//! assert_eq!(on_interrupt(&mut line, Uart::Byte(b'A')), None);
+//! assert_eq!(on_interrupt(&mut line, Uart::FramingError), None);
+//! assert_eq!(line.counters().discarded.line_event, 1);
+//! ```
+//!
+//! A DMA buffer or a slice of bytes goes into `feed`, or into `next`, which stops after each frame.
+//!
+//! # Types
 //!
 //! | type | what it is | bytes of state |
 //! |---|---|---|

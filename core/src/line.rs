@@ -66,6 +66,20 @@ macro_rules! counters {
                 *counter = counter.wrapping_add(more);
             }
         }
+
+        impl fmt::Display for $name {
+            /// Writes the counters that are not zero, or `none`.
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                let mut separator = "";
+                $(
+                    if self.$counter != 0 {
+                        write!(f, "{separator}{} {}", $of::$variant, self.$counter)?;
+                        separator = ", ";
+                    }
+                )*
+                if separator.is_empty() { f.write_str("none") } else { Ok(()) }
+            }
+        }
     };
 }
 
@@ -124,6 +138,23 @@ impl Counters {
         resynchronisations: 0,
         events: LineEvents::ZERO,
     };
+}
+
+impl fmt::Display for Counters {
+    /// Writes one line: bytes, frames, discarded bytes by reason, resynchronisations, line events.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} bytes, frames: {} ({} bytes), ",
+            self.bytes, self.frames, self.frame_bytes
+        )?;
+        write!(
+            f,
+            "discarded: {}, resynchronisations: {}, ",
+            self.discarded, self.resynchronisations
+        )?;
+        write!(f, "line events: {}", self.events)
+    }
 }
 
 /// A receiver at the end of a line: it counts where each byte goes, and takes the line's events.

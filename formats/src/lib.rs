@@ -1,4 +1,59 @@
-//! Formats that people have, for [`framelock`]'s receivers: `no_std`, no panics, no allocation.
+//! Serial protocols for the receivers of [`framelock`]: `no_std`, no panics, no allocation.
+//!
+//! Push the received bytes one by one; decode each frame that is returned. With SBUS, the channels of a radio:
+//!
+//! ```
+//! use framelock::EncodeInto;
+//! use framelock_formats::sbus::{self, Sbus};
+//!
+//! let sent = sbus::Message { channels: [992; 16], ..Default::default() };
+//! let mut buffer = [0; 25];
+//! let frame = Sbus.encode_into(sent, &mut buffer)?;
+//!
+//! let (mut receiver, mut channels) = (sbus::Receiver::new(Sbus), None);
+//! for byte in [b"noise", frame].concat() {
+//!     if let Some(frame) = receiver.push(byte) {
+//!         channels = Some(frame.message().channels);
+//!     }
+//! }
+//! assert_eq!(channels, Some([992; 16]));
+//! # Ok::<(), framelock::EncodeError>(())
+//! ```
+//!
+//! # In an interrupt
+//!
+//! The UART also reports errors and pauses. Pass them on as line events: no frame contains bytes from both sides of one,
+//! and a frame that waits behind a false start is delivered. A [`Line`](framelock::Line) counts every byte.
+//!
+//! ```
+//! use framelock::{Line, LineEvent};
+//! use framelock_formats::crsf::{self, Crsf};
+//!
+//! # enum Uart { Byte(u8), Idle }
+//! fn on_interrupt(line: &mut Line<crsf::Receiver>, uart: Uart, mut receive: impl FnMut(crsf::Message)) {
+//!     match uart {
+//!         Uart::Byte(byte) => {
+//!             if let Some(frame) = line.push(byte) {
+//!                 receive(frame.message());
+//!             }
+//!         }
+//!         Uart::Idle => line.line_event(LineEvent::Idle, |found| {
+//!             if let Some(frame) = found.message() {
+//!                 receive(frame.message());
+//!             }
+//!         }),
+//!     }
+//! }
+//!
+//! let (mut line, mut received) = (Line::new(crsf::Receiver::new(Crsf)), 0);
+//! for byte in *b"noise\xC8\x04\x0B\x00\xEC\xB7" {
+//!     on_interrupt(&mut line, Uart::Byte(byte), |message| received += usize::from(message.kind == 0x0B));
+//! }
+//! on_interrupt(&mut line, Uart::Idle, |_| ());
+//! assert_eq!((received, line.counters().discarded.total()), (1, 5));
+//! ```
+//!
+//! # Protocols
 //!
 //! | protocol | module | longest frame | what is checked | source |
 //! |---|---|---:|---|---|
@@ -13,43 +68,17 @@
 //! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | as they have it | |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! All but one are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver),
-//! whose documentation says when a frame is delivered and what may be lost. `SixAxes` is a
-//! [`FixedFormat`](framelock::FixedFormat), for the small [`Receiver`](framelock::Receiver).
+//! All but one are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver).
+//! Its documentation says when a frame is delivered, and which frames can be lost. `SixAxes` is a
+//! [`FixedFormat`](framelock::FixedFormat) for the small [`Receiver`](framelock::Receiver).
 //!
-//! They frame: they find the bytes of each message, check them, and take apart what all messages have in
-//! common. What the payload of a CRSF, UBX or MAVLink message means is left to you.
+//! The formats find the bytes of each message, check them, and separate the parts that all messages have in common. The
+//! meaning of a CRSF, UBX or MAVLink payload is left to you.
 //!
-//! For a format of your own write down its [`Layout`], and [`classify_by!`] makes it a format. Several on one line are
-//! [`AnyOf`] them. The tests [`check_laws`] and [`check_encoding`] try what is written by hand.
+//! For a protocol of your own, write down its [`Layout`]; [`classify_by!`] makes it a format. [`AnyOf`] receives several
+//! layouts on one line. In tests, [`check_laws`] and [`check_encoding`] check a format that you write by hand.
 //!
-//! What a byte costs, in clean streams and in the worst, stands in the repository's `docs/costs.md`, other crates'
-//! figures beside it.
-//!
-//! # Examples
-//! CRSF, and where each byte went.
-//! ```
-//! use framelock::{EncodeInto, Line, LineEvent};
-//! use framelock_formats::crsf::{self, Crsf};
-//!
-//! let mut line = Line::new(crsf::Receiver::new(Crsf));
-//! let sent = crsf::Message { address: 0xC8, kind: 0x0B, payload: &[0, 0xEC] };
-//! let mut buffer = [0; 64];
-//! let frame = Crsf.encode_into(sent, &mut buffer)?;
-//! let mut received = 0;
-//! for byte in [b"noise", frame].concat() {
-//!     if let Some(frame) = line.push(byte) {
-//!         assert_eq!(frame.message(), sent);
-//!         received += 1;
-//!     }
-//! }
-//! // No byte for a while: what is pending can become a frame no more.
-//! line.line_event(LineEvent::Idle, |found| {
-//!     received += usize::from(found.message().is_some());
-//! });
-//! assert_eq!((received, line.counters().discarded.total()), (1, 5));
-//! # Ok::<(), framelock::EncodeError>(())
-//! ```
+//! The repository's `docs/costs.md` lists the cost of a byte, in clean streams and in the worst, beside other crates.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
@@ -94,6 +123,7 @@ pub mod crsf;
 mod dialects;
 mod format_laws;
 pub mod gnss;
+mod hex;
 pub mod ibus;
 pub mod layout;
 pub mod mavlink;

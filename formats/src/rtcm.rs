@@ -1,7 +1,10 @@
 //! RTCM 3, corrections for satellite receivers.
 
+use core::fmt;
+
 use framelock::{EncodeError, EncodeInto, Format};
 
+use crate::hex::Hex;
 use crate::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, Layout, Length, LengthField, Number,
     Patterns,
@@ -56,6 +59,16 @@ pub type Receiver = framelock::BufferedReceiver<Rtcm, [u8; 2058]>;
 pub struct Message<'a> {
     /// 0 to 1 023 bytes. Its fields are of any number of bits, the highest first.
     pub payload: &'a [u8],
+}
+
+impl fmt::Display for Message<'_> {
+    /// Writes one line, as in `message 1077: 43 50 00`, or `no message` if the payload is too short for a number.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.number() {
+            Some(number) => write!(f, "message {number}{}", Hex(self.payload)),
+            None => write!(f, "no message{}", Hex(self.payload)),
+        }
+    }
 }
 
 impl Message<'_> {

@@ -1,5 +1,7 @@
 //! Futaba's SBUS.
 
+use core::fmt;
+
 use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{FixedBits, Layout, Patterns};
@@ -53,6 +55,20 @@ pub struct Message {
     pub frame_lost: bool,
     /// The radio has lost its transmitter; the channels are what it was set up to send then.
     pub failsafe: bool,
+}
+
+impl fmt::Display for Message {
+    /// Writes one line, as in `channels: 992 172 [...] 992, digital: on off, frame lost, failsafe`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("channels:")?;
+        for channel in self.channels {
+            write!(f, " {channel}")?;
+        }
+        let [seventeen, eighteen] = self.digital.map(|it| if it { "on" } else { "off" });
+        write!(f, ", digital: {seventeen} {eighteen}")?;
+        f.write_str(if self.frame_lost { ", frame lost" } else { "" })?;
+        f.write_str(if self.failsafe { ", failsafe" } else { "" })
+    }
 }
 
 impl Format for Sbus {

@@ -1,7 +1,10 @@
 //! u-blox's UBX.
 
+use core::fmt;
+
 use framelock::{EncodeError, EncodeInto, Format};
 
+use crate::hex::Hex;
 use crate::layout::{
     Algorithm, ByteOrder, Checksum, Layout, Length, LengthField, Number, Patterns,
 };
@@ -58,6 +61,19 @@ pub struct Message<'a> {
     pub id: u8,
     /// Numbers in it are little endian.
     pub payload: &'a [u8],
+}
+
+impl fmt::Display for Message<'_> {
+    /// Writes one line, as in `class 0x05, id 0x01: 06 01`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "class {:#04X}, id {:#04X}{}",
+            self.class,
+            self.id,
+            Hex(self.payload)
+        )
+    }
 }
 
 impl<const LONGEST: usize> Ubx<LONGEST> {

@@ -4,6 +4,7 @@
 mod against_reference;
 mod contradictions;
 mod dependency;
+mod display;
 mod laws;
 mod limits;
 mod others;
