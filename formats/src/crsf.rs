@@ -9,7 +9,13 @@ use crate::layout::{Algorithm, Checksum, Crc, Layout, Length, LengthField, Patte
 use crate::sbus::{CHANNEL_BYTES, unpack_channels};
 
 /// CRC-8/DVB-S2.
-const CRC: Crc = Crc::new(8, 0xD5).table(Table::Bytes(&Crc::new(8, 0xD5).table_of_bytes()));
+const CRC: Crc = Crc::new(8, 0xD5);
+
+/// The CRC with its table.
+#[cfg(feature = "pc-crc-table")]
+const TABLED: Crc = CRC.table(Table::Sixteens(&CRC.table_of_sixteens()));
+#[cfg(not(feature = "pc-crc-table"))]
+const TABLED: Crc = CRC.table(Table::Bytes(&CRC.table_of_bytes()));
 
 /// What a CRSF frame looks like: see [`Crsf`].
 pub const LAYOUT: Layout<'static> = Layout::builder()
@@ -25,7 +31,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
     .longest(64)
     .checksum(
         Checksum::at_the_end(1)
-            .algorithm(Algorithm::Crc(CRC))
+            .algorithm(Algorithm::Crc(TABLED))
             .from(2),
     )
     .build_const();

@@ -2,7 +2,9 @@
 
 use crc::{CRC_8_DVB_S2, Crc};
 use crsf::{Packet, PacketError, PacketParser, RawPacket};
-use framelock_formats::crsf::{Crsf, Message};
+use framelock::Format;
+use framelock_formats::crsf::{Crsf, LAYOUT, Message};
+use framelock_formats::layout::{self, Algorithm, Checksum, Table};
 use uf_crsf::CrsfParser;
 
 use crate::contender::{Contender, Entry};
@@ -41,9 +43,32 @@ pub(crate) fn contenders() -> Vec<Entry> {
     let ours = |message: Message| [&[message.kind], message.payload].concat();
     vec![
         Entry::ours::<128, _>("framelock", Crsf, ours),
+        Entry::ours::<128, _>("framelock, `pc-crc-table`", Tabled, ours),
         Entry::rival("uf-crsf", UfCrsf::default, |raw| inside(raw.as_slice())),
         Entry::rival("crsf", CrsfCrate::default, |raw| inside(raw.data())),
     ]
+}
+
+/// CRSF as it is with the feature `pc-crc-table`.
+#[derive(Clone, Copy)]
+struct Tabled;
+
+static TABLES: [[u32; 256]; 16] = layout::Crc::new(8, 0xD5).table_of_sixteens();
+
+impl Format for Tabled {
+    framelock_formats::classify_by!({
+        let crc = layout::Crc::new(8, 0xD5).table(Table::Sixteens(&TABLES));
+        let checksum = Checksum::at_the_end(1)
+            .algorithm(Algorithm::Crc(crc))
+            .from(2);
+        LAYOUT.to_builder().checksum(checksum).build_const()
+    });
+    type Message<'a> = Message<'a>;
+
+    #[inline]
+    fn decode<'a>(&self, frame: &'a [u8]) -> Message<'a> {
+        Crsf.decode(frame)
+    }
 }
 
 /// Kind and payload.
