@@ -439,7 +439,7 @@ bool framelock_seal(const struct framelock_layout *layout,
                     uint8_t *frame,
                     size_t length);
 
-// Begins to receive frames of `count` layouts; the first that has a frame's header says the rest. All counters
+// Begins to receive frames of `count` layouts, which are tried in order until one fits. All counters
 // are 0. `made` is room for as many layouts, which the receiver uses from now on.
 //
 // The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has

@@ -31,7 +31,7 @@ pub struct framelock_frame {
     pub layout: usize,
 }
 
-/// Begins to receive frames of `count` layouts; the first that has a frame's header says the rest. All counters
+/// Begins to receive frames of `count` layouts, which are tried in order until one fits. All counters
 /// are 0. `made` is room for as many layouts, which the receiver uses from now on.
 ///
 /// The buffer has `size` bytes: at least as many as the longest frame, better twice. If it has fewer, or a layout has

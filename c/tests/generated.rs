@@ -226,7 +226,7 @@ fn in_rust(cases: &[Case]) {
         .unwrap();
         writeln!(says, "pub fn say(message: &Message) {{").unwrap();
         for (number, kind) in description.kinds.iter().enumerate() {
-            let it = if description.has_kinds() {
+            let it = if description.kinds.len() > 1 {
                 let name = kind.name[..1].to_uppercase() + &kind.name[1..];
                 format!("if let Message::{name}(it) = message")
             } else {
@@ -289,7 +289,7 @@ fn in_c(cases: &[Case]) {
         writeln!(text, "{name}_message message;\n(void)context;\nframes++;").unwrap();
         writeln!(text, "{name}_decode(frame, &message);").unwrap();
         for (number, kind) in description.kinds.iter().enumerate() {
-            let (of, it) = if description.has_kinds() {
+            let (of, it) = if description.kinds.len() > 1 {
                 (&*kind.name, format!("message.of.{}", kind.name))
             } else {
                 ("message", "message".to_owned())

@@ -4,11 +4,15 @@ use core::borrow::Borrow;
 
 use framelock::{Classification, DiscardReason, Format};
 
-use crate::layout::Layout;
+use crate::checksum::{Computed, Sum};
+use crate::layout::{Algorithm, Layout};
 
 /// Frames of several layouts on one line: UBX and NMEA and RTCM, or the messages of one protocol.
 ///
-/// Which layout a frame is of, its header tells: the first that has such a header says the rest.
+/// The layouts are tried in order. A layout that rejects the bytes hands them over to the next one. The first that does
+/// not reject them decides: they are its frame, or they are incomplete. So layouts may share a header, as Modbus
+/// requests and responses do. While an earlier layout is incomplete, a frame of a later one waits: put layouts with
+/// shorter frames first.
 ///
 /// # Examples
 /// ```
@@ -41,6 +45,32 @@ impl<L> Clone for AnyOf<'_, L> {
 
 impl<L> Copy for AnyOf<'_, L> {}
 
+impl<'l, L: Borrow<Layout<'l>>> AnyOf<'_, L> {
+    /// Classifies as [`classify_after`](Format::classify_after) does, but asks `sum` for checksums. It must return what
+    /// [`Algorithm::of`] returns. A receiver on a PC can compute the checksum of many overlapping frames faster than one
+    /// by one. It is called with a slice of `bytes`.
+    #[inline]
+    #[must_use]
+    pub fn classify_with(
+        &self,
+        bytes: &[u8],
+        seen: usize,
+        sum: impl Fn(&Algorithm, &[u8], Option<u8>) -> u32,
+    ) -> Classification {
+        self.classified(bytes, seen, &sum)
+    }
+
+    #[inline(always)]
+    fn classified(&self, bytes: &[u8], seen: usize, sum: &impl Sum) -> Classification {
+        first(
+            self.0,
+            seen,
+            |it| bytes.first().is_some_and(|&byte| it.borrow().starts(byte)),
+            |it, seen| it.borrow().classify_with(bytes, seen, sum),
+        )
+    }
+}
+
 impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
     /// A receiver of these is made [`with_buffer`](framelock::BufferedReceiver::with_buffer) memory that is as long as the layouts
     /// say.
@@ -61,9 +91,7 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
 
     #[inline]
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        first(self.0, seen, |it, seen| {
-            it.borrow().try_classify(bytes, seen)
-        })
+        self.classified(bytes, seen, &Computed)
     }
 
     #[inline]
@@ -73,48 +101,65 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
 
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> (usize, &'a [u8]) {
-        if let [_] = self.0 {
-            return (0, frame);
-        }
-        // More bytes may have come before an earlier one rejected it, so that one may be incomplete here.
-        let is_known = |it: &L| it.borrow().parse(frame).is_ok();
-        let kind = self.0.iter().position(is_known);
-        (kind.unwrap_or_default(), frame)
+        let starts = |it: &L| frame.first().is_some_and(|&byte| it.borrow().starts(byte));
+        let is_its_frame =
+            |it: &L| it.borrow().classify(frame) == Classification::Frame(frame.len());
+        (kind(self.0, starts, is_its_frame), frame)
     }
 }
 
-/// What the first says that has such a header, or may have it yet; each is [`Layout::try_classify`].
+/// Returns the classification by the first layout that does not reject the bytes. If all reject them, returns the reason
+/// of the layout that got furthest.
 #[inline(always)]
 pub(crate) fn first<L>(
     all: &[L],
     seen: usize,
-    classify: impl Fn(&L, usize) -> Result<Classification, Classification>,
+    starts: impl Fn(&L) -> bool,
+    classify: impl Fn(&L, usize) -> Classification,
 ) -> Classification {
     let mut furthest = DiscardReason::NoSync;
-    for one in all {
-        // The first bytes were incomplete by this one only if none before it begins like it.
-        let seen = if furthest == DiscardReason::NoSync {
-            seen
-        } else {
-            0
-        };
-        match classify(one, seen) {
-            Err(Classification::Rejected(why)) => {
+    let mut rest = all;
+    while let [one, others @ ..] = rest {
+        // The first bytes were incomplete by this layout only if no other begins like it.
+        let is_alone = furthest == DiscardReason::NoSync && !others.iter().any(&starts);
+        match classify(one, if is_alone { seen } else { 0 }) {
+            Classification::Rejected(why) => {
                 if further_on(why) > further_on(furthest) {
                     furthest = why;
                 }
             }
-            Ok(classification) | Err(classification) => return classification,
+            classification => return classification,
         }
+        rest = others;
     }
     Classification::Rejected(furthest)
 }
 
-/// How far on in a header it is found.
+/// Returns the index of the layout that a frame has. An earlier layout may have rejected the frame only when more bytes
+/// were there, so it may find the frame incomplete.
+#[inline(always)]
+pub(crate) fn kind<L>(
+    all: &[L],
+    starts: impl Fn(&L) -> bool,
+    is_its_frame: impl Fn(&L) -> bool,
+) -> usize {
+    let (mut kind, mut rest) = (0_usize, all);
+    while let [one, others @ ..] = rest {
+        // If no other begins like it, it need not be asked.
+        if starts(one) && (!others.iter().any(&starts) || is_its_frame(one)) {
+            return kind;
+        }
+        (kind, rest) = (kind.wrapping_add(1), others);
+    }
+    0
+}
+
+/// Returns the step of classification that finds this reason: sync, header, or frame.
 const fn further_on(why: DiscardReason) -> u8 {
     match why {
         DiscardReason::NoSync => 0,
         DiscardReason::BrokenSync => 1,
+        DiscardReason::WrongTerminator | DiscardReason::ChecksumMismatch => 3,
         _ => 2,
     }
 }

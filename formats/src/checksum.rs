@@ -2,15 +2,40 @@
 
 use crate::layout::{Algorithm, Checksum, Encoding, index};
 
-impl Checksum<'_> {
-    /// Whether a frame has the right one. `extra` is covered behind the frame's own bytes.
+/// The source of the sum that a checksum is compared with.
+// Not a plain `Fn`: a closure is a call where all of this is inlined.
+pub(crate) trait Sum {
+    /// Returns what [`Algorithm::of`] returns.
+    fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32;
+}
+
+/// [`Algorithm::of`] itself.
+pub(crate) struct Computed;
+
+impl Sum for Computed {
     #[inline(always)]
-    pub(crate) fn is_right(&self, frame: &[u8], extra: Option<u8>) -> bool {
+    fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32 {
+        algorithm.of(bytes, extra)
+    }
+}
+
+impl<F: Fn(&Algorithm, &[u8], Option<u8>) -> u32> Sum for F {
+    #[inline]
+    fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32 {
+        self(algorithm, bytes, extra)
+    }
+}
+
+impl Checksum<'_> {
+    /// Whether a frame has the right one. `extra` is covered behind the frame's own bytes. `sum` returns what
+    /// [`Algorithm::of`] returns.
+    #[inline(always)]
+    pub(crate) fn is_right(&self, frame: &[u8], extra: Option<u8>, sum: &impl Sum) -> bool {
         let stored = self.place(frame.len()).and_then(|place| frame.get(place));
         let (Some(stored), Some(covered)) = (stored, self.covered(frame)) else {
             return false;
         };
-        let sum = self.algorithm.of(covered, extra);
+        let sum = sum.of(&self.algorithm, covered, extra);
         let unused = 32_usize.saturating_sub(self.bytes.wrapping_mul(8));
         let number = |number: u32, byte: &u8| number << 8 | u32::from(*byte);
         let digits = |number: u32, digit: &u8| {

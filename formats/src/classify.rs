@@ -9,6 +9,7 @@
 
 use framelock::{Classification, DiscardReason};
 
+use crate::checksum::{Computed, Sum};
 use crate::layout::{
     ByteOrder, FixedBits, KnownMessage, Layout, Length, Messages, Number, Patterns, Trailer, index,
 };
@@ -36,20 +37,34 @@ impl Layout<'_> {
     #[inline(always)]
     #[must_use]
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
-        self.try_classify(bytes, seen)
+        self.classify_with(bytes, seen, &Computed)
+    }
+
+    /// Classifies as [`classify_after`](Self::classify_after) does, with the checksums that `sum` returns: the same as
+    /// [`Algorithm::of`].
+    #[inline(always)]
+    pub(crate) fn classify_with(
+        &self,
+        bytes: &[u8],
+        seen: usize,
+        sum: &impl Sum,
+    ) -> Classification {
+        self.try_classify(bytes, seen, sum)
             .unwrap_or_else(|classification| classification)
     }
 
     /// Classifies as [`classify_after`](Self::classify_after) does; a classification by the header alone is an error.
+    /// `sum` returns what [`Algorithm::of`] returns.
     #[inline(always)]
-    pub(crate) fn try_classify(
+    fn try_classify(
         &self,
         bytes: &[u8],
         seen: usize,
+        sum: &impl Sum,
     ) -> Result<Classification, Classification> {
         let header = self.parse(bytes)?;
         Ok(match self.frame_of(&header, bytes, seen) {
-            Ok(frame) => match self.mismatch(&header, frame) {
+            Ok(frame) => match self.mismatch(&header, frame, sum) {
                 Some(why) => Classification::Rejected(why),
                 None => Classification::Frame(frame.len()),
             },
@@ -171,7 +186,7 @@ impl Layout<'_> {
 
     /// Returns the reason why a complete frame, including its trailer, is wrong.
     #[inline(always)]
-    fn mismatch(&self, header: &Header, frame: &[u8]) -> Option<DiscardReason> {
+    fn mismatch(&self, header: &Header, frame: &[u8], sum: &impl Sum) -> Option<DiscardReason> {
         let end = frame.len().saturating_sub(header.trailer);
         let frame = frame.get(..end).unwrap_or_default();
         let mut fixed = self.fixed.iter();
@@ -179,7 +194,7 @@ impl Layout<'_> {
             return Some(DiscardReason::WrongTerminator);
         }
         match &self.checksum {
-            Some(checksum) if !checksum.is_right(frame, header.extra) => {
+            Some(checksum) if !checksum.is_right(frame, header.extra, sum) => {
                 Some(DiscardReason::ChecksumMismatch)
             }
             _ => None,

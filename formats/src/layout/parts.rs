@@ -36,8 +36,15 @@ impl<'a> Patterns<'a> {
     }
 
     /// Returns an iterator over the sequences.
+    // Not `chunks_exact`, which divides.
+    #[inline]
     pub fn each(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
-        self.bytes.chunks_exact(self.length.max(1))
+        let (mut rest, length) = (self.bytes, self.length.max(1));
+        core::iter::from_fn(move || {
+            let (one, others) = rest.split_at_checked(length)?;
+            rest = others;
+            Some(one)
+        })
     }
 }
 

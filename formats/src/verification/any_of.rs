@@ -1,11 +1,11 @@
-//! That several on one line keep the laws, if each does and knows by the first byte whether a frame may begin, as
-//! every layout does.
+//! Several layouts on one line keep the laws if each of them keeps the laws. The first that does not reject the bytes
+//! decides.
 
 use framelock::any_format::{Row, any_up_to, any_verdict};
 use framelock::{Classification, DiscardReason, Format};
 
 use super::laws::{any_some_and_more, assert_lawful};
-use crate::any_of::{AnyOf, first};
+use crate::any_of::{AnyOf, first, kind};
 use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 
 /// Bytes in the longest frame.
@@ -16,10 +16,6 @@ struct Classified {
     longest: usize,
     starts: bool,
     row: Row,
-    /// How many bytes it takes until its header is known to be right or wrong.
-    header: usize,
-    /// Whether it is wrong, so that the frame is settled.
-    is_wrong: bool,
     /// How many it asks for when it has so many and one more.
     at_least: [usize; MOST],
 }
@@ -30,15 +26,10 @@ impl Classified {
         kani::assume(longest >= 1);
         let row = Row::any(longest);
         let starts = row.settled != Classification::Rejected(DiscardReason::NoSync);
-        let (header, is_wrong) = (any_up_to(row.settled_at), kani::any());
-        kani::assume(header >= 1);
-        if is_wrong {
-            kani::assume(
-                header == row.settled_at && matches!(row.settled, Classification::Rejected(_)),
-            );
-        }
-        if !starts {
-            kani::assume(row.settled_at == 1 && is_wrong);
+        kani::assume(starts || row.settled_at == 1);
+        // A layout needs no bytes after a frame to find it: see `keeps_the_laws`.
+        if let Classification::Frame(length) = row.settled {
+            kani::assume(length == row.settled_at);
         }
         let at_least: [usize; MOST] = core::array::from_fn(|_| any_up_to(MOST));
         for (had, wanted) in at_least.iter().enumerate() {
@@ -50,54 +41,59 @@ impl Classified {
             longest,
             starts,
             row,
-            header,
-            is_wrong,
             at_least,
         }
     }
 
-    /// Classifies `count` bytes as a layout's `try_classify` does.
-    fn try_classify(&self, count: usize, seen: usize) -> Result<Classification, Classification> {
-        let Some(settled) = self.row.settled(count) else {
-            let at_least = self.at_least[count - 1];
-            let incomplete = Classification::Incomplete { at_least };
-            return if count < self.header {
-                Err(incomplete)
-            } else {
-                Ok(incomplete)
-            };
-        };
-        if self.is_wrong {
-            return Err(settled);
+    /// Classifies `count` bytes, of which the first `seen` are said to be incomplete.
+    fn classify(&self, count: usize, seen: usize) -> Classification {
+        match self.row.settled(count) {
+            None => Classification::Incomplete {
+                at_least: self.at_least[count - 1],
+            },
+            // If the first `seen` were not incomplete, law 5 says nothing.
+            Some(_) if seen > 0 && self.row.settled(seen).is_some() => any_verdict(),
+            Some(settled) => settled,
         }
-        // If these were not incomplete, law 5 says nothing.
-        let is_told = seen == 0 || self.row.settled(seen).is_none();
-        Ok(if is_told { settled } else { any_verdict() })
     }
 }
 
-/// Of three: one that nothing begins is as none.
+/// Of three. A layout that no byte starts is like none.
 #[kani::proof]
 #[kani::unwind(6)]
 fn any_of_three() {
     let all: [Classified; 3] = core::array::from_fn(|_| Classified::any());
-    let classify_after = |count, seen| first(&all, seen, |one, seen| one.try_classify(count, seen));
+    let starts = |one: &Classified| one.starts;
+    let classify_after =
+        |count, seen| first(&all, seen, starts, |one, seen| one.classify(count, seen));
     let longest = all.iter().map(|one| one.longest).max().unwrap_or_default();
     let (some, more) = any_some_and_more(MOST, longest);
     let (early, late) = (classify_after(some, 0), classify_after(more, 0));
     assert_lawful(early, late, some, more, longest);
     // Law 4.
-    let starts = all.iter().any(|one| one.starts);
-    assert!(starts != (late == Classification::Rejected(DiscardReason::NoSync)));
+    assert!(all.iter().any(starts) != (late == Classification::Rejected(DiscardReason::NoSync)));
     // Law 5.
     if matches!(early, Classification::Incomplete { .. }) {
         assert!(classify_after(more, some) == late);
     }
-    let [first, _, third] = &all;
-    kani::cover!(
-        first.starts && first.is_wrong && third.starts && late == Classification::Frame(more),
-        "the first has the beginning of a frame, and the third a frame"
-    );
+    // The first that does not reject the bytes decides.
+    let each = all.each_ref().map(|one| one.classify(more, 0));
+    let is_rejected = |one: &Classification| matches!(one, Classification::Rejected(_));
+    match each.iter().find(|one| !is_rejected(one)) {
+        Some(one) => assert!(late == *one),
+        None => assert!(is_rejected(&late)),
+    }
+    // A frame is decoded by the layout that decided.
+    if let Classification::Frame(length) = late {
+        let is_its_frame =
+            |one: &Classified| one.classify(length, 0) == Classification::Frame(length);
+        let kind = kind(&all, starts, is_its_frame);
+        assert!(each[..kind].iter().all(is_rejected) && each[kind] == late);
+        kani::cover!(
+            kind == 2 && starts(&all[0]) && starts(&all[1]),
+            "a frame of the third, and the others begin like it"
+        );
+    }
 }
 
 /// A layout of which nothing is told but its syncs of one byte.
@@ -118,7 +114,7 @@ fn of_syncs<'a>(syncs: &'a [u8], no_bits: &'a [FixedBits; 0]) -> Layout<'a> {
     }
 }
 
-/// How long [`AnyOf`] says that its frames are, and what it says that they begin with.
+/// Frames are no longer than [`AnyOf`] says, and begin as it says.
 #[kani::proof]
 #[kani::unwind(5)]
 fn any_of_two_layouts() {

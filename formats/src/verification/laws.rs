@@ -148,6 +148,9 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
     assert_lawful(early, late, some, more, longest);
+    // No bytes after a frame are needed to find it, since `build` rejects frames that are shorter than their header.
+    let is_built = layout.layout.header() <= layout.layout.shortest;
+    assert!(!is_built || late != Classification::Frame(some) || early == late);
 }
 
 /// Law 5. What was seen is told to [`Layout::frame_of`] alone, and only where the end is to be looked for.

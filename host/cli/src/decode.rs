@@ -1,5 +1,6 @@
 //! Frames from a stream: a file, standard input or a serial port.
 
+mod hints;
 mod rejected_headers;
 mod totals;
 
@@ -25,6 +26,10 @@ use crate::serial::PortOptions;
 use rejected_headers::RejectedHeaders;
 use totals::{DiscardedTotals, Totals};
 
+/// The time and the number of bytes after which a stream that goes on is judged.
+const LONG_ENOUGH: Duration = Duration::from_secs(3);
+const ENOUGH: u64 = 200;
+
 /// Frames from a stream: a file, standard input or a serial port.
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/decode.txt"))]
@@ -39,7 +44,7 @@ pub(crate) struct Arguments {
     /// The frames: a name, or a file that describes them [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// Write the frames' description and nothing else: to read it, or to begin one of your own with
+    /// Write the frames' description and nothing else
     #[arg(long)]
     describe: bool,
     /// How the input is written: bytes, or hex: text such as 41 42 00 or 0x41,0x42
@@ -48,6 +53,9 @@ pub(crate) struct Arguments {
     /// How frames are written: jsonl (an object per line), csv, text (columns) or none
     #[arg(long, value_enum, default_value_t = OutputFormat::Jsonl, hide_possible_values = true)]
     format: OutputFormat,
+    /// Write only frames of these kinds, and their columns: names from the column kind, with commas between
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    only: Vec<String>,
     /// When each frame came, in seconds since the start; =unix counts from 1970
     #[arg(long, value_enum, value_name = "start|unix", num_args = 0..=1, require_equals = true, default_missing_value = "start", hide_possible_values = true)]
     timestamps: Option<Timestamps>,
@@ -119,6 +127,7 @@ struct Summary {
 enum Step<'b> {
     Bytes(&'b [u8]),
     Silence,
+    End,
 }
 
 /// Receives frames and writes them.
@@ -133,6 +142,14 @@ struct Decoder<W> {
     /// How many bytes have become a frame, or were discarded.
     settled: usize,
     rejected: RejectedHeaders,
+    policy: Policy,
+    /// Whether only some kinds of frames are written.
+    is_partial: bool,
+    /// The first bytes, until a hint is given.
+    beginning: Vec<u8>,
+    is_hinted: bool,
+    /// Whether the input goes on, so that a hint cannot wait for its end.
+    is_live: bool,
     start: Instant,
     timestamps: Option<Timestamps>,
     idle_gap: Option<Duration>,
@@ -145,7 +162,7 @@ struct Decoder<W> {
 impl<W: Write> Decoder<W> {
     fn new(protocol: &Protocol, policy: Policy, format: OutputFormat, output: W) -> Result<Self> {
         Ok(Self {
-            line: AnyLine::new(protocol, policy).map_err(Error::msg)?,
+            line: AnyLine::for_recordings(protocol, policy).map_err(Error::msg)?,
             totals: Totals::default(),
             frame: FrameWriter::new(protocol.clone()),
             format,
@@ -153,6 +170,11 @@ impl<W: Write> Decoder<W> {
             rows: Vec::new(),
             settled: 0,
             rejected: RejectedHeaders::default(),
+            policy,
+            is_partial: false,
+            beginning: Vec::new(),
+            is_hinted: false,
+            is_live: false,
             start: Instant::now(),
             timestamps: None,
             idle_gap: None,
@@ -167,7 +189,12 @@ impl<W: Write> Decoder<W> {
             Arrival::Bytes(bytes) => {
                 self.heard = self.idle_gap.map(|_| Instant::now());
                 self.take(Step::Bytes(bytes))?;
-                self.hint(false);
+                let tried = bytes.len().min(hints::TRIED - self.beginning.len());
+                self.beginning.extend(bytes.iter().take(tried));
+                if self.is_live && self.start.elapsed() > LONG_ENOUGH && self.totals.bytes >= ENOUGH
+                {
+                    self.hint();
+                }
             }
             Arrival::Gone(error) => {
                 note(&format!("{}: {error}; waiting for it", time_of_day()));
@@ -203,6 +230,9 @@ impl<W: Write> Decoder<W> {
                 Found::Discarded { count, why, .. } => return self.rejected.discarded(count, why),
             };
             self.rejected.frame();
+            if self.is_partial && !self.frame.is_wanted(bytes) {
+                return;
+            }
             let offset = self.settled - 1;
             let place = Place { offset, time };
             self.format
@@ -220,9 +250,12 @@ impl<W: Write> Decoder<W> {
                 self.line.feed(bytes, |_| ());
             }
             Step::Bytes(bytes) => self.line.feed(bytes, settle),
-            Step::Silence => self.line.line_event(LineEvent::Idle, settle),
+            Step::Silence | Step::End => self.line.line_event(LineEvent::Idle, settle),
         }
-        self.totals.add(self.line.counters());
+        match step {
+            Step::End => self.totals.add_end(self.line.counters()),
+            _ => self.totals.add(self.line.counters()),
+        }
         outcome?;
         self.write()
     }
@@ -243,9 +276,23 @@ impl<W: Write> Decoder<W> {
         self.write()
     }
 
-    fn hint(&mut self, is_end: bool) {
-        self.rejected
-            .hint(&self.frame.protocol, self.settled, is_end);
+    /// Says once what to check, if no frame has come or most bytes were rejected.
+    fn hint(&mut self) {
+        let (bytes, protocol) = (self.totals.bytes, &self.frame.protocol);
+        let discarded = self.totals.discarded.total();
+        let key = self.rejected.cause(protocol, bytes);
+        let is_bad = bytes > 0 && (self.totals.frames == 0 || discarded > bytes / 2);
+        if self.is_hinted || !is_bad && key.is_none() {
+            return;
+        }
+        self.is_hinted = true;
+        let cause = is_bad.then(|| hints::likely_cause(protocol, self.policy, &self.beginning));
+        let cause = cause.flatten().or(key).unwrap_or_else(|| {
+            "check --frame, the baud rate and parity, and whether the line is inverted".to_owned()
+        });
+        note(&format!(
+            "{discarded} of {bytes} bytes are in no frame of {protocol}; {cause}"
+        ));
     }
 
     fn summary(&self) -> Summary {
@@ -267,9 +314,10 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Writes the summary, if one is wanted and it is not there already.
+    /// Writes the hint and the summary, if they are wanted and not there already.
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
+        self.hint();
         if let Some(mut output) = self.summary.take() {
             writeln!(output, "{}", serde_json::to_string(&self.summary())?)?;
         }
@@ -311,7 +359,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let progress = input.progress.clone();
     let mut decoder = Decoder::new(&arguments.frame, arguments.policy, arguments.format, output)?;
     decoder.frame.is_hex = arguments.hex;
+    decoder.is_partial = !arguments.only.is_empty();
+    if decoder.is_partial {
+        decoder.frame.only(&arguments.only).map_err(Error::msg)?;
+    }
     decoder.timestamps = arguments.timestamps;
+    decoder.is_live = !input.is_file();
     decoder.idle_gap = arguments.idle_gap.map(Duration::from_millis);
     decoder.summary = arguments.summary()?;
     let decoder = Arc::new(Mutex::new(decoder));
@@ -364,10 +417,7 @@ impl Arguments {
 fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
     lock(decoder).begin()?;
     for_each_arrival(input, |arrival| lock(decoder).arrive(&arrival))?;
-    let mut decoder = lock(decoder);
-    decoder.take(Step::Silence)?;
-    decoder.hint(true);
-    Ok(())
+    lock(decoder).take(Step::End)
 }
 
 /// The rows of a stream, in each format of text.

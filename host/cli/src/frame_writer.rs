@@ -4,7 +4,8 @@
 use std::io::Write as _;
 use std::time::Duration;
 
-use framelock_description::{Column, Description, Field, KIND, Value};
+use framelock_description::text::no_such;
+use framelock_description::{Column, Field, KIND, Kind, Value};
 use framelock_receiving::Protocol;
 
 /// Where in a stream a frame's last byte is, and when it came, if that is to be written.
@@ -14,48 +15,51 @@ pub(crate) struct Place {
     pub(crate) time: Option<Duration>,
 }
 
-/// How a kind of frames is written.
+/// How a kind of frames, or a view, is written.
 #[derive(Clone)]
-struct Kind {
+struct Written {
+    kind: Kind,
+    is_wanted: bool,
     /// The fields that frames differ in, each by its number, with what is in front of its value in JSON.
     fields: Vec<(usize, Vec<u8>)>,
     /// What the columns hold: the value of a field, or each of an array, if it has one; and how many columns they are.
     cells: Vec<(Option<usize>, usize)>,
 }
 
-/// How the kinds of a description are written.
-fn kinds(description: &Description) -> Vec<Kind> {
-    let kinds = description.kinds.iter().map(|kind| {
+impl Written {
+    fn new(kind: &Kind, columns: &[Column], is_wanted: bool) -> Self {
         let fields = kind.fields.iter().enumerate();
         let shown = fields.filter(|(_, field)| field.constant.is_none());
         let keys =
             shown.map(|(number, field)| (number, format!(",\"{}\":", field.name).into_bytes()));
-        let columns = description
-            .columns
-            .get(usize::from(description.has_kinds())..);
-        let arrays = columns
-            .unwrap_or_default()
-            .chunk_by(|one, next| one.array.is_some() && one.array == next.array);
+        let arrays = columns.chunk_by(|one, next| one.array.is_some() && one.array == next.array);
         let cells = arrays.filter_map(|columns| {
-            let Column { name, array, .. } = columns.first()?;
-            let name = array.as_ref().unwrap_or(name);
-            let is_it = |field: &Field| field.name == *name && field.constant.is_none();
+            let column = columns.first().filter(|column| column.name != KIND)?;
+            let is_it = |field: &Field| field.name == *name_of(column) && field.constant.is_none();
             Some((kind.fields.iter().position(is_it), columns.len()))
         });
-        Kind {
+        Self {
+            kind: kind.clone(),
+            is_wanted,
             fields: keys.collect(),
             cells: cells.collect(),
         }
-    });
-    kinds.collect()
+    }
+}
+
+/// The name of the field whose value is in a column.
+fn name_of(column: &Column) -> &String {
+    column.array.as_ref().unwrap_or(&column.name)
 }
 
 /// Writes the frames of a protocol.
 #[derive(Clone)]
 pub(crate) struct FrameWriter {
     pub(crate) protocol: Protocol,
-    /// How each kind of frames is written.
-    written: Vec<Kind>,
+    /// How each kind of frames and each view is written.
+    written: Vec<Written>,
+    /// The columns of those that are wanted.
+    columns: Vec<Column>,
     /// Whether people are shown numbers in hex.
     pub(crate) is_hex: bool,
 }
@@ -63,11 +67,44 @@ pub(crate) struct FrameWriter {
 impl FrameWriter {
     /// Writes numbers in decimal.
     pub(crate) fn new(protocol: Protocol) -> Self {
-        Self {
-            written: kinds(&protocol.description),
+        let mut new = Self {
+            written: Vec::new(),
+            columns: protocol.description.columns.clone(),
             protocol,
             is_hex: false,
+        };
+        new.write_only(|_| true);
+        new
+    }
+
+    /// Writes only the kinds of frames with these names, and their columns.
+    pub(crate) fn only(&mut self, names: &[String]) -> Result<(), String> {
+        let kinds = || self.protocol.description.shown().map(|kind| &*kind.name);
+        for name in names {
+            if !kinds().any(|kind| kind.eq_ignore_ascii_case(name)) {
+                let kinds: Vec<&str> = kinds().collect();
+                return Err(format!("--only {name}: {}", no_such(name, &kinds)));
+            }
         }
+        self.write_only(|kind| names.iter().any(|name| kind.eq_ignore_ascii_case(name)));
+        Ok(())
+    }
+
+    fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
+        let description = &self.protocol.description;
+        let wanted = || description.shown().filter(|kind| is_wanted(&kind.name));
+        self.columns.retain(|column| {
+            let is_it = |field: &Field| field.name == *name_of(column);
+            column.name == KIND || wanted().any(|kind| kind.varying_fields().any(is_it))
+        });
+        let kinds = description.shown();
+        let written = kinds.map(|kind| Written::new(kind, &self.columns, is_wanted(&kind.name)));
+        self.written = written.collect();
+    }
+
+    /// Whether a frame is of a wanted kind.
+    pub(crate) fn is_wanted(&self, frame: &[u8]) -> bool {
+        self.kind(frame).is_some_and(|written| written.is_wanted)
     }
 
     /// Appends the header of comma-separated values.
@@ -80,22 +117,19 @@ impl FrameWriter {
         if !self.protocol.has_setpoints() {
             row.extend(b",length");
         }
-        for column in &self.protocol.description.columns {
+        for column in &self.columns {
             row.push(b',');
             row.extend(column.name.as_bytes());
         }
         row.push(b'\n');
     }
 
-    /// The kind of a frame, and how it is written.
+    /// How a frame is written.
     #[inline]
-    fn kind(&self, frame: &[u8]) -> Option<(&framelock_description::Kind, &Kind)> {
-        match (&*self.protocol.description.kinds, &*self.written) {
-            ([kind], [written]) => Some((kind, written)),
-            (kinds, written) => {
-                let number = self.protocol.description.number(frame);
-                Some((kinds.get(number)?, written.get(number)?))
-            }
+    fn kind(&self, frame: &[u8]) -> Option<&Written> {
+        match &*self.written {
+            [written] => Some(written),
+            written => written.get(self.protocol.description.shown_number(frame)),
         }
     }
 
@@ -110,10 +144,11 @@ impl FrameWriter {
             row.push(b',');
             append_number(row, frame.len());
         }
-        let Some((kind, written)) = self.kind(frame) else {
+        let Some(written) = self.kind(frame) else {
             return;
         };
-        if self.protocol.description.has_kinds() {
+        let kind = &written.kind;
+        if self.written.len() > 1 {
             row.push(b',');
             append_cell(row, &Value::Text(kind.name.as_bytes()));
         }
@@ -149,10 +184,11 @@ impl FrameWriter {
             row.extend(b",\"length\":");
             append_number(row, frame.len());
         }
-        let Some((kind, written)) = self.kind(frame) else {
+        let Some(written) = self.kind(frame) else {
             return;
         };
-        if self.protocol.description.has_kinds() {
+        let kind = &written.kind;
+        if self.written.len() > 1 {
             row.extend(b",\"kind\":");
             Value::Text(kind.name.as_bytes()).append_json_to(row);
         }
@@ -213,10 +249,10 @@ impl FrameWriter {
     /// Appends a frame's kind and its fields with `between` in front of each: the name, the values, numbers as wide as
     /// those of one byte, so that they stand in columns, and the unit.
     fn append_fields(&self, row: &mut Vec<u8>, frame: &[u8], between: &[u8]) {
-        let Some((kind, _)) = self.kind(frame) else {
+        let Some(Written { kind, .. }) = self.kind(frame) else {
             return;
         };
-        if self.protocol.description.has_kinds() {
+        if self.written.len() > 1 {
             for part in [between, KIND.as_bytes(), b" ", kind.name.as_bytes()] {
                 row.extend(part);
             }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
 use framelock_description::Column;
-use framelock_description::text::quote;
+use framelock_description::text::{nearest, quote};
 use framelock_receiving::Protocol;
 use serde_json::Value;
 
@@ -38,6 +38,8 @@ pub(crate) struct Row {
 /// What a row says, of whatever type; further columns or fields mean nothing.
 struct Fields<'a> {
     columns: &'a [Column],
+    /// Names that mean nothing.
+    others: Vec<String>,
     time: Option<Value>,
     /// In the order of the columns.
     values: Vec<Option<Value>>,
@@ -74,7 +76,12 @@ pub(crate) fn rows<'a>(
     let columns = frame.description.columns.as_slice();
     let lines: Box<dyn Iterator<Item = io::Result<NumberedFields<'a>>> + 'a> = if !is_json {
         let delimiter = separated::delimiter(&first);
-        Box::new(separated::lines(input, columns, delimiter, reads_times))
+        Box::new(separated::lines(
+            input,
+            &frame.description,
+            delimiter,
+            reads_times,
+        ))
     } else if first.starts_with(b"[") {
         let mut text = String::new();
         input.read_to_string(&mut text)?;
@@ -88,7 +95,8 @@ pub(crate) fn rows<'a>(
         let row = fields.and_then(|fields| {
             let time = fields.time.as_ref().filter(|_| reads_times);
             let time = time.map(seconds).transpose()?;
-            let frame = frame.description.encode(&fields.values)?;
+            let frame = frame.description.encode(&fields.values);
+            let frame = frame.map_err(|why| fields.told(why))?;
             check_order(before.as_ref(), time)?;
             Ok(Row { time, frame })
         });
@@ -119,6 +127,7 @@ impl<'a> Fields<'a> {
     fn new(columns: &'a [Column]) -> Self {
         Self {
             columns,
+            others: Vec::new(),
             time: None,
             values: vec![None; columns.len()],
         }
@@ -136,10 +145,22 @@ impl<'a> Fields<'a> {
                 .get_mut(from..last.map_or(from, |last| last + 1))
                 .unwrap_or_default(),
         };
+        if places.is_empty() {
+            self.others.push(name.to_owned());
+        }
         if places.iter().any(Option::is_some) {
             return Err(format!("duplicate field `{name}`"));
         }
         Ok(places)
+    }
+
+    /// What is wrong; if a field is missing, with the name among the others that it resembles.
+    fn told(&self, why: String) -> String {
+        let missing = why.strip_prefix("missing field `");
+        let missing = missing.and_then(|name| name.strip_suffix('`'));
+        let others: Vec<&str> = self.others.iter().map(String::as_str).collect();
+        let nearest = missing.map(|name| nearest(name, &others));
+        why + &nearest.unwrap_or_default()
     }
 }
 

@@ -3,7 +3,7 @@
 use framelock::{Classification, DiscardReason, Format as _};
 use serde_json::Value as Json;
 
-use crate::field::Field;
+use crate::field::{Class, Field};
 use crate::kind::Kind;
 use crate::text::quote;
 use crate::{Description, KIND};
@@ -25,26 +25,46 @@ impl Description {
             let place = self.columns.iter().position(|column| column.name == name)?;
             values.get(place)?.as_ref()
         };
-        let number = match &*self.kinds {
-            [_] => 0,
-            kinds => {
-                let wanted = value(KIND).ok_or("missing field `kind`")?;
-                let is_it = |kind: &Kind| wanted == &*kind.name;
-                kinds.iter().position(is_it).ok_or_else(|| {
-                    let names: Vec<&str> = kinds.iter().map(|kind| &*kind.name).collect();
-                    format!("kind {} is none of {}", quote(wanted), names.join(", "))
-                })?
-            }
+        let wanted = match (&*self.kinds, value(KIND)) {
+            ([kind], None) => &kind.name.as_str().into(),
+            (_, wanted) => wanted.ok_or("missing field `kind`")?,
         };
-        let kind = self.kinds.get(number).ok_or("no kinds")?;
-        let frame = kind.encode(|field| {
+        let mut outcome = Err(None);
+        // Views of several kinds may have the same name: the first that has such values is meant.
+        for (number, kind) in self.kinds.iter().enumerate() {
+            let named = kind.with_views().filter(|kind| wanted == &*kind.name);
+            for shown in named {
+                let made = self.encode_as(number, shown, value);
+                outcome = outcome
+                    .or_else(|first: Option<String>| made.map_err(|why| first.or(Some(why))));
+            }
+        }
+        outcome.map_err(|why| {
+            why.unwrap_or_else(|| {
+                let kinds = self.kinds.iter().flat_map(Kind::with_views);
+                let names: Vec<&str> = kinds.map(|kind| &*kind.name).collect();
+                format!("kind {} is none of {}", quote(wanted), names.join(", "))
+            })
+        })
+    }
+
+    /// A frame of the kind with that number, with the values of that kind or of one of its views.
+    fn encode_as<'v>(
+        &self,
+        number: usize,
+        shown: &Kind,
+        value: impl Fn(&str) -> Option<&'v Json>,
+    ) -> Result<Vec<u8>, String> {
+        let frame = shown.encode(|field| {
             let all = (0..field.values()).map(|number| value(&field.column(number)));
             all.flatten().collect()
         })?;
-        // Headers of other kinds are tried before.
+        // Headers of other kinds are tried before. A view's frame may be written as one of its kind.
         let format = self.format();
+        let is_it = |kind: &Kind| kind.name == shown.name || !shown.views.is_empty();
         if format.classify(&frame) == Classification::Frame(frame.len())
             && format.decode(&frame).0 == number
+            && self.kind(&frame).is_some_and(is_it)
         {
             return Ok(frame);
         }
@@ -56,7 +76,7 @@ impl Kind {
     /// The frame with the values that each field is given.
     fn encode<'v>(&self, given: impl Fn(&Field) -> Vec<&'v Json>) -> Result<Vec<u8>, String> {
         let (mut written, mut ends, mut appended) = (Vec::new(), Vec::new(), Vec::new());
-        for field in &self.fields {
+        for field in self.fields.iter().filter(|field| field.item.is_none()) {
             let wanted = match field.constant {
                 Some(constant) => Wanted::Bits(vec![constant]),
                 None => match self.wanted(field, &given(field))? {
@@ -111,15 +131,39 @@ impl Kind {
                     "{} cannot be that: the description says what stands in its place",
                     field.name
                 )),
+                None if self.has_truncated_zeros && !takes_rest => {
+                    Ok(self.without_zeros(frame, length))
+                }
                 None => Ok(frame),
             };
         }
         Err(self.why_not(&frame))
     }
 
+    /// Leaves out the zeros at the end of the payload, except its first byte, of a frame that has `length` bytes without
+    /// its trailer.
+    fn without_zeros(&self, frame: Vec<u8>, length: usize) -> Vec<u8> {
+        let end = length.saturating_sub(self.from_end);
+        let first = self
+            .header
+            .max(self.layout.shortest().saturating_sub(self.from_end))
+            + 1;
+        let payload = frame.get(first..end).unwrap_or_default();
+        let zeros = payload.iter().rev().take_while(|byte| **byte == 0).count();
+        let mut shorter = frame.clone();
+        shorter.drain(end - zeros..end);
+        if self.layout.seal(&mut shorter) {
+            shorter
+        } else {
+            frame
+        }
+    }
+
     /// What is given for a field; nothing if it may be missing, and is.
     fn wanted(&self, field: &Field, given: &[&Json]) -> Result<Option<Wanted>, String> {
-        let is_nothing = |value: &&Json| value.is_null() || *value == "";
+        // `null` is a number's NaN if it can be one.
+        let is_float = field.class() == Class::Float;
+        let is_nothing = |value: &&Json| value.is_null() && !is_float || *value == "";
         if self.shortest_with(field).is_some() && given.iter().all(is_nothing) {
             return Ok(None);
         }

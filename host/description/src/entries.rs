@@ -3,14 +3,18 @@
 
 use std::ops::Range;
 
-use framelock_formats::layout::{self, Algorithm, Checksum, Crc, LengthField, Trailer};
+use framelock_formats::layout::{
+    self, Algorithm, Checksum, Crc, KnownMessage, LengthField, Trailer,
+};
+use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::checksum::Named;
 use crate::field::{Class, NumberType, Type};
 use crate::hex;
-use crate::value::Scale;
+use crate::item::Item;
+use crate::value::Decimal;
 
 /// A mistake: its place in the text, in bytes, and what is wrong there.
 pub(crate) struct Problem(pub(crate) Range<usize>, pub(crate) String);
@@ -46,10 +50,14 @@ pub(crate) struct FrameEntry {
     pub(crate) checksum: Option<Spanned<ChecksumEntry>>,
     pub(crate) messages: Option<Spanned<MessagesEntry>>,
     pub(crate) trailer: Option<Spanned<TrailerEntry>>,
+    /// Whether fields that a frame is too short for are zero, not missing.
+    pub(crate) truncated_zeros: Option<bool>,
     #[serde(default)]
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
     #[serde(default)]
     pub(crate) kinds: Vec<Spanned<FrameEntry>>,
+    #[serde(default)]
+    pub(crate) views: Vec<Spanned<ViewEntry>>,
     /// Shipped descriptions, by name.
     #[serde(default)]
     pub(crate) any_of: Vec<Spanned<String>>,
@@ -72,7 +80,9 @@ impl FrameEntry {
         self.checksum = self.checksum.or_else(|| whole.checksum.clone());
         self.messages = self.messages.or_else(|| whole.messages.clone());
         self.trailer = self.trailer.or_else(|| whole.trailer.clone());
+        self.truncated_zeros = self.truncated_zeros.or(whole.truncated_zeros);
         self.fields = [whole.fields.clone(), self.fields].concat();
+        self.views = [whole.views.clone(), self.views].concat();
         self
     }
 
@@ -85,6 +95,16 @@ impl FrameEntry {
             || self.checksum.is_some()
             || !self.fields.is_empty()
     }
+}
+
+/// The values of one message.
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ViewEntry {
+    pub(crate) name: Spanned<String>,
+    pub(crate) at: Front,
+    pub(crate) bytes: Alternatives,
+    pub(crate) fields: Vec<Spanned<FieldEntry>>,
 }
 
 /// Bytes in hex, and between alternatives of the same length a bar.
@@ -281,12 +301,20 @@ pub(crate) struct MessagesEntry {
 #[derive(Clone, Deserialize)]
 #[serde(
     untagged,
-    expecting = "known messages are \"common\", \"ardupilotmega\", or rows of one to three numbers: [[number, extra byte, \
-                 longest length field]]"
+    expecting = "known messages are \"common\", \"ardupilotmega\", rows of one to three numbers: [[number, extra byte, \
+                 longest length field]], or a list of both"
 )]
 pub(crate) enum KnownMessages {
     Dialect(Dialect),
-    Rows(Vec<Row>),
+    List(Vec<Known>),
+}
+
+/// A dialect, or one message.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum Known {
+    Dialect(Dialect),
+    Row(Row),
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -296,12 +324,33 @@ pub(crate) enum Dialect {
     Ardupilotmega,
 }
 
+impl Dialect {
+    pub(crate) fn messages(self) -> &'static [KnownMessage] {
+        match self {
+            Self::Common => COMMON,
+            Self::Ardupilotmega => ARDUPILOTMEGA,
+        }
+    }
+}
+
 #[derive(Clone, Copy, Deserialize)]
 #[serde(untagged)]
 pub(crate) enum Row {
     Number([u32; 1]),
     Extra(u32, u8),
     Most(u32, u8, u16),
+}
+
+impl Row {
+    pub(crate) fn message(self) -> KnownMessage {
+        match self {
+            Self::Number([number]) => KnownMessage::new(number),
+            Self::Extra(number, extra) => KnownMessage::new(number).extra(extra),
+            Self::Most(number, extra, most) => {
+                KnownMessage::new(number).extra(extra).longest_payload(most)
+            }
+        }
+    }
 }
 
 impl MessagesEntry {
@@ -340,8 +389,17 @@ pub(crate) struct FieldEntry {
     pub(crate) count: Option<usize>,
     pub(crate) mask: Option<Spanned<u64>>,
     pub(crate) value: Option<Spanned<Values>>,
-    pub(crate) scale: Option<Spanned<Scale>>,
+    pub(crate) scale: Option<Spanned<Decimal>>,
+    pub(crate) offset: Option<Spanned<Decimal>>,
     pub(crate) unit: Option<Spanned<String>>,
+    pub(crate) item: Option<Spanned<Item>>,
+}
+
+impl FieldEntry {
+    /// Whether it takes the bytes that are left.
+    pub(crate) fn takes_rest(&self) -> bool {
+        self.count.is_none() && matches!(self.kind, Some(Type::Bytes | Type::Text))
+    }
 }
 
 /// What a field always is, or one of what.

@@ -7,6 +7,7 @@ use framelock_formats::layout::ByteOrder;
 use serde::Deserialize;
 use serde_json::Value as Json;
 
+use crate::item::Item;
 use crate::value::{Scale, Value};
 use crate::{hex, text};
 
@@ -24,7 +25,7 @@ pub struct Field {
     pub count: Option<usize>,
     /// Which bits of a number are its value, the lowest being the value's lowest.
     pub mask: Option<u64>,
-    /// What a number is multiplied by.
+    /// The factor and the offset of a number.
     pub scale: Option<Scale>,
     /// What it is measured in.
     pub unit: Option<String>,
@@ -32,6 +33,8 @@ pub struct Field {
     pub constant: Option<u64>,
     /// Counted from the front, it ends before this many bytes at the end.
     pub margin: usize,
+    /// Which value between commas it is, of text.
+    pub item: Option<Item>,
     /// Whether it is behind the frame: all that is appended.
     pub is_appended: bool,
     /// Answers that each frame asks for, prepared when the description is read.
@@ -167,7 +170,11 @@ impl NumberType {
     fn bits(self, bytes: &[u8]) -> u64 {
         let add = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
         match self.order {
-            ByteOrder::Big => bytes.iter().fold(0, add),
+            // Its last bytes may be zeros that the sender has left out.
+            ByteOrder::Big => {
+                let bits = bytes.iter().fold(0, add);
+                (bytes.len()..self.bytes).fold(bits, |bits, _| bits << 8)
+            }
             ByteOrder::Little => bytes.iter().rev().fold(0, add),
         }
     }
@@ -189,7 +196,16 @@ impl Field {
     /// Whether its values are text, or bytes in hex.
     #[must_use]
     pub fn is_text(&self) -> bool {
-        matches!(self.kind, Type::Bytes | Type::Text)
+        matches!(self.kind, Type::Bytes | Type::Text) && self.item.is_none_or(Item::is_text)
+    }
+
+    /// The bytes of its value among the field's; none if it is an item that has none.
+    #[inline]
+    pub(crate) fn item<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
+        match self.item {
+            Some(item) => item.part(bytes),
+            None => Some(bytes),
+        }
     }
 
     /// Returns how the bits of its values are read: bits, bytes and text have no sign.
@@ -266,7 +282,8 @@ impl Field {
         self.prepared = Prepared {
             place: from.zip(to).map(|(from, to)| (from..to, to + self.margin)),
             values: self.values(),
-            is_plain: self.mask.is_none()
+            is_plain: self.length() == Some(1)
+                && self.mask.is_none()
                 && self.scale.is_none()
                 && matches!(self.kind, Type::Number(number) if number.class == Class::Unsigned),
         };
@@ -288,6 +305,14 @@ impl Field {
         frame.get(self.position(frame.len())?)
     }
 
+    /// Returns its first bytes if a frame ends within the field or before it.
+    #[inline(never)]
+    pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
+        let (place, _) = self.prepared.place.as_ref()?;
+        let end = frame.len().checked_sub(self.margin)?;
+        frame.get(place.start.min(end)..place.end.min(end))
+    }
+
     /// Its values, of its bytes.
     #[inline]
     pub(crate) fn read<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
@@ -307,10 +332,13 @@ impl Field {
     fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
         // Called in each arm, where the compiler knows the type: this is faster than one call before.
         let own = || {
-            bytes
-                .get(self.value_bytes(number, bytes.len()))
-                .unwrap_or_default()
+            let Range { start, end } = self.value_bytes(number, bytes.len());
+            // Bytes that the sender has left out are zero.
+            bytes.get(start..end.min(bytes.len())).unwrap_or_default()
         };
+        if let Some(value) = self.item.and_then(|item| item.value(bytes)) {
+            return value;
+        }
         match self.kind {
             Type::Number(kind) => self.of_bits(kind.class, kind.bits(own())),
             Type::Bits { first, width } => {
@@ -366,7 +394,8 @@ impl Field {
         let class = self.class();
         #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
         if class == Class::Float {
-            let number = value.as_f64().ok_or("is not a number")?;
+            let nan = value.is_null().then_some(f64::NAN);
+            let number = value.as_f64().or(nan).ok_or("is not a number")?;
             return Ok((number as f32).to_bits().into());
         }
         let all = ones(self.width());
@@ -408,7 +437,8 @@ impl Field {
         let bytes = match self.kind {
             Type::Bytes => {
                 let text = value.as_str().ok_or("is not bytes in hex, as text")?;
-                hex::parse(&[text]).map_err(|why| format!("is not bytes in hex: {why}"))?
+                hex::parse(&[text.strip_prefix('x').unwrap_or(text)])
+                    .map_err(|why| format!("is not bytes in hex: {why}"))?
             }
             _ => text::unescaped(value.as_str().ok_or("is not text")?),
         };

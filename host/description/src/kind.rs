@@ -22,10 +22,21 @@ pub struct Kind {
     pub(crate) header: usize,
     /// The number of bytes at the end of a frame that hold the parts counted from its end.
     pub from_end: usize,
+    /// The messages whose values stand in place of the bytes that are left: the first that fits is shown.
+    pub views: Vec<Kind>,
+    /// The bytes that tell a view's frames, and the index of the first.
+    pub(crate) sign: (usize, Vec<u8>),
+    /// Whether the sender leaves out zero bytes at the end of the payload.
+    pub has_truncated_zeros: bool,
 }
 
 impl Kind {
-    /// What one of its fields is in a frame; nothing if that is too short to have it.
+    /// Returns the kind and its views.
+    pub(crate) fn with_views(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.views)
+    }
+
+    /// What one of its fields is in a frame; nothing if that is too short to have it. Truncated zeros are there.
     #[inline]
     #[must_use]
     pub fn content<'f>(&self, field: &'f Field, frame: &'f [u8]) -> Option<Content<'f>> {
@@ -33,8 +44,38 @@ impl Kind {
             None => frame,
             Some(trailer) => parted(frame, &trailer, field.is_appended),
         };
-        let bytes = field.bytes(part)?;
+        let cut = || {
+            let is_cut = self.has_truncated_zeros && !field.is_appended;
+            is_cut.then(|| field.first_bytes(part))?
+        };
+        let bytes = field.item(field.bytes(part).or_else(cut)?)?;
         Some(Content { field, bytes })
+    }
+
+    /// The view that shows a frame; none if its values or its length are others.
+    #[inline]
+    pub(crate) fn view(&self, frame: &[u8]) -> Option<usize> {
+        self.views.iter().position(|view| view.shows(frame))
+    }
+
+    #[inline]
+    fn shows(&self, frame: &[u8]) -> bool {
+        let (at, bytes) = &self.sign;
+        frame.get(*at..at + bytes.len()) == Some(bytes) && self.has_length_of(frame)
+    }
+
+    /// Whether each byte is in a field: the frame ends with one of them.
+    fn has_length_of(&self, frame: &[u8]) -> bool {
+        let appended = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
+        let end = frame.len().saturating_sub(appended + self.from_end);
+        let ends_there = |field: &Field| match (field.length(), field.end(0)) {
+            (None, _) => true,
+            (_, Some(field_end)) if self.has_truncated_zeros => end <= field_end,
+            (_, field_end) => field_end == Some(end),
+        };
+        self.fields
+            .iter()
+            .any(|field| !field.is_appended && ends_there(field))
     }
 
     /// Returns the fields whose values differ between frames.

@@ -41,6 +41,7 @@ mod encode;
 mod entries;
 mod field;
 pub mod hex;
+mod item;
 mod kind;
 mod positions;
 pub mod text;
@@ -56,9 +57,10 @@ use framelock::Format as _;
 use framelock_formats::{AnyOf, Layout};
 
 pub use field::{Class, Field, NumberType, Type};
+pub use item::Item;
 pub use kind::{Content, Kind, LONGEST};
 pub use positions::Part;
-pub use value::{Scale, Value};
+pub use value::{Decimal, Scale, Value};
 
 use entries::{FrameEntry, Problem, at, missing, wrong};
 
@@ -102,7 +104,7 @@ impl Description {
     /// What is wrong, with its line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
         let read = toml::from_str::<FrameEntry>(text)
-            .map_err(|error| Problem(error.span().unwrap_or_default(), error.message().to_owned()));
+            .map_err(|error| Problem(error.span().unwrap_or_default(), told(error.message())));
         read.and_then(|written| described(name, &written))
             .map_err(|Problem(place, what)| {
                 let before = text.get(..place.start).unwrap_or(text);
@@ -125,16 +127,65 @@ impl Description {
         self.format().decode(frame).0
     }
 
-    /// The kind of a frame.
+    /// The kind of a frame, or the view that shows it.
     #[must_use]
     pub fn kind(&self, frame: &[u8]) -> Option<&Kind> {
-        self.kinds.get(self.number(frame))
+        self.shown().nth(self.shown_number(frame))
+    }
+
+    /// The number of the kind or view that shows a frame, in the order of [`shown`](Self::shown).
+    #[must_use]
+    #[inline]
+    pub fn shown_number(&self, frame: &[u8]) -> usize {
+        let number = if self.kinds.len() == 1 {
+            0
+        } else {
+            self.number(frame)
+        };
+        let mut before = 0;
+        for (other, kind) in self.kinds.iter().enumerate() {
+            if other == number {
+                return kind.view(frame).map_or(before, |view| before + 1 + view);
+            }
+            before += 1 + kind.views.len();
+        }
+        before
+    }
+
+    /// Each kind, and after it its views.
+    pub fn shown(&self) -> impl Iterator<Item = &Kind> {
+        self.kinds.iter().flat_map(Kind::with_views)
+    }
+
+    /// The columns of rows without a header: those of the only kind, without its views, or all.
+    #[must_use]
+    pub fn plain_columns(&self) -> &[Column] {
+        match &*self.kinds {
+            [kind] if self.has_kinds() => {
+                let count: usize = kind.varying_fields().map(Field::values).sum();
+                self.columns.get(1..=count).unwrap_or_default()
+            }
+            _ => &self.columns,
+        }
     }
 
     /// Whether a frame's kind is worth telling.
     #[must_use]
     pub fn has_kinds(&self) -> bool {
-        self.kinds.len() > 1
+        self.shown().nth(1).is_some()
+    }
+}
+
+/// The error of a reader, with the nearest name if it knows another one.
+fn told(message: &str) -> String {
+    let unknown = message.strip_prefix("unknown field").unwrap_or_default();
+    let names: Vec<&str> = unknown.split('`').skip(1).step_by(2).collect();
+    match (&*names, message.split_once(", expected")) {
+        ([name, names @ ..], Some((what, expected))) => {
+            let nearest = text::nearest(name, names);
+            format!("{what}{nearest}; expected{expected}")
+        }
+        _ => message.to_owned(),
     }
 }
 
@@ -202,6 +253,19 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
         Problem(place.or_else(of_kind).unwrap_or(0..0), what)
     })?;
     let layouts: Vec<Layout> = kinds.iter().map(|kind| kind.layout).collect();
+    for (number, layout) in layouts.iter().enumerate() {
+        if let Some(earlier) = layouts.iter().take(number).position(|it| it == layout)
+            && let (Some(kind), Some(earlier)) = (kinds.get(number), kinds.get(earlier))
+        {
+            let what = format!(
+                "kind {} never occurs: each of its frames is one of kind {}, which is tried first",
+                kind.name, earlier.name
+            );
+            let entry = number.checked_sub(kinds.len() - written.kinds.len());
+            let entry = entry.and_then(|entry| written.kinds.get(entry));
+            return Err(Problem(entry.map_or(0..0, toml::Spanned::span), what));
+        }
+    }
     Ok(Description {
         kinds,
         columns,
@@ -212,7 +276,13 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
 /// The names of all values: an array has a number behind its name. Kinds may share a column.
 fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
     let mut columns: Vec<Column> = Vec::new();
-    if kinds.len() > 1 {
+    let all = || {
+        kinds
+            .iter()
+            .flat_map(|kind| std::iter::once(kind).chain(&kind.views))
+    };
+    let has_kinds = all().nth(1).is_some();
+    if has_kinds {
         columns.push(Column {
             name: KIND.to_owned(),
             array: None,
@@ -227,15 +297,15 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
     {
         return Err(format!("two kinds are called {name}"));
     }
-    let all = kinds.iter().flat_map(Kind::varying_fields);
-    if all.map(Field::values).sum::<usize>() > MOST_COLUMNS {
+    let fields = all().flat_map(Kind::varying_fields);
+    if fields.map(Field::values).sum::<usize>() > MOST_COLUMNS {
         return Err(format!("a row of more than {MOST_COLUMNS} values"));
     }
     let mut places = HashMap::<String, usize>::new();
     let different = |name: &str| Err(format!("two kinds have different values called {name}"));
-    for kind in kinds {
+    for kind in all() {
         let mut own = HashSet::new();
-        if kinds.len() > 1 {
+        if has_kinds {
             own.insert(KIND.to_owned());
         }
         for field in kind.varying_fields() {
@@ -246,7 +316,8 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
                     array: field.is_array().then(|| field.name.clone()),
                     is_text: field.is_text(),
                 };
-                if !own.insert(column.name.clone()) {
+                // A table's header may be in capitals.
+                if !own.insert(column.name.to_ascii_lowercase()) {
                     return Err(format!("two values are called {}", column.name));
                 }
                 let known = places.get(&column.name);
@@ -278,7 +349,7 @@ macro_rules! shipped {
 
 /// The names of the shipped descriptions, and their texts.
 pub const SHIPPED: &[(&str, &str)] = shipped!(
-    "bin" "bin-crc8" "sbus" "ibus" "crsf" "ubx" "nmea" "rtcm" "gnss" "mavlink" "mavlink1" "mavlink2" "six-axes"
+    "bin" "bin-crc8" "sbus" "ibus" "ibus-any" "ibus-telemetry" "crsf" "ubx" "nmea" "rtcm" "gnss" "mavlink" "mavlink1" "mavlink2" "six-axes"
     "six-axes-be"
 );
 
@@ -290,15 +361,8 @@ pub fn shipped(name: &str) -> Option<&'static str> {
 }
 
 /// The error for a name that no shipped description has.
-fn no_such_shipped(name: &str) -> String {
+#[must_use]
+pub fn no_such_shipped(name: &str) -> String {
     let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-    let nearest = names
-        .iter()
-        .min_by_key(|shipped| strsim::damerau_levenshtein(shipped, name));
-    let nearest = nearest.unwrap_or(&"");
-    format!(
-        "there is no frame \"{}\", the nearest name is {nearest}: the frames are {}",
-        text::quoted(name),
-        names.join(", ")
-    )
+    text::no_such(name, &names)
 }

@@ -108,6 +108,28 @@ pub fn quoted(text: &str) -> String {
     String::from_utf8(escaped).unwrap_or_default()
 }
 
+/// Says for an error that a name is none of these, and which is the nearest.
+#[must_use]
+pub fn no_such(name: &str, names: &[&str]) -> String {
+    format!(
+        "there is no {}{}: there are {}",
+        quoted(name),
+        nearest(name, names),
+        names.join(", ")
+    )
+}
+
+/// Names the nearest one for an error; nothing if none resembles it.
+#[must_use]
+pub fn nearest(name: &str, names: &[&str]) -> String {
+    let small = name.to_ascii_lowercase();
+    // Part of a name resembles it, so that ublox finds ubx before bin.
+    let distance = |other: &&str| 1.0 - strsim::jaro_winkler(&other.to_ascii_lowercase(), &small);
+    let near = names.iter().copied().filter(|other| distance(other) < 0.35);
+    let nearest = near.min_by(|one, other| distance(one).total_cmp(&distance(other)));
+    nearest.map_or(String::new(), |other| format!(", is it {other}"))
+}
+
 /// The beginning of a value, for an error: text is in quotation marks.
 #[must_use]
 pub fn quote(value: &Json) -> String {

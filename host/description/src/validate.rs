@@ -2,18 +2,18 @@
 
 mod fields;
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use framelock_formats::layout::{
     Contradiction, FixedBits, KnownMessage, Layout, Length, Messages, Part, Patterns,
 };
-use framelock_formats::mavlink::{ARDUPILOTMEGA, COMMON};
 use toml::Spanned;
 
 use crate::checksum::tabled;
 use crate::entries::{
-    Alternatives, Dialect, FrameEntry, KnownMessages, Problem, Row, Unsigned, Values, at, missing,
-    wrong,
+    Alternatives, FieldEntry, FrameEntry, Known, KnownMessages, Problem, Unsigned, Values, at,
+    missing, wrong,
 };
 use crate::field::Type;
 use crate::kind::{Kind, LONGEST};
@@ -25,6 +25,37 @@ pub(crate) fn kind(
     written: &FrameEntry,
     is_one_of_many: bool,
 ) -> Result<Kind, Problem> {
+    let (mut kind, owners) = untabled(name, written, is_one_of_many)?;
+    // Only a description without mistakes gets a table.
+    if let Some(checksum) = kind.layout.checksum() {
+        let checksum = checksum.algorithm(tabled(checksum.algorithm));
+        let built = kind.layout.to_builder().checksum(checksum).build();
+        kind.layout = built.map_err(|contradiction| placed(written, contradiction, &owners))?;
+    }
+    for entry in written.views.iter().map(Spanned::get_ref) {
+        let mut all = written.clone();
+        // Items show more of what is left; other values stand in its place.
+        let is_item = |field: &Spanned<FieldEntry>| field.get_ref().item.is_some();
+        if !entry.fields.iter().any(is_item) {
+            all.fields.retain(|field| !field.get_ref().takes_rest());
+        }
+        all.fields.extend(entry.fields.clone());
+        let (view, _) = untabled(entry.name.get_ref(), &all, is_one_of_many)?;
+        kind.views.push(Kind {
+            layout: kind.layout,
+            sign: (entry.at.0, entry.bytes.bytes.clone()),
+            ..view
+        });
+    }
+    Ok(kind)
+}
+
+/// The kind without a table for its checksum and without views, and the indexes of the fields with fixed bits.
+fn untabled(
+    name: &str,
+    written: &FrameEntry,
+    is_one_of_many: bool,
+) -> Result<(Kind, Vec<usize>), Problem> {
     let none = Alternatives::default();
     let sync = written.sync.as_ref().map_or(&none, Spanned::get_ref);
     let terminator = written.terminator.as_ref().map_or(&none, Spanned::get_ref);
@@ -72,24 +103,21 @@ pub(crate) fn kind(
         .fixed(fixed.leak())
         .build();
     let layout = built.map_err(|contradiction| placed(written, contradiction, &owners))?;
-    let mut kind = Kind {
+    let kind = Kind {
         name: name.to_owned(),
         layout,
         fields,
         header,
         from_end,
+        views: Vec::new(),
+        sign: (0, Vec::new()),
+        has_truncated_zeros: written.truncated_zeros.unwrap_or_default(),
     };
     let alone = layout.longest_without_trailer();
     for length in [layout.shortest(), alone] {
         check_positions(written, &kind, length, alone)?;
     }
-    // Only a description without mistakes gets a table.
-    if let Some(checksum) = layout.checksum() {
-        let checksum = checksum.algorithm(tabled(checksum.algorithm));
-        let built = layout.to_builder().checksum(checksum).build();
-        kind.layout = built.map_err(|contradiction| placed(written, contradiction, &owners))?;
-    }
-    Ok(kind)
+    Ok((kind, owners))
 }
 
 /// Returns the problem that a contradiction is, at the entry of its part. `owners` are the fields of the fixed bits.
@@ -210,19 +238,26 @@ fn messages(written: &FrameEntry) -> Result<Option<Messages<'static>>, Problem> 
     Ok(messages)
 }
 
-/// Returns the messages that a description knows, in ascending order of their numbers.
+/// Returns the messages that a description knows, in ascending order of their numbers. A row replaces the message of a
+/// dialect.
 fn known(messages: &KnownMessages) -> &'static [KnownMessage] {
-    match messages {
-        KnownMessages::Dialect(Dialect::Common) => COMMON,
-        KnownMessages::Dialect(Dialect::Ardupilotmega) => ARDUPILOTMEGA,
-        KnownMessages::Rows(rows) => sorted(rows.iter().map(|row| match *row {
-            Row::Number([number]) => KnownMessage::new(number),
-            Row::Extra(number, extra) => KnownMessage::new(number).extra(extra),
-            Row::Most(number, extra, most) => {
-                KnownMessage::new(number).extra(extra).longest_payload(most)
-            }
-        })),
+    let list = match messages {
+        KnownMessages::Dialect(dialect) => return dialect.messages(),
+        KnownMessages::List(list) => list,
+    };
+    let rows = list.iter().filter_map(|known| match known {
+        Known::Row(row) => Some(row.message()),
+        Known::Dialect(_) => None,
+    });
+    let mut all: Vec<KnownMessage> = rows.collect();
+    for known in list {
+        if let Known::Dialect(dialect) = known {
+            let taken: HashSet<u32> = all.iter().map(|message| message.number).collect();
+            let others = dialect.messages().iter();
+            all.extend(others.filter(|message| !taken.contains(&message.number)));
+        }
     }
+    sorted(all.into_iter())
 }
 
 /// Sorts messages by their numbers.

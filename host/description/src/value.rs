@@ -17,7 +17,7 @@ pub enum Value<'a> {
     /// A number with a point.
     Float(f32),
     /// A number and how many of its digits are behind the point.
-    Decimal(i64, u32),
+    Decimal(i128, u32),
     /// Bytes, shown in hex.
     Bytes(&'a [u8]),
     /// Text.
@@ -37,13 +37,34 @@ impl Value<'_> {
     #[inline(never)]
     fn append_rarer(&self, row: &mut Vec<u8>) {
         match self {
-            // As short as it can be: as 64 bits 0.1 has seventeen digits. JSON has no other numbers.
-            Self::Float(number) if number.is_finite() => {
-                row.extend(format!("{number:?}").as_bytes());
+            // The shortest digits, NaN, inf or -inf: as 64 bits 0.1 has seventeen digits.
+            Self::Float(number) => row.extend(format!("{number:?}").as_bytes()),
+            Self::Decimal(number, decimals) => match u64::try_from(number.unsigned_abs()) {
+                Ok(digits) => {
+                    let unit = 10_u64.pow(*decimals);
+                    if *number < 0 {
+                        row.push(b'-');
+                    }
+                    append_digits(digits / unit, row);
+                    let point = row.len();
+                    // A one before the fraction keeps its zeros.
+                    append_digits(digits % unit + unit, row);
+                    match decimals {
+                        0 => row.truncate(point),
+                        _ => row
+                            .iter_mut()
+                            .skip(point)
+                            .take(1)
+                            .for_each(|one| *one = b'.'),
+                    }
+                }
+                Err(_) => row.extend(decimal(*number, *decimals).as_bytes()),
+            },
+            Self::Bytes(bytes) => {
+                // Without it some readers take 0600 and 1E05 for numbers, and others 0x06.
+                row.push(b'x');
+                text::append_hex(bytes, row);
             }
-            Self::Float(_) => row.extend(b"null"),
-            Self::Decimal(number, decimals) => row.extend(decimal(*number, *decimals).as_bytes()),
-            Self::Bytes(bytes) => text::append_hex(bytes, row),
             Self::Text(bytes) => text::escape(bytes, row),
             Self::Signed(number) => {
                 if *number < 0 {
@@ -55,13 +76,15 @@ impl Value<'_> {
         }
     }
 
-    /// Appends it as JSON.
+    /// Appends it as JSON. That has neither NaN nor infinities: `null` is NaN, and 1e39, which exceeds 32 bits, infinity.
     #[inline]
     pub fn append_json_to(&self, row: &mut Vec<u8>) {
-        if self.is_text() {
-            self.append_json_text(row);
-        } else {
-            self.append_to(row);
+        match self {
+            Self::Bytes(_) | Self::Text(_) => self.append_json_text(row),
+            Self::Float(number) if number.is_nan() => row.extend(b"null"),
+            Self::Float(f32::INFINITY) => row.extend(b"1e39"),
+            Self::Float(f32::NEG_INFINITY) => row.extend(b"-1e39"),
+            _ => self.append_to(row),
         }
     }
 
@@ -147,70 +170,121 @@ impl fmt::Display for Value<'_> {
     }
 }
 
-/// A decimal fraction that numbers are multiplied by, to be shown exactly.
-#[derive(Clone, Debug, Deserialize)]
+/// A number of up to nine digits in decimal, to be shown exactly.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(try_from = "f64")]
-pub struct Scale {
-    /// What it is, times as many powers of ten as there are decimals.
-    pub factor: i64,
+pub struct Decimal {
+    /// The number, times as many powers of ten as there are decimals.
+    pub digits: i64,
     /// Digits behind the point.
     pub decimals: u32,
 }
 
-impl TryFrom<f64> for Scale {
+impl TryFrom<f64> for Decimal {
     type Error = &'static str;
 
-    fn try_from(scale: f64) -> Result<Self, Self::Error> {
+    fn try_from(number: f64) -> Result<Self, Self::Error> {
         // The shortest that means it, without an exponent.
-        let text = scale.to_string();
+        let text = number.to_string();
         let (whole, fraction) = text.split_once('.').unwrap_or((&text, ""));
-        let factor = format!("{whole}{fraction}").parse::<i64>();
-        let factor = factor
-            .ok()
-            .filter(|factor| (1..=1_000_000_000).contains(&factor.abs()));
+        let digits = format!("{whole}{fraction}").parse::<i64>();
+        let digits = digits.ok().filter(|digits| digits.abs() <= 1_000_000_000);
         let decimals = u32::try_from(fraction.len())
             .ok()
             .filter(|decimals| *decimals <= 18);
-        match (factor, decimals) {
-            (Some(factor), Some(decimals)) => Ok(Self { factor, decimals }),
-            _ => Err("a scale is a number other than 0, of up to nine digits"),
+        match (digits, decimals) {
+            (Some(digits), Some(decimals)) => Ok(Self { digits, decimals }),
+            _ => Err("a scale and an offset are numbers of up to nine digits"),
         }
     }
 }
 
+/// The decimals that a number is multiplied by and increased by, to be shown exactly.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// The factor, times as many powers of ten as there are decimals.
+    pub factor: i128,
+    /// The offset, likewise.
+    pub offset: i128,
+    /// Digits behind the point.
+    pub decimals: u32,
+}
+
 impl Scale {
-    /// A number that is shown; those that are scaled have 32 bits at most.
+    /// Returns the scale with this factor and this offset.
+    pub(crate) fn new(factor: Decimal, offset: Decimal) -> Self {
+        let decimals = factor.decimals.max(offset.decimals);
+        let [factor, offset] =
+            [factor, offset].map(|it| i128::from(it.digits) * 10_i128.pow(decimals - it.decimals));
+        Self {
+            factor,
+            offset,
+            decimals,
+        }
+    }
+
+    /// A number as it is shown.
     pub(crate) fn of(&self, number: &Value) -> Value<'static> {
         let number = match *number {
-            Value::Unsigned(number) => number.cast_signed(),
-            Value::Signed(number) => number,
+            Value::Unsigned(number) => number.into(),
+            Value::Signed(number) => number.into(),
             _ => 0,
         };
-        Value::Decimal(number.saturating_mul(self.factor), self.decimals)
+        Value::Decimal(self.shown(number), self.decimals)
+    }
+
+    fn shown(&self, number: i128) -> i128 {
+        number
+            .saturating_mul(self.factor)
+            .saturating_add(self.offset)
     }
 
     /// The same as text.
     #[must_use]
     pub fn text(&self, number: i128) -> String {
-        let number = i64::try_from(number).unwrap_or(i64::MAX);
-        decimal(number.saturating_mul(self.factor), self.decimals)
+        decimal(self.shown(number), self.decimals)
     }
 
-    /// The number nearest to what is shown as this.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_precision_loss,
-        reason = "the cast saturates"
-    )]
+    /// The number nearest to the one that is shown as this.
     pub(crate) fn number(&self, shown: &Json) -> Option<i128> {
-        let scale = self.factor as f64 / 10_f64.powi(self.decimals.cast_signed());
-        Some((shown.as_f64()? / scale).round() as i128)
+        let shown = self.parse(&shown.as_number()?.to_string())?;
+        let sign = self.factor.signum();
+        let (number, factor) = (sign * shown.checked_sub(self.offset)?, sign * self.factor);
+        let doubled = number.checked_mul(2)?.checked_add(factor)?;
+        doubled.checked_div_euclid(2 * factor)
+    }
+
+    /// Reads a JSON number as that many decimals, to the nearest.
+    fn parse(&self, text: &str) -> Option<i128> {
+        let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        let digits = format!("{whole}{fraction}").parse::<i128>().ok()?;
+        let more = i64::from(self.decimals) + exponent.parse::<i64>().ok()?
+            - i64::try_from(fraction.len()).ok()?;
+        let power = 10_i128.checked_pow(u32::try_from(more.unsigned_abs()).ok()?);
+        match power {
+            Some(power) if more >= 0 => digits.checked_mul(power),
+            // Half and more is rounded away from zero.
+            Some(power) => Some(digits / power + digits % power * 2 / power),
+            None => (more < 0 || digits == 0).then_some(0),
+        }
     }
 }
 
-fn decimal(number: i64, decimals: u32) -> String {
+impl fmt::Display for Scale {
+    /// Writes the factor, and the offset if there is one: `0.01`, or `0.01, plus -1000.00`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&decimal(self.factor, self.decimals))?;
+        match self.offset {
+            0 => Ok(()),
+            offset => write!(f, ", plus {}", decimal(offset, self.decimals)),
+        }
+    }
+}
+
+fn decimal(number: i128, decimals: u32) -> String {
     let (sign, digits) = (if number < 0 { "-" } else { "" }, number.unsigned_abs());
-    let unit = 10_u64.pow(decimals);
+    let unit = 10_u128.pow(decimals);
     match decimals {
         0 => format!("{sign}{digits}"),
         _ => format!(

@@ -112,7 +112,7 @@ struct Item {
 
 impl Program {
     fn new(description: &Description, name: &str, command: &str, language: &Language) -> Self {
-        let has_kinds = description.has_kinds();
+        let has_kinds = description.kinds.len() > 1;
         let mut taken = language.taken();
         let kinds = description.kinds.iter().map(|kind| {
             let name = if has_kinds {
@@ -204,7 +204,7 @@ impl Item {
             width,
             mask: field.mask,
             shift: field.mask.map_or(0, u64::trailing_zeros),
-            scale: field.scale.as_ref().map(|scale| scale.text(1)),
+            scale: field.scale.as_ref().map(ToString::to_string),
             unit: field.unit.as_ref().map(|unit| one_line(unit)),
         }
     }

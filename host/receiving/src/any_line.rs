@@ -11,6 +11,7 @@ use framelock_formats::AnyOf;
 use serde::Serialize;
 
 use crate::protocol::{FrameFormat, Protocol};
+use crate::stream_receiver::StreamReceiver;
 
 /// Which machine receives: they differ in what they do with the bytes of a broken frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
@@ -45,6 +46,8 @@ pub enum AnyLine {
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of frames that a description describes.
     Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
+    /// The same for recordings: as fast in streams of false starts as elsewhere.
+    Recorded(Line<StreamReceiver>),
 }
 
 /// Does the same with any of them.
@@ -55,6 +58,7 @@ macro_rules! for_any {
             AnyLine::Bin($line) => $does,
             AnyLine::BinCrc8($line) => $does,
             AnyLine::Described($line) => $does,
+            AnyLine::Recorded($line) => $does,
         }
     };
 }
@@ -71,10 +75,24 @@ impl AnyLine {
             (Policy::Framelock, None) => {
                 let format = protocol.description.format();
                 let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
-                let receiver = receiver
-                    .ok_or_else(|| format!("--frame {protocol}: its frames have no bytes"))?;
+                let receiver = receiver.ok_or_else(|| no_bytes(protocol))?;
                 Ok(Self::Described(Line::new(receiver)))
             }
+        }
+    }
+
+    /// Makes the machine of [`new`](Self::new) for recordings: described frames are received by a [`StreamReceiver`].
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn for_recordings(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
+        match (policy, protocol.setpoints) {
+            (Policy::Framelock, None) => {
+                let receiver = StreamReceiver::new(protocol.description.format());
+                let receiver = receiver.ok_or_else(|| no_bytes(protocol))?;
+                Ok(Self::Recorded(Line::new(receiver)))
+            }
+            _ => Self::new(protocol, policy),
         }
     }
 
@@ -99,6 +117,7 @@ impl AnyLine {
             Self::Bin(line) => line.feed(bytes, encoded(Bin::encode, found)),
             Self::BinCrc8(line) => line.feed(bytes, encoded(BinCrc8::encode, found)),
             Self::Described(line) => line.feed(bytes, frame_alone(found)),
+            Self::Recorded(line) => line.feed(bytes, found),
         }
     }
 
@@ -109,6 +128,7 @@ impl AnyLine {
             Self::Bin(line) => line.line_event(event, encoded(Bin::encode, found)),
             Self::BinCrc8(line) => line.line_event(event, encoded(BinCrc8::encode, found)),
             Self::Described(line) => line.line_event(event, frame_alone(found)),
+            Self::Recorded(line) => line.line_event(event, found),
         }
     }
 
@@ -137,6 +157,10 @@ impl AnyLine {
 fn lecture_receives_bin() -> String {
     "--policy lecture is the lecture's machine, which knows --frame bin and no other: leave one of the two out"
         .to_owned()
+}
+
+fn no_bytes(protocol: &Protocol) -> String {
+    format!("--frame {protocol}: its frames have no bytes")
 }
 
 /// Gives `found` the bytes of each frame.

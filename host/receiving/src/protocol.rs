@@ -5,7 +5,7 @@ use std::path::Path;
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Encode, Format as _};
-use framelock_description::{Description, SHIPPED, read, shipped};
+use framelock_description::{Description, no_such_shipped, read, shipped};
 use serde::Serialize;
 
 /// A format of frames that carry setpoints. Each has a receiver of its own in the core.
@@ -84,7 +84,10 @@ impl Protocol {
     pub fn named(name: &str) -> Result<Self, String> {
         match shipped(name) {
             Some(text) => Self::described(name, text.to_owned()),
-            None if !Path::new(name).exists() => Err(no_such_protocol()),
+            None if !Path::new(name).exists() => Err(format!(
+                "{}; a file describes another, see docs/own-frame.md",
+                no_such_shipped(name)
+            )),
             None => Self::described(name, read(Path::new(name))?),
         }
     }
@@ -126,15 +129,6 @@ impl Protocol {
     pub fn setpoint(&self, frame: &[u8]) -> Option<Setpoint> {
         self.setpoints?.setpoint(frame)
     }
-}
-
-fn no_such_protocol() -> String {
-    let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-    format!(
-        "there is neither such a frame nor such a file: the frames are {}; a file describes another, \
-         see docs/own-frame.md",
-        names.join(", ")
-    )
 }
 
 impl fmt::Display for Protocol {

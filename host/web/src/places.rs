@@ -24,8 +24,8 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
                 .for_each(|(name, _)| name.clear());
         }
         common = Some(names);
-        // The first that has such a header says the rest.
-        if bytes.len() >= kind.layout.header() {
+        // While it is incomplete, the bytes may yet be of a later kind.
+        if matches!(classification, Classification::Frame(_)) {
             break;
         }
     }

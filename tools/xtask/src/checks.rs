@@ -69,6 +69,18 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
     run_tests(cargo.env("FRAMELOCK_STATISTICS", "full"), &mut report.tests)
 }
 
+/// Other programs read the command line's tables as they are meant.
+pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    let python = workspace.python_with(&["pandas==3.1.1", "polars==2.1.0"])?;
+    let sh = workspace.shell()?;
+    cmd!(sh, "cargo build --package {HOST}").run()?;
+    let framelock = workspace.target_directory.join("debug/framelock");
+    let tests = workspace.root.join("host/cli/tests");
+    let (script, recordings) = (tests.join("tables.py"), tests.join("recordings.txt"));
+    report.says = cmd!(sh, "{python} {script} {framelock} {recordings}").read()?;
+    Ok(())
+}
+
 /// Code that is generated from many random descriptions.
 pub(crate) fn generated(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut cargo = workspace.cargo_test();

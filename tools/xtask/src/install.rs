@@ -42,6 +42,31 @@ impl Workspace {
     }
 }
 
+impl Workspace {
+    /// A Python that has these packages of `PyPI`, each with its version, in an environment in `target`.
+    pub(crate) fn python_with(&self, packages: &[&str]) -> Result<PathBuf> {
+        let sh = self.shell()?;
+        let folder = self.tool("python").join(packages.join("_"));
+        let stamp = folder.join("installed");
+        if !stamp.exists() {
+            let make = || cmd!(sh, "python3 -m venv --clear {folder}").run();
+            // Debian has the module in a package of its own.
+            if make().is_err() {
+                from_debian(&sh, &["python3", "python3-venv"])?;
+                make()?;
+            }
+            let pip = folder.join("bin/pip");
+            cmd!(
+                sh,
+                "{pip} install --quiet --only-binary :all: {packages...}"
+            )
+            .run()?;
+            sh.write_file(stamp, "")?;
+        }
+        Ok(folder.join("bin/python"))
+    }
+}
+
 /// Installs those packages, if they are not there, which only root can do.
 pub(crate) fn from_debian(sh: &Shell, packages: &[&str]) -> Result<()> {
     let state = "--showformat=${db:Status-Status},";

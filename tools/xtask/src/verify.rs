@@ -55,6 +55,8 @@ const STAGES: &[Stage] = &[
         checks: "the examples for Embassy and RTIC, built without warnings, and run in the emulator; the RP2040's, built" },
     Stage { name: "statistics", when: Nightly, run: checks::statistics,
         checks: "the simulator's findings, with all trials" },
+    Stage { name: "tables", when: Nightly, run: checks::tables,
+        checks: "pandas and polars read the tables that `decode` writes, and `encode` reads them back" },
     Stage { name: "generated", when: Nightly, run: checks::generated,
         checks: "code generated from two hundred random descriptions" },
     Stage { name: "prover", when: Nightly, run: prove::prover_stage,

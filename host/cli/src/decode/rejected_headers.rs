@@ -3,11 +3,8 @@
 use framelock::DiscardReason;
 use framelock_receiving::Protocol;
 
-use crate::output::note;
-
-/// Bytes of which a tenth is worth a hint while they come, and at the end.
-const MANY: usize = 10_000;
-const SOME: usize = 200;
+/// Bytes of which a tenth is worth a hint.
+const SOME: u64 = 200;
 
 /// The bytes that followed rejected headers, by the reason.
 #[derive(Default)]
@@ -17,7 +14,6 @@ pub(super) struct RejectedHeaders {
     bad_header: usize,
     too_long: usize,
     unknown_message: usize,
-    is_told: bool,
 }
 
 impl RejectedHeaders {
@@ -38,34 +34,30 @@ impl RejectedHeaders {
         }
     }
 
-    /// Says once which key to change, if more than a tenth of all bytes went by so.
-    pub(super) fn hint(&mut self, frame: &Protocol, bytes: usize, is_end: bool) {
-        let least = if is_end { SOME } else { MANY };
-        if self.is_told || bytes < least {
-            return;
-        }
+    /// Names the key to change, if more than a tenth of all bytes followed rejected headers.
+    pub(super) fn cause(&self, frame: &Protocol, bytes: u64) -> Option<String> {
         let longest = frame.longest();
         let causes = [
             (
                 self.too_long,
-                format!("which tell more bytes than longest, {longest}: raise longest"),
+                format!("tell more bytes than longest, {longest}: raise longest"),
             ),
             (
                 self.unknown_message,
-                "of messages that are not in its list: add them to messages, or to the field's value".to_owned(),
+                "name messages that are not in the list: add them to messages, or to the field's value".to_owned(),
             ),
             (
                 self.bad_header,
-                "which no frame has: look at shortest, and at the fields with a value".to_owned(),
+                "no frame has: look at shortest, and at the fields with a value".to_owned(),
             ),
         ];
-        let most = causes.iter().max_by_key(|(count, _)| *count);
-        if let Some((count, why)) = most.filter(|(count, _)| count * 10 > bytes) {
-            self.is_told = true;
-            note(&format!(
-                "{count} of {bytes} bytes went by behind headers {why} in the description, if they are frames \
+        let (count, why) = causes.into_iter().max_by_key(|(count, _)| *count)?;
+        let is_much = bytes >= SOME && count as u64 * 10 > bytes;
+        is_much.then(|| {
+            format!(
+                "{count} bytes followed headers that {why} in the description, if they are frames \
                  (framelock decode --frame {frame} --describe shows it)"
-            ));
-        }
+            )
+        })
     }
 }

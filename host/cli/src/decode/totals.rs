@@ -26,6 +26,15 @@ impl Totals {
         self.resynchronisations += increase(now.resynchronisations, before.resynchronisations);
         self.before = *now;
     }
+
+    /// Adds the increase in which the last pending bytes were discarded because the input had ended.
+    pub(super) fn add_end(&mut self, now: &Counters) {
+        let before = self.discarded.line_event;
+        self.add(now);
+        let discarded = &mut self.discarded;
+        discarded.end_of_input = discarded.line_event - before;
+        discarded.line_event = before;
+    }
 }
 
 fn increase(now: u32, before: u32) -> u64 {
@@ -38,6 +47,7 @@ macro_rules! discarded_totals {
         #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
         pub(super) struct DiscardedTotals {
             $($reason: u64,)*
+            end_of_input: u64,
         }
 
         impl DiscardedTotals {
@@ -47,7 +57,7 @@ macro_rules! discarded_totals {
 
             /// Returns the sum of all of them.
             pub(super) const fn total(&self) -> u64 {
-                0 $(+ self.$reason)*
+                self.end_of_input $(+ self.$reason)*
             }
         }
     };

@@ -3,8 +3,8 @@
 use std::io::{self, Read};
 
 use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
-use framelock_description::Column;
-use serde_json::Value;
+use framelock_description::{Column, Description};
+use serde_json::{Number, Value};
 
 use super::{Fields, NumberedFields, fill};
 
@@ -17,7 +17,7 @@ pub(super) fn delimiter(first: &[u8]) -> u8 {
 
 pub(super) fn lines<'a>(
     input: impl Read + 'a,
-    columns: &'a [Column],
+    description: &'a Description,
     delimiter: u8,
     reads_times: bool,
 ) -> impl Iterator<Item = io::Result<NumberedFields<'a>>> {
@@ -36,7 +36,7 @@ pub(super) fn lines<'a>(
             // What a column that means nothing holds need not be UTF-8.
             let record = StringRecord::from_byte_record_lossy(record.clone());
             let to_value = |text: &str| inferred(text, delimiter != b',');
-            if let Some(fields) = fields(&record, columns, &mut header, reads_times, to_value) {
+            if let Some(fields) = fields(&record, description, &mut header, reads_times, to_value) {
                 return Ok(Some((reader.position().line() - 1, fields)));
             }
         }
@@ -48,25 +48,33 @@ pub(super) fn lines<'a>(
 /// The fields of a record; none if it is blank, a comment or the header.
 fn fields<'a>(
     record: &StringRecord,
-    columns: &'a [Column],
+    description: &'a Description,
     header: &mut Option<StringRecord>,
     reads_times: bool,
     to_value: impl Fn(&str) -> Value,
 ) -> Option<Result<Fields<'a>, String>> {
+    let columns = &*description.columns;
     let is_comment = record.get(0).is_some_and(|text| text.starts_with('#'));
     if is_comment || record.iter().all(str::is_empty) {
         return None;
     }
-    let is_column = |name: &str| columns.iter().any(|column| column.name == name);
+    // Small letters and capitals are the same, unless both are columns.
+    let own = |name: &str| {
+        let all = || columns.iter().map(|column| &*column.name);
+        let is_it = |column: &&str| column.eq_ignore_ascii_case(name);
+        all().find(|column| *column == name).or(all().find(is_it))
+    };
     if header.is_none() {
-        let names: StringRecord = record.iter().map(str::to_ascii_lowercase).collect();
-        if names.iter().any(is_column) {
+        let small = |name: &str| own(name).map_or(name.to_ascii_lowercase(), str::to_owned);
+        let names: StringRecord = record.iter().map(small).collect();
+        if record.iter().any(|name| own(name).is_some()) {
             *header = Some(names);
             return None;
         }
     }
-    let names = || columns.iter().map(|column| &*column.name);
-    let time = (reads_times && record.len() == columns.len() + 1).then_some("time");
+    let plain = description.plain_columns();
+    let names = || plain.iter().map(|column| &*column.name);
+    let time = (reads_times && record.len() == plain.len() + 1).then_some("time");
     let header = header.get_or_insert_with(|| time.into_iter().chain(names()).collect());
     if record.len() != header.len() {
         return Some(Err(format!(
@@ -99,9 +107,13 @@ fn inferred(text: &str, may_have_comma: bool) -> Value {
     }
     let whole = text.parse::<u64>().map(Value::from);
     let signed = || text.parse::<i64>().map(Value::from);
-    let number = || text.parse::<f64>().map(Value::from);
+    // NaN becomes null, and what is infinite exceeds 32 bits, as in JSON.
+    let number = || text.parse::<f64>();
+    let number = || number().map(|number| number.clamp(-1e39, 1e39).into());
+    let exact = || serde_json::from_str::<Number>(text).map(Value::from);
     whole
         .or_else(|_| signed())
+        .or_else(|_| exact())
         .or_else(|_| number())
         .unwrap_or_else(|_| text.into())
 }

@@ -21,7 +21,7 @@ fn rows_of_any_frames_fit_the_terminal_and_a_pipe_gets_all_of_them() {
     ] {
         let piped = framelock(arguments).current_dir(&directory).output();
         let piped = text(piped.unwrap().stdout);
-        assert!(piped.contains(&format!("payload {payload}\n")), "{piped}");
+        assert!(piped.contains(&format!("payload x{payload}\n")), "{piped}");
         let command = [&[PROGRAM], arguments].concat();
         let terminal = AtTerminal::start(&CONTROLLING, &command, "", directory.path());
         let (shown, code) = terminal.finish();

@@ -12,10 +12,11 @@ use snapbox::{Assert, Data};
 use tempfile::TempDir;
 
 /// Pages whose commands are run from the first to the last, and print what the page shows.
-const GUIDES: [&str; 3] = [
+const GUIDES: [&str; 4] = [
     "docs/from-the-lecture.md",
     "docs/motion-software.md",
     "docs/own-frame.md",
+    "docs/recordings.md",
 ];
 
 /// The first words of commands in other pages that are not run here, and why.

@@ -11,6 +11,7 @@ use crate::entries::{FieldEntry, FrameEntry, Problem, TrailerEntry, Values, wron
 use crate::field::{Class, Field, Type};
 use crate::kind::{Kind, LONGEST};
 use crate::positions::checksum_position;
+use crate::value::{Decimal, Scale};
 
 /// Names that rows have besides the fields.
 const TAKEN: [&str; 3] = ["offset", "length", "time"];
@@ -18,14 +19,14 @@ const TAKEN: [&str; 3] = ["offset", "length", "time"];
 /// A name that a column may have.
 fn column_name(name: &Spanned<String>) -> Result<String, Problem> {
     let text = name.get_ref();
-    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-    if !text.starts_with(|c: char| c.is_ascii_lowercase()) || !text.chars().all(plain) {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(plain) {
         return wrong(
             name,
-            "a name has small letters, digits and _, and begins with a letter",
+            "a name has letters, digits and _, and begins with a letter",
         );
     }
-    if TAKEN.contains(&text.as_str()) {
+    if TAKEN.iter().any(|taken| text.eq_ignore_ascii_case(taken)) {
         let taken = TAKEN.join(", ");
         return wrong(
             name,
@@ -78,13 +79,19 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
             "a mask is for whole numbers, and has bits that they have",
         );
     }
-    let is_short = match kind {
-        Type::Bits { width, .. } => width <= 32,
-        _ => number.is_some_and(|number| number.bytes <= 4),
-    };
-    if let Some(scale) = entry.scale.as_ref().filter(|_| !is_short) {
-        return wrong(scale, "a scale is for whole numbers of up to 32 bits");
+    let scale = entry.scale.as_ref().or(entry.offset.as_ref());
+    if let Some(scale) = scale.filter(|_| number.is_none() && entry.bits.is_none()) {
+        return wrong(scale, "a scale and an offset are for whole numbers");
     }
+    if let Some(scale) = entry.scale.as_ref().filter(|it| it.get_ref().digits == 0) {
+        return wrong(scale, "a scale is not 0");
+    }
+    let decimal = |entry: &Option<Spanned<Decimal>>| entry.as_ref().map(|it| *it.get_ref());
+    let (factor, offset) = (decimal(&entry.scale), decimal(&entry.offset));
+    let one = Decimal {
+        digits: 1,
+        decimals: 0,
+    };
     let is_blank = |c: char| c.is_control() || c.is_whitespace();
     if let Some(unit) = &entry.unit
         && unit.get_ref().contains(is_blank)
@@ -97,10 +104,14 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
         kind,
         count: entry.count,
         mask: entry.mask.as_ref().map(|mask| *mask.get_ref()),
-        scale: entry.scale.as_ref().map(|scale| scale.get_ref().clone()),
+        scale: scale.map(|_| Scale::new(factor.unwrap_or(one), offset.unwrap_or_default())),
         unit: entry.unit.as_ref().map(|unit| unit.get_ref().clone()),
+        item: entry.item.as_ref().map(|item| *item.get_ref()),
         ..Field::default()
     };
+    if let Some(item) = entry.item.as_ref().filter(|_| field.kind != Type::Text) {
+        return wrong(item, "an item is of text");
+    }
     if let Some(value) = &entry.value
         && let Values::One(number) = *value.get_ref()
     {
@@ -194,6 +205,10 @@ pub(super) fn check_positions(
     }
     for (field, entry) in kind.fields.iter().zip(&written.fields) {
         let entry = entry.get_ref();
+        // An item shares the place of its text.
+        if field.item.is_some() {
+            continue;
+        }
         if length < longest && kind.shortest_with(field).is_some() {
             continue;
         }

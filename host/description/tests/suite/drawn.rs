@@ -36,7 +36,9 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
                 // MAVLink's shortest messages have few bytes; some frames must be longer.
                 let rest = *[1, 2, 3, 21].choose(random).unwrap();
                 let count = field.and_then(|field| field.count).unwrap_or(rest);
-                let bytes: Vec<u8> = (0..count).map(|_| random.random::<u8>()).collect();
+                let mut bytes: Vec<u8> = (0..count).map(|_| random.random::<u8>()).collect();
+                // Zeros at the end would be left out if the message has a view.
+                bytes.last_mut().into_iter().for_each(|byte| *byte |= 1);
                 let mut text = hex::glued(&bytes);
                 if field.is_some_and(|field| field.kind == Type::Text) {
                     text.truncate(count);

@@ -30,7 +30,7 @@ fn each_key_means_what_it_is_called() {
             json!([2152, 324.27, "E000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5", 334.7, 6714]),
             "542C6808AB7EE000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5BE823A1A50",
             "speed 2152, start 324.27 deg, points \
-             E000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5, end 334.70 deg, at 6714 ms",
+             xE000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5, end 334.70 deg, at 6714 ms",
         ),
         // Graupner's SUMD: the length counts words.
         (
@@ -39,7 +39,7 @@ fn each_key_means_what_it_is_called() {
              fields = [{ name = 'status', at = 1, type = 'u8' }, { name = 'payload', at = 3, type = 'bytes' }]",
             json!([1, "2EE02710"]),
             "A8 01 02 2E E0 27 10 EF E4",
-            "status 1, payload 2EE02710",
+            "status 1, payload x2EE02710",
         ),
         // Only the lower bits count, and nothing is to be added.
         (
@@ -47,7 +47,7 @@ fn each_key_means_what_it_is_called() {
              fields = [{ name = 'flags', at = 1, type = 'u8', mask = 0xF0 }, { name = 'rest', at = 2, type = 'bytes' }]",
             json!([9, "0102"]),
             "7E 94 01 02",
-            "flags 9, rest 0102",
+            "flags 9, rest x0102",
         ),
         // A sum in digits.
         (
@@ -103,7 +103,7 @@ fn each_key_means_what_it_is_called() {
              fields = [{ name = 'message', at = 2, type = 'u8' }, { name = 'payload', at = 3, type = 'bytes' }]",
             json!([9, "05", ""]),
             "FD 01 09 05 0F",
-            "message 9, payload 05",
+            "message 9, payload x05",
         ),
     ] {
         let description = Description::parse("my.toml", text).unwrap();

@@ -4,12 +4,17 @@
     missing_docs,
     clippy::unwrap_used,
     clippy::indexing_slicing,
+    clippy::doc_markdown,
     reason = "a panic fails the test"
 )]
 
 mod agreement;
 mod drawn;
+mod hostile;
+mod ibus;
 mod keys;
+mod kinds;
+mod mavlink;
 mod random;
 mod shipped;
 mod wrong;

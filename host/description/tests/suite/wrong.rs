@@ -49,7 +49,7 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8" }] => 3:11: two values are called a
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", count = 2 }, { name = "a1", at = 3, type = "u8" }] => 3:11: two values are called a1
     sync = "24"\nlength = 4\nfields = [{ name = "time", at = 1, type = "u8" }] => 3:20: offset, length, time are other columns' names
-    sync = "24"\nlength = 4\nfields = [{ name = "A b", at = 1, type = "u8" }] => 3:20: a name has small letters
+    sync = "24"\nlength = 4\nfields = [{ name = "A b", at = 1, type = "u8" }] => 3:20: a name has letters
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1 }] => 3:11: a field has a type, or else bits
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = 256 }] => 3:54: this value does not fit
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = [1, 256] }] => 3:54: these values do not fit
@@ -57,8 +57,12 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", value = [1, 1] }] => 3:54: messages: the numbers are not in ascending order, or one is listed twice
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = -2, type = "u8", value = [1, 2] }] => 3:55: a list of values is for one number without sign
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", mask = 0x100 }] => 3:53: a mask is for whole numbers, and has bits that they have
-    sync = "24"\nlength = 8\nfields = [{ name = "a", at = 1, type = "f32le", scale = 0.1 }] => 3:57: a scale is for whole numbers of up to 32 bits
-    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", scale = 0 }] => 3:54: a scale is a number other than 0
+    sync = "24"\nlength = 8\nfields = [{ name = "a", at = 1, type = "f32le", scale = 0.1 }] => 3:57: a scale and an offset are for whole numbers
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", scale = 0 }] => 3:54: a scale is not 0
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "bytes", offset = 1 }] => 3:58: a scale and an offset are for whole numbers
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8" }, { name = "A", at = 2, type = "u8" }] => 3:11: two values are called A
+    sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", item = [1, "number"] }] => 3:53: an item is of text
+    sync = "24"\nlength = 4\n[[views]]\nname = "v"\nat = 1\nbytes = "07"\nfields = [{ name = "x", at = 3, type = "u16le" }] => 7:30: x is not in a frame of 4 bytes
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", unit = "m\u001B" }] => 3:53: a unit is a word
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", units = "m" }] => 3:46: unknown field `units`
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = -1, type = "bytes" }] => 3:30: what takes all that is left is counted from the front
@@ -75,12 +79,13 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 3:14: terminator: the fixed bits in its place
     sync = "24"\nlength = 9\nfields = [{ name = "b", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8", value = 1 }, { name = "c", at = 2, type = "u8", value = 2 }] => 3:91: fixed: other fixed bits
     sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0, type = "u8", at = -1 } => 3:12: checksum: the polynomial is 0
-    any_of = ["ubx", "nmae"] => 1:18: there is no frame "nmae", the nearest name is nmea: the frames are bin
+    any_of = ["ubx", "nmae"] => 1:18: there is no nmae, is it nmea: there are bin
     sync = "24"\nlength = 3\n[[kinds]]\nfields = [] => 3:1: a kind has a name
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a,b" => 3:1: a kind has a name of letters, digits, - and _
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\n[[kinds]]\nname = "a" => 3:1: two kinds are called a
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\nfields = [{ name = "x", at = 1, type = "u8" }]\n[[kinds]]\nname = "b"\nfields = [{ name = "x", at = 1, type = "bytes" }] => 3:1: two kinds have different values called x
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\nfields = [{ name = "kind", at = 1, type = "u8" }]\n[[kinds]]\nname = "b" => 3:1: two values are called kind
+    sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\n[[kinds]]\nname = "b" => 5:1: kind b never occurs: each of its frames is one of kind a
     any_of = ["ubx"]\nsync = "24" => 1:11: any_of names whole frames: other keys are for [[kinds]]
 "#;
 

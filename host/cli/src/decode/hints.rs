@@ -1,0 +1,176 @@
+//! Says what to check if a stream yields few frames. Each guess is tried on the first bytes before it is made.
+
+use std::collections::HashMap;
+
+use framelock::LineEvent;
+use framelock_description::{Class, Field, Kind, SHIPPED, Type, hex};
+use framelock_formats::layout::Length;
+use framelock_receiving::{AnyLine, Policy, Protocol};
+
+/// The number of bytes that guesses are tried on.
+pub(super) const TRIED: usize = 64 * 1024;
+
+/// Returns the likely reason why `stream`, the first bytes, yields few frames of `protocol`.
+pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -> Option<String> {
+    let own = in_frames(protocol, policy, stream);
+    // The guess must explain most bytes, and many more than the frames that were asked for.
+    let fits = |protocol: &Protocol, stream: &[u8]| {
+        let count = in_frames(protocol, Policy::Framelock, stream);
+        2 * count > stream.len() && count > 2 * own
+    };
+    let hex = bytes_of_hex(stream);
+    if let Some(bytes) = hex
+        .as_ref()
+        .filter(|bytes| in_frames(protocol, policy, bytes) > 0)
+    {
+        let count = bytes.len();
+        return Some(format!(
+            "the input is text in hex, and its {count} bytes have frames: give --input hex"
+        ));
+    }
+    let fitting = |stream: &[u8]| {
+        let fitting = shipped().filter(|other| fits(other, stream));
+        // Of equal ones the first.
+        let all: Vec<Protocol> = fitting.collect();
+        let count = |other: &&Protocol| in_frames(other, Policy::Framelock, stream);
+        all.iter().rev().max_by_key(count).cloned()
+    };
+    if policy == Policy::Lecture && fits(protocol, stream) {
+        return Some("--policy framelock finds frames".to_owned());
+    }
+    // A description with the same sync is a variant: its own keys are wrong, not its name.
+    let is_shipped = SHIPPED.iter().any(|(name, _)| *name == protocol.name);
+    if let Some(other) = fitting(stream).filter(|it| is_shipped || sync(it) != sync(protocol)) {
+        return Some(format!("they are frames of {other}: give --frame {other}"));
+    }
+    for (end, name) in [("\n", "LF"), ("\r", "CR"), ("\r\n", "CR LF")] {
+        if fits(protocol, &with_line_ends(stream, end.as_bytes())) {
+            return Some(format!(
+                "frames of {protocol} end in {name}, and other line ends arrive"
+            ));
+        }
+    }
+    let inverted: Vec<u8> = stream.iter().map(|byte| !byte).collect();
+    if fits(protocol, &inverted) || fitting(&inverted).is_some() {
+        return Some("every bit is inverted: invert the line, or the bytes".to_owned());
+    }
+    let delimited = |kind: &Kind| kind.layout.length() == Length::Delimiter;
+    let is_text = |byte: &&u8| matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n');
+    if share(stream, is_text) > 0.95 && !protocol.description.kinds.iter().any(delimited) {
+        let digits = share(stream, |byte| byte.is_ascii_digit());
+        return Some(match hex {
+            Some(_) if share(stream, |byte| byte.is_ascii_hexdigit()) > digits => {
+                "the input looks like text in hex: give --input hex".to_owned()
+            }
+            _ if digits > 0.3 => {
+                "the input looks like decimal text, such as AB128127128: have the sender write \
+                                  each value as a byte"
+                    .to_owned()
+            }
+            _ => "the input looks like text".to_owned(),
+        });
+    }
+    if let Some(cause) = wrong_period(protocol, stream) {
+        return Some(cause);
+    }
+    // A start bit of a slower sender lasts for two bits or more.
+    let is_even = |byte: &&u8| **byte & 1 == 0;
+    let is_steady = stream.iter().all(|byte| Some(byte) == stream.first());
+    if stream.len() >= 64 && !is_steady && share(stream, is_even) > 0.98 {
+        return Some(
+            "the lowest bit of every byte is 0: try half of the baud rate, or less".to_owned(),
+        );
+    }
+    None
+}
+
+/// Returns the number of bytes that are in frames.
+fn in_frames(protocol: &Protocol, policy: Policy, stream: &[u8]) -> usize {
+    let Ok(mut line) = AnyLine::for_recordings(protocol, policy) else {
+        return 0;
+    };
+    line.feed(stream, |_| ());
+    line.line_event(LineEvent::Idle, |_| ());
+    usize::try_from(line.counters().frame_bytes).unwrap_or(usize::MAX)
+}
+
+fn shipped() -> impl Iterator<Item = Protocol> {
+    SHIPPED
+        .iter()
+        .filter_map(|(name, _)| Protocol::named(name).ok())
+}
+
+/// Returns the bytes that a text in hex means.
+fn bytes_of_hex(stream: &[u8]) -> Option<Vec<u8>> {
+    let text = std::str::from_utf8(stream).ok()?;
+    // The last line may be cut.
+    let whole = text.rsplit_once('\n').map_or(text, |(lines, _)| lines);
+    hex::parse(&[whole]).ok().filter(|bytes| !bytes.is_empty())
+}
+
+/// Replaces each CR LF, LF or CR.
+fn with_line_ends(stream: &[u8], end: &[u8]) -> Vec<u8> {
+    let mut replaced = Vec::new();
+    let mut before = 0;
+    for &byte in stream {
+        match (before, byte) {
+            (b'\r', b'\n') => {}
+            (_, b'\r' | b'\n') => replaced.extend(end),
+            _ => replaced.push(byte),
+        }
+        before = byte;
+    }
+    replaced
+}
+
+/// Returns the share of bytes that a condition holds for.
+fn share(stream: &[u8], holds: impl Fn(&&u8) -> bool) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "they are few")]
+    let share = stream.iter().filter(holds).count() as f64 / stream.len().max(1) as f64;
+    share
+}
+
+fn sync(protocol: &Protocol) -> Option<&[u8]> {
+    let kind = protocol.description.kinds.first()?;
+    kind.layout.sync().each().next()
+}
+
+/// Names the distance at which the sync of frames with a fixed length repeats, if that is another one.
+fn wrong_period(protocol: &Protocol, stream: &[u8]) -> Option<String> {
+    let kind = protocol.description.kinds.first()?;
+    let sync =
+        sync(protocol).filter(|sync| sync.len() > 1 && kind.layout.length() == Length::Fixed)?;
+    let places = stream.windows(sync.len()).enumerate();
+    let places = places.filter_map(|(at, bytes)| (bytes == sync).then_some(at));
+    let places: Vec<usize> = places.collect();
+    let mut distances = HashMap::<usize, usize>::new();
+    for pair in places.windows(2) {
+        if let [one, next] = pair {
+            *distances.entry(next - one).or_default() += 1;
+        }
+    }
+    let (&distance, &count) = distances.iter().max_by_key(|(_, count)| **count)?;
+    let length = kind.layout.longest();
+    if distance == length || count < 5 || 2 * count * distance < stream.len() {
+        return None;
+    }
+    let bytes_of = |bytes| {
+        let is_it = |field: &&Field| matches!(field.kind, Type::Number(number) if number.bytes == bytes && number.class != Class::Float);
+        kind.varying_fields()
+            .filter(is_it)
+            .map(|field| bytes * field.values())
+            .sum::<usize>()
+    };
+    let guess = match (bytes_of(1), bytes_of(2)) {
+        (small @ 1.., _) if distance == length + small => ": are its values 16 bits wide?",
+        (_, large @ 1..) if distance + large / 2 == length => ": are its values 8 bits wide?",
+        _ => "",
+    };
+    Some(format!(
+        "{} repeats every {distance} bytes, and a frame of {protocol} has {length}{guess}",
+        hex::glued(sync)
+    ))
+}
+
+#[cfg(test)]
+mod tests;

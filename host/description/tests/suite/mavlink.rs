@@ -1,0 +1,127 @@
+//! MAVLink frames that pymavlink 2.4.50 made from mavlink.io's `common.xml` of July 2026 (`mavgen`, `pack`).
+
+use framelock::{Classification, Format as _};
+use framelock_description::{Description, hex, shipped};
+
+/// The last bytes of `hdg` and of the frame's other values are zero.
+const GLOBAL_POSITION_INT: &str =
+    "FD1B000000010121000088130000870EAF1C074EA10640EF070010270000CEFF14000300045A3F";
+const ATTITUDE: &str = "FD1000000001011E0000701700000000003F0000803E0000003E7B26";
+/// A message with extension fields that older definitions lack.
+const MISSION_CURRENT: &str = "FD0F00000001012A000003000A0000004D0000005800000063E9E1";
+/// Messages that ArduPilot's definitions lack.
+const CURRENT_MODE: &str = "FD090000000101B401000600000005000000017311";
+const LINK_NODE_STATUS: &str = "FD24000000010108000001000000000000000400000005000000090000000A0000000B0000000600070008000203C62E";
+
+const HEAD: &str = "
+    sync = 'FD'
+    length_field = { at = 1, type = 'u8', plus = 12 }
+    longest = 267
+    checksum = { name = 'CRC-16/MCRF4XX', type = 'u16le', at = -2, from = 1 }
+";
+
+fn is_received(description: &Description, frame: &str) -> bool {
+    let frame = hex::parse(&[frame]).unwrap();
+    description.format().classify(&frame) == Classification::Frame(frame.len())
+}
+
+#[test]
+fn messages_of_both_definitions_with_all_their_extensions() {
+    let all = [
+        GLOBAL_POSITION_INT,
+        ATTITUDE,
+        MISSION_CURRENT,
+        CURRENT_MODE,
+        LINK_NODE_STATUS,
+    ];
+    let shipped = Description::parse("mavlink", shipped("mavlink").unwrap()).unwrap();
+    let with = |known: &str| {
+        let messages = format!("{HEAD}messages = {{ at = 7, type = 'u24le', known = {known} }}");
+        Description::parse("my.toml", &messages).unwrap()
+    };
+    let common = with("'common'");
+    for frame in all {
+        assert!(is_received(&shipped, frame) && is_received(&common, frame));
+    }
+    // A list and rows. A row replaces the message of the list.
+    for (known, received) in [
+        ("[[436, 193, 9]]", [false, false, false, true, false]),
+        ("['common', [436, 193, 9]]", [true; 5]),
+        (
+            "[[436, 194], 'common', 'ardupilotmega']",
+            [true, true, true, false, true],
+        ),
+    ] {
+        let own = with(known);
+        assert_eq!(
+            all.map(|frame| is_received(&own, frame)),
+            received,
+            "{known}"
+        );
+    }
+}
+
+#[test]
+fn zeros_that_the_sender_leaves_out() {
+    for (frame, fields, expected) in [
+        (
+            GLOBAL_POSITION_INT,
+            "{ name = 'lat', at = 14, type = 'i32le' }, { name = 'vx', at = 30, type = 'i16le' },
+             { name = 'vz', at = 34, type = 'i16le' }, { name = 'hdg', at = 36, type = 'u16le' }",
+            ["481234567", "-50", "3", "4"],
+        ),
+        (
+            ATTITUDE,
+            "{ name = 'roll', at = 14, type = 'f32le' }, { name = 'yaw', at = 22, type = 'f32le' },
+             { name = 'pitchspeed', at = 30, type = 'f32le' }, { name = 'yawspeed', at = 34, type = 'f32le' }",
+            ["0.5", "0.125", "0.0", "0.0"],
+        ),
+        // Half of a number with the highest byte first, an array, and bits.
+        (
+            "FD 03 00 00 00 01 01 07 00 00 01 02 03 83 41",
+            "{ name = 'a', at = 12, type = 'u16be' }, { name = 'b', at = 12, type = 'u8', count = 3 },
+             { name = 'c', at = 12, bit = 0, bits = 12 }, { name = 'd', at = 15, type = 'u8' }",
+            ["768", "3 0 0", "3", "0"],
+        ),
+    ] {
+        let bytes = hex::parse(&[frame]).unwrap();
+        for (number, expected) in expected.iter().enumerate() {
+            let field = fields.split("},").nth(number).unwrap().trim_end_matches('}');
+            let text = format!("{HEAD}truncated_zeros = true\nfields = [{field}}}]");
+            let description = Description::parse("my.toml", &text).unwrap();
+            let shown = description.kinds[0].shown(&bytes);
+            let shown: Vec<String> = shown
+                .map(|(_, content)| {
+                    let values = content.values().map(|value| value.to_string());
+                    values.collect::<Vec<_>>().join(" ")
+                })
+                .collect();
+            assert_eq!(shown, [*expected], "{field}");
+        }
+    }
+}
+
+/// What is encoded leaves the zeros out again.
+#[test]
+fn zeros_are_left_out_of_frames_that_are_made() {
+    let text = format!(
+        "{HEAD}truncated_zeros = true
+         messages = {{ at = 7, type = 'u24le', known = 'common' }}
+         fields = [{{ name = 'source', at = 5, type = 'u16le', value = 0x0101 }},
+         {{ name = 'message', at = 7, type = 'u24le', value = 30 }},
+         {{ name = 'time', at = 10, type = 'u32le' }},
+         {{ name = 'angle', at = 14, type = 'f32le', count = 3 }},
+         {{ name = 'speed', at = 26, type = 'f32le', count = 3 }}]"
+    )
+    .replace("'time'", "'ms'");
+    let description = Description::parse("my.toml", &text).unwrap();
+    let values = [6000.0, 0.5, 0.25, 0.125, 0.0, 0.0, 0.0].map(|value: f64| {
+        Some(if value > 1000.0 {
+            6000.into()
+        } else {
+            value.into()
+        })
+    });
+    let frame = description.encode(&values).unwrap();
+    assert_eq!(frame, hex::parse(&[ATTITUDE]).unwrap());
+}
