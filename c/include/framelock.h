@@ -247,7 +247,7 @@ typedef struct framelock_layout_receiver {
 
 // Room for a layout as a receiver asks it: made once, not for each byte.
 typedef struct framelock_made_layout {
-  size_t opaque[36];
+  size_t opaque[40];
 } framelock_made_layout;
 
 // A frame that was received. Its bytes are there until the next call with that receiver.

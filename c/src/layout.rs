@@ -47,7 +47,7 @@ pub struct framelock_shipped_layout(pub(crate) Layout<'static>);
 /// Room for a layout as a receiver asks it: made once, not for each byte.
 #[repr(C)]
 pub struct framelock_made_layout {
-    opaque: [MaybeUninit<usize>; 36],
+    opaque: [MaybeUninit<usize>; 40],
 }
 
 /// What a frame begins or ends with: some bytes, or one of several sequences of the same length.

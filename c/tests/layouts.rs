@@ -25,6 +25,18 @@ const GNSS: &[Layout] = &[
     rtcm::LAYOUT,
 ];
 
+/// The same without what C cannot describe: a content and other terminators.
+const OWN_GNSS: &[Layout] = &[
+    GNSS[0],
+    nmea::LAYOUT
+        .to_builder()
+        .content(&[])
+        .other_terminators(&[])
+        .longest(128)
+        .build_const(),
+    GNSS[2],
+];
+
 const MESSAGES: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
     KnownMessage::with_extra(30, 39, 28),
@@ -70,7 +82,7 @@ const LINES: [&[Layout]; 14] = [
     &[sbus::LAYOUT],
     &[ibus::LAYOUT],
     &[crsf::LAYOUT],
-    GNSS,
+    OWN_GNSS,
     &[mavlink::layout_v1(MESSAGES), mavlink::layout_v2(MESSAGES)],
     ODD,
 ];
@@ -167,8 +179,8 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Vec<u8> {
         let is_text = layout.length() == Length::Delimiter;
         // Bytes that look like parts of a frame, or any.
         let byte = |random: &mut ChaCha8Rng| match random.random_range(0..8) {
-            0 => sync[random.random_range(0..sync.len())],
-            _ if is_text => random.random_range(b' '..b'~'),
+            0 if layout.content().is_empty() => sync[random.random_range(0..sync.len())],
+            _ if is_text => random.random_range(b'%'..b'~'),
             _ => random.random(),
         };
         let mut frame: Vec<u8> = (0..length).map(|_| byte(random)).collect();

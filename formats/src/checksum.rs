@@ -27,12 +27,18 @@ impl<F: Fn(&Algorithm, &[u8], Option<u8>) -> u32> Sum for F {
 }
 
 impl Checksum<'_> {
-    /// Whether a frame has the right one. `extra` is covered behind the frame's own bytes. `sum` returns what
+    /// Whether a frame has the right one, whose places are counted with `length`. `extra` is covered behind the frame's own bytes. `sum` returns what
     /// [`Algorithm::of`] returns.
     #[inline(always)]
-    pub(crate) fn is_right(&self, frame: &[u8], extra: Option<u8>, sum: &impl Sum) -> bool {
-        let stored = self.place(frame.len()).and_then(|place| frame.get(place));
-        let (Some(stored), Some(covered)) = (stored, self.covered(frame)) else {
+    pub(crate) fn is_right(
+        &self,
+        frame: &[u8],
+        length: usize,
+        extra: Option<u8>,
+        sum: &impl Sum,
+    ) -> bool {
+        let stored = self.place(length).and_then(|place| frame.get(place));
+        let (Some(stored), Some(covered)) = (stored, self.covered(frame, length)) else {
             return false;
         };
         let sum = sum.of(&self.algorithm, covered, extra);
@@ -50,10 +56,10 @@ impl Checksum<'_> {
         stored == Some(sum & u32::MAX >> unused)
     }
 
-    /// Writes it into a frame whose other bytes are there; says whether there is a place for it.
-    pub(crate) fn write(&self, frame: &mut [u8], extra: Option<u8>) -> bool {
-        let place = self.place(frame.len());
-        let (Some(place), Some(covered)) = (place, self.covered(frame)) else {
+    /// Writes it into a frame whose other bytes are there and whose places are counted with `length`; says whether there is a place for it.
+    pub(crate) fn write(&self, frame: &mut [u8], length: usize, extra: Option<u8>) -> bool {
+        let place = self.place(length);
+        let (Some(place), Some(covered)) = (place, self.covered(frame, length)) else {
             return false;
         };
         let sum = self.algorithm.of(covered, extra);
@@ -71,13 +77,13 @@ impl Checksum<'_> {
 
     /// The bytes that it covers.
     #[inline(always)]
-    fn covered<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
-        let from = index(self.from, frame.len())?;
-        let to = index(self.to, frame.len())?;
+    fn covered<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
+        let from = index(self.from, length)?;
+        let to = index(self.to, length)?;
         frame.get(from..to.wrapping_add(1))
     }
 
-    /// Where it is in a frame of that length.
+    /// Where it is in a frame whose places are counted with `length`.
     #[inline(always)]
     fn place(&self, length: usize) -> Option<core::ops::Range<usize>> {
         let at = index(self.at, length)?;

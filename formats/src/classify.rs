@@ -116,7 +116,7 @@ impl Layout<'_> {
     pub(crate) fn parse_header(&self, head: &[u8]) -> Result<Header, DiscardReason> {
         let in_head = |at: &i16| usize::try_from(*at).is_ok_and(|at| at < head.len());
         let mut fixed = self.fixed.iter();
-        if !fixed.all(|bits| !in_head(&bits.at) || bits.are_right(head)) {
+        if !fixed.all(|bits| !in_head(&bits.at) || bits.are_right(head, head.len())) {
             return Err(DiscardReason::BadHeader);
         }
         let message = match &self.messages {
@@ -189,12 +189,15 @@ impl Layout<'_> {
     fn mismatch(&self, header: &Header, frame: &[u8], sum: &impl Sum) -> Option<DiscardReason> {
         let end = frame.len().saturating_sub(header.trailer);
         let frame = frame.get(..end).unwrap_or_default();
+        let length = self.counted_length(frame);
         let mut fixed = self.fixed.iter();
-        if !self.terminator.ends(frame) || !fixed.all(|bits| bits.are_right(frame)) {
+        // A delimiter has been found.
+        let ends = header.length.is_none() || self.terminator.ends(frame);
+        if !ends || !fixed.all(|bits| bits.are_right(frame, length)) {
             return Some(DiscardReason::WrongTerminator);
         }
         match &self.checksum {
-            Some(checksum) if !checksum.is_right(frame, header.extra, sum) => {
+            Some(checksum) if !checksum.is_right(frame, length, header.extra, sum) => {
                 Some(DiscardReason::ChecksumMismatch)
             }
             _ => None,
@@ -204,20 +207,28 @@ impl Layout<'_> {
     /// Where the first terminator ends; of the first `seen` bytes that were incomplete there was none.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
-        let width = self.terminator.length.max(1);
+        let others = self.other_terminators.iter().map(|it| it.len());
+        let width = others.fold(self.terminator.length.max(1), usize::max);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
         // Fewer bytes than the header has were not looked through.
         let seen = if seen >= self.header() { seen } else { 0 };
         let from = seen.saturating_sub(width.wrapping_sub(1));
         let from = from.max(self.sync.length);
-        let mut places = bytes.get(from..).unwrap_or_default().windows(width);
-        match places.position(|place| self.terminator.are(place)) {
-            Some(place) => {
-                let end = from.wrapping_add(place).wrapping_add(width);
-                if end < self.shortest {
+        let rest = bytes.get(from..).unwrap_or_default();
+        let found = if self.content.is_empty() {
+            let mut places = rest.windows(width);
+            let place = places.position(|place| self.terminator.are(place));
+            place.map(|place| (place, width))
+        } else {
+            self.end_of_content(rest)?
+        };
+        match found {
+            Some((place, width)) => {
+                let content = from.wrapping_add(place);
+                if content.wrapping_add(self.terminator.length) < self.shortest {
                     return Err(Classification::Rejected(DiscardReason::BadHeader));
                 }
-                Ok(end)
+                Ok(content.wrapping_add(width))
             }
             None if bytes.len() >= self.longest => {
                 Err(Classification::Rejected(DiscardReason::WrongTerminator))
@@ -226,6 +237,34 @@ impl Layout<'_> {
                 at_least: bytes.len().wrapping_add(1),
             }),
         }
+    }
+
+    /// Returns the place and the length of the terminator after content; `None` if more bytes are needed to know them.
+    #[inline(always)]
+    fn end_of_content(&self, bytes: &[u8]) -> Result<Option<(usize, usize)>, Classification> {
+        let is_content = |byte: &u8| {
+            let mut ranges = self.content.iter();
+            ranges.any(|(first, last)| first <= byte && byte <= last)
+        };
+        let Some(place) = bytes.iter().position(|byte| !is_content(byte)) else {
+            return Ok(None);
+        };
+        let end = bytes.get(place..).unwrap_or_default();
+        let others = self.other_terminators.iter().copied();
+        let mut may_follow = false;
+        for terminator in self.terminator.each().chain(others) {
+            let mut both = terminator.iter().zip(end);
+            if both.all(|(wanted, byte)| wanted == byte) {
+                if terminator.len() <= end.len() {
+                    return Ok(Some((place, terminator.len())));
+                }
+                may_follow = true;
+            }
+        }
+        if may_follow {
+            return Ok(None);
+        }
+        Err(Classification::Rejected(DiscardReason::WrongTerminator))
     }
 }
 
@@ -298,9 +337,10 @@ impl Trailer {
 }
 
 impl FixedBits {
+    /// Whether a frame has them, whose places are counted with `length`.
     #[inline(always)]
-    fn are_right(self, frame: &[u8]) -> bool {
-        let byte = index(self.at, frame.len()).and_then(|at| frame.get(at));
+    fn are_right(self, frame: &[u8], length: usize) -> bool {
+        let byte = index(self.at, length).and_then(|at| frame.get(at));
         byte.is_some_and(|byte| byte & self.mask == self.value & self.mask)
     }
 }

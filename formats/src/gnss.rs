@@ -53,13 +53,13 @@ impl<const LONGEST: usize> Gnss<LONGEST> {
     const UBX: Layout<'static> = ubx::LAYOUT.to_builder().longest(LONGEST).build_const();
     const ALL: AnyOf<'static> = AnyOf(&[
         Self::UBX,
-        Self::up_to(nmea::LAYOUT),
-        Self::up_to(rtcm::LAYOUT),
+        Self::up_to(&nmea::LAYOUT),
+        Self::up_to(&rtcm::LAYOUT),
     ]);
 
-    const fn up_to(layout: Layout<'static>) -> Layout<'static> {
+    const fn up_to(layout: &Layout<'static>) -> Layout<'static> {
         if layout.longest() <= LONGEST {
-            return layout;
+            return *layout;
         }
         layout.to_builder().longest(LONGEST).build_const()
     }

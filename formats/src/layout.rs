@@ -84,6 +84,8 @@ pub struct Layout<'a> {
     pub(crate) messages: Option<Messages<'a>>,
     pub(crate) checksum: Option<Checksum<'a>>,
     pub(crate) terminator: Patterns<'a>,
+    pub(crate) content: &'a [(u8, u8)],
+    pub(crate) other_terminators: &'a [&'a [u8]],
     pub(crate) trailer: Option<Trailer>,
 }
 
@@ -97,7 +99,7 @@ impl<'a> Layout<'a> {
     /// Returns a builder of a layout like this one.
     #[inline]
     pub const fn to_builder(self) -> LayoutBuilder<'a> {
-        LayoutBuilder::from_layout(self)
+        LayoutBuilder::from_layout(&self)
     }
 
     /// The bytes that a frame begins with.
@@ -162,11 +164,51 @@ impl<'a> Layout<'a> {
         self.terminator
     }
 
+    /// The bytes that may stand between the sync and the terminator: inclusive ranges; any byte if there are none.
+    #[inline]
+    #[must_use]
+    pub const fn content(&self) -> &'a [(u8, u8)] {
+        self.content
+    }
+
+    /// The bytes that a frame may end with as well, of any lengths.
+    #[inline]
+    #[must_use]
+    pub const fn other_terminators(&self) -> &'a [&'a [u8]] {
+        self.other_terminators
+    }
+
     /// The bytes that follow some frames.
     #[inline]
     #[must_use]
     pub const fn trailer(&self) -> Option<Trailer> {
         self.trailer
+    }
+
+    /// Returns the length that places in this frame are counted with: a frame that ends with one of the
+    /// [`other_terminators`](Self::other_terminators) is counted as if it ended with the [`terminator`](Self::terminator).
+    #[inline(always)]
+    #[must_use]
+    pub fn counted_length(&self, frame: &[u8]) -> usize {
+        let others = self.other_terminators.iter().copied();
+        // The longest: a shorter one may be its end.
+        let ends = self.terminator.each().chain(others);
+        let ends = ends.filter(|end| {
+            let mut both = end.iter().rev().zip(frame.iter().rev());
+            end.len() <= frame.len() && both.all(|(wanted, byte)| wanted == byte)
+        });
+        let ends = ends.map(<[u8]>::len);
+        let end = match self.other_terminators {
+            [] => None,
+            _ => ends.max(),
+        };
+        match end {
+            Some(end) => frame
+                .len()
+                .wrapping_sub(end)
+                .wrapping_add(self.terminator.length),
+            None => frame.len(),
+        }
     }
 
     /// Returns the number of bytes, at least one, that are needed to know the length of a frame.

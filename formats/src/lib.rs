@@ -63,7 +63,7 @@
 //! | UBX | [`ubx`] | chosen by you | 8-bit Fletcher checksum | u-blox's interface descriptions |
 //! | MAVLink 1 | [`Mavlink1`](mavlink::Mavlink1) | 263 | CRC-16, which includes the message's definition | mavlink.io |
 //! | MAVLink 2 | [`Mavlink2`](mavlink::Mavlink2) | 280 | the same | mavlink.io |
-//! | NMEA 0183 | [`nmea`] | 128 | exclusive or of 8 bits | u-blox's interface descriptions |
+//! | NMEA 0183 | [`nmea`] | 515 | exclusive or of 8 bits | u-blox's interface descriptions |
 //! | RTCM 3 | [`rtcm`] | 1029 | CRC-24 | RTKLIB |
 //! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | as they have it | |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |

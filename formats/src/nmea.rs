@@ -9,7 +9,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
     .sync(Patterns::any_byte_of(b"$!"))
     .length(Length::Delimiter)
     .shortest(7)
-    .longest(128)
+    .longest(512 + 3)
+    .content(&[(b'%', b'~'), (b'"', b'#'), (b' ', b' ')])
     .fixed(&[FixedBits::new(-5, 0xFF, b'*')])
     .checksum(
         Checksum::at_the_end(1)
@@ -20,13 +21,15 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
             .to(-6),
     )
     .terminator(Patterns::one(b"\r\n"))
+    .other_terminators(&[b"\n", b"\r\r\n"])
     .build_const();
 
 /// NMEA 0183, the text of satellite receivers and ships: `$` or `!`, a sentence, `*`, its checksum in two
-/// hexadecimal digits, CR LF. The line has 4 800 baud, or as many as the receiver is set to.
+/// hexadecimal digits, and CR LF; or LF alone, or CR CR LF, as logs have them. The line has 4 800 baud, or as many as the receiver is set to.
 ///
-/// Sentences without a checksum are none. The standard has sentences of up to 82 bytes; receivers send longer ones,
-/// so those of up to 128 are accepted.
+/// Sentences without a checksum are none. The standard has sentences of up to 82 bytes; receivers send longer ones, such
+/// as 424 bytes of PUBX,03, so sentences of up to 512 bytes are accepted. A sentence consists of printable characters
+/// without `$` and `!`: either begins another sentence.
 ///
 /// The checksum is an exclusive or: it notices each single wrong bit, and lets one in 256 random sentences pass.
 ///
@@ -47,8 +50,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Nmea;
 
-/// A receiver with a buffer of twice the longest frame.
-pub type Receiver = framelock::BufferedReceiver<Nmea, [u8; 256]>;
+/// A receiver with a buffer of twice the longest frame: 1 030 bytes.
+pub type Receiver = framelock::BufferedReceiver<Nmea, [u8; 1030]>;
 
 impl Format for Nmea {
     crate::classify_by!(LAYOUT);
@@ -57,15 +60,14 @@ impl Format for Nmea {
 
     #[inline]
     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-        match frame {
-            [_, sentence @ .., _, _, _, _, _] => sentence,
-            _ => &[],
-        }
+        let star = frame.iter().rposition(|&byte| byte == b'*');
+        frame.get(1..star.unwrap_or_default()).unwrap_or_default()
     }
 }
 
 impl EncodeInto for Nmea {
-    /// Fails for frames of more than 128 bytes, and for sentences that contain the end of a line.
+    /// Writes CR LF at the end. Fails for frames of more than 515 bytes, and for sentences that contain anything but
+    /// printable characters, or `$` or `!`.
     fn encode_into<'b>(
         &self,
         sentence: &[u8],

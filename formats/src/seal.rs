@@ -10,8 +10,8 @@ impl Layout<'_> {
     /// they are. Writes the first sync and terminator, unless the frame already has a valid one. Set the bits that
     /// announce a trailer before, and append the trailer to the frame.
     ///
-    /// Says whether it is a frame then. It is none if no frame has so many bytes, if there is no such message, or
-    /// if a terminator stands where none may.
+    /// Says whether it is a frame then. It is none if no frame has so many bytes, if there is no such message, if a
+    /// terminator stands where none may, or if a byte is not allowed as content.
     pub fn seal(&self, frame: &mut [u8]) -> bool {
         self.write(frame);
         self.classify(frame) == Classification::Frame(frame.len())
@@ -27,16 +27,20 @@ impl Layout<'_> {
         if let Length::Field(field) = &self.length {
             field.write(frame);
         }
+        let length = self.counted_length(frame);
         for bits in self.fixed {
-            let place = index(bits.at, frame.len());
+            let place = index(bits.at, length);
             if let Some(byte) = place.and_then(|at| frame.get_mut(at)) {
                 *byte = *byte & !bits.mask | bits.value & bits.mask;
             }
         }
-        let end = frame.len().saturating_sub(self.terminator.length);
-        self.terminator.write(frame, end);
+        // Otherwise it ends with another terminator.
+        if length == frame.len() {
+            let end = length.saturating_sub(self.terminator.length);
+            self.terminator.write(frame, end);
+        }
         if let (Some(checksum), Ok(header)) = (&self.checksum, self.parse(frame)) {
-            checksum.write(frame, header.extra);
+            checksum.write(frame, length, header.extra);
         }
     }
 }

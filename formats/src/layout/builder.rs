@@ -44,13 +44,15 @@ impl<'a> LayoutBuilder<'a> {
             messages: None,
             checksum: None,
             terminator: Patterns::NONE,
+            content: &[],
+            other_terminators: &[],
             trailer: None,
         })
     }
 
     #[inline]
-    pub(super) const fn from_layout(layout: Layout<'a>) -> Self {
-        Self(layout)
+    pub(super) const fn from_layout(layout: &Layout<'a>) -> Self {
+        Self(*layout)
     }
 
     /// Sets the bytes that a frame begins with.
@@ -109,6 +111,42 @@ impl<'a> LayoutBuilder<'a> {
     #[inline]
     pub const fn terminator(mut self, terminator: Patterns<'a>) -> Self {
         self.0.terminator = terminator;
+        self
+    }
+
+    /// Sets the bytes that may stand between the sync and the terminator, as inclusive ranges, for frames that a
+    /// delimiter ends: the widest range first is the fastest. Another byte begins the terminator, or the frame is
+    /// rejected at once.
+    ///
+    /// # Examples
+    /// Lines of printable characters, of which none contains a `#`:
+    /// ```
+    /// use framelock::{Classification, DiscardReason};
+    /// use framelock_formats::layout::{Layout, Length, Patterns};
+    ///
+    /// const LINE: Layout = Layout::builder()
+    ///     .sync(Patterns::one(b"#"))
+    ///     .length(Length::Delimiter)
+    ///     .longest(80)
+    ///     .content(&[(b' ', b'"'), (b'$', b'~')])
+    ///     .terminator(Patterns::one(b"\r\n"))
+    ///     .other_terminators(&[b"\n"])
+    ///     .build_const();
+    /// assert_eq!(LINE.classify(b"#abc\n"), Classification::Frame(5));
+    /// assert_eq!(LINE.classify(b"#ab#"), Classification::Rejected(DiscardReason::WrongTerminator));
+    /// ```
+    #[inline]
+    pub const fn content(mut self, ranges: &'a [(u8, u8)]) -> Self {
+        self.0.content = ranges;
+        self
+    }
+
+    /// Sets bytes that a frame may end with as well, of any lengths, for frames with a [`content`](Self::content).
+    /// Places from the end and [`shortest`](Self::shortest) are counted as if the frame ended with the
+    /// [`terminator`](Self::terminator), which is also the one that is written.
+    #[inline]
+    pub const fn other_terminators(mut self, terminators: &'a [&'a [u8]]) -> Self {
+        self.0.other_terminators = terminators;
         self
     }
 

@@ -1,10 +1,12 @@
 //! The check of a layout: the parts agree, and at least one frame exists.
 
 mod checksum;
+mod content;
 mod frame;
 
 use super::{Contradiction, Layout, Length, Number, Part, Patterns, larger};
 use checksum::check_checksum;
+use content::{check_content, check_content_of_parts};
 use frame::{agrees_with_fixed, shortest_frame};
 
 /// Returns the error of a step, if there is one.
@@ -29,6 +31,7 @@ use reject_if;
 /// Returns the first contradiction of a layout.
 pub(super) const fn check(layout: &Layout) -> Result<(), Contradiction> {
     try_step!(check_each_part(layout));
+    try_step!(check_content(layout));
     try_step!(check_bounds(layout));
     try_step!(check_fixed_bits(layout));
     let shortest = match shortest_frame(layout) {
@@ -241,7 +244,8 @@ const fn check_positions(layout: &Layout, length: usize) -> Result<(), Contradic
         Part::Terminator,
         "terminator: the fixed bits in its place have other values"
     );
-    check_checksum(layout, length)
+    try_step!(check_checksum(layout, length));
+    check_content_of_parts(layout, length)
 }
 
 /// Returns the length of the longest frame without a trailer.

@@ -30,6 +30,10 @@ pub enum Part {
     Checksum,
     /// The terminator.
     Terminator,
+    /// The content.
+    Content,
+    /// The other terminators.
+    OtherTerminators,
     /// The trailer.
     Trailer,
 }

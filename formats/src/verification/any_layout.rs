@@ -53,6 +53,8 @@ impl<const F: usize, const M: usize> Parts<F, M> {
             }),
             checksum: None,
             terminator: Patterns::NONE,
+            content: &[],
+            other_terminators: &[],
             trailer: kani::any::<bool>().then(|| Trailer {
                 at: kani::any(),
                 mask: kani::any(),

@@ -110,6 +110,8 @@ fn of_syncs<'a>(syncs: &'a [u8], no_bits: &'a [FixedBits; 0]) -> Layout<'a> {
         messages: None,
         checksum: None,
         terminator: Patterns::one(&syncs[..0]),
+        content: &[],
+        other_terminators: &[],
         trailer: None,
     }
 }

@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use framelock::any_format::any_mismatch;
+use framelock::any_format::{any_mismatch, any_up_to};
 use framelock::{Classification, DiscardReason};
 
 use super::any_layout::{Parts, patterns};
@@ -97,12 +97,17 @@ fn is_possible(layout: &Layout, header: Result<Header, DiscardReason>) -> bool {
 fn what_a_header_says() {
     let bytes: [u8; 8] = kani::any();
     let parts = Parts::<2, 2>::any();
-    let layout = parts.layout();
+    let layout = Layout {
+        terminator: Patterns::any_of(&[], any_up_to(2)),
+        ..parts.layout()
+    };
     let count = layout.header();
     // Whatever else it contradicts.
     if check_bounds(&layout).is_ok() {
-        let has_header = layout.length == Length::Delimiter || count <= layout.shortest;
-        assert!(has_header && layout.shortest <= layout.longest);
+        // A delimiter alone has a byte.
+        let is_alone = layout.length == Length::Delimiter && layout.messages.is_none();
+        assert!(is_alone || has_header_and_terminator(&layout));
+        assert!(layout.shortest <= layout.longest);
         kani::cover!(count == layout.shortest, "the shortest frame is its header");
     }
     kani::assume(count <= 8 && count <= layout.longest);
@@ -110,6 +115,11 @@ fn what_a_header_says() {
     assert!(is_possible(&layout, header));
     kani::cover!(header.is_ok_and(|header| header.trailer > 0 && header.length.is_some()));
     kani::cover!(header.is_ok_and(|header| header.extra.is_some()));
+}
+
+/// Whether the shortest frame has its header before its terminator, as [`what_a_header_says`] shows.
+fn has_header_and_terminator(layout: &Layout) -> bool {
+    layout.header().saturating_add(layout.terminator.length) <= layout.shortest
 }
 
 /// Any header and any mismatch that there may be.
@@ -147,10 +157,10 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
     let no_sync = late == Classification::Rejected(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
-    assert_lawful(early, late, some, more, longest);
     // No bytes after a frame are needed to find it, since `build` rejects frames that are shorter than their header.
     let is_built = layout.layout.header() <= layout.layout.shortest;
     assert!(!is_built || late != Classification::Frame(some) || early == late);
+    assert_lawful(early, late, some, more, longest);
 }
 
 /// Law 5. What was seen is told to [`Layout::frame_of`] alone, and only where the end is to be looked for.
@@ -194,6 +204,8 @@ fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
         messages: None,
         checksum: None,
         terminator: Patterns::NONE,
+        content: &[],
+        other_terminators: &[],
         trailer: None,
     });
 }
@@ -210,15 +222,17 @@ fn lengths_behind_three_bytes() {
     a_layout_with_lengths::<3, 6>();
 }
 
-/// Two syncs of `SYNC` bytes, and two delimiters of `END`. The header ends where its last number does, whichever it
-/// is.
+/// Two syncs of `SYNC` bytes, two delimiters of `END`, and another one of `OTHER`. Content is a range of bytes, or any. The
+/// header ends where its last number does, whichever it is.
 macro_rules! delimiters {
-    ($keeps:ident: $($name:ident $sync:literal $end:literal)*) => {$(
+    ($keeps:ident: $($name:ident $sync:literal $end:literal $other:literal)*) => {$(
         #[kani::proof]
         #[kani::unwind(5)]
         fn $name() {
             let (syncs, ends) = kani::any::<([[u8; $sync]; 2], [[u8; $end]; 2])>();
-            $keeps::<4>(Layout {
+            let (content, other) = kani::any::<([(u8, u8); 1], [u8; $other])>();
+            let others = [&other[..]];
+            let layout = Layout {
                 sync: patterns(&syncs),
                 length: Length::Delimiter,
                 shortest: kani::any(),
@@ -233,12 +247,20 @@ macro_rules! delimiters {
                 }),
                 checksum: None,
                 terminator: patterns(&ends),
+                content: &content[..any_up_to(1)],
+                other_terminators: &others[..any_up_to(1)],
                 trailer: None,
-            });
+            };
+            // A contradiction otherwise.
+            let ends_before = |end: &[u8; $end]| other.starts_with(end) || end.starts_with(&other);
+            kani::assume(layout.content.is_empty() || !ends.iter().any(ends_before));
+            kani::assume(has_header_and_terminator(&layout));
+            kani::cover!(!layout.other_terminators.is_empty(), "another terminator");
+            $keeps::<4>(layout);
         }
     )*};
 }
 delimiters!(keeps_the_laws:
-    delimiters_of_one_byte 1 1 delimiters_of_two_bytes 1 2 delimiters_without_a_sync 0 2);
+    delimiters_of_one_byte 1 1 2 delimiters_of_two_bytes 1 2 1 delimiters_without_a_sync 0 2 1);
 delimiters!(what_was_seen_changes_nothing:
-    seen_without_delimiters_of_one_byte 1 1 seen_without_delimiters_of_two_bytes 1 2);
+    seen_without_delimiters_of_one_byte 1 1 2 seen_without_delimiters_of_two_bytes 1 2 1);

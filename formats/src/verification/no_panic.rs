@@ -42,7 +42,12 @@ fn any_extra() -> Option<u8> {
 #[kani::unwind(5)]
 fn in_checking() {
     let bytes: [u8; 3] = kani::any();
-    for_each_sum(|sum| kani::cover!(sum.is_right(&bytes, any_extra(), &Computed), "right"));
+    for_each_sum(|sum| {
+        kani::cover!(
+            sum.is_right(&bytes, kani::any(), any_extra(), &Computed),
+            "right"
+        )
+    });
 }
 
 /// By one algorithm: writing is the same for all, and computing them is in [`in_checking`] and [`in_a_crc`].
@@ -54,7 +59,7 @@ fn in_writing_a_checksum() {
         algorithm: Algorithm::Sum,
         ..any_checksum()
     };
-    kani::cover!(sum.write(&mut bytes, any_extra()), "written");
+    kani::cover!(sum.write(&mut bytes, kani::any(), any_extra()), "written");
 }
 
 /// Bit by bit; four bytes at once, with MAVLink's; and sixteen, four and one by tables.
@@ -80,11 +85,12 @@ fn in_a_crc() {
 #[kani::proof]
 #[kani::unwind(5)]
 fn in_sealing() {
-    let (mut bytes, ends) = kani::any::<([u8; 3], [[u8; 1]; 2])>();
+    let (mut bytes, ends, other) = kani::any::<([u8; 3], [[u8; 1]; 2], [u8; 2])>();
     let parts = Parts::<1, 1>::any();
     let layout = Layout {
         sync: patterns(&ends),
         terminator: patterns(&ends),
+        other_terminators: &[&other],
         ..parts.layout()
     };
     let last = bytes[2];

@@ -24,6 +24,12 @@ const FIXED: LayoutBuilder = Layout::builder()
     .terminator(Patterns::one(b"\n"));
 const LINE: LayoutBuilder = FIXED.length(Length::Delimiter);
 
+const TEXT: LayoutBuilder = LINE.content(&[(b' ', b'~')]);
+const DIGITS: Checksum = Checksum::at_the_end(1)
+    .encoding(Encoding::Hex)
+    .at(-3)
+    .to(-4);
+
 const fn field(field: LengthField) -> LayoutBuilder<'static> {
     COUNTED.length(Length::Field(field))
 }
@@ -99,6 +105,20 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (FIXED.fixed(&[FixedBits::new(-1, 1, 1)]), Part::Terminator, "terminator: the fixed bits in its place", FIXED.fixed(&[FixedBits::new(-1, 1, 0)])),
     (LINE.shortest(5).fixed(&[FixedBits::new(3, 0xFF, b'\n')]), Part::Terminator, "terminator: the fixed bits or the message contain it", LINE.shortest(5).fixed(&[FixedBits::new(4, 0xFF, b'\n')])),
     (LINE.messages(Messages::new(Number::byte(1), &[KnownMessage::new(10)])), Part::Terminator, "terminator: the fixed bits or the message contain it", LINE.messages(Messages::new(Number::byte(1), &KNOWN))),
+    (FIXED.content(&[(b' ', b'~')]), Part::Content, "content: only frames that a delimiter ends", TEXT),
+    (TEXT.content(&[(b'~', b' ')]), Part::Content, "content: the first byte of a range", TEXT.content(&[(b'~', b'~')])),
+    (TEXT.content(&[(b'\t', b'\n')]), Part::Content, "content: a terminator begins with such a byte", TEXT.content(&[(b'\t', b'\t')])),
+    (TEXT.other_terminators(&[b"a\n"]), Part::Content, "content: a terminator begins with such a byte", TEXT.other_terminators(&[b"\rb"])),
+    (LINE.other_terminators(&[b"\r\n"]), Part::OtherTerminators, "other terminators: without a content", TEXT.other_terminators(&[b"\r\n"])),
+    (TEXT.other_terminators(&[b""]), Part::OtherTerminators, "other terminators: one has no bytes", TEXT.other_terminators(&[])),
+    (TEXT.other_terminators(&[b"\r"]), Part::OtherTerminators, "other terminators: one has the length of the terminator", TEXT.terminator(Patterns::any_byte_of(b"\n\r"))),
+    (TEXT.other_terminators(&[b"\n\r"]), Part::OtherTerminators, "other terminators: one begins with another one", TEXT.other_terminators(&[b"\r\n"])),
+    (TEXT.fixed(&[FixedBits::new(-1, 1, 0)]), Part::Fixed(0), "fixed: in frames with a content they are before", TEXT.fixed(&[FixedBits::new(-2, 1, 0)])),
+    (TEXT.fixed(&[FixedBits::new(-2, 0xE0, 0)]), Part::Fixed(0), "fixed: no byte of the content", TEXT.fixed(&[FixedBits::new(-2, 0xE0, 0x60)])),
+    (TEXT.messages(Messages::new(Number::byte(1), &[KNOWN[0]])), Part::Messages, "messages: no known number fits", TEXT.messages(Messages::new(Number::byte(1), &[KnownMessage::new(0x30)]))),
+    (TEXT.checksum(DIGITS.encoding(Encoding::Big).at(-2).to(-3)), Part::Checksum, "checksum: it may be bytes that are not content", TEXT.checksum(DIGITS)),
+    (TEXT.checksum(DIGITS).content(&[(b'0', b'E')]), Part::Checksum, "checksum: it may be bytes that are not content", TEXT.checksum(DIGITS).content(&[(b'0', b'F')])),
+    (TEXT.checksum(DIGITS.at(1).from(-2).to(-1)).shortest(5), Part::Checksum, "checksum: in frames with a content it covers", TEXT.checksum(DIGITS.at(1).from(-2).to(-2)).shortest(5)),
     (sum(Checksum::at_the_end(0)), Part::Checksum, "checksum: it has 1 to 4 bytes", sum(Checksum::at_the_end(1))),
     (sum(Checksum::at_the_end(5)), Part::Checksum, "checksum: it has 1 to 4 bytes", sum(Checksum::at_the_end(4))),
     (sum(Checksum::at_the_end(2).algorithm(Algorithm::Xor)), Part::Checksum, "checksum: the algorithm has another number", sum(Checksum::at_the_end(1).algorithm(Algorithm::Xor))),
@@ -198,7 +218,19 @@ fn delivers(layout: &Layout) -> bool {
             .map(move |message| (length, message, try_))
     });
     of_lengths.any(|(length, message, try_)| {
-        let mut frame: Vec<u8> = (0..length).map(|_| 0x80 | random.below(128)).collect();
+        let content: Vec<u8> = (0..=u8::MAX)
+            .filter(|byte| {
+                layout
+                    .content()
+                    .iter()
+                    .any(|(a, b)| (a..=b).contains(&byte))
+            })
+            .collect();
+        let mut any = || match &*content {
+            [] => 0x80 | random.below(128),
+            _ => content[usize::from(random.below(250)) % content.len()],
+        };
+        let mut frame: Vec<u8> = (0..length).map(|_| any()).collect();
         // Sealing keeps a valid sync and terminator.
         let (sync, terminator) = (layout.sync(), layout.terminator());
         for (patterns, from, try_) in [

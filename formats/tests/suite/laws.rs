@@ -204,10 +204,10 @@ fn the_reason_is_that_of_the_layout_that_comes_furthest() {
         let layout = Layout::builder().sync(Patterns::one(sync));
         layout.length(Length::Field(LengthField::byte(2)))
     };
-    let other = built(layout(&[0x55, 0x01]).longest(10));
-    let half = built(layout(&[0x24, 0x02]).longest(10));
-    let too_long = built(layout(&[0x24, 0x01]).longest(10));
-    let too_short = built(layout(&[0x24, 0x01]).shortest(250).longest(255));
+    let other = built(&layout(&[0x55, 0x01]).longest(10));
+    let half = built(&layout(&[0x24, 0x02]).longest(10));
+    let too_long = built(&layout(&[0x24, 0x01]).longest(10));
+    let too_short = built(&layout(&[0x24, 0x01]).shortest(250).longest(255));
     for (layouts, why) in [
         ([other, half, other], DiscardReason::BrokenSync),
         ([half, too_long, other], DiscardReason::TooLong),
@@ -219,7 +219,7 @@ fn the_reason_is_that_of_the_layout_that_comes_furthest() {
     }
 }
 
-fn built(builder: LayoutBuilder) -> Layout {
+fn built<'a>(builder: &LayoutBuilder<'a>) -> Layout<'a> {
     builder.build().expect("its parts agree")
 }
 
@@ -262,7 +262,7 @@ fn what_a_layout_says_at_its_limits() {
             Classification::Rejected(DiscardReason::WrongTerminator),
         ),
     ] {
-        let layout = built(layout);
+        let layout = built(&layout);
         assert_eq!(layout.classify(bytes), says, "{layout:?} of {bytes:02X?}");
     }
 }
@@ -277,13 +277,13 @@ fn an_end_in_what_was_seen_is_found() {
         .longest(10)
         .terminator(Patterns::one(b"\n"));
     let messages = [KnownMessage::new(u32::from(b'x'))];
-    let with_a_longer_header = built(lines.messages(Messages::new(Number::byte(2), &messages)));
+    let with_a_longer_header = built(&lines.messages(Messages::new(Number::byte(2), &messages)));
     assert_eq!(
         with_a_longer_header.classify_after(b"$\nx", 2),
         Classification::Rejected(DiscardReason::BadHeader)
     );
-    let begins_like_it = built(lines.sync(Patterns::one(b"$\n$")));
-    let any_of = AnyOf(&[begins_like_it, built(lines)]);
+    let begins_like_it = built(&lines.sync(Patterns::one(b"$\n$")));
+    let any_of = AnyOf(&[begins_like_it, built(&lines)]);
     assert_eq!(
         any_of.classify(b"$\n"),
         Classification::Incomplete { at_least: 3 }

@@ -7,6 +7,7 @@ mod dependency;
 mod display;
 mod laws;
 mod limits;
+mod nmea;
 mod others;
 
 use framelock::{BufferedReceiver, EncodeInto, Format};

@@ -106,7 +106,7 @@ pub fn formats(line: &FormatLine) {
         Protocol::Ubx => check::<_, 100>(Ubx::<64>, Protocol::Ubx, steps),
         Protocol::Mavlink1 => check::<_, 263>(Mavlink1(DIALECT), Protocol::Mavlink1, steps),
         Protocol::Mavlink2 => check::<_, 280>(Mavlink2(DIALECT), Protocol::Mavlink2, steps),
-        Protocol::Nmea => check::<_, 128>(Nmea, Protocol::Nmea, steps),
+        Protocol::Nmea => check::<_, 515>(Nmea, Protocol::Nmea, steps),
         Protocol::Rtcm => check::<_, 1029>(Rtcm, Protocol::Rtcm, steps),
         Protocol::SixAxes => {
             check::<_, 16>(SixAxesByLayout, Protocol::SixAxes, steps);

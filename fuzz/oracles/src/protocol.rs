@@ -63,7 +63,14 @@ impl Protocol {
         let known = match self {
             Self::Sbus => 0,
             Self::Mavlink2 => 10 + usize::from(frame[1]),
-            Self::Nmea => frame.len() - 3,
+            // The checksum's last digit.
+            Self::Nmea => {
+                frame
+                    .iter()
+                    .rposition(|byte| *byte == b'*')
+                    .unwrap_or_default()
+                    + 2
+            }
             _ => frame.len() - 1,
         };
         let mut sealed = frame.to_vec();
@@ -84,7 +91,12 @@ impl Protocol {
             Self::Mavlink2 if *bytes.get(2)? == 1 => usize::from(second) + 25,
             Self::Mavlink2 => usize::from(second) + 12,
             Self::Mavlink1 => usize::from(second) + 8,
-            Self::Nmea => bytes.windows(2).skip(1).position(|two| two == b"\r\n")? + 3,
+            Self::Nmea => {
+                let is_content = |byte: &u8| (b' '..=b'~').contains(byte) && !b"$!".contains(byte);
+                let end = 1 + bytes[1..].iter().position(|byte| !is_content(byte))?;
+                let ends = [&b"\n"[..], b"\r\n", b"\r\r\n"];
+                end + ends.iter().find(|it| bytes[end..].starts_with(it))?.len()
+            }
             Self::Rtcm => usize::from(second) * 256 + usize::from(*bytes.get(2)?) + 6,
             Self::SixAxes => 16,
         };
@@ -124,15 +136,16 @@ impl Protocol {
                     })
             }
             Self::Nmea => {
-                let digits = |end: usize| std::str::from_utf8(&frame[end - 2..end]).ok();
+                let text = frame.split(|byte| b"\r\n".contains(byte)).next()?;
+                let digits = |end: usize| std::str::from_utf8(&text[end - 2..]).ok();
+                let end = text.len();
                 b"$!".contains(&first)
-                    && (7..=128).contains(&length)
-                    && frame[length - 5] == b'*'
-                    && frame[length - 4..length - 2]
-                        .iter()
-                        .all(u8::is_ascii_hexdigit)
-                    && digits(length - 2).and_then(|it| u8::from_str_radix(it, 16).ok())
-                        == Some(Self::xor(&frame[1..length - 5]))
+                    && end >= 5
+                    && length <= 515
+                    && text[end - 3] == b'*'
+                    && text[end - 2..].iter().all(u8::is_ascii_hexdigit)
+                    && digits(end).and_then(|it| u8::from_str_radix(it, 16).ok())
+                        == Some(Self::xor(&text[1..end - 3]))
             }
             Self::Rtcm => {
                 first == 0xD3
@@ -185,8 +198,10 @@ impl Protocol {
                 [&[0xFE], &checked[..], &crc].concat()
             }
             Self::Nmea => {
-                let text: Vec<u8> = at_most(100).iter().map(|byte| b' ' + byte % 95).collect();
-                let check = format!("*{:02X}\r\n", Self::xor(&text));
+                let text = at_most(250).iter().map(|byte| b'%' + byte % 90);
+                let text: Vec<u8> = text.collect();
+                let ends = ["\r\n", "\n", "\r\r\n"];
+                let check = format!("*{:02X}{}", Self::xor(&text), ends[bytes.len() % 3]);
                 [b"$", &text[..], check.as_bytes()].concat()
             }
             Self::Rtcm => {

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use clap::ValueEnum;
 use framelock_generate::{c, rust};
 use framelock_receiving::Protocol;
@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let command = format!("framelock generate --frame {frame} --language {language_name}");
     let code = match language {
         Language::Rust => rust(&frame.description, &name, &command),
-        Language::C => c(&frame.description, &name, &command),
+        Language::C => c(&frame.description, &name, &command).map_err(Error::msg)?,
     };
     let mut output = output
         .as_deref()

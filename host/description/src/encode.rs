@@ -118,7 +118,9 @@ impl Kind {
             put(field, wanted, &mut frame);
         }
         frame.extend(appended);
-        if self.layout.seal(&mut frame) {
+        // Text before the terminator must not become a part of another one.
+        let is_sealed = self.layout.seal(&mut frame);
+        if is_sealed && self.layout.counted_length(&frame) == frame.len() {
             let alone = frame.get(..length).unwrap_or_default();
             // What is there already changes nothing if it is written again.
             let mut again = alone.to_vec();
@@ -194,14 +196,14 @@ impl Kind {
                 let at = messages.number.at;
                 let is_it = |field: &&Field| usize::try_from(field.at) == Ok(at);
                 let told = self.fields.iter().find(is_it).and_then(|field| {
-                    let value = field.value(field.bytes(frame)?, 0);
+                    let value = field.value(field.bytes(frame, frame.len())?, 0);
                     Some(format!("{} {value}: {what}", field.name))
                 });
                 told.unwrap_or(what.into())
             }
             _ => format!(
                 "there is no frame of {} bytes with these values: the description has frames of {} \
-                 to {} bytes, and says what they begin with, of which kind they are, and how they end",
+                 to {} bytes, and says what they begin with, which bytes they contain, of which kind they are, and how they end",
                 frame.len(),
                 layout.shortest(),
                 layout.longest()

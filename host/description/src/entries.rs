@@ -12,9 +12,9 @@ use toml::Spanned;
 
 use crate::checksum::Named;
 use crate::field::{Class, NumberType, Type};
-use crate::hex;
 use crate::item::Item;
 use crate::value::Decimal;
+use crate::{hex, text};
 
 /// A mistake: its place in the text, in bytes, and what is wrong there.
 pub(crate) struct Problem(pub(crate) Range<usize>, pub(crate) String);
@@ -46,7 +46,8 @@ pub(crate) struct FrameEntry {
     pub(crate) length_field: Option<Spanned<LengthEntry>>,
     pub(crate) shortest: Option<usize>,
     pub(crate) longest: Option<Spanned<usize>>,
-    pub(crate) terminator: Option<Spanned<Alternatives>>,
+    pub(crate) terminator: Option<Spanned<Terminators>>,
+    pub(crate) content: Option<Spanned<Content>>,
     pub(crate) checksum: Option<Spanned<ChecksumEntry>>,
     pub(crate) messages: Option<Spanned<MessagesEntry>>,
     pub(crate) trailer: Option<Spanned<TrailerEntry>>,
@@ -77,6 +78,7 @@ impl FrameEntry {
         }
         self.sync = self.sync.or_else(|| whole.sync.clone());
         self.terminator = self.terminator.or_else(|| whole.terminator.clone());
+        self.content = self.content.or_else(|| whole.content.clone());
         self.checksum = self.checksum.or_else(|| whole.checksum.clone());
         self.messages = self.messages.or_else(|| whole.messages.clone());
         self.trailer = self.trailer.or_else(|| whole.trailer.clone());
@@ -92,6 +94,7 @@ impl FrameEntry {
             || self.length.is_some()
             || self.length_field.is_some()
             || self.terminator.is_some()
+            || self.content.is_some()
             || self.checksum.is_some()
             || !self.fields.is_empty()
     }
@@ -121,25 +124,101 @@ impl TryFrom<String> for Alternatives {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
-        let each = text.split('|').map(|text| hex::parse(&[text]));
-        let each = each.collect::<Result<Vec<_>, _>>()?;
-        if each.iter().any(Vec::is_empty) {
-            return Err("no bytes: leave the key out if there are none".into());
-        }
+        let each = sequences(&text)?;
         let bytes = each.concat();
         let length = bytes.len() / each.len();
         if each.iter().any(|it| it.len() != length) {
-            return Err("all that a frame may begin or end with must have the same length".into());
+            return Err("all that a frame may begin with must have the same length".into());
         }
         Ok(Self { bytes, length })
     }
 }
 
-impl Alternatives {
-    /// Whether there is only one.
-    pub(crate) fn is_one(&self) -> bool {
-        self.bytes.len() == self.length
+/// Parses bytes in hex, with a bar between alternatives.
+fn sequences(text: &str) -> Result<Vec<Vec<u8>>, String> {
+    let each = text.split('|').map(|text| hex::parse(&[text]));
+    let each = each.collect::<Result<Vec<_>, _>>()?;
+    if each.iter().any(Vec::is_empty) {
+        return Err("no bytes: leave the key out if there are none".into());
     }
+    Ok(each)
+}
+
+/// Bytes in hex that a frame may end with, with a bar between alternatives of any lengths.
+#[derive(Clone, Default, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Terminators {
+    /// The first one, and those of the same length.
+    pub(crate) first: Alternatives,
+    pub(crate) others: Vec<Vec<u8>>,
+}
+
+impl TryFrom<String> for Terminators {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let each = sequences(&text)?;
+        let length = each.first().map_or(0, Vec::len);
+        let (same, others): (Vec<_>, Vec<_>) = each.into_iter().partition(|it| it.len() == length);
+        let bytes = same.concat();
+        Ok(Self {
+            first: Alternatives { bytes, length },
+            others,
+        })
+    }
+}
+
+impl Terminators {
+    /// Whether a field may tell which one a frame has: there are several of one length.
+    pub(crate) fn may_be_a_field(&self) -> bool {
+        self.others.is_empty() && self.first.bytes.len() > self.first.length
+    }
+}
+
+/// Bytes in hex that a frame may contain, single ones and ranges, and after `except` those that it may not:
+/// `20-7E except 21 24`.
+#[derive(Clone, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Content(pub(crate) Vec<(u8, u8)>);
+
+impl TryFrom<String> for Content {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        let (all, except) = text.split_once("except").unwrap_or((&text, ""));
+        let (all, except) = (ranges(all)?, ranges(except)?);
+        let has = |ranges: &[(u8, u8)], byte| ranges.iter().any(|&(a, b)| (a..=b).contains(&byte));
+        let bytes = (0..=u8::MAX).filter(|&byte| has(&all, byte) && !has(&except, byte));
+        let mut content: Vec<(u8, u8)> = Vec::new();
+        for byte in bytes {
+            match content.last_mut() {
+                Some((_, last)) if *last + 1 == byte => *last = byte,
+                _ => content.push((byte, byte)),
+            }
+        }
+        if content.is_empty() {
+            return Err("no bytes: leave the key out if a frame may contain any".into());
+        }
+        // Most bytes are in the widest range, which is then tried first.
+        content.sort_by_key(|(first, last)| first.abs_diff(*last));
+        content.reverse();
+        Ok(Self(content))
+    }
+}
+
+/// Parses single bytes and ranges of bytes, in hex.
+fn ranges(text: &str) -> Result<Vec<(u8, u8)>, String> {
+    let words = text.split_whitespace().map(|word| {
+        let (first, last) = word.split_once('-').unwrap_or((word, word));
+        match (&*hex::parse(&[first])?, &*hex::parse(&[last])?) {
+            (&[first], &[last]) if first <= last => Ok((first, last)),
+            _ => Err(format!(
+                "'{}' is not a byte, or a range such as 20-7E",
+                text::quoted(word)
+            )),
+        }
+    });
+    words.collect()
 }
 
 /// A place that is counted from the front.

@@ -289,27 +289,27 @@ impl Field {
         };
     }
 
-    /// Its bytes; none if the frame is too short to have it.
+    /// Its bytes in a frame whose places are counted with `length`; `None` if the frame is too short to have it.
     #[inline]
-    pub(crate) fn bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
+    pub(crate) fn bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         match &self.prepared.place {
-            Some((place, shortest)) if *shortest <= frame.len() => frame.get(place.clone()),
+            Some((place, shortest)) if *shortest <= length => frame.get(place.clone()),
             Some(_) => None,
-            None => self.other_bytes(frame),
+            None => self.other_bytes(frame, length),
         }
     }
 
     /// The same of what is counted from the end or takes what is left.
     #[inline(never)]
-    fn other_bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
-        frame.get(self.position(frame.len())?)
+    fn other_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
+        frame.get(self.position(length)?)
     }
 
     /// Returns its first bytes if a frame ends within the field or before it.
     #[inline(never)]
-    pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
+    pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         let (place, _) = self.prepared.place.as_ref()?;
-        let end = frame.len().checked_sub(self.margin)?;
+        let end = length.checked_sub(self.margin)?;
         frame.get(place.start.min(end)..place.end.min(end))
     }
 

@@ -44,11 +44,12 @@ impl Kind {
             None => frame,
             Some(trailer) => parted(frame, &trailer, field.is_appended),
         };
+        let length = self.layout.counted_length(part);
         let cut = || {
             let is_cut = self.has_truncated_zeros && !field.is_appended;
-            is_cut.then(|| field.first_bytes(part))?
+            is_cut.then(|| field.first_bytes(part, length))?
         };
-        let bytes = field.item(field.bytes(part).or_else(cut)?)?;
+        let bytes = field.item(field.bytes(part, length).or_else(cut)?)?;
         Some(Content { field, bytes })
     }
 
@@ -67,7 +68,8 @@ impl Kind {
     /// Whether each byte is in a field: the frame ends with one of them.
     fn has_length_of(&self, frame: &[u8]) -> bool {
         let appended = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
-        let end = frame.len().saturating_sub(appended + self.from_end);
+        let length = self.layout.counted_length(frame);
+        let end = length.saturating_sub(appended + self.from_end);
         let ends_there = |field: &Field| match (field.length(), field.end(0)) {
             (None, _) => true,
             (_, Some(field_end)) if self.has_truncated_zeros => end <= field_end,

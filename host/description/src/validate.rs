@@ -58,7 +58,8 @@ fn untabled(
 ) -> Result<(Kind, Vec<usize>), Problem> {
     let none = Alternatives::default();
     let sync = written.sync.as_ref().map_or(&none, Spanned::get_ref);
-    let terminator = written.terminator.as_ref().map_or(&none, Spanned::get_ref);
+    let ends = written.terminator.as_ref().map(Spanned::get_ref);
+    let terminator = ends.map_or(&none, |ends| &ends.first);
     let length = length(written)?;
     let fields = written.fields.iter().map(field);
     let mut fields = fields.collect::<Result<Vec<_>, _>>()?;
@@ -67,6 +68,14 @@ fn untabled(
         .sync(leaked(sync))
         .length(length)
         .terminator(leaked(terminator));
+    if let Some(ends) = ends {
+        let others = ends.others.iter();
+        let others: Vec<&[u8]> = others.map(|end| &*end.clone().leak()).collect();
+        builder = builder.other_terminators(others.leak());
+    }
+    if let Some(entry) = &written.content {
+        builder = builder.content(entry.get_ref().0.clone().leak());
+    }
     if let Some(entry) = &written.trailer {
         let trailer = entry.get_ref().trailer();
         builder = builder.trailer(trailer);
@@ -141,7 +150,8 @@ fn placed(written: &FrameEntry, contradiction: Contradiction, owners: &[usize]) 
             span(lists.find(is_list))
         }),
         Part::Checksum => span(written.checksum.as_ref()),
-        Part::Terminator => span(written.terminator.as_ref()),
+        Part::Content => span(written.content.as_ref()),
+        Part::Terminator | Part::OtherTerminators => span(written.terminator.as_ref()),
         Part::Trailer => span(written.trailer.as_ref()),
         _ => None,
     };

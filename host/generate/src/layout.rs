@@ -9,6 +9,10 @@ use minijinja::{Value, context};
 pub(crate) fn value(layout: &Layout) -> Value {
     let fixed = layout.fixed().iter();
     let fixed = fixed.map(|it| context! { at => it.at, mask => it.mask, value => it.value });
+    let content = layout.content().iter();
+    let content = content.map(|(first, last)| format!("({first:#04X}, {last:#04X})"));
+    let others = layout.other_terminators().iter();
+    let others = others.map(|end| format!("&[{}]", hex(end).join(", ")));
     let (length_kind, length) = match layout.length() {
         Length::Field(it) => {
             let number = number(&it.number);
@@ -28,13 +32,18 @@ pub(crate) fn value(layout: &Layout) -> Value {
         messages => layout.messages().as_ref().map(messages),
         checksum => layout.checksum().as_ref().map(checksum),
         terminator => patterns(&layout.terminator()),
+        content => content.collect::<Vec<_>>(),
+        other_terminators => others.collect::<Vec<_>>(),
         trailer => layout.trailer().as_ref().map(trailer),
     }
 }
 
 fn patterns(patterns: &Patterns) -> Value {
-    let bytes = patterns.bytes.iter().map(|byte| format!("{byte:#04X}"));
-    context! { bytes => bytes.collect::<Vec<_>>(), length => patterns.length }
+    context! { bytes => hex(patterns.bytes), length => patterns.length }
+}
+
+fn hex(bytes: &[u8]) -> Vec<String> {
+    bytes.iter().map(|byte| format!("{byte:#04X}")).collect()
 }
 
 fn number(number: &Number) -> Value {

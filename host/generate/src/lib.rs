@@ -30,12 +30,19 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
 
 /// Returns a header in C99, which is C++17 as well, that receives and makes a description's frames. `name` is the
 /// header's name, `command` the command that made it.
-#[must_use]
-pub fn c(description: &Description, name: &str, command: &str) -> String {
-    render::source(
-        &Program::new(description, name, command, &names::C),
-        &names::C,
-    )
+///
+/// # Errors
+/// The kind that the C library cannot receive: its content is limited.
+pub fn c(description: &Description, name: &str, command: &str) -> Result<String, String> {
+    let is_limited = |kind: &&Kind| !kind.layout.content().is_empty();
+    if let Some(kind) = description.kinds.iter().find(is_limited) {
+        return Err(format!(
+            "the C library has no content: generate Rust, or leave content out of {}",
+            kind.name
+        ));
+    }
+    let program = Program::new(description, name, command, &names::C);
+    Ok(render::source(&program, &names::C))
 }
 
 /// The values that a template inserts.

@@ -54,7 +54,12 @@ fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8
     let length = kind.least_length(ends).max(layout.shortest()) + longer;
     let is_text = fields.any(|field| field.kind == Type::Text);
     let any = if is_text { b'A'..=b'Z' } else { 0..=u8::MAX };
-    let bytes = (0..length.min(layout.longest())).map(|_| random.random_range(any.clone()));
+    let content = layout.content();
+    let is_content = |byte: u8| content.iter().any(|(a, b)| (*a..=*b).contains(&byte));
+    let any: Vec<u8> = any
+        .filter(|byte| content.is_empty() || is_content(*byte))
+        .collect();
+    let bytes = (0..length.min(layout.longest())).filter_map(|_| any.choose(random).copied());
     let mut frame: Vec<u8> = bytes.collect();
     if let Some(messages) = layout.messages()
         && let Some(message) = messages.known.choose(random)

@@ -119,6 +119,9 @@ const fn shortest_length(
         values |= (value as u32).wrapping_shl(shift);
         byte = byte.wrapping_add(1);
     }
+    if field.factor == 0 {
+        return None;
+    }
     let bits = field.mask & all_bits(&field.number);
     let wanted = (layout.shortest as u64).saturating_add_signed((field.plus as i64).wrapping_neg());
     let wanted = wanted.div_ceil(field.factor as u64);
@@ -219,7 +222,7 @@ const fn message_agrees(
         let value = byte_of(number, message.number, byte);
         let has_other_sync = match get(sync, at) {
             Some(other) => other != value,
-            None => false,
+            None => !layout.content.is_empty() && !is_content(layout, value),
         };
         if has_other_sync || !agrees_with_fixed(layout.fixed, layout.shortest, at, value, u8::MAX) {
             return false;
@@ -305,6 +308,32 @@ pub(super) const fn ends_with_a_terminator(layout: &Layout, length: usize) -> bo
             break;
         }
         terminators = others;
+    }
+    false
+}
+
+/// Whether a byte with these bits may be content.
+pub(super) const fn agrees_with_content(layout: &Layout, value: u8, mask: u8) -> bool {
+    let mut byte = 0_u8;
+    loop {
+        if byte & mask == value && is_content(layout, byte) {
+            return true;
+        }
+        byte = match byte.checked_add(1) {
+            Some(next) => next,
+            None => return false,
+        };
+    }
+}
+
+/// Whether a byte is content.
+pub(super) const fn is_content(layout: &Layout, byte: u8) -> bool {
+    let mut rest = layout.content;
+    while let [(first, last), others @ ..] = rest {
+        if *first <= byte && byte <= *last {
+            return true;
+        }
+        rest = others;
     }
     false
 }

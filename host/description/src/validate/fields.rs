@@ -194,9 +194,9 @@ pub(super) fn check_positions(
     let terminator = written
         .terminator
         .as_ref()
-        .filter(|it| it.get_ref().is_one());
+        .filter(|it| !it.get_ref().may_be_a_field());
     if let Some(terminator) = terminator {
-        let from = length.saturating_sub(terminator.get_ref().length);
+        let from = length.saturating_sub(terminator.get_ref().first.length);
         claims.push((terminator.span(), "the terminator", whole(from..length)));
     }
     if let (Some(entry), Some(checksum)) = (&written.checksum, kind.layout.checksum()) {

@@ -8,7 +8,7 @@ use framelock_proofs::reference::framed;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::drawn::{frames, noisy, values};
+use crate::drawn::{frames, noisy, values, with_any_end};
 
 /// The reference takes long with longer frames.
 const LONGEST: usize = 300;
@@ -79,14 +79,18 @@ pub(crate) fn agrees_with_the_reference(
     text: &str,
     random: &mut ChaCha8Rng,
 ) -> usize {
-    let frames = frames(description, random);
-    for frame in &frames {
+    let mut frames = frames(description, random);
+    for frame in &mut frames {
         assert_eq!(
             description.format().classify(frame),
             Classification::Frame(frame.len())
         );
         let again = description.encode(&values(description, frame));
-        assert_eq!(again.as_ref(), Ok(frame), "{text}\n{frame:02X?}");
+        assert_eq!(again.as_ref(), Ok(&*frame), "{text}\n{frame:02X?}");
+        let other = with_any_end(description, frame, random);
+        let shown = values(description, &other);
+        assert_eq!(shown, values(description, frame), "{text}\n{other:02X?}");
+        *frame = other;
     }
     let clean = received(description, &frames.concat(), 20, random);
     let whole: Vec<usize> = clean

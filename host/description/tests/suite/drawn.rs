@@ -36,7 +36,11 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
                 // MAVLink's shortest messages have few bytes; some frames must be longer.
                 let rest = *[1, 2, 3, 21].choose(random).unwrap();
                 let count = field.and_then(|field| field.count).unwrap_or(rest);
-                let mut bytes: Vec<u8> = (0..count).map(|_| random.random::<u8>()).collect();
+                let ranges = kind.layout.content();
+                let is_content = |byte: &u8| ranges.iter().any(|(a, b)| (a..=b).contains(&byte));
+                let all = (0..=u8::MAX).filter(|byte| ranges.is_empty() || is_content(byte));
+                let all: Vec<u8> = all.collect();
+                let mut bytes: Vec<u8> = (0..count).map(|_| *all.choose(random).unwrap()).collect();
                 // Zeros at the end would be left out if the message has a view.
                 bytes.last_mut().into_iter().for_each(|byte| *byte |= 1);
                 let mut text = hex::glued(&bytes);
@@ -83,6 +87,21 @@ pub(crate) fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<
     rows.filter_map(Result::ok).collect()
 }
 
+/// A frame that ends with any of its terminators, instead of the first.
+pub(crate) fn with_any_end(
+    description: &Description,
+    frame: &[u8],
+    random: &mut ChaCha8Rng,
+) -> Vec<u8> {
+    let layout = &description.kinds[description.number(frame)].layout;
+    let content = frame.len() - layout.terminator().length;
+    let end = layout.other_terminators().choose(random);
+    match end.filter(|end| random.random() && content + end.len() <= layout.longest()) {
+        Some(end) => [&frame[..content], end].concat(),
+        None => frame.to_vec(),
+    }
+}
+
 /// Between noise that is made of pieces of such frames.
 pub(crate) fn noisy(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
@@ -98,6 +117,19 @@ pub(crate) fn noisy(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     stream
 }
 
+const ENDS: &[&str] = &[
+    "'0D 0A'",
+    "'0A'",
+    "'04 | 1A'",
+    "'0D 0A | 0A'",
+    "'0A | 0D 0A | 0D 0D 0A'",
+];
+const CONTENTS: &[&str] = &[
+    "",
+    "content = '00-FF except 0A 0D'\n",
+    "content = '05-19 1B-FF 00-03 except 0D 0A'\n",
+];
+
 /// A description of any shape; it may contradict itself.
 pub(crate) fn description(random: &mut ChaCha8Rng) -> String {
     let mut text = String::new();
@@ -111,9 +143,10 @@ pub(crate) fn description(random: &mut ChaCha8Rng) -> String {
     match &*length {
         "fixed" => writeln!(text, "length = {}", one_of(&["5", "9", "17", "24", "300"])).unwrap(),
         "terminator" => {
-            let end = one_of(&["'0D 0A'", "'0A'", "'04 | 1A'"]);
-            end_length = if end.contains("0D") { 2 } else { 1 };
+            let end = one_of(ENDS);
+            end_length = if end.starts_with("'0D") { 2 } else { 1 };
             writeln!(text, "terminator = {end}\nlongest = 60").unwrap();
+            write!(text, "{}", one_of(CONTENTS)).unwrap();
             at = sync.matches(|c: char| c.is_ascii_hexdigit()).count() / 2;
         }
         _ => {

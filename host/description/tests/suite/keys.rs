@@ -1,5 +1,6 @@
 //! What the keys of a description mean, each by a frame.
 
+use framelock::{Classification, Format as _};
 use framelock_description::{Description, hex};
 use serde_json::{Value as Json, json};
 
@@ -94,6 +95,15 @@ fn each_key_means_what_it_is_called() {
             "31 2E 35 2C 32 0D 0A",
             "line 1.5,2",
         ),
+        // Of several ends the first is written; content before it.
+        (
+            "sync = '23'\ncontent = '20-7E except 23'\nterminator = '0D 0A | 0A | 0D 0D 0A'\nlongest = 40
+             checksum = { name = 'xor', type = 'hex8', at = -4, from = 1 }
+             fields = [{ name = 'text', at = 1, type = 'text' }, { name = 'last', at = -5, type = 'u8', value = 0x3B }]",
+            json!(["ab c"]),
+            "23 61 62 20 63 3B 37 42 0D 0A",
+            "text ab c",
+        ),
         // Messages by number: the checksum covers a byte that is not sent; and something behind the frame.
         (
             "sync = 'FD'\nlength_field = { at = 1, type = 'u8', plus = 4 }\nlongest = 20
@@ -112,6 +122,33 @@ fn each_key_means_what_it_is_called() {
         assert_eq!(hex::glued(&encoded), frame.replace(' ', ""), "{text}");
         assert_eq!(shown(&description, &encoded), expected, "{text}");
     }
+}
+
+/// Places are counted from the end of the content, whichever terminator follows, and nothing else may be content.
+#[test]
+fn a_frame_may_end_in_several_ways() {
+    let text = "sync = '23'\ncontent = '20-7E except 23'\nterminator = '0D 0A | 0A | 0D 0D 0A'\nlongest = 40
+        checksum = { name = 'xor', type = 'hex8', at = -4, from = 1 }
+        fields = [{ name = 'text', at = 1, type = 'text' }, { name = 'last', at = -5, type = 'u8' }]";
+    let description = Description::parse("my.toml", text).unwrap();
+    for end in ["\r\n", "\n", "\r\r\n"] {
+        let frame = format!("#ab c;7B{end}").into_bytes();
+        let classification = description.format().classify(&frame);
+        assert_eq!(classification, Classification::Frame(frame.len()));
+        assert_eq!(shown(&description, &frame), "text ab c, last 59");
+    }
+    for text in ["ab#c", "ab\nc", "ab\r", "é"] {
+        let encoded = description.encode(&[Some(json!(text)), Some(json!(59))]);
+        assert!(
+            encoded.is_err_and(|why| why.contains("which bytes they contain")),
+            "{text}"
+        );
+    }
+    // Text that would be a part of another terminator.
+    let line = "content = '20-7E'\nterminator = '0D 0A | 0D 0D 0A'\nlongest = 40
+        fields = [{ name = 'text', at = 0, type = 'text' }]";
+    let line = Description::parse("my.toml", line).unwrap();
+    assert!(line.encode(&[Some(json!("ab\r"))]).is_err());
 }
 
 /// Two kinds of a motor's frames: what they have in common is written once.

@@ -48,6 +48,7 @@ fn shipped_frames_keep_the_laws() {
 #[test]
 fn described_frames_come_out_and_their_values_make_them_again() {
     let (mut right, mut without_sync, mut in_all) = (0, 0, 0);
+    let (mut with_content, mut with_other_ends) = (0, 0);
     for seed in 0..1200 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let text = description(&mut random);
@@ -59,6 +60,9 @@ fn described_frames_come_out_and_their_values_make_them_again() {
         let frames: usize = frames.sum();
         assert!(frames > 0, "{seed}: {text}");
         in_all += frames;
+        let layout = &description.kinds[0].layout;
+        with_content += usize::from(!layout.content().is_empty());
+        with_other_ends += usize::from(!layout.other_terminators().is_empty());
         without_sync += usize::from(!text.contains("sync") && text.contains("terminator"));
         if seed % 4 == 0 {
             let mut beginning: Vec<u8> = crate::drawn::frames(&description, &mut random).concat();
@@ -66,6 +70,10 @@ fn described_frames_come_out_and_their_values_make_them_again() {
             check_laws(&description.format(), &mut beginning).unwrap();
         }
     }
+    assert!(
+        with_content > 20 && with_other_ends > 10,
+        "{with_content} {with_other_ends}"
+    );
     assert!(
         right > 200 && without_sync > 8 && in_all > 5_000,
         "{right} {without_sync} {in_all}"

@@ -12,9 +12,9 @@ use framelock_formats::{
 };
 
 /// A layout without a CRC's table, which says nothing about frames.
-fn plain(layout: Layout<'static>) -> Layout<'static> {
+fn plain(layout: &Layout<'static>) -> Layout<'static> {
     let Some(checksum) = layout.checksum() else {
-        return layout;
+        return *layout;
     };
     let algorithm = match checksum.algorithm {
         Algorithm::Crc(crc) => Algorithm::Crc(crc.table(Table::None)),
@@ -52,8 +52,8 @@ fn a_frame_is_described_once() {
             .find(|(shipped, _)| *shipped == name)
             .unwrap();
         let described = Description::parse(name, text).unwrap();
-        let described: Vec<_> = described.format().0.iter().copied().map(plain).collect();
-        let expected: Vec<_> = layouts.iter().copied().map(plain).collect();
+        let described: Vec<_> = described.format().0.iter().map(plain).collect();
+        let expected: Vec<_> = layouts.iter().map(plain).collect();
         assert_eq!(described, expected, "{name}");
     }
 }

@@ -9,8 +9,17 @@ const WRONG: &str = r#"
     sync = "2G" => 1:8: word 1, '2G', has 'G', which is no hex digit
     sync = "" => 1:8: no bytes: leave the key out
     sync = 5 => 1:8: invalid type: integer `5`, expected a string
-    sync = "C8 | EE 01"\nlength = 4 => 1:8: all that a frame may begin or end with must have the same length
-    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: all that a frame may begin or end with must have
+    sync = "C8 | EE 01"\nlength = 4 => 1:8: all that a frame may begin with must have the same length
+    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: other terminators: without a content nothing tells where they begin
+    sync = "24"\nlength = 4\ncontent = "20-7E" => 3:11: content: only frames that a delimiter ends have it
+    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "7E-20" => 4:11: '7E-20' is not a byte, or a range such as 20-7E
+    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20 7" => 4:11: word 1, '7', is not a whole number of bytes
+    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-21 except 20-2F" => 4:11: no bytes: leave the key out
+    sync = "24"\nlongest = 9\nterminator = "0A | 0D 0A"\ncontent = "00-0D" => 4:11: content: a terminator begins with such a byte
+    sync = "24"\nlongest = 9\nterminator = "0A 0D | 0A"\ncontent = "20-7E" => 3:14: other terminators: one begins with another one
+    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-7E"\nshortest = 3\nfields = [{ name = "a", at = 1, type = "u8", value = 7 }] => 6:54: fixed: no byte of the content has these bits
+    sync = "24"\nlongest = 9\nterminator = "0A | 0D 0A"\ncontent = "20-7E"\nfields = [{ name = "a", at = -1, type = "u8" }] => 5:30: a is in the place of the terminator
+    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-7E"\nchecksum = { name = "xor", type = "u8", at = -2 } => 5:12: checksum: it may be bytes that are not content
     length = 4 => 1:1: sync: nothing tells a frame from noise
     sync = "24" => 1:1: nothing ends a frame
     sync = "24"\nlenght = 4 => 2:1: unknown field `lenght`

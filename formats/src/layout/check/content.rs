@@ -1,0 +1,167 @@
+//! The check of a layout's content and of its other terminators.
+
+use super::frame::{agrees_with_content, is_content};
+use super::{get, reject_if};
+use crate::layout::{Contradiction, Encoding, Layout, Length, Part, index};
+
+/// Checks the content and the other terminators by themselves.
+pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> {
+    let has_others = !layout.other_terminators.is_empty();
+    if layout.content.is_empty() {
+        reject_if!(
+            has_others,
+            Part::OtherTerminators,
+            "other terminators: without a content nothing tells where they begin: give a content"
+        );
+        return Ok(());
+    }
+    reject_if!(
+        !matches!(layout.length, Length::Delimiter),
+        Part::Content,
+        "content: only frames that a delimiter ends have it"
+    );
+    let mut rest = layout.content;
+    while let [(first, last), others @ ..] = rest {
+        reject_if!(
+            *first > *last,
+            Part::Content,
+            "content: the first byte of a range is after its last"
+        );
+        rest = others;
+    }
+    let mut number = 0_usize;
+    while let Some(terminator) = nth_terminator(layout, number) {
+        reject_if!(
+            terminator.is_empty(),
+            Part::OtherTerminators,
+            "other terminators: one has no bytes"
+        );
+        reject_if!(
+            is_other(layout, number) && terminator.len() == layout.terminator.length,
+            Part::OtherTerminators,
+            "other terminators: one has the length of the terminator: give it there"
+        );
+        reject_if!(
+            begins_with_content(layout, terminator),
+            Part::Content,
+            "content: a terminator begins with such a byte, so that nothing tells where it begins"
+        );
+        let mut other = 0_usize;
+        while let Some(longer) = nth_terminator(layout, other) {
+            reject_if!(
+                number != other && begins_with(longer, terminator),
+                Part::OtherTerminators,
+                "other terminators: one begins with another one, which ends the frame before it"
+            );
+            other = other.wrapping_add(1);
+        }
+        number = number.wrapping_add(1);
+    }
+    Ok(())
+}
+
+/// Checks that the parts of a frame of `length` bytes may be content, and are before the terminator.
+pub(super) const fn check_content_of_parts(
+    layout: &Layout,
+    length: usize,
+) -> Result<(), Contradiction> {
+    if layout.content.is_empty() {
+        return Ok(());
+    }
+    let end = length.saturating_sub(layout.terminator.length);
+    let (mut number, mut rest) = (0_usize, layout.fixed);
+    while let [bits, others @ ..] = rest {
+        let at = match index(bits.at, length) {
+            Some(at) => at,
+            None => 0,
+        };
+        reject_if!(
+            at >= end,
+            Part::Fixed(number),
+            "fixed: in frames with a content they are before the terminator: give shortest"
+        );
+        reject_if!(
+            at >= layout.sync.length && !agrees_with_content(layout, bits.value, bits.mask),
+            Part::Fixed(number),
+            "fixed: no byte of the content has these bits"
+        );
+        (number, rest) = (number.wrapping_add(1), others);
+    }
+    let Some(checksum) = &layout.checksum else {
+        return Ok(());
+    };
+    let covers_the_end = match index(checksum.to, length) {
+        Some(to) => to >= end,
+        None => false,
+    };
+    reject_if!(
+        covers_the_end,
+        Part::Checksum,
+        "checksum: in frames with a content it covers bytes before the terminator"
+    );
+    let mut is_written = matches!(checksum.encoding, Encoding::Hex);
+    let mut digits: &[u8] = b"0123456789ABCDEF";
+    while let [digit, others @ ..] = digits {
+        is_written &= is_content(layout, *digit);
+        digits = others;
+    }
+    reject_if!(
+        !is_written,
+        Part::Checksum,
+        "checksum: it may be bytes that are not content: write it in hex digits, which are content"
+    );
+    Ok(())
+}
+
+/// Returns one of the terminators, the others last.
+const fn nth_terminator<'a>(layout: &Layout<'a>, number: usize) -> Option<&'a [u8]> {
+    if is_other(layout, number) {
+        return get(
+            layout.other_terminators,
+            number.saturating_sub(count(layout)),
+        );
+    }
+    let length = layout.terminator.length;
+    let at = number.saturating_mul(length);
+    if let Some((_, rest)) = layout.terminator.bytes.split_at_checked(at) {
+        if let Some((terminator, _)) = rest.split_at_checked(length) {
+            return Some(terminator);
+        }
+    }
+    None
+}
+
+const fn is_other(layout: &Layout, number: usize) -> bool {
+    number >= count(layout)
+}
+
+/// Returns the number of terminators that have the same length.
+const fn count(layout: &Layout) -> usize {
+    match layout
+        .terminator
+        .bytes
+        .len()
+        .checked_div(layout.terminator.length)
+    {
+        Some(count) => count,
+        None => 0,
+    }
+}
+
+const fn begins_with_content(layout: &Layout, terminator: &[u8]) -> bool {
+    match terminator {
+        [first, ..] => is_content(layout, *first),
+        [] => false,
+    }
+}
+
+const fn begins_with(longer: &[u8], beginning: &[u8]) -> bool {
+    let (mut longer, mut beginning) = (longer, beginning);
+    while let [wanted, rest @ ..] = beginning {
+        match longer {
+            [byte, others @ ..] if *byte == *wanted => (longer, beginning) = (others, rest),
+            _ => return false,
+        }
+    }
+    true
+}
