@@ -123,7 +123,7 @@ fn has_header_and_terminator(layout: &Layout) -> bool {
 }
 
 /// Any header and any mismatch that there may be.
-fn classified(layout: Layout) -> Classified {
+fn classified<'a>(layout: &Layout<'a>) -> Classified<'a> {
     let has_a_length = layout.length != Length::Delimiter;
     let header = if kani::any() {
         Ok(Header {
@@ -134,11 +134,11 @@ fn classified(layout: Layout) -> Classified {
     } else {
         Err(any_mismatch())
     };
-    kani::assume(layout.longest >= 1 && is_possible(&layout, header));
+    kani::assume(layout.longest >= 1 && is_possible(layout, header));
     let mismatch = kani::any::<bool>().then(any_mismatch);
     kani::assume(mismatch != Some(DiscardReason::NoSync));
     Classified {
-        layout,
+        layout: *layout,
         header,
         mismatch,
         asked: Cell::new(None),
@@ -146,7 +146,7 @@ fn classified(layout: Layout) -> Classified {
 }
 
 /// Laws 1 to 4.
-fn keeps_the_laws<const MOST: usize>(layout: Layout) {
+fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     let bytes: [u8; MOST] = kani::any();
     let layout = classified(layout);
     let longest = layout.layout.longest;
@@ -164,7 +164,7 @@ fn keeps_the_laws<const MOST: usize>(layout: Layout) {
 }
 
 /// Law 5. What was seen is told to [`Layout::frame_of`] alone, and only where the end is to be looked for.
-fn what_was_seen_changes_nothing<const MOST: usize>(layout: Layout) {
+fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     let bytes: [u8; MOST] = kani::any();
     let header = Header {
         length: None,
@@ -189,7 +189,7 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: Layout) {
 /// With two syncs of `SYNC` bytes. The header ends where its last number does, whichever it is.
 fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
     let syncs = kani::any::<[[u8; SYNC]; 2]>();
-    keeps_the_laws::<MOST>(Layout {
+    keeps_the_laws::<MOST>(&Layout {
         sync: patterns(&syncs),
         length: Length::Field(LengthField {
             number: Number {
@@ -256,7 +256,7 @@ macro_rules! delimiters {
             kani::assume(layout.content.is_empty() || !ends.iter().any(ends_before));
             kani::assume(has_header_and_terminator(&layout));
             kani::cover!(!layout.other_terminators.is_empty(), "another terminator");
-            $keeps::<4>(layout);
+            $keeps::<4>(&layout);
         }
     )*};
 }

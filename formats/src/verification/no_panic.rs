@@ -46,7 +46,7 @@ fn in_checking() {
         kani::cover!(
             sum.is_right(&bytes, kani::any(), any_extra(), &Computed),
             "right"
-        )
+        );
     });
 }
 
