@@ -1,9 +1,9 @@
-//! Texts as descriptions: the property is that of the descriptions' own tests.
+//! Parses texts as descriptions. The property is defined in the descriptions' own tests.
 #![no_main]
 
 #[path = "../../host/description/tests/suite/agreement.rs"]
 mod agreement;
-#[allow(dead_code, reason = "random descriptions are for the tests")]
+#[allow(dead_code, reason = "only the tests use random descriptions")]
 #[path = "../../host/description/tests/suite/drawn.rs"]
 mod drawn;
 

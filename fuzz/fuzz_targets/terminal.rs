@@ -7,10 +7,10 @@ use framelock_fuzz_oracles::{LINES, terminal};
 use framelock_host::text_outputs::TextOutputs;
 
 static ALL: LazyLock<Vec<TextOutputs>> =
-    LazyLock::new(|| TextOutputs::all(LINES).expect("they are described rightly"));
+    LazyLock::new(|| TextOutputs::all(LINES).expect("the descriptions are valid"));
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| terminal(bytes, |number, stream| {
     ALL[number % ALL.len()]
         .of(stream)
-        .expect("memory takes all")
+        .expect("writing to memory cannot fail")
 }));

@@ -1,4 +1,4 @@
-//! Target `failsafe`: schedules of frames and time, the wrap of the clock included.
+//! Target `failsafe`: schedules of frames and time, including the wrap of the clock.
 
 use std::num::NonZeroU32;
 
@@ -7,30 +7,30 @@ use framelock::motion::{Demand, Failsafe, FailsafeError, FailsafeParameters, Out
 
 use crate::rest;
 
-/// A failsafe's life.
+/// The parameters of a failsafe, and all that happens to it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Schedule {
-    /// How it behaves; they may contradict each other.
+    /// The failsafe's parameters, which may contradict each other.
     pub parameters: FailsafeParameters<u8, 3>,
     /// The clock's value at the start.
     pub start: u32,
-    /// What happens, in order.
+    /// The events in order.
     pub steps: Vec<ScheduleStep>,
 }
 
-/// What happens next.
+/// One event of a schedule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ScheduleStep {
-    /// This number of ticks passes, and the output is asked for.
+    /// This number of ticks passes, and then the output is read.
     Wait(u32),
-    /// A frame comes, with these demands.
+    /// A frame with these demands arrives.
     Frame([u8; 3]),
 }
 
 impl<'a> Arbitrary<'a> for Schedule {
-    /// The first byte says how wide the four times are: where its bit is set, the time (to hold, to
-    /// ramp, for a unit of pitch, of roll and yaw) has four bytes, else one. Then come the times,
-    /// park, the clock, the steps.
+    /// The first byte determines the widths of four times: to hold, to ramp, per unit of pitch, and
+    /// per unit of roll and yaw. A time has four bytes if its bit is set, and one byte otherwise.
+    /// The times follow, and then park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let wide = u8::arbitrary(u)?;
         let mut time = |bit: u32| {
@@ -58,9 +58,9 @@ impl<'a> Arbitrary<'a> for Schedule {
 }
 
 impl<'a> Arbitrary<'a> for ScheduleStep {
-    /// The first byte modulo 4 says what it is. 0 and 1: a wait, its ticks in the next two bytes. 2: a
-    /// wait, its ticks in the next four. 3: a frame, its setpoint in the next three. Numbers have
-    /// their lowest byte first.
+    /// The first byte modulo 4 determines the event. 0 and 1: a wait, with its ticks in the next
+    /// two bytes. 2: a wait, with its ticks in the next four bytes. 3: a frame, with its setpoint
+    /// in the next three bytes. Numbers are little-endian.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         Ok(match u8::arbitrary(u)? % 4 {
             0 | 1 => Self::Wait(u16::arbitrary(u)?.into()),
@@ -70,13 +70,15 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
     }
 }
 
-/// Contradictory parameters are refused by name. At every time the output is the model's, and every
-/// axis is at park [`FailsafeParameters::parked_after`] the last frame. Asking twice gives the same,
-/// and asking seldom gives what asking often does. With three axes of eight bits; and with six of sixteen,
-/// which go three by three.
+/// Checks that contradictory parameters are rejected with an error that names one of them. At every
+/// time the output must equal the model's, and every axis must be at park
+/// [`FailsafeParameters::parked_after`] the last frame. Reading the output twice must give the same
+/// result, and reading it rarely must give the same result as reading it often. All this is checked
+/// with three axes of eight bits and with six axes of sixteen bits, which take the three demands of
+/// a frame twice.
 ///
 /// # Panics
-/// If the schedule shows a bug.
+/// The schedule shows a bug.
 pub fn failsafe(schedule: &Schedule) {
     let parameters = schedule.parameters;
     check(schedule, parameters, |demands| demands);
@@ -93,13 +95,13 @@ pub fn failsafe(schedule: &Schedule) {
     check(schedule, six_axes, wide);
 }
 
-/// With these axes; `demands` makes theirs of a frame's.
+/// Checks the schedule with these axes. `demands` converts a frame's demands to theirs.
 fn check<D: Demand + Into<u16>, const AXES: usize>(
     schedule: &Schedule,
     parameters: FailsafeParameters<D, AXES>,
     demands: impl Fn([u8; 3]) -> [D; AXES],
 ) {
-    let refusal = if parameters.hold_after == 0 {
+    let rejection = if parameters.hold_after == 0 {
         Some((FailsafeError::HoldAtOnce, "hold_after"))
     } else if parameters.ramp_after < parameters.hold_after {
         Some((FailsafeError::RampBeforeHold, "ramp_after"))
@@ -108,18 +110,19 @@ fn check<D: Demand + Into<u16>, const AXES: usize>(
     };
     match Failsafe::new(parameters, schedule.start) {
         Err(error) => {
-            let (expected, named) = refusal.unwrap_or_else(|| panic!("{error}: {parameters:?}"));
+            let (expected, named) = rejection.unwrap_or_else(|| panic!("{error}: {parameters:?}"));
             assert_eq!(error, expected, "{parameters:?}");
             assert!(error.to_string().contains(named), "{error}");
         }
         Ok(failsafe) => {
-            assert_eq!(refusal, None, "{parameters:?}");
+            assert_eq!(rejection, None, "{parameters:?}");
             run(failsafe, schedule, parameters, demands);
         }
     }
 }
 
-/// One failsafe is asked at every step, one only at frames and before its clock has wrapped.
+/// Reads the output of one failsafe at every step, and that of another only at frames and before
+/// its clock wraps.
 fn run<D: Demand + Into<u16>, const AXES: usize>(
     failsafe: Failsafe<D, AXES>,
     schedule: &Schedule,
@@ -147,7 +150,7 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
                 }
                 unasked += ticks;
                 clock = clock.wrapping_add(ticks);
-                // Tick by tick, if they are few.
+                // Step the model tick by tick if there are few ticks.
                 match ticks {
                     0..100 => (0..ticks).for_each(|_| model.wait(1)),
                     _ => model.wait(ticks.into()),
@@ -170,15 +173,15 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
     }
 }
 
-/// The protocol's rules (S1, S2, S3), with ticks that do not wrap.
+/// A model of the protocol's rules (S1, S2, S3), whose ticks do not wrap.
 struct Model<D, const AXES: usize> {
     parameters: FailsafeParameters<D, AXES>,
     park: [u16; AXES],
-    /// Ticks since the last frame; endless before the first.
+    /// Ticks since the last frame; the maximum before the first frame.
     silence: u64,
     demand: [u16; AXES],
     position: [u16; AXES],
-    /// Of each axis, ticks since the last unit of its way.
+    /// For each axis, the ticks since its last unit of movement.
     since_unit: [u64; AXES],
 }
 
@@ -205,8 +208,8 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
         self.approach(self.park, ramping);
     }
 
-    /// A unit in each `ticks_per_unit`, up to the target. What makes no unit counts for the next one,
-    /// unless the axis is there.
+    /// Moves each axis towards the target by one unit per `ticks_per_unit`. Remaining ticks count
+    /// for the next unit, unless the axis has reached the target.
     fn approach(&mut self, target: [u16; AXES], ticks: u64) {
         if ticks == 0 {
             return;
@@ -254,7 +257,7 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
 mod tests {
     use super::*;
 
-    /// The corpus is written in this layout.
+    /// The files of the corpus have this layout.
     #[test]
     fn bytes_are_read_as_a_schedule() {
         let bytes = b"\x05\x14\x00\x00\x00\x32\x01\x02\x00\x00\x0A\x0B\xAAbc\xFF\xFF\xFF\xFF\

@@ -1,4 +1,5 @@
-//! Target `faults`: frames as they were sent, what the line did to them, and what must arrive.
+//! Target `faults`: frames as they were sent, the faults of the line, and the frames that must
+//! arrive.
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::lecture::Lecture;
@@ -10,21 +11,21 @@ use crate::outcome::Outcome;
 use crate::parser::OfSetpoints;
 use crate::rest;
 
-/// The most bytes that a line carries. What would be more is not sent.
+/// The greatest number of bytes that a line carries. Frames beyond this limit are not sent.
 const LONGEST: usize = 1024;
 
 /// Frames on a line with faults.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct FaultyLine {
-    /// The frames are BIN-CRC8's, else BIN's.
+    /// True for frames of BIN-CRC8, false for frames of BIN.
     has_checksum: bool,
     steps: Vec<Step>,
 }
 
-/// What happens next. `at` is a place in what the line carries so far, modulo its length.
+/// One step. `at` is a position among the bytes on the line so far, modulo their number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Step {
-    /// A frame is sent, several times without pause.
+    /// Sends a frame several times without pause.
     Send {
         payload: [u8; 4],
         times: u8,
@@ -32,13 +33,13 @@ enum Step {
     Lose {
         at: u16,
     },
-    /// Inverts these bits of `length` bytes. Here `at` is not modulo the line's length.
+    /// Inverts these bits of `length` bytes. Only here, `at` is not taken modulo the line's length.
     Invert {
         at: u16,
         bits: u8,
         length: u8,
     },
-    /// A byte appears that nobody sent.
+    /// Inserts a byte that nobody sent.
     Insert {
         at: u16,
         byte: u8,
@@ -46,14 +47,14 @@ enum Step {
     Duplicate {
         at: u16,
     },
-    /// The UART notices that the byte is bad: a line event in its place.
+    /// The UART detects a bad byte and reports a line event in its place.
     Event {
         at: u16,
     },
 }
 
 impl<'a> Arbitrary<'a> for FaultyLine {
-    /// The first byte's lowest bit says which format.
+    /// The lowest bit of the first byte determines the format.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         Ok(Self {
             has_checksum: u8::arbitrary(u)? % 2 == 1,
@@ -63,9 +64,9 @@ impl<'a> Arbitrary<'a> for FaultyLine {
 }
 
 impl<'a> Arbitrary<'a> for Step {
-    /// The first byte modulo 8 says what it is; then come the fields, places as two bytes with the
-    /// lower first. An eighth of the first byte, plus 1, is how often a frame is sent, or how many
-    /// bytes a burst inverts.
+    /// The first byte modulo 8 determines the step. The step's fields follow; positions are two
+    /// bytes, little-endian. An eighth of the first byte, plus 1, is the number of times that a
+    /// frame is sent, or the number of bytes that a burst inverts.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         let number = first / 8 + 1;
@@ -93,18 +94,19 @@ impl<'a> Arbitrary<'a> for Step {
     }
 }
 
-/// A byte as it is received.
+/// A byte that the receiver gets.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Received {
     byte: u8,
-    /// The number of the frame, the place in it and the byte that was sent; `None` if nobody sent it.
+    /// The number of the frame, the byte's index in it and the byte's value when it was sent;
+    /// `None` if nobody sent the byte.
     sent: Option<(usize, usize, u8)>,
-    /// A line event comes before it.
+    /// True if a line event comes before this byte.
     behind_event: bool,
 }
 
 impl FaultyLine {
-    /// What the receiver gets.
+    /// Returns the bytes that the receiver gets.
     fn received(&self) -> Vec<Received> {
         let mut line = Vec::new();
         let mut number = 0;
@@ -155,7 +157,7 @@ fn lose(line: &mut Vec<Received>, at: u16, is_event: bool) {
     }
 }
 
-/// The byte, or else the one that is there once more.
+/// Inserts the byte, or a copy of the byte at this position if `byte` is `None`.
 fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
     let place = usize::from(at).checked_rem(line.len()).unwrap_or(0);
     let byte = byte.or(line.get(place).map(|received| received.byte));
@@ -170,16 +172,18 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
     }
 }
 
-/// * The frames committed are the reference's, for the receiver and the lecture's machine. None holds
-///   bytes from both sides of a line event.
-/// * A frame that arrives whole is delivered with its last byte; or else there was one commit with
-///   an earlier byte of it, a CR of its payload (theorem 7).
-/// * The first frame behind a line event, or at the start, is delivered.
-/// * What was delivered, sent again, is delivered again.
+/// Checks these properties:
+///
+/// * The commits of the receiver and of the lecture's machine are those of the reference. No
+///   committed frame contains bytes from both sides of a line event.
+/// * A frame that arrives intact is committed with its last byte, unless there was one commit with
+///   an earlier byte of this frame, namely a CR of its payload (theorem 7).
+/// * The first frame after a line event or at the start is committed.
+/// * A committed setpoint that is sent again is committed again.
 /// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not committed.
 ///
 /// # Panics
-/// If the line shows a bug.
+/// The line shows a bug.
 pub fn faults(line: &FaultyLine) {
     let received = line.received();
     if line.has_checksum {
@@ -192,7 +196,8 @@ pub fn faults(line: &FaultyLine) {
     }
 }
 
-/// Commits, with the indices of their last bytes: those of the reference.
+/// Returns the commits with the indices of their last bytes, after comparing them with those of the
+/// reference.
 fn commits<P, F>(line: &[Received]) -> Vec<(usize, Setpoint)>
 where
     P: OfSetpoints,
@@ -254,7 +259,8 @@ where
     }
 }
 
-/// If these are a frame's bytes, each of them and nothing between: in each the number of wrong bits.
+/// Returns the number of wrong bits in each byte, if the bytes are all bytes of one frame with
+/// nothing between them.
 fn wrong_bits(frame: &[Received]) -> Option<Vec<u32>> {
     let (number, ..) = frame.first()?.sent?;
     let places = frame.iter().enumerate();
@@ -268,8 +274,8 @@ fn wrong_bits(frame: &[Received]) -> Option<Vec<u32>> {
     wrong.collect()
 }
 
-/// A frame that arrived whole; `before` are the places of it at which there was a commit before its
-/// last byte.
+/// Checks a frame that arrived intact. `before` contains the positions in the frame at which there
+/// was a commit before the frame's last byte.
 fn check_whole(
     frame: &[Received],
     is_at_start: bool,
@@ -297,7 +303,7 @@ fn check_whole(
 mod tests {
     use super::*;
 
-    /// The corpus is written in this layout.
+    /// The files of the corpus have this layout.
     #[test]
     fn bytes_are_read_as_steps() {
         let bytes = b"\x01\x10wxyz\x02\x05\x00\x03\x06\x00\x80\x04\x07\x01q\x05\x02\x00\x1E\x01\x00\xFF\x07\x09\x00";
@@ -331,9 +337,10 @@ mod tests {
         );
     }
 
-    /// So that what must survive is checked, and not passed over.
+    /// Checks that the line records its faults correctly. Otherwise, checks of intact frames could
+    /// be skipped unnoticed.
     #[test]
-    fn a_line_knows_what_became_of_what_was_sent() {
+    fn the_line_records_what_happened_to_each_byte() {
         let line = FaultyLine {
             has_checksum: false,
             steps: vec![

@@ -1,5 +1,5 @@
-//! Target `formats`: a line with frames of one of the shipped formats on it, cut into slices anywhere, with
-//! faults and line events.
+//! Target `formats`: frames of a shipped format on a line with faults and line events. The stream
+//! is cut into slices anywhere.
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::{Classification, FixedFormat, Format, Found, LineEvent, Receiver};
@@ -21,32 +21,33 @@ use crate::protocol::{DIALECT, Protocol};
 use crate::rest;
 use crate::stream::{Stream, StreamStep};
 
-/// A format, and what its line carries.
+/// A format and the contents of its line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct FormatLine {
-    /// Which format.
+    /// The format.
     pub protocol: Protocol,
-    /// What comes, in order.
+    /// The steps in order.
     pub steps: Vec<FormatStep>,
 }
 
-/// What comes next.
+/// One step of a stream.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum FormatStep {
     /// These bytes, in one slice.
     Slice(Vec<u8>),
-    /// A frame made of these bytes, of which one is lost or changed if there is a fault, in slices of so many bytes.
+    /// A frame made of these bytes, with a fault in one byte if there is a [`Fault`]. The frame
+    /// arrives in slices of this many bytes.
     Frame(Vec<u8>, Option<Fault>, u8),
     /// A line event.
     Silence,
 }
 
-/// What happens to a byte of a frame.
+/// A fault in one byte of a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Fault {
-    /// The byte's place, modulo the frame's length.
+    /// The byte's position, modulo the frame's length.
     pub place: u8,
-    /// The bits that are inverted; if none are, the byte is lost.
+    /// The bits that are inverted. If no bit is set, the byte is lost.
     pub inverted: u8,
 }
 
@@ -71,9 +72,9 @@ impl<'a> Arbitrary<'a> for FormatLine {
 }
 
 impl<'a> Arbitrary<'a> for FormatStep {
-    /// The first byte modulo 4 says what it is. 0: a slice, its length in the next byte. 1: a frame made of as many bytes as the
-    /// next one says, in slices of a quarter of the first. 2: the same, and behind it the fault's place and bits.
-    /// 3: silence.
+    /// The first byte modulo 4 determines the step. 0: a slice, with its length in the next byte.
+    /// 1: a frame, made of as many bytes as the next byte says, in slices of a quarter of the first
+    /// byte. 2: the same, followed by the fault's position and bits. 3: silence.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         if first % 4 == 3 {
@@ -92,11 +93,12 @@ impl<'a> Arbitrary<'a> for FormatStep {
     }
 }
 
-/// Pushed, and fed in slices, the receiver finds what the reference does; and at each place of the stream the format says that a
-/// frame begins there if and only if what this file says of its protocol, bit by bit, does.
+/// Checks that the receiver finds the same as the reference, both if bytes are pushed and if slices
+/// are fed. At each position of the stream, the format must find a frame if and only if the
+/// independent definition of its protocol in `protocol.rs` does.
 ///
 /// # Panics
-/// If the line shows a bug.
+/// The line shows a bug.
 pub fn formats(line: &FormatLine) {
     let steps = &line.steps;
     match line.protocol {
@@ -135,7 +137,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
     as_the_reference::<_, N>(|| Frames(format), &Stream(stream), || 0);
 }
 
-/// The bytes between silences.
+/// Returns the bytes between silences.
 fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = Vec<u8>> {
     let stretches = steps.split(|step| *step == FormatStep::Silence);
     stretches.map(move |steps| {
@@ -144,7 +146,7 @@ fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = V
     })
 }
 
-/// The small receiver finds the same frames, none later.
+/// Checks that the small receiver finds the same frames at the same positions.
 fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     for bytes in stretches(steps, Protocol::SixAxes) {
         let mut expected = Vec::new();
@@ -167,7 +169,7 @@ fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     }
 }
 
-/// The same frames for a receiver of any layout.
+/// The six-axes format for a receiver of any layout.
 #[derive(Clone, Copy)]
 struct SixAxesByLayout;
 

@@ -1,4 +1,4 @@
-//! Target `framing`: formats of any length, lawful and lawless, and a stream of any bytes.
+//! Target `framing`: formats of any length, lawful and unlawful, and a stream of any bytes.
 
 use std::cell::Cell;
 
@@ -9,11 +9,11 @@ use framelock_proofs::reference::framed;
 use crate::outcome::{Counted, add, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
 
-/// A format that nobody would think of, and a stream.
+/// A random format, and a stream.
 #[derive(Debug)]
 pub struct AnyFormat {
     seed: u32,
-    /// Of 16 beginnings so many go on.
+    /// The number of beginnings, out of 16, that are classified as incomplete.
     patience: u8,
     stream: Stream,
 }
@@ -28,11 +28,11 @@ impl<'a> Arbitrary<'a> for AnyFormat {
     }
 }
 
-/// The receiver finds what the naive reference does in streams of any lawful format, pushed and fed;
-/// with a lawless one no byte is lost from the accounts.
+/// Checks that the receiver finds the same as the naive reference in streams of any lawful format,
+/// both pushed and fed. With an unlawful format, checks that every byte is still counted once.
 ///
 /// # Panics
-/// If the input shows a bug.
+/// The input shows a bug.
 pub fn framing(input: &AnyFormat) {
     lengths::<1, 1>(input);
     lengths::<2, 3>(input);
@@ -50,12 +50,13 @@ fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) {
     accounted_for::<LONGEST, N>(|| format(false), &input.stream);
 }
 
-/// What is found, bytes that are discarded one behind the other for the same reason at once.
+/// The findings in order. Consecutive bytes discarded for the same reason are one finding.
 #[derive(Default)]
 struct Findings(Vec<Found<usize>>);
 
 impl Findings {
-    /// Of what the receiver finds: its message is the frame, which must be the next of `stream`.
+    /// Adds a finding of the receiver. Its message is the frame, which must be the next bytes of
+    /// `stream`.
     fn receive(&mut self, stream: &[u8], found: Found<&[u8]>) {
         let place = self.bytes();
         let end = place + found.bytes();
@@ -77,9 +78,10 @@ fn reference<F: Format>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<u
     (findings.0, pending)
 }
 
-/// A receiver of the format, fed with the stream as it is cut and pushed byte by byte, finds what
-/// the reference does, and counts it. `questions` gives how often the format was asked about more than
-/// whether a byte starts a frame, since the last call.
+/// Checks that a receiver of the format finds and counts the same as the reference. One receiver is
+/// fed with the slices of the stream, another gets every byte pushed. `questions` returns the
+/// number of classifications since its last call, not counting questions whether a byte can start a
+/// frame.
 pub(crate) fn as_the_reference<F, const N: usize>(
     format: impl Fn() -> F,
     Stream(steps): &Stream,
@@ -119,7 +121,10 @@ pub(crate) fn as_the_reference<F, const N: usize>(
                     "{late} late: {steps:02X?}"
                 );
             }
-            assert!(questions() <= 1, "one question a byte: {steps:02X?}");
+            assert!(
+                questions() <= 1,
+                "at most one classification per byte: {steps:02X?}"
+            );
             assert!(pushed.pending() < F::LONGEST, "{steps:02X?}");
         }
         while let Some(frame) = pushed.poll() {
@@ -131,7 +136,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             match slice {
                 &[byte] => {
                     let _ = line.push(byte);
-                    // Between the slices what is left may be polled, or not.
+                    // Poll the remaining frames between slices in some cases only.
                     while byte % 2 == 1 && line.poll().is_some() {}
                 }
                 [first, ..] if first % 2 == 1 => {
@@ -170,7 +175,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
         let places = counters.frame_bytes + counters.discarded.total() + as_counter(line.pending());
         assert_eq!(
             counters.bytes, places,
-            "every byte has one place: {steps:02X?}"
+            "every byte is counted once: {steps:02X?}"
         );
         if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
             return;
@@ -204,7 +209,7 @@ impl<F: Format> Format for Frames<F> {
     }
 }
 
-/// The places behind the frames.
+/// Returns the index after each frame's last byte.
 fn ends(findings: &[Found<usize>]) -> Vec<usize> {
     let end = |found: &Found<usize>| match *found {
         Found::Frame {
@@ -215,7 +220,8 @@ fn ends(findings: &[Found<usize>]) -> Vec<usize> {
     findings.iter().filter_map(end).collect()
 }
 
-/// Whatever the format says: each byte is in one finding or pending, in order, and one question a byte.
+/// Checks for any format that each byte is in one finding or pending, in order, and that each byte
+/// causes at most one classification.
 fn accounted_for<const LONGEST: usize, const N: usize>(
     format: impl Fn() -> Drawn<LONGEST>,
     Stream(steps): &Stream,
@@ -257,22 +263,22 @@ fn accounted_for<const LONGEST: usize, const N: usize>(
 }
 
 std::thread_local! {
-    /// How often a [`Drawn`] format was asked about more than a start.
+    /// The number of classifications that [`Drawn`] formats have made.
     static QUESTIONS: Cell<usize> = const { Cell::new(0) };
 }
 
-/// A format whose classification of some bytes is drawn by lot, the same for the same bytes.
+/// A format whose classification of bytes is random, but always the same for the same bytes.
 #[derive(Clone, Copy)]
 struct Drawn<const LONGEST: usize> {
     seed: u32,
     patience: u8,
-    /// If not, it says anything.
+    /// False if the format may classify bytes without any consistency.
     is_lawful: bool,
 }
 
 impl<const LONGEST: usize> Drawn<LONGEST> {
     fn draw(self, bytes: &[u8]) -> Classification {
-        // FNV-1a, and its upper half, which is mixed best.
+        // FNV-1a, of which the upper half is mixed best.
         let start = 0xCBF2_9CE4_8422_2325 ^ u64::from(self.seed);
         let hash = bytes.iter().fold(start, |hash, &byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3)
@@ -314,7 +320,9 @@ impl<const LONGEST: usize> Format for Drawn<LONGEST> {
     const LONGEST: usize = LONGEST;
     type Message<'a> = &'a [u8];
 
-    /// Lawful: what is drawn for the first byte; if that is incomplete, for as many as it takes.
+    /// Classifies the bytes. A lawful format draws a classification for the first byte. As long as
+    /// the result is incomplete, the format draws again for the number of bytes that the result
+    /// asks for.
     fn classify(&self, bytes: &[u8]) -> Classification {
         let mut known = if self.is_lawful { 1 } else { bytes.len() };
         loop {

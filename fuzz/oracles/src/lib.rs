@@ -1,15 +1,15 @@
-//! What fuzz targets and property tests check: one function for each property.
+//! The properties that fuzz targets and property tests check: one function for each property.
 //!
-//! A function takes a structured input and panics if the input shows a bug. It knows nothing of who
-//! made the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`core/tests`), or the committed corpora,
-//! which the tests here replay on stable Rust. So an input that has once shown a bug is tried ever
-//! after.
+//! Each function takes a structured input and panics if the input shows a bug. The function does
+//! not depend on the source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`core/tests`),
+//! or the committed corpora, which the tests here replay on stable Rust. An input that has once
+//! shown a bug is therefore checked ever after.
 //!
-//! The naive reference, [`mod@framelock_proofs::reference`], says what is right.
+//! The naive reference, [`mod@framelock_proofs::reference`], defines the correct results.
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "what goes wrong is what an oracle would find"
+    reason = "a panic is a finding of the oracle"
 )]
 
 mod failsafe;
@@ -35,10 +35,11 @@ pub use terminal::{LINES, is_harmless, terminal};
 
 use arbitrary::{Arbitrary, Unstructured};
 
-/// A fuzz target: what it does with the fuzzer's bytes.
+/// A fuzz target as a function of the fuzzer's bytes.
 pub type Target = fn(&[u8]);
 
-/// Every target by name, but for `terminal`: the command line, which it is about, is compiled for its own tests only.
+/// All targets by name, except `terminal` and `description`. They depend on the command line and on
+/// descriptions, which are compiled only for their own tests.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes| structured(bytes, parser)),
     ("faults", |bytes| structured(bytes, faults)),
@@ -48,14 +49,15 @@ pub const TARGETS: [(&str, Target); 6] = [
     ("formats", |bytes| structured(bytes, formats)),
 ];
 
-/// As `libfuzzer_sys::fuzz_target!` does it. Bytes that are too few are no input.
+/// Runs a check like `libfuzzer_sys::fuzz_target!`. Ignores inputs that have too few bytes.
 fn structured<'a, Input: Arbitrary<'a>>(bytes: &'a [u8], check: fn(&Input)) {
     if let Ok(input) = Input::arbitrary_take_rest(Unstructured::new(bytes)) {
         check(&input);
     }
 }
 
-/// All that the bytes left over make. What they leave at the end, too few for one more, is ignored.
+/// Returns all values that the remaining bytes make. Ignores bytes at the end that are too few for
+/// another value.
 fn rest<'a, T: Arbitrary<'a>>(u: &mut Unstructured<'a>) -> Vec<T> {
     let mut all = Vec::new();
     while !u.is_empty()

@@ -1,20 +1,20 @@
-//! What the naive reference makes of a stream, in the core's words.
+//! The naive reference's result for a stream, in the core's types.
 
 use framelock::motion::Setpoint;
 use framelock::{Counters, DiscardReason, Found, LineEvent};
 use framelock_proofs::reference::{Format, whole_buffer};
 
-/// What a parser must report of a stream that it takes after a reset.
+/// The result that a parser must report for a stream after a reset.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Outcome {
-    /// In order. Bytes that are discarded one behind the other for the same reason stand once.
+    /// The findings in order. Consecutive bytes discarded for the same reason are one finding.
     pub(crate) found: Vec<Found<Setpoint>>,
-    /// Bytes at the end that may yet become a frame.
+    /// The number of bytes at the end that may still become a frame.
     pub(crate) pending: usize,
 }
 
 impl Outcome {
-    /// By the reference.
+    /// Returns the reference's result.
     pub(crate) fn expected<F: Format>(bytes: &[u8]) -> Self {
         let mut outcome = Self::default();
         outcome.pending = whole_buffer::<F>(bytes, |found| {
@@ -27,7 +27,7 @@ impl Outcome {
         add(&mut self.found, found);
     }
 
-    /// Each setpoint with the index of its frame's last byte.
+    /// Returns each setpoint with the index of its frame's last byte.
     pub(crate) fn frames(&self) -> Vec<(usize, Setpoint)> {
         let mut end = 0;
         let frame = |found: &Found<Setpoint>| {
@@ -38,7 +38,7 @@ impl Outcome {
     }
 }
 
-/// Adds what is found next; bytes that are discarded for the same reason as those before go with them.
+/// Adds the next finding. Joins discarded bytes with the previous ones if the reason is the same.
 pub(crate) fn add<Message>(all: &mut Vec<Found<Message>>, found: Found<Message>) {
     if let Found::Discarded {
         count: more, why, ..
@@ -54,21 +54,21 @@ pub(crate) fn add<Message>(all: &mut Vec<Found<Message>>, found: Found<Message>)
     }
 }
 
-/// Returns a number of bytes as the counters have it. The streams are short.
+/// Converts a number of bytes to the type of the counters. The streams are short.
 pub(crate) fn as_counter(bytes: usize) -> u32 {
     u32::try_from(bytes).expect("fewer than 4 GiB")
 }
 
-/// What must be counted.
+/// The counters that a line must report.
 #[derive(Default)]
 pub(crate) struct Counted {
     pub(crate) counters: Counters,
-    /// Bytes were discarded since the last frame.
+    /// True if bytes were discarded since the last frame.
     lost: bool,
 }
 
 impl Counted {
-    /// The bytes since the last line event, and what became of them.
+    /// Counts the bytes since the last line event, and their outcomes.
     pub(crate) fn add<Message>(&mut self, bytes: usize, found: &[Found<Message>]) {
         self.counters.bytes += as_counter(bytes);
         for found in found {
@@ -100,7 +100,8 @@ impl Counted {
         self.lost |= count > 0;
     }
 
-    /// The line event behind them. What it discards is counted by [`Self::discarded`].
+    /// Counts the line event that follows the bytes. [`Self::discarded`] counts the bytes that the
+    /// event discards.
     pub(crate) fn line_event(&mut self, event: LineEvent) {
         let events = &mut self.counters.events;
         *match event {

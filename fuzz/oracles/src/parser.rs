@@ -1,4 +1,4 @@
-//! Target `parser`: a stream, cut into slices anywhere, with line events anywhere.
+//! Target `parser`: a stream that is cut into slices anywhere and contains line events anywhere.
 
 use std::fmt::Debug;
 
@@ -10,12 +10,12 @@ use framelock_proofs::reference::{self, Format};
 use crate::outcome::{Counted, Outcome, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
 
-/// Every machine reports of the stream what the reference does: the frames, their places, which bytes
-/// were discarded and why. Byte by byte and slice by slice is the same, wherever the stream is cut;
-/// nothing reaches across a line event; every byte and event is counted, once.
+/// Checks that every machine reports the same as the reference: the frames, their positions, the
+/// discarded bytes and the reasons. Bytes and slices must give the same result, wherever the stream
+/// is cut. No frame may reach across a line event, and every byte and event must be counted once.
 ///
 /// # Panics
-/// If the stream shows a bug.
+/// The stream shows a bug.
 pub fn parser(stream: &Stream) {
     check::<Receiver<Bin>, reference::Bin>(stream);
     check::<Lecture, reference::Lecture>(stream);
@@ -35,10 +35,11 @@ where
     P: OfSetpoints + Copy + PartialEq + Debug,
     F: Format,
 {
-    // By slices, some of them pulled, and of these the shortest by bytes.
+    // Long slices are fed, or in some cases pulled with `messages`. Short slices are pushed byte by
+    // byte.
     let mut line = Line::new(P::default());
     let mut counted = Counted::default();
-    // A line event makes the rest of the stream a stream of its own.
+    // A line event makes the rest of the stream a new stream.
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = bytes_of(stretch);
         let expected = Outcome::expected::<F>(&bytes);
@@ -79,46 +80,46 @@ where
         assert_eq!(
             counters.bytes,
             counters.frame_bytes + counters.discarded.total() + as_counter(line.pending()),
-            "every byte has one place: {steps:02X?}"
+            "every byte is counted once: {steps:02X?}"
         );
     }
 }
 
-/// Byte by byte, with what is discarded and without: a frame in the step that takes its last byte, less
-/// than a frame pending at any time.
+/// Pushes the bytes one at a time, with and without reports of discarded bytes. Checks that each
+/// frame comes with its last byte and that the pending bytes are always fewer than a frame.
 fn push<P, F>(bytes: &[u8], expected: &Outcome) -> P
 where
     P: OfSetpoints + PartialEq + Debug,
     F: Format,
 {
-    let (mut parser, mut telling) = (P::default(), P::default());
+    let (mut parser, mut reporting) = (P::default(), P::default());
     let mut frames = Vec::new();
-    let mut told = Outcome::default();
+    let mut reported = Outcome::default();
     for (index, &byte) in bytes.iter().enumerate() {
         let setpoint = parser.push(byte);
         frames.extend(setpoint.map(|setpoint| (index, setpoint)));
         assert!(parser.pending() < F::LENGTH, "{bytes:02X?}");
 
         let mut length = None;
-        let setpoint = telling.push_with(byte, |one| match one {
+        let setpoint = reporting.push_with(byte, |one| match one {
             framelock::Found::Discarded { count, why, .. } => {
-                told.add(framelock::Found::discarded(count, why));
+                reported.add(framelock::Found::discarded(count, why));
             }
             framelock::Found::Frame { length: bytes, .. } => length = Some(bytes),
         });
         assert_eq!(length.is_some(), setpoint.is_some(), "{bytes:02X?}");
         if let (Some(length), Some(setpoint)) = (length, setpoint) {
-            told.add(framelock::Found::frame(length, setpoint));
+            reported.add(framelock::Found::frame(length, setpoint));
         }
-        assert_eq!(telling, parser, "{bytes:02X?}");
+        assert_eq!(reporting, parser, "{bytes:02X?}");
     }
-    told.pending = telling.pending();
+    reported.pending = reporting.pending();
     assert_eq!(frames, expected.frames(), "pushed: {bytes:02X?}");
-    assert_eq!(&told, expected, "pushed: {bytes:02X?}");
+    assert_eq!(&reported, expected, "pushed: {bytes:02X?}");
     parser
 }
 
-/// Slice by slice.
+/// Feeds the slices one after another.
 fn feed<P: OfSetpoints>(slices: &[StreamStep]) -> (P, Outcome) {
     let mut parser = P::default();
     let mut outcome = Outcome::default();

@@ -1,7 +1,8 @@
-//! The shipped formats once more, bit by bit: what a frame of each begins and ends with, and its checksum.
+//! An independent definition of the shipped formats: the beginning, the end and the checksum of
+//! their frames. Checksums are calculated bit by bit.
 #![allow(
     clippy::cast_possible_truncation,
-    reason = "sums are taken modulo 256, lengths fit"
+    reason = "sums are taken modulo 256, and lengths fit"
 )]
 
 use framelock_formats::layout::{KnownMessage, Layout};
@@ -22,7 +23,7 @@ pub enum Protocol {
     SixAxes,
 }
 
-/// HEARTBEAT, ATTITUDE, and two with the longest payload.
+/// HEARTBEAT, ATTITUDE, and two messages with the longest payload.
 pub(crate) const DIALECT: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
     KnownMessage::with_extra(0x03, 7, 255),
@@ -40,7 +41,7 @@ fn definition(id: u32) -> Option<(u8, u8)> {
 }
 
 impl Protocol {
-    /// What framelock says of it.
+    /// Returns framelock's own layout of the protocol.
     fn layout(self) -> Layout<'static> {
         match self {
             Self::Sbus => sbus::LAYOUT,
@@ -55,7 +56,8 @@ impl Protocol {
         }
     }
 
-    /// A frame with one byte spoilt that the layout knows is itself again, once it is sealed.
+    /// Checks that sealing restores a frame in which one byte was corrupted that the layout
+    /// determines.
     pub(crate) fn seals_again(self, frame: &[u8]) {
         if self.begins(frame) != Some(frame.len()) {
             return;
@@ -79,7 +81,7 @@ impl Protocol {
         assert_eq!(sealed, frame);
     }
 
-    /// The length of the frame that the bytes begin with.
+    /// Returns the length of the frame with which the bytes begin, if there is one.
     pub(crate) fn begins(self, bytes: &[u8]) -> Option<usize> {
         let &first = bytes.first()?;
         let &second = bytes.get(1)?;
@@ -157,7 +159,8 @@ impl Protocol {
         is_one.then_some(length)
     }
 
-    /// A frame with these bytes in it, as far as they fit, and zeros where there are too few.
+    /// Returns a frame that contains as many of these bytes as fit, followed by zeros if there are
+    /// too few.
     pub(crate) fn frame(self, bytes: &[u8]) -> Vec<u8> {
         let filled = |length: usize| {
             let mut filled = bytes.to_vec();
@@ -218,7 +221,7 @@ impl Protocol {
         (0xFFFF - sum).to_le_bytes()
     }
 
-    /// A CRC that takes each byte from its highest bit on, beginning with 0.
+    /// Returns a CRC that processes each byte from its most significant bit and begins with 0.
     fn crc(bytes: &[u8], width: u32, polynomial: u32) -> u32 {
         let mut register = 0_u32;
         for &byte in bytes {

@@ -1,4 +1,5 @@
-//! Target `reader`: the core's `Reader`, blocking and async, at a UART that gives slices and errors.
+//! Target `reader`: the core's `Reader`, blocking and async, with a UART that returns slices and
+//! errors.
 
 use std::fmt::Debug;
 use std::pin::pin;
@@ -14,14 +15,15 @@ use crate::outcome::{Counted, Outcome};
 use crate::parser::OfSetpoints;
 use crate::stream::{Stream, StreamStep, bytes_of};
 
-/// A UART's driver: it gives the slices, and an error for each line event.
+/// A UART's driver. It returns the bytes of the slices, and an error for each line event.
 struct Driver<'a> {
     steps: std::slice::Iter<'a, StreamStep>,
-    /// What is left of a slice.
+    /// The rest of the current slice.
     bytes: &'a [u8],
 }
 
-/// An idle gap costs no bytes; all other events are overruns.
+/// Returns the driver's error for a line event. An idle gap loses no bytes; all other events count
+/// as overruns.
 fn error(event: LineEvent) -> ErrorKind {
     if event == LineEvent::Idle {
         ErrorKind::TimedOut
@@ -54,19 +56,20 @@ impl embedded_io_async::Read for Driver<'_> {
     }
 }
 
-/// The reader gives the reference's setpoints and the driver's errors, each as soon as it can: before
-/// a byte behind it is read. An error loses nothing, but for an overrun, which is reported as a line
-/// event. All of that whatever the buffer's size, blocking and async.
+/// Checks that the reader returns the reference's setpoints and the driver's errors, each before it
+/// reads any later byte. An error must lose nothing, except that an overrun is reported to the
+/// reader as a line event. All this must hold for any buffer size, for the blocking reader and for
+/// the async reader.
 ///
 /// # Panics
-/// If the stream shows a bug.
+/// The stream shows a bug.
 pub fn reader(stream: &Stream) {
     check::<Receiver<Bin>, reference::Bin, 16>(stream);
     check::<Lecture, reference::Lecture, 1>(stream);
     check::<Receiver<BinCrc8>, reference::BinCrc8, 64>(stream);
 }
 
-/// What a call to the reader's `next_message` returns.
+/// The result of a call to the reader's `next_message`.
 type Answer = Result<Option<Setpoint>, ErrorKind>;
 
 fn check<P, F, const N: usize>(Stream(steps): &Stream)
@@ -94,8 +97,8 @@ where
     }
 }
 
-/// What the reader must answer, up to the end of the source and once more, and what it has counted
-/// then.
+/// Returns the reader's expected answers, including two at the end of the source, and the expected
+/// counters.
 fn expected<F: Format>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     let mut answers = Vec::new();
     let mut counted = Counted::default();
@@ -125,7 +128,7 @@ fn expected<F: Format>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     (answers, counted.counters)
 }
 
-/// What comes of it; the driver never lets anyone wait.
+/// Returns the future's result. The driver never makes anyone wait.
 fn now<T>(future: impl Future<Output = T>) -> T {
     match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(value) => value,

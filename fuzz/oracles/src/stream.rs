@@ -1,20 +1,21 @@
-//! What the targets `parser` and `reader` take: a stream, cut into slices, with line events between.
+//! The input of the targets `parser`, `reader` and `framing`: a stream that is cut into slices,
+//! with line events between them.
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::LineEvent;
 
 use crate::rest;
 
-/// What happens at the parser, in order.
+/// The events that reach the parser, in order.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Stream(pub Vec<StreamStep>);
 
-/// What happens next.
+/// One event.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum StreamStep {
-    /// These bytes are there at once.
+    /// These bytes arrive at once.
     Slice(Vec<u8>),
-    /// The UART or a timer noticed this.
+    /// The UART or a timer reports this line event.
     Event(LineEvent),
 }
 
@@ -27,7 +28,7 @@ impl StreamStep {
     }
 }
 
-/// All bytes of the slices among these steps.
+/// Returns all bytes of the slices among these steps.
 pub(crate) fn bytes_of(steps: &[StreamStep]) -> Vec<u8> {
     steps.iter().flat_map(StreamStep::bytes).copied().collect()
 }
@@ -39,10 +40,11 @@ impl<'a> Arbitrary<'a> for Stream {
 }
 
 impl<'a> Arbitrary<'a> for StreamStep {
-    /// The first byte modulo 8 says what it is. 0 to 3: a slice, its length in the next byte. 4: a
-    /// slice of equal frames of BIN, their count in an eighth of the first byte, their payload in the
-    /// next four. 5: a slice of equal bytes, count and byte in the next two. 6 and 7: a line event,
-    /// which one in an eighth of the first byte.
+    /// The first byte modulo 8 determines the event. 0 to 3: a slice, with its length in the next
+    /// byte. 4: a slice of equal BIN frames, with their number in an eighth of the first byte and
+    /// their payload in the next four bytes. 5: a slice of equal bytes, with their number and their
+    /// value in the next two bytes. 6 and 7: a line event, whose kind is in an eighth of the first
+    /// byte.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         let eighth = usize::from(first / 8);
@@ -74,7 +76,7 @@ impl<'a> Arbitrary<'a> for StreamStep {
 mod tests {
     use super::*;
 
-    /// The corpus is written in this layout.
+    /// The files of the corpus have this layout.
     #[test]
     fn bytes_are_read_as_steps() {
         let u = Unstructured::new(b"\x00\x02AB\x14wxyz\x05\x03q\x26\x0F\x03\xFFrest");

@@ -1,6 +1,7 @@
-//! Nothing from the wire reaches a terminal as it came.
+//! Target `terminal`: no control character from the wire may reach a terminal.
 
-/// Whether a terminal acts on nothing in it, and shows it from left to right.
+/// Returns whether a terminal shows the text from left to right and acts on no character except the
+/// newline.
 #[must_use]
 pub fn is_harmless(text: &str) -> bool {
     let turns = |c| matches!(c, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
@@ -9,7 +10,7 @@ pub fn is_harmless(text: &str) -> bool {
         .any(|c| c.is_control() && c != '\n' || turns(c))
 }
 
-/// Frames of text, without a checksum: a fuzzer makes these by itself.
+/// A description of text frames without a checksum, which a fuzzer can produce without help.
 pub const LINES: &str = r#"
     sync = "23"
     terminator = "0D 0A"
@@ -20,11 +21,12 @@ pub const LINES: &str = r#"
     ]
 "#;
 
-/// The first byte says of which frames; the others are on the wire as they are, as a line and as a sentence of NMEA.
-/// `texts` gives what a program writes of a stream of these frames.
+/// Checks the texts that a program writes. The first byte chooses the frames. The other bytes are
+/// sent three times: unchanged, as a line of text, and as an NMEA sentence. `texts` returns the
+/// program's output for a stream of these frames.
 ///
 /// # Panics
-/// A terminal would act on it.
+/// A terminal would act on a text.
 pub fn terminal(bytes: &[u8], texts: impl FnOnce(usize, &[u8]) -> Vec<String>) {
     let Some((&frames, bytes)) = bytes.split_first() else {
         return;

@@ -1,5 +1,5 @@
-//! Every target on the committed corpora and on random bytes, on stable Rust: a bug that was found
-//! once stays fixed.
+//! Runs every target on the committed corpora and on random bytes, on stable Rust. A bug that was
+//! found once stays fixed.
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -12,15 +12,15 @@ fn corpus() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpus")
 }
 
-/// Fails with the names of the inputs that show a bug.
+/// Replays the corpora. Fails with the names of the inputs that show a bug.
 #[test]
 fn corpora() {
     let mut failed = Vec::new();
     for (name, target) in TARGETS {
         let mut count = 0;
         for entry in fs::read_dir(corpus().join(name)).expect("each target has a corpus") {
-            let path = entry.expect("it can be listed").path();
-            let input = fs::read(&path).expect("it can be read");
+            let path = entry.expect("the folder can be listed").path();
+            let input = fs::read(&path).expect("the file can be read");
             count += 1;
             if catch_unwind(|| target(&input)).is_err() {
                 failed.push(path);
@@ -40,18 +40,18 @@ proptest! {
     }
 }
 
-/// So that none is forgotten: what is fuzzed is what is replayed.
+/// Checks that no target is forgotten: every fuzzed target is also replayed.
 #[test]
 fn every_target_is_in_the_manifest_and_every_corpus_has_a_target() {
-    // The last are replayed by the tests of the command line and of descriptions.
+    // The tests of the command line and of descriptions replay the last two.
     let names = TARGETS.iter().map(|&(name, _)| name);
     let names: Vec<&str> = names.chain(["terminal", "description"]).collect();
     let manifest = include_str!("../../Cargo.toml");
     let fuzzed = manifest.split("[[bin]]\nname = \"").skip(1);
     let fuzzed: Vec<&str> = fuzzed.filter_map(|rest| rest.split('"').next()).collect();
     assert_eq!(fuzzed, names);
-    for entry in fs::read_dir(corpus()).expect("it can be listed") {
-        let name = entry.expect("it can be listed").file_name();
+    for entry in fs::read_dir(corpus()).expect("the folder can be listed") {
+        let name = entry.expect("the folder can be listed").file_name();
         assert!(names.iter().any(|known| name == *known), "{name:?}");
     }
 }

@@ -1,40 +1,40 @@
-//! Faults of whole bytes: lost, altered, doubled or inserted behind the UART, as USB adapters and
-//! full buffers do it. No receiver is informed.
+//! Faults of whole bytes after the UART: lost, altered, duplicated or inserted bytes, as USB
+//! adapters and full buffers cause them. No receiver is informed.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::random::{Occurrences, Purpose, Seed};
 
-/// How probable each fault is, for each byte: 0 to 1.
+/// The probability of each fault for each byte, from 0 to 1.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct FaultRates {
     /// The byte is lost.
     pub drop: f64,
-    /// One bit of it is inverted.
+    /// One bit of the byte is inverted.
     pub flip: f64,
-    /// It comes twice.
+    /// The byte arrives twice.
     pub duplicate: f64,
-    /// A byte of any value comes in front of it.
+    /// A byte of any value arrives before this byte.
     pub insert: f64,
 }
 
-/// How often each fault was.
+/// The number of times that each fault occurred.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct FaultCounts {
-    /// Bytes given to the line.
+    /// Bytes sent through the line.
     pub bytes: u64,
     /// Bytes lost.
     pub dropped: u64,
     /// Bytes with an inverted bit.
     pub flipped: u64,
-    /// Bytes that came twice.
+    /// Bytes that arrived twice.
     pub duplicated: u64,
-    /// Bytes that came out of nothing.
+    /// Inserted bytes, which nobody sent.
     pub inserted: u64,
 }
 
-/// A line with such faults. Which ones depends on the seed and the rates only.
+/// A line with such faults. The faults depend only on the seed and the rates.
 #[derive(Debug)]
 pub struct ByteFaults {
     drops: Occurrences,
@@ -46,7 +46,7 @@ pub struct ByteFaults {
 }
 
 impl ByteFaults {
-    /// A line with faults at these rates.
+    /// Creates a line with faults at these rates.
     #[must_use]
     pub fn new(rates: FaultRates, seed: Seed) -> Self {
         let occurrences = |purpose, rate| Occurrences::new(seed, purpose, rate, 1);
@@ -60,8 +60,8 @@ impl ByteFaults {
         }
     }
 
-    /// Carries a byte: what comes of nothing in front of it, the byte unless it is lost, and the
-    /// byte again if it is doubled.
+    /// Carries a byte. Returns the byte inserted before it, if any; the byte itself unless it is
+    /// lost; and the second copy if the byte is duplicated.
     pub fn carry(&mut self, byte: u8) -> [Option<u8>; 3] {
         let number = self.counts.bytes;
         self.counts.bytes += 1;
@@ -87,7 +87,7 @@ impl ByteFaults {
         carried
     }
 
-    /// What has happened so far.
+    /// Returns the faults counted so far.
     #[must_use]
     pub fn counts(&self) -> FaultCounts {
         self.counts

@@ -1,18 +1,19 @@
-//! A serial line simulated bit by bit, its faults, and framelock's receivers at its end.
+//! A serial line simulated bit by bit, with faults and with framelock's receivers at its end.
 //!
-//! Nothing here waits, draws or opens anything: time is counted in bits, randomness comes from a
-//! seed, and the same parameters give the same numbers on every computer. So it runs in a command
-//! line, in a test and, compiled for `wasm32-unknown-unknown`, in a browser.
+//! The crate never waits, draws or opens anything. Time is counted in bits, randomness comes from a
+//! seed, and the same parameters give the same numbers on every computer. The simulation therefore
+//! runs in a command line, in a test and, compiled for `wasm32-unknown-unknown`, in a browser.
 //!
 //! ```text
 //!  sender ─► line ─► uart ─► byte faults ─► station: receiver ─► failsafe ─► tally
 //!   motion    ▲                      │          ▲
-//!           noise                    └────► what really arrived
+//!           noise                    └────► the bytes that really arrived
 //! ```
 //!
 //! # Example
 //!
-//! What one lost byte in a hundred costs the lecture's machine and the receiver:
+//! Measures how many intact frames the lecture's machine and framelock's receiver lose if one byte
+//! in a hundred is lost:
 //!
 //! ```
 //! use framelock_simulation::{Parameters, Tally, run};
@@ -30,8 +31,8 @@
 //! # }
 //! ```
 //!
-//! [`run`] runs one trial; a program that wants to watch, byte by byte, steps through a [`Trial`].
-//! The feature `clap` makes frame formats, motions and axes values of options.
+//! [`run`] runs one trial. To watch a trial byte by byte, step through a [`Trial`]. The feature
+//! `clap` lets frame formats, motions and axes be the values of command-line options.
 
 #![forbid(unsafe_code)]
 

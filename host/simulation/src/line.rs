@@ -1,8 +1,8 @@
-//! The sender's end of the line: characters, bit by bit, with the sender's own clock, and what
-//! disturbs them.
+//! The sending end of the line. It sends characters bit by bit with the sender's own clock, and
+//! noise disturbs them.
 //!
-//! What comes out at the other end is what the [`Uart`] makes of the levels. Noise is drawn in
-//! advance, so that a quiet line costs little.
+//! The [`Uart`] at the other end decides which bytes these levels are. Noise is drawn in advance,
+//! so that a quiet line costs little.
 
 use std::time::Duration;
 
@@ -16,22 +16,24 @@ use crate::uart::{BIT, BITS_PER_BYTE, Uart};
 
 /// The line, with the noise on it and the receiving UART at its end.
 ///
-/// Places on the line are counted in the sender's bits, idle ones included; times in steps of the
-/// receiver's clock.
+/// Positions on the line are counted in the sender's bits, including idle ones. Times are counted
+/// in steps of the receiver's clock.
 #[derive(Debug)]
-pub(crate) struct Line {
+pub(crate) struct NoisyLine {
     pub(crate) uart: Uart,
     noise: Noise,
-    /// A bit of the sender's, in time steps.
+    /// The length of one of the sender's bits, in time steps.
     bit: u64,
-    /// When the sender's bit 0 begins: the clocks know nothing of each other.
+    /// The time at which the sender's bit 0 begins. It is arbitrary because the two clocks are
+    /// independent.
     phase: u64,
-    /// Bits sent, idle ones included.
+    /// Bits sent, including idle ones.
     pub(crate) sent: u64,
 }
 
-impl Line {
-    /// `phase`: when the sender's first bit begins, less than a tick of the receiver's.
+impl NoisyLine {
+    /// Creates an idle line. The sender's first bit begins at the time `phase`, which is less than
+    /// one tick of the receiver.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -50,22 +52,22 @@ impl Line {
         }
     }
 
-    /// When all that was sent so far has been.
+    /// Returns the time at which the last bit sent so far ends.
     pub(crate) fn now(&self) -> u64 {
         self.instant(self.sent)
     }
 
-    /// The bit that is on the line at that time.
+    /// Returns the bit that is on the line at this time.
     pub(crate) fn bit_at(&self, time: u64) -> u64 {
         time.saturating_sub(self.phase) / self.bit
     }
 
-    /// When that bit begins.
+    /// Returns the time at which this bit begins.
     pub(crate) fn instant(&self, bit: u64) -> u64 {
         self.phase + bit * self.bit
     }
 
-    /// Sends nothing up to that bit.
+    /// Keeps the line idle until this bit.
     pub(crate) fn idle_until(&mut self, bit: u64) {
         while self.sent < bit {
             let quiet = self.noise.quiet_until(self.sent).min(bit);
@@ -96,7 +98,8 @@ impl Line {
     }
 }
 
-/// The levels of a character: low, the bits from the lowest on, high.
+/// Returns the levels of a character: a low start bit, the data bits from the least significant
+/// one, and a high stop bit.
 fn character(byte: u8) -> impl Iterator<Item = bool> {
     let levels = 1 << (BITS_PER_BYTE - 1) | u16::from(byte) << 1;
     (0..BITS_PER_BYTE).map(move |bit| levels >> bit & 1 == 1)
@@ -108,9 +111,9 @@ struct Noise {
     flips: Occurrences,
     bursts: Occurrences,
     breaks: Occurrences,
-    /// What the line does in a burst.
+    /// Draws the levels of the line during a burst.
     levels: ChaCha8Rng,
-    /// No bit before this one is disturbed, except those that have been asked about.
+    /// No bit before this one is disturbed, except those for which `quiet_until` was called.
     quiet_until: u64,
 }
 
@@ -134,7 +137,8 @@ impl Noise {
         noise
     }
 
-    /// The first bit from `bit` on that is disturbed; ask for ever later ones.
+    /// Returns the first disturbed bit at or after `bit`. Successive calls must pass ascending
+    /// bits.
     fn quiet_until(&mut self, bit: u64) -> u64 {
         if self.quiet_until <= bit {
             let [flips, bursts, breaks] =
@@ -144,7 +148,7 @@ impl Noise {
         self.quiet_until
     }
 
-    /// Both halves of a bit that is sent as `level`.
+    /// Returns the levels of both halves of a bit that is sent as `level`.
     fn disturbed(&mut self, bit: u64, level: bool) -> [bool; 2] {
         let is_flipped = self.flips.happens(bit);
         if self.breaks.happens(bit) {
@@ -157,17 +161,18 @@ impl Noise {
     }
 }
 
-/// How long `bytes` without pauses take on a line of `baud`.
+/// Returns the time that `bytes` without pauses take on a line of `baud`.
 #[must_use]
 pub fn time_on_line(bytes: usize, baud: u32) -> Duration {
     Duration::from_secs(bytes as u64 * BITS_PER_BYTE) / baud
 }
 
-/// Checks that frames fit on a line: `rate` in a second, each of `bytes` bytes with `byte_gap` idle
-/// bits between them. The error gives the highest rate that fits as a multiple of 1 / `steps`.
+/// Checks that `rate` frames per second fit on a line of `baud`. Each frame has `bytes` bytes with
+/// `byte_gap` idle bits between them. The error states the highest rate that fits, as a multiple of
+/// 1 / `steps`.
 ///
 /// # Errors
-/// They do not fit.
+/// The frames do not fit.
 #[expect(clippy::cast_precision_loss, reason = "frames are short")]
 pub fn check_rate(rate: f64, bytes: usize, byte_gap: u32, baud: u32, steps: f64) -> Result<()> {
     let (length, baud) = (bytes as f64, f64::from(baud));
@@ -188,7 +193,7 @@ mod tests {
 
     const SEED: Seed = Seed { seed: 1, trial: 0 };
 
-    /// Of a million bits sent high, how many halves arrive low.
+    /// Sends a million high bits and returns how many half bits arrive low.
     fn low_halves(parameters: &Parameters) -> usize {
         let mut noise = Noise::new(parameters, SEED);
         let mut low = 0;
@@ -224,14 +229,15 @@ mod tests {
             }),
             2_000_000
         );
-        // 86.8 breaks of 20 bits in a million bits; the next waits for the end of the last.
+        // 86.8 breaks of 20 bits are expected in a million bits. A break begins only after the
+        // previous one has ended.
         let broken = low_halves(&Parameters {
             break_rate: 10.0,
             ..quiet
         });
         assert!((2_500..4_500).contains(&broken), "{broken}");
         assert_eq!(broken % 40, 0);
-        // One burst of 0.1 s, in which every half bit is one or the other.
+        // One burst of 0.1 s, in which each half bit is high or low at random.
         let burst = low_halves(&Parameters {
             burst_at: Some(1.0),
             burst_length: 100.0,
@@ -242,7 +248,7 @@ mod tests {
 
     #[test]
     fn frames_fit_up_to_the_last_bit_of_the_line() {
-        // 70 bits, and 6 * 5 between the bytes.
+        // 70 bits, and 6 * 5 idle bits between the bytes.
         for (byte_gap, fits, too_many, most) in [(0, 96.0, 97.0, "96"), (5, 67.2, 67.3, "67.2")] {
             assert!(check_rate(fits, 7, byte_gap, 6_720, 10.0).is_ok());
             let complaint = check_rate(too_many, 7, byte_gap, 6_720, 10.0);

@@ -1,4 +1,4 @@
-//! Motion: where each axis is at a time.
+//! Motion: the position of each axis at any time.
 
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -9,15 +9,15 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::random::{Purpose, Seed};
 
-/// The middle of every axis.
+/// The middle position of every axis.
 pub const LEVEL: Setpoint = Setpoint {
     pitch: 0x80,
     roll: 0x80,
     yaw: 0x80,
 };
 
-/// Smooth pitch, roll and yaw from one random point to the next, as a motion PC sends them. Time is
-/// counted in slots, a frame each: ask for each slot in turn.
+/// Smooth motion of pitch, roll and yaw from one random point to the next, as a motion PC sends it.
+/// Time is counted in slots of one frame each. Callers ask for every slot in order.
 #[derive(Debug)]
 pub struct SmoothMotion {
     random: ChaCha8Rng,
@@ -29,7 +29,7 @@ pub struct SmoothMotion {
 }
 
 impl SmoothMotion {
-    /// Starts at level. Each next point is reached after `slots_per_leg`.
+    /// Starts with level axes. The motion takes `slots_per_leg` slots to each next point.
     #[must_use]
     pub fn new(seed: Seed, slots_per_leg: u64) -> Self {
         Self {
@@ -42,7 +42,7 @@ impl SmoothMotion {
         }
     }
 
-    /// Where it is in the slot; where a leg has ended the next begins.
+    /// Returns the setpoint in this slot. At the end of a leg, begins the next one.
     pub fn setpoint(&mut self, slot: u64) -> Setpoint {
         if slot >= self.begin + self.length {
             let to = [(); 3]
@@ -53,7 +53,7 @@ impl SmoothMotion {
         self.here(slot)
     }
 
-    /// Leaves for `to`, which is reached after `slots`, starting and ending at rest.
+    /// Begins a leg to `to` that takes `slots` slots and starts and ends at rest.
     pub fn go(&mut self, slot: u64, to: Setpoint, slots: u64) {
         self.from = self.here(slot);
         self.to = to;
@@ -61,14 +61,14 @@ impl SmoothMotion {
         self.length = slots;
     }
 
-    /// Where it is in the slot, on the way that it is going already. The same on every computer:
-    /// thousandths of the way, and nothing is rounded before the end.
+    /// Returns the position on the current leg in this slot. The position is the same on every
+    /// computer, because it is calculated in 1/1024 of the leg and rounded only at the end.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "at most 1024")]
     pub fn here(&self, slot: u64) -> Setpoint {
         let elapsed = (slot - self.begin).min(self.length);
         let part = (elapsed * 1024).checked_div(self.length).unwrap_or(1024) as f64 / 1024.0;
-        // Flat at both ends.
+        // The slope is 0 at both ends.
         between(self.from, self.to, part * part * (3.0 - 2.0 * part))
     }
 }
@@ -77,16 +77,16 @@ impl SmoothMotion {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Shape {
-    /// A sine whose frequency rises steadily from --from to --to and falls back, once each period
+    /// A sine whose frequency rises steadily from --from to --to and falls back, once per period
     SineSweep,
     /// Up for half a period, down for the other half
     Step,
-    /// Once around in each period: pitch and roll draw an 8, yaw stays level
+    /// One loop per period: pitch and roll draw an 8, and yaw stays level
     FigureOfEight,
 }
 
 impl Shape {
-    /// How long a period is unless chosen otherwise, in seconds.
+    /// Returns the default period in seconds.
     #[must_use]
     pub const fn usual_period(self) -> f64 {
         match self {
@@ -108,14 +108,14 @@ pub enum Axis {
     Yaw,
 }
 
-/// A motion around level, without end.
+/// An endless motion around level.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Motion {
     /// Its shape.
     pub shape: Shape,
-    /// The way from level to either end, in units of demand: at most 127.
+    /// The distance from level to either end, in units of demand: at most 127.
     pub amplitude: u8,
-    /// In seconds.
+    /// The period in seconds.
     pub period: f64,
     /// The sweep's lowest and highest frequency, in hertz.
     pub frequencies: [f64; 2],
@@ -124,7 +124,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Where the axes are at `time` after the beginning.
+    /// Returns the position of the axes `time` after the beginning.
     #[must_use]
     pub fn at(&self, time: Duration) -> Setpoint {
         let time = time.as_secs_f64();
@@ -150,7 +150,8 @@ impl Motion {
             .into()
     }
 
-    /// The phase is the frequency's integral, so that the sine has no jumps.
+    /// Returns the sine's value. Its phase is the integral of the frequency, so that the sine has
+    /// no jumps.
     fn sweep(&self, time: f64) -> f64 {
         let [from, to] = self.frequencies;
         let rise = |time: f64| from * time + (to - from) * time * time / self.period;
@@ -166,7 +167,7 @@ impl Motion {
     }
 }
 
-/// The setpoint at a part, 0 to 1, of the straight way from one to another.
+/// Returns the setpoint at a fraction, 0 to 1, of the straight line from one setpoint to another.
 #[must_use]
 pub fn between(from: Setpoint, to: Setpoint, part: f64) -> Setpoint {
     let axis = |from, to| nearest(f64::from(from) + (f64::from(to) - f64::from(from)) * part);
@@ -177,11 +178,11 @@ pub fn between(from: Setpoint, to: Setpoint, part: f64) -> Setpoint {
     }
 }
 
-/// The nearest demand that there is.
+/// Returns the nearest value that a demand can have.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "it is brought into range before"
+    reason = "the value was clamped before"
 )]
 fn nearest(position: f64) -> u8 {
     position.round().clamp(0.0, 255.0) as u8
@@ -231,7 +232,7 @@ mod tests {
         }
     }
 
-    /// Counts the sine's crossings of level, downwards: one in the middle of each turn.
+    /// Counts the downward crossings of level, one in the middle of each turn.
     #[test]
     fn the_sweep_goes_up_and_down_in_frequency_without_jumps() {
         let sweep = Motion {
@@ -245,12 +246,12 @@ mod tests {
                 .filter(|&now| pitch(now) >= 128 && pitch(now + 1) < 128)
                 .count()
         };
-        // 0.5 to 2 Hz and back: 25 turns each way, the first 8.75 of them in the first quarter.
+        // 0.5 to 2 Hz and back: 25 turns each way. The first 8.75 turns are in the first quarter.
         assert_eq!(turns_between(0, 40), 50);
         assert_eq!(turns_between(0, 10), 9);
         assert_eq!(turns_between(10, 20), 16);
         assert_eq!(turns_between(40, 80), 50);
-        // Of this one a period is no whole number of turns.
+        // A period of this sweep is not a whole number of turns.
         let odd = Motion {
             period: 7.3,
             ..sweep.clone()
@@ -259,7 +260,7 @@ mod tests {
             for millisecond in 0..80_000 {
                 let [now, next] = [millisecond, millisecond + 1]
                     .map(|millisecond| at(&motion, f64::from(millisecond) / 1000.0)[0]);
-                // 100 units at 2 Hz: at most 1.26 in a millisecond.
+                // 100 units at 2 Hz: at most 1.26 units per millisecond.
                 assert!(now.abs_diff(next) <= 2, "{millisecond}: {now} to {next}");
             }
         }

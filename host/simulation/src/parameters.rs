@@ -1,4 +1,4 @@
-//! All that determines a simulation, in one list.
+//! The list of parameters, which determine a simulation completely.
 
 use std::ops::RangeInclusive;
 
@@ -9,16 +9,16 @@ use serde::Serialize;
 use crate::line::check_rate;
 use crate::payload::Payload;
 
-/// A parameter that is a number: what a program needs to offer it, and what a sweep goes through.
+/// A numeric parameter. It holds all that a program needs to offer it as an option or to sweep it.
 #[derive(Debug)]
 pub struct Number {
-    /// Its name, words separated by hyphens.
+    /// The parameter's name, with hyphens between words.
     pub name: &'static str,
-    /// What it is.
+    /// The parameter's help text.
     pub help: &'static str,
-    /// What it is counted in.
+    /// The parameter's unit, as the help names it.
     pub unit: &'static str,
-    /// The heading it belongs under.
+    /// The heading of the help under which the parameter is listed.
     pub group: &'static str,
     range: RangeInclusive<f64>,
     get: fn(&Parameters) -> Option<f64>,
@@ -26,16 +26,16 @@ pub struct Number {
 }
 
 impl Number {
-    /// Its value, if it has one.
+    /// Returns the parameter's value, if it has one.
     #[must_use]
     pub fn get(&self, parameters: &Parameters) -> Option<f64> {
         (self.get)(parameters)
     }
 
-    /// Sets it.
+    /// Sets the parameter.
     ///
     /// # Errors
-    /// The value is out of its range.
+    /// The value is out of its range or not a whole number where one is required.
     pub fn set(&self, parameters: &mut Parameters, value: f64) -> Result<()> {
         self.check(value)?;
         (self.set)(parameters, value);
@@ -44,10 +44,10 @@ impl Number {
         Ok(())
     }
 
-    /// The value that a text is.
+    /// Parses a value of this parameter.
     ///
     /// # Errors
-    /// It is no number, or out of the range.
+    /// The text is not a number, or the number is out of the parameter's range.
     pub fn parse(&self, text: &str) -> Result<f64> {
         let (least, most) = (self.range.start(), self.range.end());
         let example = self.get(&Parameters::DEFAULT).unwrap_or(*least);
@@ -67,21 +67,21 @@ impl Number {
     }
 }
 
-/// Makes the type, its default and the table of numbers from one list.
+/// Makes the struct `Parameters`, its default and the table of numeric parameters from one list.
 macro_rules! parameters {
     ($($group:literal {$(
         $(#[doc = $help:literal])+
         $field:ident: $type:ty = $default:expr, $name:literal $unit:literal $number:ident $least:literal to $most:literal;
     )+})+) => {
-        /// All that determines what comes out. Times, rates and lengths are in the units that users
-        /// think in.
+        /// All parameters of a simulation, which determine its results completely. Times, rates and
+        /// lengths are in the units that users think in.
         #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
         pub struct Parameters {
-            /// Seed of everything random: the same seed gives the same numbers
+            /// Seed of all random numbers: the same seed gives the same results
             pub seed: u64,
             /// The frame format
             pub frame: FrameFormat,
-            /// What is sent
+            /// The payload that the sender sends
             pub payload: Payload,
             /// Receivers are not informed of framing errors and breaks
             pub unreported: bool,
@@ -89,7 +89,7 @@ macro_rules! parameters {
         }
 
         impl Parameters {
-            /// A line without faults; the failsafe as the firmware has it.
+            /// A line without faults, with the failsafe parameters of the firmware.
             pub const DEFAULT: Self = Self {
                 seed: 1,
                 frame: FrameFormat::Bin,
@@ -98,7 +98,7 @@ macro_rules! parameters {
                 $($($field: $default,)+)+
             };
 
-            /// Every parameter that is a number, except the seed.
+            /// Every numeric parameter except the seed.
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
@@ -119,33 +119,33 @@ macro_rules! parameters {
 
 parameters! {
     "Run" {
-        /// Independent runs; each begins at reset
+        /// Independent runs, each beginning at reset
         trials: u32 = 32, "trials" "NUMBER" u32 1.0 to 1e9;
         /// Frames sent in each trial
         frames: u32 = 1_000, "frames" "NUMBER" u32 1.0 to 1e9;
     }
     "Sender" {
-        /// Bits in a second, ten for each byte
+        /// Bits per second, ten for each byte
         baud: u32 = 115_200, "baud" "NUMBER" u32 300.0 to 1e7;
-        /// Frames in a second
+        /// Frames per second
         rate: f64 = 50.0, "rate" "NUMBER" f64 0.01 to 1e5;
     }
     "Line" {
-        /// Share of the bytes lost, unreported
+        /// Share of bytes lost without a report
         lose: f64 = 0.0, "lose" "SHARE" f64 0.0 to 1.0;
-        /// Lose a byte of this frame in each trial
+        /// Lose one byte of this frame in each trial
         lose_one_in: Option<u32> = None, "lose-one-in" "FRAME" u32 0.0 to 1e9;
-        /// Share of the bits inverted
+        /// Share of bits inverted
         bit_flip: f64 = 0.0, "bit-flip" "SHARE" f64 0.0 to 1.0;
         /// How much faster the sender's clock is
         baud_error: f64 = 0.0, "baud-error" "PERCENT" f64 -50.0 to 50.0;
-        /// Bursts of noise in a second
+        /// Bursts of noise per second
         burst_rate: f64 = 0.0, "burst-rate" "NUMBER" f64 0.0 to 1e6;
-        /// How long a burst lasts
+        /// Length of a burst
         burst_length: f64 = 5.0, "burst-length" "MS" f64 0.1 to 1e6;
     }
     "Receivers and failsafe" {
-        /// Byte times of silence that drop a frame under way, in receivers with an idle-gap rule
+        /// Byte times of silence that drop the current frame, in receivers with an idle-gap rule
         idle_gap: u32 = 20, "idle-gap" "BYTES" u32 1.0 to 1e6;
         /// Silence after which the failsafe holds
         hold_after: f64 = 100.0, "hold-after" "MS" f64 0.001 to 1e6;
@@ -153,27 +153,27 @@ parameters! {
         ramp_after: f64 = 500.0, "ramp-after" "MS" f64 0.001 to 1e6;
     }
     "Rarely used" {
-        /// How long an axis takes from end to end
+        /// Time that an axis takes from one end to the other
         full_travel: f64 = 1_000.0, "full-travel" "MS" f64 1.0 to 1e6;
         /// Idle bits between the bytes of a frame
         byte_gap: u32 = 0, "byte-gap" "BITS" u32 0.0 to 1e6;
-        /// Share of the bytes delivered twice
+        /// Share of bytes that arrive twice
         duplicate: f64 = 0.0, "duplicate" "SHARE" f64 0.0 to 1.0;
-        /// One burst at this time; random ones come behind it
+        /// Time of the first burst; random ones follow
         burst_at: Option<f64> = None, "burst-at" "SECONDS" f64 0.0 to 1e6;
-        /// Breaks (the line held low) in a second
+        /// Breaks (the line held low) per second
         break_rate: f64 = 0.0, "break-rate" "NUMBER" f64 0.0 to 1e6;
-        /// How long a break lasts
+        /// Length of a break
         break_length: u32 = 20, "break-length" "BITS" u32 1.0 to 1e6;
     }
 }
 
 impl Parameters {
-    /// Checks every number, and what they say together. Errors name parameters as the command line
-    /// names its options.
+    /// Checks each parameter and the relations between them. Errors name parameters as the command
+    /// line names its options.
     ///
     /// # Errors
-    /// A number is out of its range, or two contradict each other.
+    /// A number is out of its range, or two parameters contradict each other.
     pub fn check(&self) -> Result<()> {
         for number in Self::NUMBERS {
             if let Some(value) = number.get(self) {
@@ -184,7 +184,7 @@ impl Parameters {
         check_rate(self.rate, length, self.byte_gap, self.baud, 1e3)?;
         ensure!(
             self.ramp_after >= self.hold_after,
-            "--ramp-after is {} ms, less than --hold-after, {} ms: raise the one or lower the other",
+            "--ramp-after is {} ms, less than --hold-after, {} ms: raise --ramp-after or lower --hold-after",
             self.ramp_after,
             self.hold_after
         );

@@ -1,4 +1,4 @@
-//! What the sender sends: payloads, and one frame after another.
+//! The sender's output: payloads, and the sequence of frames that carry them.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,25 +13,26 @@ use crate::motion::SmoothMotion;
 use crate::parameters::Parameters;
 use crate::random::{Purpose, Seed, whole};
 
-/// What the four bytes between sync and terminator are: reserved, pitch, roll, yaw.
+/// The contents of the four bytes between sync and terminator: reserved, pitch, roll, yaw.
 ///
-/// As text: `motion`, `random`, `random:40-43`, `repeated`, `repeated:40-43`, `00414200`,
+/// The text form is `motion`, `random`, `random:40-43`, `repeated`, `repeated:40-43`, `00414200`,
 /// `ambiguous` or `noise`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Payload {
     /// Smooth motion; the reserved byte is 0.
     Motion,
-    /// Every byte at random from one to the other, both included, anew for each frame.
+    /// Random bytes from the first to the second value, both included. They are drawn for each
+    /// frame.
     Random(u8, u8),
-    /// The same in every frame of a trial: every byte at random from one to the other, both
-    /// included, drawn for each trial.
+    /// Random bytes from the first to the second value, both included. They are drawn once per
+    /// trial, so that all its frames are the same.
     Repeated(u8, u8),
-    /// The same in every frame.
+    /// The same four bytes in every frame.
     Constant([u8; 4]),
-    /// The same in every frame of a trial: one of the 512 payloads of clause N2, drawn for each
-    /// trial.
+    /// One of the 512 payloads of clause N2. It is drawn once per trial, so that all its frames are
+    /// the same.
     Ambiguous,
-    /// No frames at all: as many random bytes in the place of each.
+    /// No frames at all. Each frame is replaced by the same number of random bytes.
     Noise,
 }
 
@@ -63,9 +64,9 @@ impl FromStr for Payload {
     }
 }
 
-/// Exactly that many bytes, two digits each.
+/// Parses exactly `COUNT` bytes of two digits each.
 fn hexadecimal<const COUNT: usize>(text: &str) -> Option<[u8; COUNT]> {
-    // A sign, which the standard library would take, is no digit.
+    // The standard library would accept a sign, but a sign is not a digit.
     if text.len() != 2 * COUNT || text.starts_with('+') {
         return None;
     }
@@ -94,17 +95,17 @@ impl Serialize for Payload {
     }
 }
 
-/// What is sent at a time: the bytes of a frame, or noise in its place.
+/// One transmission: the bytes of a frame, or noise in place of a frame.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Transmission {
-    /// What is sent.
+    /// The bytes sent.
     pub bytes: Vec<u8>,
-    /// The setpoint it carries; none if it is noise.
+    /// The setpoint that the frame carries; `None` for noise.
     pub setpoint: Option<Setpoint>,
 }
 
 impl Transmission {
-    /// The format's frame with that payload.
+    /// Creates a frame in this format with this payload.
     #[must_use]
     pub fn new(format: FrameFormat, payload: [u8; 4]) -> Self {
         let [reserved, pitch, roll, yaw] = payload;
@@ -120,14 +121,14 @@ impl Transmission {
     }
 }
 
-/// Returns what is sent, frame after frame, without end.
+/// Returns an endless sequence of transmissions.
 pub(crate) fn frames(
     parameters: &Parameters,
     seed: Seed,
 ) -> impl Iterator<Item = Transmission> + use<> {
     let (format, payload) = (parameters.frame, parameters.payload);
     let mut random = seed.random(Purpose::Sender);
-    // Two seconds from one point to the next.
+    // The motion takes two seconds from one point to the next.
     let mut motion = SmoothMotion::new(seed, whole(2.0 * parameters.rate).max(1));
     let repeated = match payload {
         Payload::Repeated(from, to) => [(); 4].map(|()| random.random_range(from..=to)),

@@ -1,10 +1,10 @@
-//! Repeatable randomness, and when faults come.
+//! Repeatable random numbers, and the times at which faults occur.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What random numbers are for. Each purpose has a generator of its own, so that more of one kind
-/// of fault changes neither the others nor what is sent.
+/// The purpose of random numbers. Each purpose has a generator of its own, so that more faults of
+/// one kind change neither the other faults nor the frames sent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     BitFlips,
@@ -14,25 +14,26 @@ pub(crate) enum Purpose {
     Sender,
     Losses,
     Duplicates,
-    /// What is drawn once in a trial.
+    /// Values drawn once per trial.
     Once,
     ByteFlips,
     Insertions,
-    /// Which bit is inverted, which byte inserted.
+    /// The bit that is inverted, and the value of an inserted byte.
     FaultValues,
 }
 
-/// Where the random numbers of a trial come from.
+/// The source of a trial's random numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Seed {
-    /// The user's.
+    /// The seed that the user chose.
     pub seed: u64,
     /// The trial's number.
     pub trial: u64,
 }
 
 impl Seed {
-    /// The streams are eight for each trial, and eight more in the upper half of the numbers.
+    /// Returns the generator for this purpose. Each trial has eight consecutive streams, and eight
+    /// more in the upper half of the stream numbers.
     pub(crate) fn random(self, purpose: Purpose) -> ChaCha8Rng {
         let purpose = purpose as u64;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
@@ -41,22 +42,23 @@ impl Seed {
     }
 }
 
-/// Something that happens at random, with the same probability in each place (a bit, a byte), and
-/// lasts a while. Places are asked for in rising order.
+/// A random fault that begins with the same probability at each position (a bit or a byte) and
+/// lasts for a number of positions. Callers ask for positions in ascending order.
 ///
-/// When it happens next is drawn in advance, so that it costs nothing where it does not.
+/// The next occurrence is drawn in advance, so that positions without a fault cost nothing.
 #[derive(Debug)]
 pub(crate) struct Occurrences {
     random: ChaCha8Rng,
-    /// The logarithm of the probability that it does not begin in a given place.
+    /// The logarithm of the probability that no occurrence begins at a given position.
     quiet_logarithm: f64,
     length: u64,
-    /// The first place of the next one, or of the current one. Those behind it come at random.
+    /// The first position of the next or the current occurrence. Later occurrences come at random.
     pub(crate) begin: u64,
 }
 
 impl Occurrences {
-    /// `probability`: that it begins in a place that is free; it lasts for `length` of them.
+    /// Draws the first occurrence. `probability` is that of an occurrence beginning at a free
+    /// position, and each occurrence lasts for `length` positions.
     pub(crate) fn new(seed: Seed, purpose: Purpose, probability: f64, length: u64) -> Self {
         let mut occurrences = Self {
             random: seed.random(purpose),
@@ -69,7 +71,7 @@ impl Occurrences {
     }
 
     fn draw_from(&mut self, place: u64) {
-        // From 0 exclusive to 1 inclusive.
+        // From 0, excluded, to 1, included.
         let uniform = 1.0 - self.random.random::<f64>();
         let wait = if self.quiet_logarithm == 0.0 {
             u64::MAX
@@ -79,7 +81,7 @@ impl Occurrences {
         self.begin = place.saturating_add(wait);
     }
 
-    /// The first place from `place` on in which it happens.
+    /// Returns the first position at or after `place` that is part of an occurrence.
     pub(crate) fn next(&mut self, place: u64) -> u64 {
         while self.begin.saturating_add(self.length) <= place {
             self.draw_from(self.begin + self.length);
@@ -87,17 +89,17 @@ impl Occurrences {
         self.begin.max(place)
     }
 
-    /// Whether it happens in `place`.
+    /// Returns whether `place` is part of an occurrence.
     pub(crate) fn happens(&mut self, place: u64) -> bool {
         self.next(place) == place
     }
 }
 
-/// Rounded down.
+/// Rounds down.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "saturates, which is never reached"
+    reason = "the cast saturates, but no value gets there"
 )]
 pub(crate) fn whole(number: f64) -> u64 {
     number as u64

@@ -1,31 +1,32 @@
-//! A sent frame, and what really arrived of it: known to the simulation, and to no receiver.
+//! A sent frame, and the bytes of it that really arrived. The simulation knows them, but no
+//! receiver does.
 
 use crate::payload::Transmission;
 use crate::uart::BITS_PER_BYTE;
 
-/// A byte's place in what was sent.
+/// A byte's position among the bytes sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Origin {
     /// The frame's number.
     pub frame: u64,
-    /// The byte's place in it, from 0.
+    /// The byte's index in the frame, from 0.
     pub place: usize,
 }
 
-/// A frame that is or was sent, and what has become of it.
+/// A frame that is being sent or was sent, and the state of its arrival.
 #[derive(Debug, Default)]
 pub(crate) struct SentFrame {
     pub(crate) number: u64,
     pub(crate) transmission: Transmission,
-    /// The bit at which it begins.
+    /// The bit at which the frame begins.
     pub(crate) begin: u64,
-    /// How many of its bytes have been sent.
+    /// The number of its bytes that have been sent.
     pub(crate) sent: usize,
-    /// The bytes delivered last are the first of this frame, this many.
+    /// The last `arrived` bytes that arrived are the first bytes of this frame.
     pub(crate) arrived: usize,
-    /// Not all of these are as they were sent, or a line error came between them.
+    /// One of these bytes differs from the byte sent, or a line error came between them.
     pub(crate) is_broken: bool,
-    /// Whether all of it arrived, unbroken.
+    /// The whole frame has arrived unbroken.
     pub(crate) is_intact: bool,
 }
 
@@ -34,8 +35,8 @@ impl SentFrame {
         self.sent == self.transmission.bytes.len()
     }
 
-    /// The place of the byte that is on the line at that bit, and the byte. Bytes begin `step` bits
-    /// apart.
+    /// Returns the byte of this frame that is on the line at this bit, and its position. Bytes
+    /// begin `step` bits apart.
     pub(crate) fn byte_at(&self, bit: u64, step: u64) -> Option<(Origin, u8)> {
         let bit = bit.checked_sub(self.begin)?;
         let (frame, place) = (self.number, usize::try_from(bit / step).ok()?);
@@ -44,9 +45,9 @@ impl SentFrame {
         is_on_line.then_some((Origin { frame, place }, byte))
     }
 
-    /// A byte is delivered: where it comes from, if it does come from a frame, and whether it is as
-    /// it was sent. True if it ends this frame, of which every byte has come in its order, but some
-    /// perhaps with another value.
+    /// Records a byte that arrived. `origin` is its position if it belongs to a frame, and
+    /// `is_as_sent` states whether its value is unchanged. Returns true if this byte completes the
+    /// frame and no byte was lost, added or reordered. Values may differ.
     pub(crate) fn deliver(&mut self, origin: Option<Origin>, is_as_sent: bool) -> bool {
         let own = origin.filter(|origin| origin.frame == self.number);
         self.arrived = match own.map(|origin| origin.place) {
@@ -63,7 +64,7 @@ impl SentFrame {
         ends
     }
 
-    /// The UART reports an error: if not all of it has come, it does not arrive intact.
+    /// Records a line error of the UART. A frame that is still arriving does not count as intact.
     pub(crate) fn line_error(&mut self) {
         self.is_broken = true;
     }
@@ -103,7 +104,7 @@ mod tests {
         assert_eq!(byte_at(136), None);
     }
 
-    /// Whether the bytes leave frame 0 intact, and how often they end it.
+    /// Returns whether these bytes leave frame 0 intact, and how often they complete it.
     fn arrived(bytes: &[(u64, usize, bool)]) -> (bool, usize) {
         let mut frame = frame();
         let ended = bytes.iter().filter(|&&(number, place, is_as_sent)| {
@@ -127,7 +128,8 @@ mod tests {
         assert_eq!(arrived(&lost), (false, 0));
         let across = [(0, 0, true), (1, 1, true), (0, 2, true)];
         assert_eq!(arrived(&across), (false, 0));
-        // A doubled first byte leaves a whole frame behind the double; any other does not.
+        // If the first byte comes twice, a whole frame follows the first copy. If any other byte
+        // comes twice, there is no whole frame.
         let first_doubled = [(0, 0, true), (0, 0, true), (0, 1, true), (0, 2, true)];
         assert_eq!(arrived(&first_doubled), (true, 1));
         let doubled = [(0, 0, true), (0, 1, true), (0, 1, true), (0, 2, true)];
@@ -135,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_between_breaks_a_frame() {
+    fn bytes_and_errors_within_a_frame_break_it() {
         let byte = |place| Some(Origin { frame: 0, place });
         let mut frame = frame();
         frame.deliver(byte(0), true);
@@ -146,7 +148,7 @@ mod tests {
         frame.deliver(byte(1), true);
         frame.line_error();
         assert!(frame.deliver(byte(2), true) && !frame.is_intact);
-        // What came before its first byte does not.
+        // Bytes before the frame's first byte do not break it.
         for place in 0..3 {
             frame.deliver(byte(place), true);
         }

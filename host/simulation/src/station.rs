@@ -1,5 +1,5 @@
-//! A station at the end of the line: a receiver, the failsafe behind it, and what becomes of each
-//! frame.
+//! A station at the end of the line: a receiver followed by a failsafe. The station also records
+//! the outcome of each frame.
 
 use std::num::NonZeroU32;
 
@@ -16,18 +16,18 @@ use crate::statistics::Ratio;
 use crate::tally::ReceiverTally;
 use crate::uart::{BIT, BITS_PER_BYTE};
 
-/// What is at the end of the line.
+/// A kind of station: the policy of its receiver, and whether it has an idle-gap rule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Kind {
-    /// The machine.
+    /// The receiver's policy.
     pub policy: Policy,
-    /// Whether a pause longer than the idle gap drops the current frame.
+    /// True if a pause longer than the idle gap drops the current frame.
     pub has_idle_gap: bool,
 }
 
 impl Kind {
-    /// All stations that receive the format: of BIN the lecture's machine, then framelock; each without an
-    /// idle-gap rule and then with one.
+    /// Returns all stations that receive the format. For BIN these are the lecture's machine and
+    /// then framelock's receiver. Each comes without an idle-gap rule and then with one.
     #[must_use]
     pub fn of(format: FrameFormat) -> Vec<Self> {
         let both = |policy| {
@@ -43,14 +43,14 @@ impl Kind {
     }
 }
 
-/// Time steps to microseconds, on a line of `baud`.
+/// Converts time steps to microseconds on a line of `baud`.
 pub(crate) fn microseconds(time: u64, baud: u32) -> u64 {
     let steps_per_second = u128::from(baud) * u128::from(BIT);
     let microseconds = u128::from(time) * 1_000_000 / steps_per_second;
     u64::try_from(microseconds).unwrap_or(u64::MAX)
 }
 
-/// The failsafe's parameters; it counts microseconds.
+/// Returns the failsafe's parameters. The failsafe counts microseconds.
 fn failsafe(parameters: &Parameters) -> FailsafeParameters<u8, 3> {
     let microseconds = |milliseconds: f64| {
         let rounded = (milliseconds * 1000.0).round();
@@ -65,27 +65,27 @@ fn failsafe(parameters: &Parameters) -> FailsafeParameters<u8, 3> {
     }
 }
 
-/// What a byte made of a station.
+/// The effect of one byte on a station.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
-    /// It committed nothing, and has this many bytes of a frame.
+    /// The receiver delivered nothing. It now holds this many bytes of a possible frame.
     Pending(usize),
-    /// It committed the setpoint of the frame that the byte ends.
+    /// The receiver delivered the setpoint of the frame that the byte ends.
     Delivered,
-    /// It committed something else.
+    /// The receiver delivered something else.
     Wrong,
 }
 
-/// What became of a sent frame at a station.
+/// The outcome of a sent frame at a station.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fate {
-    /// Its setpoint was committed with its last byte.
+    /// The receiver delivered the frame's setpoint with the frame's last byte.
     Delivered,
-    /// The line lost or changed some of it, and the receiver committed nothing.
+    /// The line lost or changed part of the frame, and the receiver delivered nothing.
     Broken,
-    /// It arrived whole, and the receiver committed nothing.
+    /// The frame arrived intact, but the receiver did not deliver it.
     Missed,
-    /// While it came, the receiver committed something else.
+    /// The receiver delivered something else while the frame was arriving.
     Wrong,
 }
 
@@ -93,33 +93,34 @@ pub enum Fate {
 pub struct Station {
     format: FrameFormat,
     receiver: AnyLine,
-    /// Bytes received.
+    /// The number of bytes received.
     received: usize,
-    /// The sent frames of which every byte came, by their numbers and setpoints.
+    /// The sent frames whose every byte arrived, with their numbers and setpoints.
     check: DeliveryCheck<(u64, Option<Setpoint>)>,
-    /// Something wrong was committed since the last frame.
+    /// The receiver has delivered something wrong since the last frame.
     is_wrong: bool,
     failsafe: Failsafe<u8, 3>,
     baud: u32,
     hears_errors: bool,
-    /// How long after a byte the next one may end at the latest, and until when it may now.
+    /// The longest time from the end of one byte to the end of the next that counts as no gap, and
+    /// the time after which the next byte ends a gap.
     idle_limit: u64,
     idle_from: u64,
     committed: u64,
-    /// Microseconds of silence after which the failsafe holds.
+    /// The microseconds of silence after which the failsafe holds.
     hold_after: u64,
-    /// The frame that was delivered last, and when.
+    /// The number of the frame delivered last, and the time of its delivery.
     delivered: Option<(u64, u64)>,
     is_following: bool,
-    /// A frame was not delivered, and none has been since: intact frames lost, and when the first of
-    /// them began.
+    /// Present from the first frame that was not delivered until the next delivered one: the number
+    /// of intact frames lost, and the time at which the first of them began.
     outage: Option<(u64, Option<u64>)>,
     tally: ReceiverTally,
 }
 
 impl Station {
     pub(crate) fn new(parameters: &Parameters, kind: Kind) -> Result<Self> {
-        // The byte that ends the gap takes one byte time to come in.
+        // Receiving the byte that ends the gap takes one byte time.
         let limit = (u64::from(parameters.idle_gap) + 1) * BITS_PER_BYTE * BIT;
         let receiver = AnyLine::of_setpoints(parameters.frame, kind.policy);
         let failsafe = failsafe(parameters);
@@ -146,9 +147,10 @@ impl Station {
         })
     }
 
-    /// Takes a byte. `ended`: the frame that it ends, if every byte of that frame came.
+    /// Processes a byte. `ended` is the frame that the byte completes, if every byte of that frame
+    /// arrived.
     pub(crate) fn push(&mut self, at: u64, byte: u8, ended: Option<&SentFrame>) -> Outcome {
-        // Nothing notices the gap before the byte that ends it.
+        // The receiver learns of a gap only when the next byte ends it.
         if at > self.idle_from {
             self.line_event(LineEvent::Idle);
         }
@@ -159,7 +161,7 @@ impl Station {
             let frame = (sent.number, sent.transmission.setpoint);
             self.check.arrived(arrived.clone(), frame);
         }
-        // A receiver of frames of one length has decided about all bytes before these.
+        // All frames have the same length, so the receiver has decided all bytes before these.
         while self.check.missed(arrived.start).is_some() {}
         let mut committed = None;
         self.receiver.feed(&[byte], |found| {
@@ -186,7 +188,7 @@ impl Station {
         Outcome::Wrong
     }
 
-    /// Returns what became of a frame whose last byte has come or was lost.
+    /// Returns the outcome of a frame whose last byte arrived or was lost.
     pub(crate) fn fate(&mut self, frame: &SentFrame) -> Fate {
         if std::mem::take(&mut self.is_wrong) {
             Fate::Wrong
@@ -199,13 +201,14 @@ impl Station {
         }
     }
 
-    /// Returns when the frame was delivered, if it was.
+    /// Returns the time at which the frame was delivered, if it was.
     fn delivery(&self, frame: &SentFrame) -> Option<u64> {
         let (number, at) = self.delivered?;
         (number == frame.number).then_some(at)
     }
 
-    /// The UART reports an error.
+    /// Reports a line error of the UART to the receiver, unless the parameters disable such
+    /// reports.
     pub(crate) fn line_error(&mut self, event: LineEvent) {
         if self.hears_errors {
             self.line_event(event);
@@ -216,13 +219,13 @@ impl Station {
         self.receiver.line_event(event, |_| ());
     }
 
-    /// How many bytes of a frame the receiver has.
+    /// Returns the number of bytes of a possible frame that the receiver holds.
     #[must_use]
     pub fn pending(&self) -> usize {
         self.receiver.pending()
     }
 
-    /// The failsafe's time: a counter that wraps.
+    /// Returns the failsafe's time, a counter that wraps.
     fn ticks(&self, at: u64) -> u32 {
         let [a, b, c, d, ..] = microseconds(at, self.baud).to_le_bytes();
         u32::from_le_bytes([a, b, c, d])
@@ -235,24 +238,25 @@ impl Station {
         output
     }
 
-    /// 1 if the failsafe has taken over.
+    /// Returns 1 if the failsafe has just taken over, and 0 otherwise.
     fn engagement(&self, at: u64, output: Output<u8, 3>) -> u64 {
         u64::from(self.is_following && !self.is_following(at, output))
     }
 
-    /// Whether the output is the setpoint's, or on its way there, or the first frame is not late yet.
+    /// Returns true if the output equals the setpoint or approaches it, or if the first frame is
+    /// not late yet.
     fn is_following(&self, at: u64, output: Output<u8, 3>) -> bool {
         microseconds(at, self.baud) < self.hold_after
             || matches!(output.phase, Phase::Live | Phase::Approach)
     }
 
-    /// The output at that time.
+    /// Returns the output at this time.
     pub(crate) fn output(&self, at: u64) -> Output<u8, 3> {
-        // Of a copy: at a given time it is the same however often it is asked for.
+        // Polls a copy of the failsafe, so that repeated calls for one time return the same output.
         { self.failsafe }.poll(self.ticks(at))
     }
 
-    /// The output now, compared with `demand`.
+    /// Returns the current output and records its difference from `demand`.
     pub(crate) fn look(&mut self, at: u64, demand: Setpoint) -> Output<u8, 3> {
         let output = self.poll(at);
         for (actual, demanded) in output.axes.into_iter().zip(<[u8; 3]>::from(demand)) {
@@ -269,8 +273,8 @@ impl Station {
         self.tally.longest_silence.max(silence)
     }
 
-    /// Nothing more of the frame, which began at that time, can come. Frames come in their order,
-    /// each before the next ends.
+    /// Records the outcome of a frame that began at the time `began` and of which no more bytes can
+    /// come. Frames must be passed in the order sent, each before the next one ends.
     pub(crate) fn settle(&mut self, frame: &SentFrame, began: u64) {
         let began = frame.is_intact.then_some(began);
         let Some(at) = self.delivery(frame) else {
@@ -281,7 +285,7 @@ impl Station {
             return;
         };
         self.tally.delivered += 1;
-        // A frame that is delivered though it is not intact proves nothing.
+        // A delivered frame that is not intact does not prove that the receiver is back.
         if let Some((lost, since)) = self.outage.take()
             && let Some(since) = since.or(began)
         {
@@ -291,7 +295,8 @@ impl Station {
         }
     }
 
-    /// What has been counted until then. `bytes_lost`: how many the line has lost in the trial.
+    /// Returns the counts up to the time `at`. `bytes_lost` is the number of bytes that the line
+    /// has lost in this trial.
     pub(crate) fn tally(&self, at: u64, bytes_lost: u64) -> ReceiverTally {
         let mut tally = self.tally.clone();
         let counters = self.receiver.counters();

@@ -1,18 +1,18 @@
-//! How sure one may be of a figure: intervals that hold the true one in 95 of 100 cases.
+//! Confidence intervals of measured figures. They contain the true value in 95 of 100 cases.
 
 use serde::Serialize;
 
-/// This many standard deviations to each side hold 95 % of a normal distribution.
+/// The number of standard deviations to each side that contain 95 % of a normal distribution.
 const DEVIATIONS: f64 = 1.959_963_984_540_054;
 
-/// A part of a whole, and the interval.
+/// A part of a whole, with its confidence interval.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Share {
     /// The part.
     pub count: u64,
     /// The whole.
     pub of: u64,
-    /// `count / of`, 0 if both are.
+    /// `count / of`, or 0 if both are 0.
     pub value: f64,
     /// The interval's lower end.
     pub low: f64,
@@ -20,7 +20,7 @@ pub struct Share {
     pub high: f64,
 }
 
-/// A mean, and the interval.
+/// A mean, with its confidence interval.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Mean {
     /// The mean.
@@ -32,7 +32,7 @@ pub struct Mean {
 }
 
 impl Share {
-    /// With Wilson's interval, which is right for shares near 0 and 1 too.
+    /// Creates a share with Wilson's interval, which also holds for shares near 0 and 1.
     #[must_use]
     pub fn new(count: u64, of: u64) -> Self {
         let [value, low, high] = match of {
@@ -51,7 +51,7 @@ impl Share {
 
 #[expect(
     clippy::cast_precision_loss,
-    reason = "what it loses is less than the interval"
+    reason = "the rounding error is smaller than the interval"
 )]
 fn wilson(count: u64, of: u64) -> [f64; 3] {
     let (value, trials) = (count as f64 / of as f64, of as f64);
@@ -60,7 +60,7 @@ fn wilson(count: u64, of: u64) -> [f64; 3] {
     let width =
         DEVIATIONS * (value * (1.0 - value) / trials + square / (4.0 * trials * trials)).sqrt();
     let end = |place: f64| place / (1.0 + square / trials);
-    // Exact where rounding would leave a little.
+    // These ends are exact. Rounding would leave a small difference.
     let low = if count == 0 { 0.0 } else { end(middle - width) };
     let high = if count == of {
         1.0
@@ -70,13 +70,13 @@ fn wilson(count: u64, of: u64) -> [f64; 3] {
     [value, low, high]
 }
 
-/// Two quantities, summed over independent trials so that their ratio has an interval: the trials,
-/// both sums, and the sums of the squares of the first, of the products, of the squares of the second.
+/// Two quantities, `a` and `b`, summed over independent trials so that their ratio has a confidence
+/// interval: the number of trials and the sums of `a`, `b`, `a * a`, `a * b` and `b * b`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Ratio([u64; 6]);
 
 impl Ratio {
-    /// Of one trial.
+    /// Creates the sums of one trial with `a = above` and `b = below`.
     pub(crate) fn of(above: u64, below: u64) -> Self {
         Self([1, above, below, above * above, above * below, below * below])
     }
@@ -87,11 +87,11 @@ impl Ratio {
         }
     }
 
-    /// The first sum for each of the second, its interval from how much the trials differ; none
-    /// without two trials and something below.
+    /// Returns the ratio of the first sum to the second. Its interval follows from the differences
+    /// between trials. Returns `None` for fewer than two trials or if the second sum is 0.
     #[expect(
         clippy::cast_precision_loss,
-        reason = "what it loses is less than the interval"
+        reason = "the rounding error is smaller than the interval"
     )]
     pub(crate) fn mean(self) -> Option<Mean> {
         let [trials, above, below, above_squares, products, below_squares] =
@@ -152,7 +152,7 @@ mod tests {
         assert!((value - low - (high - value)).abs() < 1e-12);
         assert_eq!(Ratio([1, 10, 4, 30, 10, 4]).mean(), None);
         assert_eq!(Ratio([4, 10, 0, 30, 10, 4]).mean(), None);
-        // Two losses in each trial, one frame for each: no doubt at all.
+        // Two losses in each trial cost one frame each, so the interval is the single value 1.
         let [value, low, high] = [1.0; 3];
         assert_eq!(
             Ratio([4, 8, 8, 16, 16, 16]).mean(),

@@ -1,23 +1,23 @@
-//! What is counted, and the figures that come of it. Counts are whole numbers, so that the sum of
-//! trials does not depend on their order.
+//! The counts of a simulation, and the figures calculated from them. Counts are whole numbers, so
+//! that the sum of trials does not depend on their order.
 
 use std::collections::BTreeMap;
 
 use crate::station::Kind;
 use crate::statistics::{Mean, Ratio};
 
-/// What happened on the line.
+/// Counts of events on the line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct LineTally {
-    /// Frames sent to their end.
+    /// Frames sent completely.
     pub frames_sent: u64,
-    /// Frames of which every byte was delivered as it was sent, and nothing between them.
+    /// Frames whose bytes all arrived as they were sent, with nothing between them.
     pub frames_intact: u64,
     /// Bytes sent.
     pub bytes_sent: u64,
-    /// Bytes that the receivers were given.
+    /// Bytes passed to the receivers.
     pub bytes_delivered: u64,
-    /// Bytes that were lost behind the UART.
+    /// Bytes lost after the UART.
     pub bytes_lost: u64,
     /// Framing errors that the UART reported.
     pub framing_errors: u64,
@@ -25,59 +25,62 @@ pub struct LineTally {
     pub breaks: u64,
 }
 
-/// What became of the frames in one receiver, and behind its failsafe.
+/// Counts of the outcomes of frames in one receiver and in the failsafe that follows it.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct ReceiverTally {
-    /// Which receiver.
+    /// The kind of the station.
     pub kind: Kind,
-    /// Frames whose setpoint was committed with the frame's own last byte.
+    /// Frames whose setpoint the receiver delivered with the frame's own last byte.
     pub delivered: u64,
-    /// Frames that arrived intact and were not delivered.
+    /// Frames that arrived intact and that the receiver did not deliver.
     pub lost_intact: u64,
-    /// Commits that end with a frame's last byte and consist of that frame's bytes, but whose
-    /// setpoint is another.
+    /// Deliveries that end with a frame's last byte and consist of that frame's bytes, but have
+    /// another setpoint.
     pub wrong_setpoints: u64,
-    /// All other commits of what is no frame that was sent.
+    /// All other deliveries that are not a sent frame.
     pub false_frames: u64,
-    /// Bytes that are part of no committed frame.
+    /// Bytes that belong to no delivered frame.
     pub bytes_discarded: u64,
-    /// By the number of intact frames lost on the way back: how often.
+    /// How often the receiver was back after losing this number of intact frames.
     pub back_by_frames: BTreeMap<u64, u64>,
-    /// By microseconds from the first intact frame after a loss to the next delivery: how often.
+    /// How often the receiver was back within this number of microseconds, from the beginning of
+    /// the first intact frame after a loss to the next delivery.
     pub back_by_microseconds: BTreeMap<u64, u64>,
-    /// How often intact frames were being lost when the trial ended.
+    /// How often the receiver was still losing intact frames when the trial ended.
     pub never_back: u64,
-    /// The longest time without a commit, in microseconds.
+    /// The longest time without a delivery, in microseconds.
     pub longest_silence: u64,
-    /// How often the failsafe took over: frames stopped coming, or none came from the beginning.
+    /// How often the failsafe took over because frames stopped coming or none came from the
+    /// beginning.
     pub engagements: u64,
-    /// The output of the failsafe against the setpoint sent last, in units of demand: the largest
-    /// difference of any axis.
+    /// The largest difference of any axis between the failsafe's output and the setpoint sent last,
+    /// in units of demand.
     pub largest_error: u8,
-    /// Its squares over three axes, and how often the outputs were looked at.
+    /// The sum of the squared differences over three axes, and the number of times that the outputs
+    /// were compared.
     pub(crate) error_squares: u64,
     pub(crate) looks: u64,
     pub(crate) lost_per_byte: Ratio,
 }
 
-/// What was counted in any number of trials with the same parameters.
+/// Counts from any number of trials with the same parameters.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Tally {
-    /// How many trials.
+    /// The number of trials.
     pub trials: u64,
-    /// The line.
+    /// The counts of the line.
     pub line: LineTally,
-    /// Each receiver.
+    /// The counts of each receiver.
     pub receivers: Vec<ReceiverTally>,
 }
 
-/// Adds the fields of one to those of the other.
+/// Adds the fields of `$more` to those of `$sum`.
 macro_rules! add {
     ($sum:expr, $more:expr; $($field:ident)+) => { $($sum.$field += $more.$field;)+ };
 }
 
 impl Tally {
-    /// Both together.
+    /// Returns the sum of both tallies.
     #[must_use]
     pub fn and(mut self, other: Self) -> Self {
         if self.receivers.is_empty() {
@@ -110,20 +113,20 @@ impl ReceiverTally {
         }
     }
 
-    /// Intact frames lost for each byte that was lost behind the UART, if any was.
+    /// Returns the number of intact frames lost per byte lost after the UART, if any byte was lost.
     #[must_use]
     pub fn lost_per_byte(&self) -> Option<Mean> {
         self.lost_per_byte.mean()
     }
 
-    /// How often it was back after a loss.
+    /// Returns the number of times that the receiver was back after a loss.
     #[must_use]
     pub fn times_back(&self) -> u64 {
         self.back_by_microseconds.values().sum()
     }
 
-    /// In how many milliseconds it was back, in that many per cent of all cases: the least time
-    /// that occurred and is enough.
+    /// Returns the shortest measured time, in milliseconds, within which the receiver was back in
+    /// `percent` per cent of all cases.
     #[must_use]
     pub fn back_within_ms(&self, percent: u64) -> Option<f64> {
         let (all, mut so_far) = (self.times_back(), 0);
@@ -135,17 +138,17 @@ impl ReceiverTally {
         time.map(|(&microseconds, _)| milliseconds(microseconds))
     }
 
-    /// The longest time without a commit.
+    /// Returns the longest time without a delivery, in milliseconds.
     #[must_use]
     pub fn longest_silence_ms(&self) -> f64 {
         milliseconds(self.longest_silence)
     }
 
-    /// The output of the failsafe against the setpoint sent last, root of the mean square; none if
-    /// it was never looked at. Means something for smooth motion only, since the failsafe's approach
-    /// cannot follow any other.
+    /// Returns the root mean square of the difference between the failsafe's output and the
+    /// setpoint sent last, or `None` if the outputs were never compared. The figure is meaningful
+    /// only for smooth motion, because the failsafe's approach cannot follow any other.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "what it loses is not written")]
+    #[expect(clippy::cast_precision_loss, reason = "printed digits are unaffected")]
     pub fn error_rms(&self) -> Option<f64> {
         let mean = self.error_squares as f64 / (3 * self.looks) as f64;
         (self.looks > 0).then(|| mean.sqrt())

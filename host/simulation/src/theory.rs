@@ -1,32 +1,33 @@
-//! What the measured figures should be, where that can be worked out.
+//! Formulas for those measured figures that can be calculated.
 
 use framelock::motion::crc8;
 use framelock_receiving::FrameFormat;
 
-/// The probability that a frame with a pause in front of it is committed with a wrong setpoint, if
-/// each bit is inverted with the probability `flip`.
+/// Returns the probability that a frame after a pause is delivered with a wrong setpoint, if each
+/// bit is inverted with the probability `flip`.
 ///
-/// The bits of sync and terminator, start and stop bits and nine idle bits in front must arrive as
-/// they were sent; those of the setpoint must not, in a way that the checksum does not notice. Left
-/// out is what takes two coincidences, and that a receiver which has missed a start bit may be in
-/// step again two bytes later: together less than a twentieth as long as no more than one bit in a
-/// hundred is inverted.
+/// The bits of the sync and the terminator, the start and stop bits, and nine idle bits before the
+/// frame must arrive as they were sent. The bits of the setpoint must change in a way that the
+/// checksum does not notice. The formula omits cases in which two unlikely errors coincide. It also
+/// omits that a receiver which missed a start bit may be back in step two bytes later. Together
+/// these cases add less than a twentieth if at most one bit in a hundred is inverted.
 #[must_use]
 pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
     let kept = |bits| (1.0 - flip).powi(bits);
     match format {
-        // 24 fixed bits, 14 start and stop bits, 9 idle bits; 1 - (1 - flip)^24 without the loss of
-        // small numbers.
+        // 24 fixed bits, 14 start and stop bits, 9 idle bits. The second factor is 1 - (1 -
+        // flip)^24, written so that small numbers lose no digits.
         FrameFormat::Bin => kept(24 + 14 + 9) * -libm::expm1(24.0 * libm::log1p(-flip)),
         FrameFormat::BinCrc8 => kept(24 + 16 + 9) * unnoticed(flip),
     }
 }
 
-/// The probability that an error in payload and checksum goes unnoticed and changes the setpoint.
+/// Returns the probability that an error in payload and checksum goes unnoticed and changes the
+/// setpoint.
 ///
-/// A linear code lets through the errors that are words of it: their probability is the mean, over
-/// the 256 words of its dual, of (1 - 2 flip)^weight (`MacWilliams`). Of these, errors that are 0 or
-/// change nothing but the reserved byte and the checksum leave the setpoint as it is.
+/// A linear code does not notice errors that are code words. Their probability is the mean of (1 -
+/// 2 flip)^weight over the 256 words of the dual code (`MacWilliams`). Among these errors, 0 and
+/// those that change only the reserved byte and the checksum leave the setpoint unchanged.
 fn unnoticed(flip: f64) -> f64 {
     let crc = |payload: u32| u32::from(crc8(payload.to_be_bytes()) ^ crc8([0; 4]));
     let columns = (0..32)
@@ -56,10 +57,11 @@ mod tests {
 
     use super::*;
 
-    /// By trying all errors of up to four bits in payload and checksum: of fewer than four none goes
-    /// unnoticed, and those of four are what theory says while errors are rare.
+    /// Tries all errors of up to four bits in payload and checksum. No error of fewer than four
+    /// bits goes unnoticed, and the number of unnoticed four-bit errors agrees with theory while
+    /// errors are rare.
     #[test]
-    fn theory_is_what_trying_all_errors_finds() {
+    fn theory_agrees_with_trying_all_errors() {
         let goes_unnoticed = |error: u64| {
             let [_, _, _, reserved, pitch, roll, yaw, crc] = error.to_be_bytes();
             let change = crc8([reserved, pitch, roll, yaw]) ^ crc8([0; 4]);
@@ -83,17 +85,17 @@ mod tests {
         let flip = 1e-3_f64;
         let rare = f64::from(four) * flip.powi(4) * (1.0 - flip).powi(36);
         let theory = unnoticed(flip);
-        // Errors of five bits and more.
+        // The difference is errors of five bits and more.
         assert!(rare < theory && theory < 1.02 * rare, "{rare} {theory}");
-        // If every bit is as likely 0 as 1, one in 256 of all errors goes unnoticed, but for the
-        // 256 harmless ones.
+        // If every bit is 0 or 1 with equal probability, one in 256 of all errors goes unnoticed,
+        // and 256 of the unnoticed ones are harmless.
         let expected = 1.0 / 256.0 - 256.0 * 0.5_f64.powi(40);
         assert!((unnoticed(0.5) / expected - 1.0).abs() < 1e-9);
     }
 
-    /// Worked out by hand: (1 - p)^47 (1 - (1 - p)^24), in wrong setpoints of a million frames.
+    /// Calculated by hand: (1 - p)^47 (1 - (1 - p)^24), in wrong setpoints per million frames.
     #[test]
-    fn of_bin_it_is_the_formula() {
+    fn bin_follows_the_formula() {
         for (flip, wrong) in [(1e-5, 240), (1e-4, 2_386), (1e-3, 22_636), (1e-2, 133_635)] {
             let expected = f64::from(wrong);
             let theory = 1e6 * wrong_setpoint(FrameFormat::Bin, flip);

@@ -1,4 +1,4 @@
-//! One trial: a sender, a line, and stations at its end that hear the same.
+//! One trial: a sender, a line, and stations at its end that all receive the same bytes.
 
 use std::collections::VecDeque;
 
@@ -8,7 +8,7 @@ use framelock::motion::{Output, Setpoint};
 use rand::Rng;
 
 use crate::byte_faults::{ByteFaults, FaultRates};
-use crate::line::Line;
+use crate::line::NoisyLine;
 use crate::motion::LEVEL;
 use crate::parameters::Parameters;
 use crate::payload::{Transmission, frames};
@@ -18,31 +18,33 @@ use crate::station::{Fate, Kind, Outcome, Station, microseconds};
 use crate::tally::{LineTally, Tally};
 use crate::uart::{BITS_PER_BYTE, Heard, TICK};
 
-/// How often the output of the failsafe is looked at: as often as the firmware's main loop runs.
+/// How often per second the output of the failsafe is compared with the demand: as often as the
+/// firmware's main loop runs.
 const LOOKS_PER_SECOND: f64 = 500.0;
 
-/// What there is to see of a trial.
+/// An event of a trial.
 #[derive(Clone, Debug)]
 pub enum Event {
-    /// The UART has heard a byte.
+    /// The UART received a byte.
     Byte {
-        /// Where it comes from, and what it was when it was sent; none if it is no byte of a frame.
+        /// The byte's position and its value when it was sent; `None` if it is not a byte of a
+        /// frame.
         sent: Option<(Origin, u8)>,
-        /// What is delivered of it; none if it is lost.
+        /// The byte passed to the stations; `None` if it is lost.
         received: Option<u8>,
-        /// What it made of each station; empty if it is lost.
+        /// The byte's effect on each station; empty if it is lost.
         outcomes: Vec<Outcome>,
     },
-    /// The last byte of a frame has come or was lost, just after the event of that byte.
+    /// The last byte of a frame arrived or was lost. This event follows the event of that byte.
     Frame {
         /// The frame's number.
         number: u64,
-        /// What became of it at each station.
+        /// The frame's outcome at each station.
         fates: Vec<Fate>,
     },
-    /// The outputs of the failsafes are looked at.
+    /// The outputs of the failsafes were compared with the demand.
     Look {
-        /// Since the beginning.
+        /// The time since the beginning.
         microseconds: u64,
         /// The setpoint of the frame sent last.
         demand: Setpoint,
@@ -51,7 +53,7 @@ pub enum Event {
     },
 }
 
-/// Runs the trial with that number to its end. If it `is_watched`, it has all its events.
+/// Runs trial `number` to its end. If `is_watched`, the trial contains all its events.
 ///
 /// # Errors
 /// The parameters are out of their ranges or contradict each other.
@@ -73,40 +75,41 @@ pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Tri
         trial.send(number.into(), frame);
     }
     trial.send_rest();
-    // Whatever is under way comes to its end.
+    // Let the frames on the line arrive completely.
     trial.advance_to(trial.line.sent + 3 * BITS_PER_BYTE);
     Ok(trial)
 }
 
-/// A trial that can be stopped at any bit. Time is counted in the sender's bits; what comes of a
-/// trial does not depend on where it was stopped.
+/// A trial that can be stopped at any bit. Time is counted in the sender's bits. The results do not
+/// depend on where the trial was stopped.
 pub struct Trial {
-    /// What has happened, if it is watched. A watcher takes it out and leaves an empty list.
+    /// The events so far, if the trial is watched. The watcher takes them and leaves an empty list.
     pub events: Option<Vec<Event>>,
-    /// Whether there are faults behind the UART.
+    /// True if bytes suffer faults after the UART.
     pub is_faulty: bool,
-    /// A byte that is lost when it comes.
+    /// A byte that is lost when it arrives.
     pub lost: Option<Origin>,
     baud: u32,
-    /// From the beginning of a byte to the next, in bits.
+    /// The distance from the beginning of a byte to that of the next, in bits.
     byte_step: u64,
-    line: Line,
-    /// The frames sent last, whose fate is open, and the one that is being sent.
+    line: NoisyLine,
+    /// The frames sent last whose outcome is still open, and the frame being sent.
     frames: VecDeque<SentFrame>,
     faults: ByteFaults,
     stations: Vec<Station>,
     tally: LineTally,
-    /// The setpoint of the frame sent last, and the bit from which on the stations should follow it:
-    /// a byte behind the frame, since the two clocks differ.
+    /// The setpoint of the frame sent last, and the bit from which the stations should follow it.
+    /// This bit is one byte after the frame, because the two clocks differ.
     demand: Setpoint,
     settled: u64,
-    /// When the outputs are looked at next, and how often, in bits.
+    /// The bit of the next comparison of outputs, and the number of bits between comparisons.
     next_look: u64,
     looks_every: u64,
 }
 
 impl Trial {
-    /// Nothing has been sent yet. `rates`: the faults behind the UART.
+    /// Creates a trial in which nothing has been sent yet. `rates` are those of the faults after
+    /// the UART.
     ///
     /// # Errors
     /// The parameters are out of their ranges or contradict each other, or a station cannot receive
@@ -130,7 +133,7 @@ impl Trial {
             }),
             baud: parameters.baud,
             byte_step: BITS_PER_BYTE + u64::from(parameters.byte_gap),
-            line: Line::new(parameters, seed, phase),
+            line: NoisyLine::new(parameters, seed, phase),
             frames: VecDeque::new(),
             faults: ByteFaults::new(rates, seed),
             stations: stations.collect::<Result<_>>()?,
@@ -142,7 +145,7 @@ impl Trial {
         })
     }
 
-    /// The stations at the end of the line, and the output of each now.
+    /// Returns the stations at the end of the line, each with its current output.
     pub fn stations(&self) -> impl Iterator<Item = (&Station, Output<u8, 3>)> {
         let now = self.line.now();
         self.stations
@@ -150,7 +153,7 @@ impl Trial {
             .map(move |each| (each, each.output(now)))
     }
 
-    /// Begins to send a frame, as soon as the one before has been sent. Numbers rise.
+    /// Begins to send a frame as soon as the previous one has been sent. Frame numbers must ascend.
     pub fn send(&mut self, number: u64, transmission: Transmission) {
         self.send_rest();
         self.frames.push_back(SentFrame {
@@ -161,21 +164,21 @@ impl Trial {
         });
     }
 
-    /// When the next byte of the current frame begins, if there is one.
+    /// Returns the bit at which the next byte of the current frame begins, if there is one.
     fn next_byte(&self) -> Option<u64> {
         let frame = self.frames.back().filter(|frame| !frame.is_sent())?;
         Some(frame.begin + frame.sent as u64 * self.byte_step)
     }
 
-    /// Sends the current frame to its end.
+    /// Sends the rest of the current frame.
     fn send_rest(&mut self) {
         while let Some(begin) = self.next_byte() {
             self.advance_to(begin + BITS_PER_BYTE);
         }
     }
 
-    /// Goes on up to that bit: sends the bytes of the current frame that end by then, and is idle
-    /// where there is nothing to send.
+    /// Advances to this bit. Sends the bytes of the current frame that end by then, and keeps the
+    /// line idle when there is nothing to send.
     pub fn advance_to(&mut self, bit: u64) {
         loop {
             let (now, look) = (self.line.sent, self.next_look.max(self.settled));
@@ -266,7 +269,7 @@ impl Trial {
         }
     }
 
-    /// That byte of that frame has come or was lost.
+    /// Records that this byte of this frame arrived or was lost.
     fn end(&mut self, number: u64, place: usize) {
         let is_it = |sent: &&SentFrame| sent.number == number;
         let frame = self.frames.iter().find(is_it);
@@ -277,7 +280,7 @@ impl Trial {
         }
     }
 
-    /// Gives the stations what was received of a byte sent; nothing if it was lost.
+    /// Passes a received byte to the stations, or records that it was lost if `received` is `None`.
     fn deliver(&mut self, at: u64, received: Option<u8>, sent: Option<(Origin, u8)>) {
         let mut outcomes = Vec::new();
         if let Some(byte) = received {
@@ -301,7 +304,8 @@ impl Trial {
         });
     }
 
-    /// Two byte times behind a frame nothing more of it can come.
+    /// Records the outcome of frames of which no more bytes can come, which is two byte times after
+    /// their end.
     fn settle(&mut self) {
         let is_open = self.line.sent < self.settled + BITS_PER_BYTE;
         while !is_open
@@ -318,8 +322,8 @@ impl Trial {
         }
     }
 
-    /// What has been counted of the frames that have been sent for long enough that nothing more of
-    /// them can come: two byte times.
+    /// Returns the counts. They include only frames of which no more bytes can come, which is two
+    /// byte times after their end.
     #[must_use]
     pub fn tally(&self) -> Tally {
         let stations = self.stations.iter();

@@ -1,23 +1,24 @@
 //! The receiving UART, sample by sample.
 //!
-//! Its clock runs sixteen times as fast as its bits. It looks for a low level at each tick; a start
-//! bit and every bit behind it is what two of the ticks 7, 8 and 9 of that bit say. A start bit
-//! that is high is none. A stop bit that is low is a framing error; what it does then is what the
-//! nRF52840's UARTE does: the byte is not stored, a line that stays low for longer than a character
-//! is a break, and nothing begins before the line has been high again.
+//! The UART's clock runs sixteen times as fast as its bits. The UART looks for a low level at each
+//! tick. It decides the start bit and every following bit by a majority of the ticks 7, 8 and 9 of
+//! that bit. If the start bit is decided as high, it was noise and is ignored. A low stop bit is a
+//! framing error, and the UART then behaves like the nRF52840's UARTE: it does not store the byte,
+//! it reports a break if the line stays low for longer than a character, and it receives nothing
+//! more before the line has been high again.
 
 use std::collections::VecDeque;
 
 use framelock::LineEvent;
 
-/// Time: the smallest step there is. A tick has 2^16 of them, so that the sender's clock can be set
-/// to a millionth.
+/// The unit of time is the smallest step. A tick has 2^16 steps, so that the sender's clock can be
+/// set to a millionth.
 pub(crate) const TICK: u64 = 1 << 16;
 
 /// Ticks in one of the receiver's bits.
 const OVERSAMPLING: u64 = 16;
 
-/// A bit of the receiver's, in time steps.
+/// The length of one of the receiver's bits, in time steps.
 pub(crate) const BIT: u64 = OVERSAMPLING * TICK;
 
 /// Start bit, eight data bits, stop bit.
@@ -25,16 +26,16 @@ pub(crate) const BITS_PER_BYTE: u64 = 10;
 
 const STOP_BIT: u64 = BITS_PER_BYTE - 1;
 
-/// The ticks of a bit that are sampled.
+/// The first tick of a bit that is sampled; the last one follows.
 const FIRST_SAMPLE: u64 = 7;
 const LAST_SAMPLE: u64 = 9;
 
-/// What the receiver makes of the line, and when.
+/// An event that the receiver reports, with its time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Heard {
-    /// A byte. Its start bit was seen, and its stop bit decided, at these times.
+    /// A byte. The UART saw its start bit at `start` and decided its stop bit at `at`.
     Byte { byte: u8, start: u64, at: u64 },
-    /// A stop bit that was low; or, behind that, a line that is low for longer than a character.
+    /// A low stop bit or, after it, a line that stays low for longer than a character.
     Error { event: LineEvent, at: u64 },
 }
 
@@ -44,41 +45,41 @@ enum State {
     #[default]
     Hunting,
     Character(Character),
-    /// Waits for a high level; reports a break at that tick.
+    /// Waits for a high level. Reports a break at the tick `break_at`.
     Low {
         break_at: u64,
     },
 }
 
-/// The character that is coming in.
+/// The character being received.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Character {
     /// The tick at which its start bit was seen.
     start: u64,
-    /// How many samples of the current bit were high.
+    /// The number of high samples of the current bit.
     high: u64,
-    /// The bits decided, the last one highest.
+    /// The bits decided so far. The last one is the most significant.
     bits: u16,
-    /// Behind the last sample that was high.
+    /// The tick after the last high sample.
     low_since: u64,
 }
 
-/// The receiver. It begins at time 0.
+/// The receiver, which begins at time 0.
 #[derive(Debug, Default)]
 pub(crate) struct Uart {
     state: State,
-    /// The next tick at which it looks at the line.
+    /// The next tick at which the receiver looks at the line.
     tick: u64,
     heard: VecDeque<Heard>,
 }
 
 impl Uart {
-    /// What it has made of the line, in order.
+    /// Returns the next event that the receiver has reported.
     pub(crate) fn hear(&mut self) -> Option<Heard> {
         self.heard.pop_front()
     }
 
-    /// The line has `level` from where the last call ended until the time `until`.
+    /// Advances to the time `until`. The line has `level` since the end of the last call.
     pub(crate) fn advance(&mut self, level: bool, until: u64) {
         let end = until.div_ceil(TICK);
         while self.tick < end {
@@ -107,7 +108,7 @@ impl Uart {
         }
     }
 
-    /// Takes samples of one bit of a character, up to the tick `end`; the last one decides the bit.
+    /// Samples one bit of a character up to the tick `end`. The last sample decides the bit.
     fn sample(&mut self, mut character: Character, level: bool, end: u64) -> State {
         let bit = (self.tick - character.start) / OVERSAMPLING;
         let last = character.start + bit * OVERSAMPLING + LAST_SAMPLE;
@@ -124,7 +125,7 @@ impl Uart {
         match bit {
             0 if is_high => State::Hunting,
             STOP_BIT if is_high => {
-                // The start bit has moved on to the lower half.
+                // The start bit has been shifted into the lower byte.
                 let [_, byte] = character.bits.to_le_bytes();
                 let (start, at) = (character.start * TICK, last * TICK);
                 self.heard.push_back(Heard::Byte { byte, start, at });
@@ -136,7 +137,7 @@ impl Uart {
                 State::Low { break_at }
             }
             _ => {
-                // Data bits come lowest first.
+                // Data bits arrive least significant first.
                 character.bits = character.bits >> 1 | u16::from(is_high) << 15;
                 character.high = 0;
                 self.tick += OVERSAMPLING - (LAST_SAMPLE + 1) + FIRST_SAMPLE;

@@ -1,9 +1,9 @@
 'use strict';
-// It draws what the machines say. No machine is here.
+// This script draws the machines' state. It contains no machine.
 const $ = (id) => document.getElementById(id);
 const SVG = 'http://www.w3.org/2000/svg';
 const STATES = ['A', 'B', '1', '2', '3', '4', 'CR'];
-const MARKS = { pending: '·', committed: '✓', wrong: '!' };
+const MARKS = { pending: '·', delivered: '✓', wrong: '!' };
 const AXES = ['pitch', 'roll', 'yaw'];
 
 const hex = (byte) => byte.toString(16).toUpperCase().padStart(2, '0');
@@ -22,7 +22,7 @@ function drawing(name, attributes, ...children) {
   return made;
 }
 
-/** Changes what is on the page only where it differs: screen readers and the browser are spared. */
+/** Sets a text only if it differs, which spares screen readers and the browser. */
 function say(where, text) {
   if (where.textContent !== text) where.textContent = text;
 }
@@ -43,7 +43,7 @@ function draw() {
   fit($('machines'), view.machines.length, makeMachine).forEach((card, index) => drawMachine(card, view.machines[index]));
 }
 
-/** As many children as are wanted. The others stay, so that the focus does. */
+/** Adds or removes children until there are `count`. The other children stay, so that they keep the focus. */
 function fit(parent, count, make) {
   while (parent.children.length < count) parent.append(make());
   while (parent.children.length > count) parent.lastChild.remove();
@@ -87,7 +87,7 @@ function drawFates(room) {
     const [who, row] = node.children;
     say(who.firstChild, machine.name);
     drawStatus(who.lastChild, machine);
-    row.setAttribute('aria-hidden', 'true'); // each byte's label says the same
+    row.setAttribute('aria-hidden', 'true'); // the label of each byte contains the same text
     fitRow(row, room, () => element('i')).forEach((node, column) => {
       const fate = view.cells[column]?.fates[index];
       node.className = 'fate ' + (fate ? (MARKS[fate] ? fate : 'discarded') : '');
@@ -104,7 +104,7 @@ function drawStatus(node, machine) {
   say(node, mark + machine.status + since);
 }
 
-/** The parts of a machine's card that change. */
+/** Creates a machine's card, and keeps the parts of it that change. */
 function makeMachine() {
   const card = element('section', { className: 'machine' });
   const title = element('h2', {}, (card.who = element('span')), ' ', (card.status = element('span')));
@@ -126,8 +126,8 @@ function makeMachine() {
   const legs = drawing('svg', { viewBox: '0 0 150 130', role: 'img' }, ...card.legs.flatMap((leg) => leg.parts));
   Object.assign(card, { picture: legs, values: element('table'), counts: element('table'), window: element('div', { className: 'window' }) });
   Object.assign(card, { axes: element('div', { className: 'axes' }, card.values, legs), fields: element('table', { className: 'given' }) });
-  const caption = element('small', { textContent: 'Bytes it has of a frame, and what it takes them for' });
-  card.given = element('div', {}, element('small', { textContent: 'The last frame that it gave out' }), card.fields);
+  const caption = element('small', { textContent: 'Pending bytes, and the parts of a frame that they may be' });
+  card.given = element('div', {}, element('small', { textContent: 'The last delivered frame' }), card.fields);
   card.append(title, card.diagram, caption, card.window, card.axes, card.given, card.counts);
   return card;
 }
@@ -137,7 +137,7 @@ function drawMachine(card, machine) {
   say(card.who, machine.name);
   drawStatus(card.status, machine);
   card.diagram.classList.toggle('hidden', machine.state === null);
-  card.diagram.setAttribute('aria-label', `The lecture's seven states; it is in ${machine.state}`);
+  card.diagram.setAttribute('aria-label', `The lecture's seven states; the machine is in ${machine.state}`);
   for (const state of card.diagram.querySelectorAll('[data-state]')) {
     state.classList.toggle('lit', state.dataset.state === machine.state);
   }
@@ -156,7 +156,7 @@ function drawMachine(card, machine) {
   rows(card.counts, [
     ['whole frames delivered', tally.delivered],
     ['whole frames missed', tally.missed],
-    ['frames given out that nobody sent', tally.wrong],
+    ['delivered frames that nobody sent', tally.wrong],
     ['bytes received', counters.bytes],
     ['bytes discarded' + (why && `: ${why}`), reasons.reduce((sum, [, count]) => sum + count, 0)],
   ]);

@@ -1,25 +1,25 @@
 'use strict';
-// It turns clicks into calls, and keeps the address.
+// This script turns clicks into calls of the machines and keeps the page's address up to date.
 let page = null;
 let presets = [];
-let shown = ''; // the frames that the settings are of
+let shown = ''; // the frame format for which the settings are shown
 let view = null;
 let position = 0;
 let playing = false;
 let file = new Uint8Array(0);
-let wanted = ''; // the address that is shown, or waits for its file
-let opened = 0; // counts, so that decoding ends when something else is opened
-let edited = null; // the place on the line of the byte that is being edited
-let written = 0; // when the address was last to be written,
-let later = 0; // and the timer that will
-let typed = 0; // the timer since the description was last typed in
+let wanted = ''; // the address that is shown, or that waits for its file
+let opened = 0; // counts calls of open(), so that decoding stops when another address is opened
+let edited = null; // the place on the line of the byte being edited
+let written = 0; // the time of the last request to write the address
+let later = 0; // the timer that will write the address
+let typed = 0; // the timer since the last keystroke in the description
 
 function complain(error) {
   $('error').hidden = !error;
   say($('error'), error ? String(error) : '');
 }
 
-/** The scenario of an address, which is decoded in pieces. */
+/** Opens the scenario of an address and decodes it in pieces. */
 async function open(address) {
   const turn = ++opened;
   clearTimeout(typed);
@@ -52,13 +52,13 @@ async function open(address) {
   remember();
 }
 
-/** While a description is typed in: what is wrong with it, or its frames. */
+/** Shows the mistake in a description while the user types, or its frames once it is valid. */
 function describe() {
   clearTimeout(typed);
   typed = setTimeout(() => {
     const text = $('description').value;
     const problem = wasm_bindgen.problem(text);
-    showProblem(problem || 'Nothing is wrong with it.', problem);
+    showProblem(problem || 'The description is valid.', problem);
     if (!problem) change(`edits=&frame=own&description=${encodeURIComponent(text)}`);
   }, 300);
 }
@@ -68,7 +68,7 @@ function showProblem(text, wrong = false) {
   $('description').setAttribute('aria-invalid', Boolean(wrong));
 }
 
-/** The address says what is shown. Browsers limit how often it may be written. */
+/** Writes the current view to the address, after a delay because browsers limit how often a page may do so. */
 function remember() {
   written = performance.now();
   clearTimeout(later);
@@ -109,7 +109,7 @@ function showSettings() {
     $('presets').children[index].setAttribute('aria-pressed', chosen);
     if (chosen) explanation = preset.explanation;
   });
-  say($('explanation'), explanation || 'A line of your own making: the address has all of it, so you can send it as a link.');
+  say($('explanation'), explanation || 'This is your own line. The address contains all of it, so you can share it as a link.');
 }
 
 function go(to) {
@@ -121,11 +121,11 @@ function go(to) {
 function play() {
   if (playing) return pause();
   if (position >= view.positions) position = 0;
-  // It stops behind the last byte; from there it goes on through the silence.
+  // Playing stops after the last byte. A second click plays the silence that follows.
   const end = position < view.bytes ? view.bytes : view.positions;
   playing = true;
   say($('play'), 'Pause');
-  // While it plays, every step would be read out.
+  // While playing, a screen reader would announce every step.
   $('sentence').setAttribute('aria-live', 'off');
   let last = performance.now();
   let due = 0;
@@ -162,8 +162,8 @@ function openEditor(node) {
   pause();
   edited = cell.place;
   const byte = cell.received ?? cell.sent;
-  say($('edited'), `Byte ${edited + 1}: ${byte === null ? 'not heard' : `${hex(byte)} ${character(byte)}`}, ${cell.kind}`);
-  say($('drop'), cell.kind === 'inserted' ? 'Take it away' : cell.kind === 'lost' ? 'Do not drop' : 'Drop');
+  say($('edited'), `Byte ${edited + 1}: ${byte === null ? 'not received' : `${hex(byte)} ${character(byte)}`}, ${cell.kind}`);
+  say($('drop'), cell.kind === 'inserted' ? 'Remove' : cell.kind === 'lost' ? 'Do not drop' : 'Drop');
   $('editor').hidden = false;
 }
 
@@ -279,14 +279,14 @@ async function main() {
   const complaint = $('error').textContent;
   await open(presets[0].address);
   if (!complaint) return matchMedia('(prefers-reduced-motion: reduce)').matches || play();
-  // What is wrong with the address, or its file, can still be seen to.
+  // Keep the address, so that the user can correct it or supply its file.
   complain(complaint);
   wanted = address;
   clearTimeout(later);
   history.replaceState(null, '', '#' + address);
 }
 
-/** What is shown, as JSON: for tests, and for whoever looks closely. */
+/** Returns the page's state as JSON, for tests and for curious users. */
 window.framelock = () => JSON.stringify({ playing, error: $('error').textContent, problem: $('problem').textContent, address: page?.with(`at=${position}`), ...view });
 
 main().catch(complain);

@@ -1,4 +1,4 @@
-//! The frames on the line, by the scenario, and examples of them to be sent.
+//! The frame format of a scenario, and example frames to send.
 
 use framelock::{Classification, Format as _};
 use framelock_description::{Description, Kind, Type, shipped};
@@ -10,13 +10,13 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::scenario::Scenario;
 
-/// The frames of a scenario.
+/// Returns the protocol that a scenario uses.
 pub(crate) fn protocol(scenario: &Scenario) -> Result<Protocol, String> {
     let text = shipped(&scenario.frame).unwrap_or(&scenario.description);
     described(&scenario.frame, text)
 }
 
-/// The frames that a text describes. The error says in which line and column it goes wrong.
+/// Parses a description of frames. An error begins with the line and column of the mistake.
 pub(crate) fn described(name: &str, text: &str) -> Result<Protocol, String> {
     Protocol::described(name, text.to_owned()).map_err(|problem| {
         let mut parts = problem.splitn(4, ':').skip(1);
@@ -25,18 +25,20 @@ pub(crate) fn described(name: &str, text: &str) -> Result<Protocol, String> {
     })
 }
 
-/// So many frames, of each kind in turn, with random bytes where any may stand.
+/// Returns `count` example frames that alternate between all kinds. Their bytes are random where
+/// the format allows any value.
 pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<u8> {
     let (mut random, mut stream) = (ChaCha8Rng::seed_from_u64(seed), Vec::new());
     let format = description.format();
     let kinds = description.kinds.iter().cycle();
     for (kind, _) in kinds.zip(0..count) {
-        // Not all bytes make a frame: of many messages each has a length of its own.
+        // Try several lengths. Many message types have only one valid length, so not all bytes make
+        // a frame.
         let mut frames = (0..64).filter_map(|nth| example(kind, nth / 8, &mut random));
         let frame =
             frames.find(|frame| format.classify(frame) == Classification::Frame(frame.len()));
         stream.extend(frame.unwrap_or_default());
-        // Those of one's own may be long.
+        // Frames of the user's own may be long, so limit the stream.
         if stream.len() > 1 << 20 {
             break;
         }
@@ -44,7 +46,8 @@ pub(crate) fn examples(description: &Description, count: u32, seed: u64) -> Vec<
     stream
 }
 
-/// A frame of that kind, so much longer than it need be; if these bytes make one.
+/// Returns a frame of this kind that is `longer` bytes longer than necessary, or `None` if its
+/// bytes do not make a frame.
 fn example(kind: &Kind, longer: usize, random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let layout = &kind.layout;
     let mut fields = kind.fields.iter();

@@ -1,15 +1,15 @@
-//! The machine in a browser: bytes fall on a line, one can be broken, and one machine goes deaf while
-//! the other does not.
+//! Two machines in a browser. Bytes travel on a line, the user breaks one byte, and one machine
+//! goes deaf while the other does not.
 //!
 //! ```text
-//!  address ◄─► Scenario ─► line ─► Run: machines and failsafes ─► JSON, which the page draws
+//!  address ◄─► Scenario ─► line ─► Run: machines and failsafes ─► JSON that the page draws
 //! ```
 //!
-//! What there is to see is a function of the page's address. The page's script draws and calls;
-//! `cargo xtask web` builds the page.
+//! The page's address alone determines what the page shows. The page's script draws and calls the
+//! functions of this crate. `cargo xtask web` builds the page.
 //!
 //! ```
-//! // The payload holds sync bytes, and the first byte of the fourth frame is lost.
+//! // The payload contains sync bytes, and the first byte of the fourth frame is lost.
 //! let run = framelock_web::Run::open("payload=00414200&edits=21d", &[])?;
 //! assert!(run.view(280, 0, 0).contains("DEAF"));
 //! # Ok::<(), String>(())
@@ -29,14 +29,15 @@ use framelock_receiving::{AnyLine, Policy};
 
 pub use run::Run;
 
-/// The scenarios that are one click away, as JSON: name, explanation, address.
+/// Returns the presets as JSON: the name, the explanation and the address of each. The page has a
+/// button for each preset.
 #[must_use]
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn presets() -> String {
     include_str!("../presets.json").to_owned()
 }
 
-/// The names of the frames that there are, and what each is, as JSON.
+/// Returns the name and a short description of each available frame format as JSON.
 #[must_use]
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn frames() -> String {
@@ -48,7 +49,8 @@ pub fn frames() -> String {
     serde_json::json!(frames.chain([own]).collect::<Vec<_>>()).to_string()
 }
 
-/// What is wrong with a description, with its line and column; nothing if it describes frames.
+/// Returns the mistake in a description with its line and column, or an empty string if the
+/// description is valid.
 #[must_use]
 #[wasm_bindgen::prelude::wasm_bindgen]
 pub fn problem(description: &str) -> String {

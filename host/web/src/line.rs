@@ -1,4 +1,4 @@
-//! The line: what is sent, byte by byte, and what arrives of it.
+//! The line: each byte sent, and the byte that arrives.
 
 use framelock::{Found, LineEvent};
 use framelock_receiving::{AnyLine, FrameFormat, Policy, Protocol};
@@ -7,20 +7,20 @@ use framelock_simulation::{ByteFaults, Event, FaultRates, Parameters, Seed, run}
 use crate::frame::examples;
 use crate::scenario::{Action, Scenario};
 
-/// How long a byte takes on the line, and the pause behind a frame, in microseconds: slow enough to
-/// watch, 1200 baud.
+/// The time of a byte on the line and the pause after a frame, in microseconds. The line has 1200
+/// baud, which is slow enough to watch.
 const BYTE: u64 = 8_333;
 const PAUSE: u64 = 5 * BYTE;
 
 /// A byte on the line.
 pub(crate) struct Cell {
-    /// None if nobody sent it.
+    /// The byte sent, or `None` if nobody sent it.
     pub(crate) sent: Option<u8>,
-    /// None if it is lost.
+    /// The byte that arrives, or `None` if it is lost.
     pub(crate) received: Option<u8>,
-    /// If a frame that is sent ends with it: the frame's length.
+    /// If a sent frame ends with this byte, the length of that frame; otherwise 0.
     pub(crate) ends: u32,
-    /// When it ends, in milliseconds.
+    /// The time at which the byte ends, in milliseconds.
     pub(crate) at: u32,
 }
 
@@ -36,7 +36,7 @@ impl Cell {
     }
 }
 
-/// The line of a scenario. `file`: the bytes to send, if it sends a file.
+/// Returns the line of a scenario. `file` holds the bytes to send if the scenario sends a file.
 pub(crate) fn line(
     scenario: &Scenario,
     protocol: &Protocol,
@@ -86,8 +86,8 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
     }
 }
 
-/// Bytes as they are sent, with a pause behind each frame. The frames are those that the receiver finds
-/// on a line without faults.
+/// Returns the bytes as they are sent, with a pause after each frame. Sent frames are those that
+/// the receiver finds on a line without faults.
 fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
     let cells = bytes.iter().map(|byte| Cell::new(Some(*byte), *byte, 0));
     let mut cells: Vec<Cell> = cells.collect();
@@ -102,7 +102,7 @@ fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
     for piece in bytes.chunks(1 << 16) {
         receiver.feed(piece, &mut decided);
     }
-    // Nothing comes behind the last.
+    // No byte follows the last one.
     receiver.line_event(LineEvent::Idle, decided);
     let mut now = 0;
     for cell in &mut cells {
@@ -113,7 +113,7 @@ fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
     Ok(cells)
 }
 
-/// What the simulation's sender sends.
+/// Returns the bytes that the simulation's sender sends.
 fn simulated(scenario: &Scenario, frame: FrameFormat) -> Result<Vec<u8>, String> {
     let parameters = Parameters {
         seed: scenario.seed,

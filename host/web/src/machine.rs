@@ -1,4 +1,4 @@
-//! A machine at the end of the line, the failsafe behind it, and what becomes of each frame.
+//! A machine at the end of the line, its failsafe, and the outcome of each frame.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -12,7 +12,8 @@ use framelock_receiving::{AnyLine, DeliveryCheck, FrameFormat, Piece, TrackedLin
 use framelock_simulation::LEVEL;
 use serde::Serialize;
 
-/// Times in milliseconds: three frames of silence, eight, and a second from end to end.
+/// Times are in milliseconds. The failsafe holds after three frames of silence and ramps after
+/// eight. An axis takes a second from one end to the other.
 const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 300,
     ramp_after: 800,
@@ -20,19 +21,19 @@ const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     ticks_per_unit: [NonZeroU32::new(4).expect("4 is not 0"); 3],
 };
 
-/// What has become of frames.
+/// Counts of the outcomes of frames.
 #[derive(Clone, Default, Serialize)]
 pub(crate) struct Tally {
-    /// Arrived whole, and were delivered.
+    /// Frames that arrived intact and were delivered.
     pub(crate) delivered: usize,
-    /// Arrived whole, and were not delivered.
+    /// Frames that arrived intact and were not delivered.
     missed: usize,
-    /// Were given out, but are none that arrived whole.
+    /// Deliveries that are not a frame that arrived intact.
     pub(crate) wrong: usize,
-    /// Missed, and wrong, since the last that was delivered.
+    /// Frames missed since the last correct delivery, and wrong deliveries since then.
     pub(crate) missed_in_row: usize,
     pub(crate) wrong_in_row: usize,
-    /// When the first of the row was missed.
+    /// The time at which the first of these frames was missed.
     pub(crate) since: u32,
 }
 
@@ -41,33 +42,33 @@ pub(crate) struct Machine {
     pub(crate) line: TrackedLine,
     setpoints: Option<FrameFormat>,
     pub(crate) failsafe: Failsafe<u8, 3>,
-    /// The frame given out last.
+    /// The frame delivered last.
     pub(crate) frame: Vec<u8>,
-    /// Where on the line the pending bytes are.
+    /// The positions of the pending bytes on the line.
     places: VecDeque<usize>,
-    /// What the last step has decided about bytes, by their places.
+    /// The bytes that the last step decided, by their positions on the line.
     pub(crate) fates: Vec<(usize, Fate)>,
     pub(crate) tally: Tally,
-    /// When each frame that may yet be delivered arrived whole.
+    /// For each intact frame that may still be delivered, the time at which it arrived.
     check: DeliveryCheck<u32>,
 }
 
-/// What became of a byte.
+/// The outcome of a byte.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Fate {
-    /// It is in a frame that was sent.
-    Committed,
-    /// It is in a frame that nobody sent.
+    /// The byte belongs to a delivered frame that was sent.
+    Delivered,
+    /// The byte belongs to a delivered frame that nobody sent.
     Wrong,
-    /// It is in no frame.
+    /// The byte belongs to no frame.
     Discarded(DiscardReason),
 }
 
 impl fmt::Display for Fate {
-    /// Writes what the page calls it.
+    /// Writes the page's name for the outcome.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Committed => f.write_str("committed"),
+            Self::Delivered => f.write_str("delivered"),
             Self::Wrong => f.write_str("wrong"),
             Self::Discarded(why) => why.fmt(f),
         }
@@ -88,7 +89,8 @@ impl Machine {
         }
     }
 
-    /// Takes the byte in that place. `whole`: the length of the frame that has arrived whole with it.
+    /// Processes the byte at this position on the line. `whole` is the length of the frame that
+    /// arrived intact with this byte, if any.
     pub(crate) fn push(&mut self, place: usize, byte: u8, at: u32, whole: Option<usize>) {
         self.places.push_back(place);
         if let Some(length) = whole {
@@ -99,18 +101,18 @@ impl Machine {
         self.decided(pieces, at);
     }
 
-    /// The line is idle at that time.
+    /// Tells the machine that the line is idle at this time.
     pub(crate) fn idle(&mut self, at: u32) {
         let pieces = self.line.line_event(LineEvent::Idle);
         self.decided(pieces, at);
     }
 
-    /// The setpoint given out last.
+    /// Returns the setpoint delivered last.
     pub(crate) fn setpoint(&self) -> Option<Setpoint> {
         self.setpoints?.setpoint(&self.frame)
     }
 
-    /// What the lecture's machine has stored, if this is that machine.
+    /// Returns the lecture's machine, if this is that machine.
     pub(crate) fn lecture(&self) -> Option<&Lecture> {
         self.line.line().lecture()
     }
@@ -130,7 +132,7 @@ impl Machine {
                 if let Some(setpoint) = self.setpoint() {
                     self.failsafe.frame(at, setpoint);
                 }
-                self.given_out(from..from + count)
+                self.deliver(from..from + count)
             };
             let places = self.places.drain(..count.min(self.places.len()));
             self.fates.extend(places.map(|place| (place, fate)));
@@ -138,20 +140,21 @@ impl Machine {
         self.miss(self.line.decided());
     }
 
-    /// These bytes are given out as a frame.
-    fn given_out(&mut self, bytes: Range<usize>) -> Fate {
+    /// Records that these bytes were delivered as a frame.
+    fn deliver(&mut self, bytes: Range<usize>) -> Fate {
         self.miss(bytes.start);
         if self.check.delivered(&bytes).is_some() {
             self.tally.delivered += 1;
             (self.tally.missed_in_row, self.tally.wrong_in_row) = (0, 0);
-            return Fate::Committed;
+            return Fate::Delivered;
         }
         self.tally.wrong += 1;
         self.tally.wrong_in_row += 1;
         Fate::Wrong
     }
 
-    /// Frames that begin before that byte can no longer be delivered.
+    /// Counts the frames that begin before this byte as missed, because they can no longer be
+    /// delivered.
     fn miss(&mut self, decided: usize) {
         while let Some(at) = self.check.missed(decided) {
             self.tally.missed += 1;

@@ -1,13 +1,15 @@
-//! What each byte of a frame is, as far as its description and the bytes that are there tell it.
+//! The name of each byte of a frame, as far as the description and the bytes received so far
+//! determine it.
 
 use framelock::Classification;
 use framelock_description::{Description, Kind, Part};
 use framelock_formats::layout::Length;
 
-/// Of a frame that is longer than this, no more bytes are drawn.
+/// The greatest number of bytes of one frame that the page draws.
 pub(crate) const MOST: usize = 64;
 
-/// The names of the first bytes of a frame that begins with these; empty where nobody knows them yet.
+/// Returns the names of the bytes of a frame that begins with `bytes`. A name is empty where the
+/// bytes so far do not determine it.
 pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
     let mut common: Option<Vec<String>> = None;
     for kind in &description.kinds {
@@ -17,14 +19,14 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
         }
         let mut names = names_of(kind, bytes, classification);
         if let Some(other) = &common {
-            // It may be of either.
+            // The bytes may belong to either kind, so keep only the names that both share.
             names.truncate(other.len());
             let both = names.iter_mut().zip(other);
             both.filter(|(name, other)| *name != *other)
                 .for_each(|(name, _)| name.clear());
         }
         common = Some(names);
-        // While it is incomplete, the bytes may yet be of a later kind.
+        // An incomplete frame may still turn out to be of a later kind.
         if matches!(classification, Classification::Frame(_)) {
             break;
         }
@@ -35,7 +37,8 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
 fn names_of(kind: &Kind, bytes: &[u8], classification: Classification) -> Vec<String> {
     let (layout, header) = (&kind.layout, kind.layout.header());
     let is_fixed = layout.length() == Length::Fixed;
-    // Then what is counted from the end has a place.
+    // The frame's length is known. Only then do parts that are counted from its end have known
+    // positions.
     let is_known = is_fixed || bytes.len() >= header && layout.length() != Length::Delimiter;
     let whole = match classification {
         _ if is_fixed => layout.longest(),

@@ -1,4 +1,4 @@
-//! The machines' way along the line, from the beginning to any position.
+//! Runs the machines along the line from the beginning to any position.
 
 use framelock_receiving::{AnyLine, Policy, Protocol};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -8,53 +8,54 @@ use crate::line::{Cell, line};
 use crate::machine::Machine;
 use crate::scenario::{Action, Scenario};
 
-/// Behind the last byte the line is silent for so many steps of so many milliseconds: time enough for
-/// the failsafe to park the actuators.
+/// The line is silent after the last byte for this number of steps of this many milliseconds. This
+/// is long enough for the failsafe to park the actuators.
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 
-/// The idle-gap rule drops what is pending when the next byte has not come after so many
+/// The idle-gap rule drops the pending bytes if the next byte has not arrived after this number of
 /// milliseconds: three byte times, and the byte's own.
 const IDLE_AFTER: u32 = 35;
 
-/// How far apart states are kept, in bytes.
+/// The distance between saved states, in bytes.
 const KEPT_EVERY: usize = 1 << 14;
 
-/// The machines on their way.
+/// The machines at one position on the line.
 #[derive(Clone)]
 pub(crate) struct State {
     pub(crate) position: usize,
-    /// In milliseconds.
+    /// The time in milliseconds.
     pub(crate) now: u32,
     pub(crate) machines: Vec<Machine>,
-    /// How many of the last bytes arrived as they were sent.
+    /// The number of most recent bytes that arrived as they were sent.
     as_sent: usize,
-    /// When the line will be idle, unless a byte comes.
+    /// The time from which the line counts as idle unless a byte arrives.
     idle_at: Option<u32>,
 }
 
-/// A scenario, its line, and the machines' way along it: what the page's script calls.
+/// A scenario, its line and the saved states of its machines. The page's script calls these
+/// methods.
 #[wasm_bindgen]
 pub struct Run {
     scenario: Scenario,
     pub(crate) protocol: Protocol,
     pub(crate) cells: Vec<Cell>,
     start: State,
-    /// One each piece further on, as far as it has been decoded.
+    /// The state after each decoded piece of [`KEPT_EVERY`] bytes.
     kept: Vec<State>,
 }
 
 #[wasm_bindgen]
 #[allow(
     clippy::must_use_candidate,
-    reason = "nothing comes of calling them alone"
+    reason = "calling a method only for its result is harmless"
 )]
 impl Run {
-    /// The scenario of an address, of which nothing has been decoded yet. `file`: the bytes to send, if
-    /// it sends a file.
+    /// Opens the scenario of an address without decoding anything yet. `file` holds the bytes to
+    /// send if the scenario sends a file.
     ///
     /// # Errors
-    /// The address is malformed, or it was made with another file.
+    /// The address is malformed, or it was made with a file of another length.
     pub fn open(address: &str, file: &[u8]) -> Result<Run, String> {
         let scenario: Scenario = address.parse()?;
         let protocol = protocol(&scenario)?;
@@ -79,8 +80,8 @@ impl Run {
         })
     }
 
-    /// Decodes a piece more, so that what lies behind can be seen at once; how many bytes have been
-    /// decoded now.
+    /// Decodes one more piece, so that positions after it can be shown at once. Returns the number
+    /// of bytes decoded so far.
     pub fn decode(&mut self) -> usize {
         let done = self.kept.len() * KEPT_EVERY;
         let until = self.cells.len().min(done + KEPT_EVERY);
@@ -92,33 +93,33 @@ impl Run {
         until
     }
 
-    /// Bytes on the line.
+    /// Returns the number of bytes on the line.
     pub fn bytes(&self) -> usize {
         self.cells.len()
     }
 
-    /// What describes the frames.
+    /// Returns the description of the frames.
     pub fn description(&self) -> String {
         self.protocol.text.clone()
     }
 
-    /// The position in the address.
+    /// Returns the position that the address contains.
     pub fn position(&self) -> usize {
         self.scenario.at
     }
 
-    /// The address with some keys set to other values: `at=12&idle=on`.
+    /// Returns the address with some keys set to other values, such as `at=12&idle=on`.
     ///
     /// # Errors
-    /// There is no such key, or it cannot have that value.
+    /// There is no such key, or the key cannot have that value.
     pub fn with(&self, pairs: &str) -> Result<String, String> {
         let mut scenario = self.scenario.clone();
         scenario.apply(pairs)?;
         Ok(scenario.to_string())
     }
 
-    /// The address after something has been done to the byte in a place: `drop`, `flip` those bits, or
-    /// `insert` that value in front of it.
+    /// Returns the address after an edit of the byte at `place`: `drop` loses the byte, `flip`
+    /// inverts the bits in `value`, and `insert` inserts the byte `value` before it.
     pub fn edited(&self, place: usize, action: &str, value: u8) -> String {
         let action = match action {
             "insert" => Action::Insert(value),
@@ -130,26 +131,26 @@ impl Run {
         scenario.to_string()
     }
 
-    /// What there is to see at a position, of some places on the line, as JSON.
+    /// Returns the view at a position as JSON, with the places `from..to` on the line.
     pub fn view(&self, position: usize, from: usize, to: usize) -> String {
         self.seen(position, from..to).to_string()
     }
 }
 
 impl Run {
-    /// The last position: behind all bytes, and some silence.
+    /// Returns the last position: the end of all bytes and of the silence after them.
     pub(crate) fn positions(&self) -> usize {
         self.cells.len() + SILENT_STEPS
     }
 
-    /// The state at a position, or some way before it.
+    /// Returns the last saved state at or before a position.
     pub(crate) fn kept_before(&self, position: usize) -> State {
         let nth = (position / KEPT_EVERY).checked_sub(1);
         let kept = nth.and_then(|nth| self.kept.get(nth));
         kept.unwrap_or(&self.start).clone()
     }
 
-    /// Goes on by a byte, or a step of silence.
+    /// Advances by one byte or by one step of silence.
     pub(crate) fn step(&self, state: &mut State) {
         let place = state.position;
         state.position += 1;
@@ -176,7 +177,7 @@ impl Run {
 }
 
 impl State {
-    /// Notices an idle line, if it was.
+    /// Reports an idle line to the machines if the line has been idle.
     fn idle(&mut self) {
         if let Some(at) = self.idle_at.take_if(|at| *at < self.now) {
             self.machines

@@ -1,4 +1,4 @@
-//! What is sent and what the line does to it, as text: the page's address.
+//! A scenario: the bytes sent and the faults of the line. Its text form is the page's address.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -8,35 +8,36 @@ use framelock_description::shipped;
 use framelock_simulation::Payload;
 use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
-/// What the address calls frames that it describes.
+/// The name in the address of frames that the user describes.
 pub(crate) const OWN: &str = "own";
 
-/// What it describes unless it says something else.
+/// The user's description unless the address contains another one.
 const EXAMPLE: &str = include_str!("../page/motor.toml");
 
-/// All that determines what there is to see. It is the same on every computer.
+/// All settings that determine the view. The view is the same on every computer.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Scenario {
     /// The frames on the line: the name of a shipped description, or [`OWN`].
     pub(crate) frame: String,
     /// The user's own description, in TOML.
     pub(crate) description: String,
-    /// What frames of setpoints carry. Others carry random bytes.
+    /// The payload of setpoint frames. Other frames carry random bytes.
     pub(crate) payload: Payload,
     pub(crate) frames: u32,
-    /// Probability that a byte is lost, and that a bit of it is inverted.
+    /// The probability that a byte is lost, and the probability that one of its bits is inverted.
     pub(crate) lose: f64,
     pub(crate) flip: f64,
     pub(crate) seed: u64,
-    /// Whether the machines drop what is pending when the line is idle.
+    /// True if the machines drop pending bytes when the line is idle.
     pub(crate) idle: bool,
-    /// Bytes of the user's own, which are sent in place of frames.
+    /// The user's own bytes, which are sent instead of frames.
     pub(crate) own: Vec<u8>,
-    /// The length of a file that is sent in place of frames; its bytes are not in the address.
+    /// The length of a file that is sent instead of frames. The address does not contain the file's
+    /// bytes.
     pub(crate) file: usize,
-    /// What the user does to bytes, by their places as the edits before have left them.
+    /// The user's edits of bytes. Each place is counted after all earlier edits have been applied.
     pub(crate) edits: Vec<(usize, Action)>,
-    /// The position: how many bytes have come.
+    /// The position: the number of bytes that have arrived.
     pub(crate) at: usize,
 }
 
@@ -60,7 +61,7 @@ impl Default for Scenario {
 }
 
 impl Scenario {
-    /// Sets keys of the address: `lose=0.01&idle=on`.
+    /// Sets keys of the address, such as `lose=0.01&idle=on`.
     pub(crate) fn apply(&mut self, pairs: &str) -> Result<(), String> {
         for pair in pairs.split('&').filter(|pair| !pair.is_empty()) {
             let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
@@ -72,7 +73,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// The error says what is wanted.
+    /// Sets one key. The error says which value is expected.
     fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
         match key {
             "frame" if value == OWN || shipped(value).is_some() => {
@@ -120,7 +121,7 @@ where
     number.ok_or_else(|| format!("a number from {least} to {most} is wanted"))
 }
 
-/// Bytes of two digits each; blanks between them do not matter.
+/// Parses bytes of two digits each. Blanks are ignored.
 fn hexadecimal(text: &str) -> Option<Vec<u8>> {
     let digits = text.chars().filter(|digit| !digit.is_whitespace());
     let digits = digits.map(|digit| digit.to_digit(16).and_then(|digit| digit.try_into().ok()));
@@ -141,7 +142,7 @@ impl FromStr for Scenario {
     }
 }
 
-/// The frame, and what is not as it usually is.
+/// Writes the frame format, and all settings that differ from their defaults.
 impl fmt::Display for Scenario {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "frame={}", self.frame)?;
@@ -175,14 +176,14 @@ impl fmt::Display for Scenario {
     }
 }
 
-/// What the user does to a byte.
+/// The user's edit of a byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Action {
-    /// It is lost; if it was, it is not. One that nobody sent goes.
+    /// The byte is lost. If it was lost already, it arrives again. An inserted byte is removed.
     Drop,
     /// These bits are inverted.
     Flip(u8),
-    /// This byte comes in front of it, which nobody sent.
+    /// This byte, which nobody sent, is inserted before it.
     Insert(u8),
 }
 
@@ -196,7 +197,7 @@ impl fmt::Display for Action {
     }
 }
 
-/// A place and what is done there: `21d`.
+/// Parses a place and the edit of that byte, such as `21d`.
 fn edit(text: &str) -> Option<(usize, Action)> {
     let (place, action) = text.split_at(text.find(['d', 'f', 'i'])?);
     let (action, byte) = action.split_at(1);

@@ -1,4 +1,4 @@
-//! What there is to see at a position, as JSON for the page's script to draw.
+//! The view of a position, as JSON that the page's script draws.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::places::{MOST, names};
 use crate::run::Run;
 
 impl Run {
-    /// What there is to see at a position, of these places on the line.
+    /// Returns the view of a position, with these places on the line.
     pub(crate) fn seen(&self, position: usize, places: Range<usize>) -> Value {
         let position = position.min(self.positions());
         let places = places.start..places.end.min(self.cells.len());
@@ -59,18 +59,18 @@ impl Run {
         })
     }
 
-    /// What happened in the last step.
+    /// Describes the last step in a sentence.
     fn sentence(&self, position: usize, machines: &[Value]) -> String {
         let cell = position.checked_sub(1).map(|last| self.cells.get(last));
         let byte = |byte: Option<u8>| byte.map_or(String::new(), |byte| format!("{byte:02X}"));
         let mut sentence = match cell {
-            None => return "Nothing has come yet.".to_owned(),
+            None => return "No byte has arrived yet.".to_owned(),
             Some(None) => "The line is silent.".to_owned(),
             Some(Some(cell)) => match kind(cell) {
                 "lost" => return format!("{} is lost on the line.", byte(cell.sent)),
                 "altered" => format!("{} arrives as {}.", byte(cell.sent), byte(cell.received)),
-                "inserted" => format!("{} comes, which nobody sent.", byte(cell.received)),
-                _ => format!("{} comes.", byte(cell.received)),
+                "inserted" => format!("{} arrives, but nobody sent it.", byte(cell.received)),
+                _ => format!("{} arrives.", byte(cell.received)),
             },
         };
         for machine in machines {
@@ -95,7 +95,7 @@ impl Run {
         let bytes = machine.line.pending();
         let description = &self.protocol.description;
         let stored = |axis: usize| match lecture {
-            // No byte has come that it could have stored.
+            // No byte has arrived that the machine could have stored.
             Some(_) if machine.line.counters().bytes == 0 => None,
             Some(lecture) => <[u8; 3]>::from(lecture.temp).get(axis).copied(),
             None => bytes.get(3 + axis).copied(),
@@ -133,7 +133,7 @@ fn kind(cell: &Cell) -> &'static str {
     }
 }
 
-/// A frame's places, and the pending bytes that are there.
+/// Returns the names of a frame's bytes, with the pending bytes that have already arrived.
 fn window(description: &Description, bytes: &[u8]) -> Vec<Value> {
     let names = names(description, bytes);
     let slot = |place| {
@@ -144,7 +144,7 @@ fn window(description: &Description, bytes: &[u8]) -> Vec<Value> {
     (0..count).map(slot).collect()
 }
 
-/// What stands in a frame: name, value and unit of each field, and first of all its kind.
+/// Returns the name, value and unit of each field of a frame, preceded by the frame's kind.
 fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
     let Some(kind) = description.kind(bytes).filter(|_| !bytes.is_empty()) else {
         return Vec::new();
@@ -159,7 +159,7 @@ fn fields(description: &Description, bytes: &[u8]) -> Vec<[String; 3]> {
     name.into_iter().chain(fields).collect()
 }
 
-/// What a machine did in the last step.
+/// Describes the machine's last step.
 fn what(description: &Description, machine: &Machine) -> String {
     let has = |wanted| machine.fates.iter().any(|(_, fate)| *fate == wanted);
     let told = || {
@@ -173,10 +173,10 @@ fn what(description: &Description, machine: &Machine) -> String {
             None => told,
         }
     };
-    if has(Fate::Committed) {
-        format!("commits a frame: {}", told())
+    if has(Fate::Delivered) {
+        format!("delivers a frame: {}", told())
     } else if has(Fate::Wrong) {
-        format!("commits a frame that nobody sent: {}", told())
+        format!("delivers a frame that nobody sent: {}", told())
     } else if let [(_, why), ..] = machine.fates[..] {
         format!("discards {}: {why}", machine.fates.len())
     } else if let Some(lecture) = machine.lecture() {

@@ -1,4 +1,5 @@
-//! What the page shows is what framelock's machines do, at any position, however one came there.
+//! Tests that the page shows the state of framelock's machines at any position, however the user
+//! came there.
 
 #![allow(
     clippy::unwrap_used,
@@ -39,7 +40,7 @@ fn view(run: &Run, position: usize, places: Range<usize>) -> Value {
     serde_json::from_str(&run.view(position, places.start, places.end)).unwrap()
 }
 
-/// Addresses of the presets.
+/// Returns the addresses of the presets.
 fn addresses() -> Vec<String> {
     let presets: Vec<Value> = serde_json::from_str(&presets()).unwrap();
     let addresses = presets.iter().map(|preset| preset["address"].as_str());
@@ -48,7 +49,7 @@ fn addresses() -> Vec<String> {
         .collect()
 }
 
-/// The address of frames that a text describes.
+/// Returns the address of frames that a text describes.
 fn own(description: &str) -> String {
     format!(
         "frame=own&description={}",
@@ -56,7 +57,7 @@ fn own(description: &str) -> String {
     )
 }
 
-/// The names of the bytes that the receiver waits for at a position.
+/// Returns the names of the bytes that the receiver waits for at a position.
 fn names(run: &Run, position: usize) -> Vec<String> {
     let view = view(run, position, 0..0);
     let machine = view["machines"].as_array().unwrap().last().unwrap();
@@ -66,12 +67,12 @@ fn names(run: &Run, position: usize) -> Vec<String> {
         .collect()
 }
 
-/// The machines when the last byte has come.
+/// Returns the machines after the last byte has arrived.
 fn end(run: &Run) -> Value {
     view(run, run.bytes(), 0..0)["machines"].take()
 }
 
-/// What arrives of each byte on the line.
+/// Returns the byte that arrives for each byte on the line, or `None` if it is lost.
 fn arrivals(run: &Run) -> Vec<Option<u8>> {
     let view = view(run, 0, 0..run.bytes());
     let cells = view["cells"].as_array().unwrap().iter();
@@ -81,12 +82,12 @@ fn arrivals(run: &Run) -> Vec<Option<u8>> {
         .collect()
 }
 
-/// The bytes that arrive up to a position.
+/// Returns the bytes that arrive up to a position.
 fn received(arrivals: &[Option<u8>], position: usize) -> Vec<u8> {
     arrivals.iter().take(position).copied().flatten().collect()
 }
 
-/// The counters of fresh machines that take those bytes.
+/// Returns the counters of new machines after they have received these bytes.
 fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
     let mut lecture = Line::new(Lecture::new());
     let mut bin = Line::new(Receiver::<Bin>::new());
@@ -112,7 +113,7 @@ fn counters(address: &str, bytes: &[u8]) -> Vec<Value> {
     }
 }
 
-/// The counters that are shown.
+/// Returns the counters that the page shows.
 fn shown(view: &Value) -> Vec<Value> {
     let machines = view["machines"].as_array().unwrap().iter();
     machines
@@ -120,7 +121,8 @@ fn shown(view: &Value) -> Vec<Value> {
         .collect()
 }
 
-/// Status, whole frames delivered, whole frames missed, and frames that nobody sent, of each machine.
+/// Compares for each machine the status and the numbers of intact frames delivered, of intact
+/// frames missed, and of delivered frames that nobody sent.
 #[test]
 fn each_preset_shows_what_it_says() {
     let expected = [
@@ -134,7 +136,8 @@ fn each_preset_shows_what_it_says() {
     ];
     assert_eq!(addresses().len(), expected.len());
     for (address, expected) in addresses().iter().zip(expected) {
-        // It is written as the page writes it, which so knows which is shown.
+        // The preset's address equals the address that the page writes. The page finds the current
+        // preset by this comparison.
         assert_eq!(decoded(address).with("").as_ref(), Ok(address));
         let machines = end(&decoded(address));
         let outcomes = machines.as_array().unwrap().iter().map(|machine| {
@@ -166,7 +169,7 @@ fn the_counters_are_those_of_the_machines_at_every_position_of_every_preset() {
     }
 }
 
-/// The idle-gap rule takes the ambiguity away, and ends deafness.
+/// The idle-gap rule resolves the ambiguity and ends deafness.
 #[test]
 fn a_pause_between_frames_brings_both_machines_back() {
     for number in [0, 3] {
@@ -180,7 +183,7 @@ fn a_pause_between_frames_brings_both_machines_back() {
     }
 }
 
-/// With the same seed, losses and payloads.
+/// The simulation and the page have the same seed, losses and payloads.
 #[test]
 fn losses_cost_what_the_simulation_says() {
     for (lose, payload, seed) in [
@@ -244,7 +247,7 @@ fn back_and_forth_ends_where_it_was() {
     }
 }
 
-/// What the idle-gap rule drops, and where the failsafe takes the actuators.
+/// The idle-gap rule drops pending bytes, and the failsafe parks the actuators.
 #[test]
 fn silence_drops_what_is_pending_and_parks_the_actuators() {
     let run = decoded("frames=3&payload=00FF00FF&edits=20d&idle=on");
@@ -272,7 +275,7 @@ fn silence_drops_what_is_pending_and_parks_the_actuators() {
     );
 }
 
-/// It is decoded in pieces, and shown from states on the way.
+/// A long recording is decoded in pieces, and shown from saved states between them.
 #[test]
 fn a_long_recording_is_shown_as_if_byte_by_byte() {
     let frame = b"AB\0AB\0\rAB\0\x10\x20\x30\rnoise\xC8\x04\x0B\0\xEC\xB7";
@@ -338,7 +341,7 @@ fn edits_are_done_and_undone() {
 }
 
 #[test]
-fn of_every_frame_that_there_is_some_are_sent_and_come_out() {
+fn examples_of_every_frame_format_are_sent_and_delivered() {
     let listed: Vec<(String, String)> = serde_json::from_str(&frames()).unwrap();
     let names: Vec<&str> = listed.iter().map(|(name, _)| &**name).collect();
     let shipped: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
@@ -350,7 +353,7 @@ fn of_every_frame_that_there_is_some_are_sent_and_come_out() {
         assert_eq!(machine["tally"]["delivered"], 30, "{name}");
         assert_eq!(machine["status"], "LISTENING");
         assert_ne!(machine["fields"], json!([]), "{name}");
-        // Of a frame that is on its way every byte has a name.
+        // Every byte of an incomplete frame has a name.
         for position in 0..run.bytes().min(50) {
             let mut view = view(&run, position, 0..0);
             let window = view["machines"][0]["window"].take();
@@ -385,17 +388,18 @@ fn frames_of_ones_own_are_received_with_their_names_and_units() {
         end["sentence"]
             .as_str()
             .unwrap()
-            .ends_with("commits a frame: kind state, state 7."),
+            .ends_with("delivers a frame: kind state, state 7."),
         "{end}"
     );
     let fates = end["cells"].as_array().unwrap().iter();
     assert!(
         fates
             .clone()
-            .all(|cell| cell["fates"] == json!(["committed"]))
+            .all(|cell| cell["fates"] == json!(["delivered"]))
     );
 
-    // A description that is typed in, without the checksum; and one byte changed that then nobody notices.
+    // A user types a description without the checksum. One byte is changed, which no receiver can
+    // then notice.
     let plain = MOTOR.replace("checksum", "# checksum");
     let run = decoded(&format!("{}&bytes={captured}&edits=4f01", own(&plain)));
     let machine = view(&run, 11, 0..0)["machines"][0].take();
@@ -404,7 +408,7 @@ fn frames_of_ones_own_are_received_with_their_names_and_units() {
     assert_eq!(end_fates(&run)[0], json!(["checksum mismatch"]));
 }
 
-/// What has become of each byte.
+/// Returns the outcomes of each byte.
 fn end_fates(run: &Run) -> Vec<Value> {
     let view = view(run, run.bytes(), 0..run.bytes());
     let cells = view["cells"].as_array().unwrap().iter();
@@ -412,7 +416,7 @@ fn end_fates(run: &Run) -> Vec<Value> {
 }
 
 #[test]
-fn what_is_wrong_with_a_description_is_told_with_its_line_and_column() {
+fn a_mistake_in_a_description_is_reported_with_its_line_and_column() {
     assert_eq!(problem(MOTOR), "");
     for (from, to, told) in [
         ("plus", "pluss", "Line 3, column 39: unknown field"),
@@ -432,9 +436,9 @@ fn what_is_wrong_with_a_description_is_told_with_its_line_and_column() {
     assert!(problem("").starts_with("Line 1, column 1: nothing ends a frame"));
 }
 
-/// The example, or a shipped description, with other numbers in it.
+/// Changes numbers in the example and in shipped descriptions at random.
 #[test]
-fn any_description_is_refused_or_shown() {
+fn any_description_is_rejected_or_shown() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut shown = 0;
     for _ in 0..100 {
@@ -464,13 +468,13 @@ fn any_description_is_refused_or_shown() {
 }
 
 #[test]
-fn the_example_is_that_of_the_guide() {
+fn the_guide_contains_the_pages_example() {
     let guide = include_str!("../../../docs/own-frame.md");
     assert!(guide.contains(MOTOR));
 }
 
 #[test]
-fn each_byte_is_called_what_it_is() {
+fn each_byte_has_its_name() {
     let bin = ["sync", "sync", "any", "pitch", "roll", "yaw", "terminator"];
     assert_eq!(names(&decoded("frame=bin"), 0), bin);
     let crc8 = [&bin[..6], &["checksum", "terminator"]].concat();
@@ -481,7 +485,7 @@ fn each_byte_is_called_what_it_is() {
         "address", "length", "type", "payload", "payload", "checksum",
     ];
     assert_eq!(names(&crsf, 3), whole);
-    // Which of the kinds it is the fourth byte says.
+    // The fourth byte determines the kind.
     let own = decoded("frame=own&bytes=AA5502020790A2AA550601");
     assert_eq!(names(&own, 0), ["sync", "sync", "length", "number"]);
     let state = [
@@ -494,7 +498,7 @@ fn each_byte_is_called_what_it_is() {
         &["checksum", "checksum"],
     ];
     assert_eq!(names(&own, 11), measurement.concat());
-    // A frame that is too short for a field does not have it.
+    // A frame that is too short for a field does not contain this field.
     let short = "sync = '24'\nlongest = 9\nlength_field = { at = 1, type = 'u8' }\n\
                  checksum = { name = 'xor', type = 'u8', at = -1 }\n\
                  fields = [{ name = 'a', at = 2, type = 'u16le' }, { name = 'b', at = 4, type = 'u16le' }]";
@@ -516,11 +520,11 @@ fn each_byte_is_called_what_it_is() {
 }
 
 #[test]
-fn before_the_first_frame_nothing_is_said_of_frames() {
+fn before_the_first_frame_no_frame_is_shown() {
     for frame in ["bin", "crsf", "own"] {
         let run = decoded(&format!("frame={frame}&edits=1d"));
         let at = |position| view(&run, position, 0..0);
-        assert_eq!(at(0)["sentence"], "Nothing has come yet.");
+        assert_eq!(at(0)["sentence"], "No byte has arrived yet.");
         for machine in at(0)["machines"].as_array().unwrap() {
             assert_eq!(machine["status"], "NO FRAME YET");
             assert_eq!(machine["fields"], json!([]));
@@ -595,7 +599,7 @@ fn every_key_is_written_as_it_is_read() {
     }
 }
 
-/// Addresses, well-formed and nearly so.
+/// Generates addresses that are valid or almost valid.
 fn address() -> impl Strategy<Value = String> {
     let key = "frame|description|payload|frames|lose|flip|seed|idle|bytes|file|edits|at";
     let value = "bin|crsf|ubx|own|on|off|motion|noise|random:40-43|[0-9]{1,3}|0\\.[0-9]|[0-9A-F]{8}|\

@@ -1,4 +1,4 @@
-//! Has CBMC check a harness, and reads its answer.
+//! Lets CBMC check a harness, and reads CBMC's answer.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -17,42 +17,43 @@ use crate::llvm::Module;
 use crate::proof_cache::ProofCache;
 use crate::translate::{COVER, END, INPUT, program};
 
-/// What is known of a harness.
+/// The result for a harness.
 #[derive(Debug, Serialize)]
 pub(crate) struct Answer {
     pub(crate) harness: String,
     pub(crate) verdict: Verdict,
-    /// What fails, and where.
+    /// The failed properties and their positions.
     pub(crate) failures: Vec<String>,
-    /// A counterexample: a line for each value that was asked for.
+    /// A counterexample, with one line for each value that the harness asked for.
     pub(crate) inputs: Vec<String>,
-    /// Properties that were checked, covers not counted.
+    /// The number of properties checked, without covers.
     pub(crate) properties: usize,
     pub(crate) covers: usize,
-    /// It was proved before, and has not changed.
+    /// True if the harness was proved before and has not changed.
     pub(crate) is_old: bool,
     pub(crate) seconds: f64,
 }
 
-/// What became of a harness; the worst first.
+/// The outcome of a harness, the worst first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
-    /// It could not be checked.
+    /// The harness could not be checked.
     Error,
-    /// An assertion fails, or the program panics, or does what is undefined.
+    /// An assertion fails, or the program panics or has undefined behaviour.
     Failed,
-    /// A loop runs more often than `kani::unwind` says.
+    /// A loop runs more often than `kani::unwind` allows.
     UnwindingTooSmall,
     CoverUnsatisfied,
-    /// No input reaches the end.
+    /// No input reaches the end of the harness.
     Vacuous,
     NoAnswerInTime,
-    /// Every property holds, every loop ends, every cover is hit, and so is the harness's end.
+    /// Every property holds, every loop ends, every cover is satisfied, and some input reaches the
+    /// end of the harness.
     Proved,
 }
 
-/// A part of what CBMC answers.
+/// A part of CBMC's answer.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Part {
@@ -72,7 +73,7 @@ struct Property {
     trace: Vec<Step>,
 }
 
-/// A step to where a property fails.
+/// A step of the execution that leads to a failed property.
 #[derive(Deserialize)]
 struct Step {
     #[serde(rename = "inputID")]
@@ -80,17 +81,17 @@ struct Step {
     #[serde(rename = "outputID")]
     output: Option<String>,
     #[serde(default)]
-    values: Vec<Number>,
+    values: Vec<TraceValue>,
 }
 
 #[derive(Deserialize)]
-struct Number {
+struct TraceValue {
     #[serde(default)]
     binary: String,
 }
 
 impl Property {
-    /// There is an execution in which it does not hold.
+    /// Returns whether there is an execution in which the property does not hold.
     fn fails(&self) -> bool {
         self.status == "FAILURE"
     }
@@ -99,13 +100,14 @@ impl Property {
         self.status == "SUCCESS"
     }
 
-    /// Whether its failing is the point.
+    /// Returns whether this property is expected to fail: a cover, or the end of the harness.
     fn is_goal(&self) -> bool {
         self.description == END || self.description.starts_with(COVER)
     }
 }
 
-/// Checks a harness, unless its program was proved before. Leaves the program, the answer and the proof in files.
+/// Checks a harness, unless its program was proved before. Keeps the program, the answer and the
+/// proof in files.
 pub(crate) fn check(
     cbmc: &Cbmc,
     module: &Module,
@@ -139,9 +141,9 @@ pub(crate) fn check(
     answer
 }
 
-/// The worst that is wrong, and all that is, the worst first.
-fn judge(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>) {
-    // A set: the same is said of each copy of an inlined function.
+/// Returns the worst outcome, and a list of everything that is wrong, the worst first.
+fn classify(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>) {
+    // A set, because CBMC reports the same failure for each copy of an inlined function.
     let mut wrong = BTreeSet::new();
     for broken in properties
         .iter()
@@ -175,7 +177,7 @@ fn judge(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>) {
     (verdict, wrong.into_iter().map(|(_, what)| what).collect())
 }
 
-/// `kani::cover_in_line::<12, FUNCTION::{closure#0}>` in words.
+/// Describes a cover in words, given `kani::cover_in_line::<12, FUNCTION::{closure#0}>`.
 fn place(cover: &str) -> String {
     let words: Vec<&str> = cover.splitn(3, ['<', ',']).collect();
     let [_, line, function] = words.as_slice() else {
@@ -185,7 +187,7 @@ fn place(cover: &str) -> String {
     format!("in line {line}, in{function}")
 }
 
-/// One harness's runs of CBMC.
+/// The runs of CBMC for one harness.
 struct Run<'a> {
     cbmc: &'a Cbmc,
     harness: &'a Harness,
@@ -206,12 +208,12 @@ impl Run<'_> {
         fs::write(self.source, program)?;
         let Some(properties) = self.properties(&[])? else {
             let seconds = self.limit.as_secs();
-            let what = format!("no answer in {seconds} s; --timeout gives it longer");
+            let what = format!("no answer in {seconds} s; use --timeout to allow more");
             answer.failures.push(what);
             return Ok(());
         };
         answer.properties = properties.iter().filter(|one| !one.is_goal()).count();
-        (answer.verdict, answer.failures) = judge(&properties, self.harness);
+        (answer.verdict, answer.failures) = classify(&properties, self.harness);
         let broken = properties.iter().find(|one| !one.is_goal() && one.fails());
         if let Some(broken) = broken {
             answer.inputs = self.inputs(&broken.id).unwrap_or_default();
@@ -222,8 +224,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The values of a counterexample: for each thing that was asked for, its type, its place and
-    /// the numbers that it is made of.
+    /// Returns the values of a counterexample. Each line has the type of a value, the place that
+    /// asked for it, and the numbers that it consists of.
     fn inputs(&self, property: &str) -> Result<Vec<String>> {
         let properties = self.properties(&["--trace", "--property", property])?;
         let properties = properties.into_iter().flatten();
@@ -241,16 +243,17 @@ impl Run<'_> {
         Ok(lines)
     }
 
-    /// Properties, and whether they hold; `None` without an answer in time.
+    /// Returns the properties and whether they hold, or `None` if the time limit is reached.
     fn properties(&self, more: &[&str]) -> Result<Option<Vec<Property>>> {
         let answer = self.source.with_extension("json");
         let mut command = Command::new(&self.cbmc.program);
         command
             .arg(self.source)
             .args(["--json-ui", "--object-bits", "16", "--unwinding-assertions"])
-            // What Rust itself checks is in the program; memory is checked here once more.
+            // The program itself contains Rust's own checks. CBMC additionally checks memory
+            // accesses.
             .args(["--no-standard-checks", "--pointer-check", "--bounds-check"])
-            // Arrays of up to so many elements are followed element by element.
+            // CBMC tracks the elements of arrays of up to this length one by one.
             .args([
                 "--slice-formula",
                 "--max-field-sensitivity-array-size",
@@ -266,7 +269,7 @@ impl Run<'_> {
         if status_within(left, &mut command)?.is_none() {
             return Ok(None);
         }
-        let see = || format!("CBMC did not check it; see {}", answer.display());
+        let see = || format!("CBMC did not check the program; see {}", answer.display());
         let parts: Vec<Part> =
             serde_json::from_str(&fs::read_to_string(&answer)?).with_context(see)?;
         let is_error = |part: &&Part| part.message_type.as_deref() == Some("ERROR");

@@ -1,4 +1,4 @@
-//! Finds CBMC, or unpacks Debian's packages of it beside the prover.
+//! Finds CBMC, or unpacks Debian's packages of CBMC beside the prover.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,14 +13,15 @@ const BY_HAND: &str = "install CBMC 6 so that `cbmc` is in PATH \
     (https://github.com/diffblue/cbmc/releases), or Kani (`cargo install --locked kani-verifier && \
     cargo kani setup`)";
 
-/// A checker that is ready to run.
+/// A CBMC that is ready to run.
 pub(crate) struct Cbmc {
     pub(crate) program: PathBuf,
-    /// Name, version, and where it came from.
+    /// The name, the version and the origin.
     pub(crate) says: String,
 }
 
-/// The one in PATH, if it is of the right version; else Debian's, which `folder` holds or will hold.
+/// Returns the CBMC in PATH if it has the right version. Otherwise returns Debian's, which it
+/// unpacks into `folder` if necessary.
 pub(crate) fn find(folder: &Path) -> Result<Cbmc> {
     if let Ok(version) = version(Path::new("cbmc")) {
         if version.starts_with("6.") {
@@ -33,9 +34,8 @@ pub(crate) fn find(folder: &Path) -> Result<Cbmc> {
     }
     if !folder.exists() {
         eprintln!("Unpacking Debian's CBMC into {}", folder.display());
-        output(Command::new("sh").args(["-c", UNPACK, "sh"]).arg(folder)).with_context(|| {
-            format!("there is no CBMC here, and it could not be set up: {BY_HAND}")
-        })?;
+        output(Command::new("sh").args(["-c", UNPACK, "sh"]).arg(folder))
+            .with_context(|| format!("CBMC is missing and could not be set up: {BY_HAND}"))?;
     }
     let program = folder.join("cbmc");
     let version = version(&program)
@@ -49,5 +49,7 @@ pub(crate) fn find(folder: &Path) -> Result<Cbmc> {
 fn version(program: &Path) -> Result<String> {
     let answer = output(Command::new(program).arg("--version"))?;
     let version = answer.split_whitespace().next();
-    Ok(version.context("it does not say its version")?.to_owned())
+    Ok(version
+        .context("the program does not print its version")?
+        .to_owned())
 }

@@ -1,5 +1,5 @@
-//! Runs checkers, each in a process group of its own: at the time limit, and when the prover is
-//! interrupted, the whole group ends.
+//! Runs each checker in a process group of its own. The whole group is terminated at the time limit
+//! and when the prover is interrupted.
 
 use std::collections::BTreeSet;
 use std::os::unix::process::CommandExt as _;
@@ -12,7 +12,7 @@ use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use wait_timeout::ChildExt as _;
 
-/// The groups that run now.
+/// The process groups that are running.
 static RUNNING: Mutex<BTreeSet<Pid>> = Mutex::new(BTreeSet::new());
 
 fn running() -> MutexGuard<'static, BTreeSet<Pid>> {
@@ -20,25 +20,26 @@ fn running() -> MutexGuard<'static, BTreeSet<Pid>> {
 }
 
 fn end(group: Pid) {
-    // An error says that the group has ended already.
+    // An error means that the group has already ended.
     let _ = killpg(group, Signal::SIGKILL);
 }
 
-/// From now on, Ctrl-C and a request to terminate end what runs, and then the prover.
+/// Installs a handler for Ctrl-C and termination requests. It terminates the running groups and
+/// then the prover.
 pub(crate) fn end_with_the_prover() -> Result<()> {
     ctrlc::set_handler(|| end_all(130))?;
     Ok(())
 }
 
-/// Ends what runs, and the prover with that exit code.
+/// Terminates the running groups, and the prover with this exit code.
 pub(crate) fn end_all(code: i32) -> ! {
-    // ProofCache until the end, so that nothing new is started.
+    // Keep the lock until the end, so that no new group is started.
     let running = running();
     running.iter().copied().for_each(end);
     std::process::exit(code);
 }
 
-/// Runs it, and returns how it ended; `None` if it was not done within the limit and was ended.
+/// Runs the command. Returns its exit status, or `None` if it was terminated at the time limit.
 pub(crate) fn status_within(limit: Duration, command: &mut Command) -> Result<Option<ExitStatus>> {
     let mut groups = running();
     let child = command.process_group(0).spawn();
@@ -54,7 +55,8 @@ pub(crate) fn status_within(limit: Duration, command: &mut Command) -> Result<Op
     Ok(status?)
 }
 
-/// What a command writes, without the space at the end; an error with all that it said if it fails.
+/// Returns the command's output without trailing white space. If the command fails, the error
+/// contains all its output.
 pub(crate) fn output(command: &mut Command) -> Result<String> {
     let program = command.get_program().display().to_string();
     let output = command.output();

@@ -1,5 +1,5 @@
-//! Compiles the packages with the harnesses, against the stand-in for Kani's library, and reads what
-//! the compiler writes as LLVM's assembly language.
+//! Compiles the packages with the harnesses against the stand-in for Kani's library, and reads the
+//! compiler's output in LLVM's assembly language.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -12,20 +12,21 @@ use cargo_metadata::{Artifact, Message, MetadataCommand};
 use crate::child_processes::output;
 use crate::llvm::Module;
 
-/// In the workspace: of a copy with a seeded bug it is the copy's.
+/// The stand-in's manifest in the workspace. For a copy of the workspace with a seeded bug, this is
+/// the copy's own stand-in.
 const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";
 
-/// What the compiler does between reading Rust and writing LLVM's assembly: calls become what they
-/// call, and memory that needs no address becomes values. Loops stay as they are written, so that
-/// their counters stay plain numbers to CBMC.
+/// The compiler's passes between reading Rust and writing LLVM's assembly. They inline calls and
+/// turn memory that needs no address into values. Loops stay as they are written, so that CBMC sees
+/// their counters as plain numbers.
 const PASSES: &str = "-Cpasses=function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),\
     cgscc(inline,function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>)),\
     function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),globaldce";
 
-/// The workspace in the current folder, and the packages in it to compile.
+/// The workspace in the current folder, and its packages to compile.
 pub(crate) struct Sources<'a> {
     packages: &'a [String],
-    /// Where everything is built.
+    /// The folder in which everything is built.
     pub(crate) target: PathBuf,
     stand_in: Vec<String>,
 }
@@ -43,13 +44,13 @@ impl<'a> Sources<'a> {
         })
     }
 
-    /// The module before the compiler improves it: nothing that a harness may come to has been
-    /// found to be unreachable.
+    /// Returns the module before any optimisation. The compiler has not yet removed code that it
+    /// finds to be unreachable.
     pub(crate) fn as_written(&self) -> Result<Module> {
         self.module("as-written", None)
     }
 
-    /// What is checked.
+    /// Returns the module that is checked.
     pub(crate) fn improved(&self) -> Result<Module> {
         self.module("improved", Some(PASSES))
     }
@@ -63,7 +64,7 @@ impl<'a> Sources<'a> {
             "-Cpanic=abort",
             "-Ccodegen-units=1",
             "-Crelocation-model=static",
-            // Readable names, the same in both modules.
+            // Names are readable and the same in both modules.
             "-Csymbol-mangling-version=v0",
             "-Cllvm-args=-inline-threshold=100000",
             "-Cno-prepopulate-passes",
@@ -72,7 +73,7 @@ impl<'a> Sources<'a> {
         flags.extend(passes);
         flags.extend(self.stand_in.iter().map(String::as_str));
         let mut cargo = self.cargo("build", &flags);
-        // Flags for this target only, not for the procedural macros that run here.
+        // These flags apply to this target only, not to the procedural macros that run on the host.
         cargo
             .args(["--release", "--target", &host, "--target-dir"])
             .arg(self.target.join(folder))
@@ -93,7 +94,7 @@ impl<'a> Sources<'a> {
         Ok(module)
     }
 
-    /// The compiler's and clippy's warnings about the harnesses, as errors.
+    /// Runs the compiler and clippy on the harnesses. Treats warnings as errors.
     pub(crate) fn clippy(&self) -> Result<()> {
         let mut flags = vec!["--cfg=kani"];
         flags.extend(self.stand_in.iter().map(String::as_str));
@@ -107,7 +108,7 @@ impl<'a> Sources<'a> {
         Ok(())
     }
 
-    /// `cargo SUBCOMMAND` for the packages' libraries, with those flags for the compiler.
+    /// Returns `cargo SUBCOMMAND` for the packages' libraries, with these flags for the compiler.
     fn cargo(&self, subcommand: &str, flags: &[&str]) -> Command {
         let mut cargo = cargo();
         cargo
@@ -124,7 +125,7 @@ fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// Builds the stand-in; returns the compiler's flags that offer it as the crate `kani`.
+/// Builds the stand-in. Returns the compiler's flags that provide it as the crate `kani`.
 fn flags_for(manifest: &str, target: &Path) -> Result<Vec<String>> {
     let mut cargo = cargo();
     cargo.args(["build", "--quiet", "--manifest-path", manifest]);
@@ -132,11 +133,11 @@ fn flags_for(manifest: &str, target: &Path) -> Result<Vec<String>> {
     let named = |name: &str, ending: &str| {
         let mut files = artifacts.iter().filter(|built| built.target.name == name);
         let file = files.find_map(|built| file(built, ending));
-        file.with_context(|| format!("cargo does not say where {name} is"))
+        file.with_context(|| format!("cargo does not report the file of {name}"))
     };
     let kani = named("kani", ".rlib")?;
     let macros = named("kani_macros", std::env::consts::DLL_SUFFIX)?;
-    // Cargo compiles anew when the flags change, so they change with the stand-in.
+    // Cargo recompiles when the flags change, so a flag contains the hash of the stand-in.
     let mut hasher = DefaultHasher::new();
     fs::read(&kani)?.hash(&mut hasher);
     Ok(vec![
@@ -146,7 +147,7 @@ fn flags_for(manifest: &str, target: &Path) -> Result<Vec<String>> {
     ])
 }
 
-/// Runs cargo; what it built. The compiler's messages are passed on.
+/// Runs cargo and passes on the compiler's messages. Returns the built artifacts.
 fn artifacts(cargo: &mut Command) -> Result<Vec<Artifact>> {
     cargo.arg("--message-format=json-render-diagnostics");
     let output = cargo.stderr(Stdio::inherit()).output()?;
@@ -160,7 +161,7 @@ fn artifacts(cargo: &mut Command) -> Result<Vec<Artifact>> {
     artifacts.collect()
 }
 
-/// The file with that ending.
+/// Returns the artifact's file with this ending.
 fn file(artifact: &Artifact, ending: &str) -> Option<PathBuf> {
     let mut files = artifact.filenames.iter();
     let file = files.find(|file| file.as_str().ends_with(ending))?;

@@ -11,26 +11,27 @@ use serde::Serialize;
 use crate::llvm::{Block, Module};
 use crate::translate::readable;
 
-/// The function of the stand-in that asks whether a cover is hit.
+/// The stand-in's function that all covers call.
 const COVER: &str = "cover";
 
 /// One harness.
 #[derive(Serialize)]
 pub(crate) struct Harness {
-    /// Modules and function, without the crate: what Kani calls it too.
+    /// The modules and the function without the crate, as Kani names the harness too.
     pub(crate) name: String,
-    /// What the function is called in the compiled module.
+    /// The function's name in the compiled module.
     #[serde(skip)]
     pub(crate) symbol: String,
-    /// How often its loops may run; unbounded without `kani::unwind`.
+    /// The bound on the iterations of its loops; none without `kani::unwind`.
     pub(crate) unwind: Option<u32>,
-    /// The covers that it may come to, by their functions' readable names.
+    /// The covers that the harness may reach, by the readable names of their functions.
     pub(crate) covers: BTreeSet<String>,
-    /// Whether the last thing that it does is a cover. Kani shows that the end is reached only then.
+    /// True if the last call of the harness is a cover. Only then does Kani show that its end is
+    /// reached.
     pub(crate) ends_with_cover: bool,
 }
 
-/// All harnesses of the module as it was written.
+/// Returns all harnesses of the module before optimisation.
 pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
     let names = module
         .functions
@@ -61,15 +62,15 @@ pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
             ends_with_cover: ends_with_cover(module, &graph, symbol)?,
         };
         if harnesses.insert(name, harness).is_some() {
-            bail!("two crates have a harness {name}: Kani's answer could be either's");
+            bail!("two crates have a harness {name}, so Kani's answer would be ambiguous");
         }
     }
     Ok(harnesses.into_values().collect())
 }
 
-/// Whether the last call on some way to the function's end is of a cover, or of a function for which
-/// that holds; and only jumps without a condition follow it. An input that hits the cover then
-/// reaches the end.
+/// Returns whether, on some path to the function's end, the last call is a cover or a function that
+/// itself ends with a cover, and only unconditional jumps follow this call. An input that satisfies
+/// the cover then reaches the end.
 fn ends_with_cover(module: &Module, graph: &DiGraphMap<&str, ()>, symbol: &str) -> Result<bool> {
     let Some(function) = module.functions.get(symbol) else {
         return Ok(false);

@@ -1,4 +1,5 @@
-//! Checks Kani harnesses with CBMC alone, for machines where Kani cannot be set up: see README.md.
+//! Checks Kani harnesses with CBMC alone, for machines on which Kani cannot be set up. See
+//! README.md.
 
 mod cbmc;
 mod cbmc_setup;
@@ -24,54 +25,54 @@ use compile::Sources;
 use harness::{Harness, harnesses};
 use proof_cache::ProofCache;
 
-/// Check the Kani harnesses of the workspace in this folder, with CBMC alone.
+/// Check the Kani harnesses of the workspace in this folder with CBMC alone
 #[derive(Parser)]
 struct Arguments {
     #[arg(default_value = "prove")]
     action: Action,
 
-    /// A package with harnesses in its library.
+    /// Package whose library contains harnesses
     #[arg(long = "package", short, required = true)]
     packages: Vec<String>,
 
-    /// Only the harnesses of this name, with or without modules, or if there are none, those whose
-    /// names contain it.
+    /// Only the harnesses with this name, with or without modules; or, if there are none, those
+    /// whose names contain it
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
 
-    /// How long each harness may take, in seconds.
+    /// Time limit for each harness, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u64,
 
-    /// How many harnesses are checked at the same time; 0 is as many as there are cores.
+    /// Number of harnesses checked at the same time; 0 means the number of cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     jobs: usize,
 
-    /// Prove again what was proved before and has not changed.
+    /// Prove everything again, even harnesses that were proved before and have not changed
     #[arg(long)]
     anew: bool,
 
-    /// End with the first harness that fails, whatever else still runs.
+    /// Stop at the first harness that fails, and terminate the checks that still run
     #[arg(long, conflicts_with = "format")]
     fail_fast: bool,
 
-    /// How the results are written.
+    /// Output format of the results
     #[arg(long, default_value = "text")]
-    format: Format,
+    format: OutputFormat,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Action {
-    /// Check the harnesses.
+    /// Check the harnesses
     Prove,
-    /// List the harnesses.
+    /// List the harnesses
     List,
-    /// Have the compiler and clippy look at the harnesses; a warning is an error.
+    /// Check the harnesses with the compiler and clippy; a warning is an error
     Clippy,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum OutputFormat {
     Text,
     Json,
 }
@@ -87,7 +88,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all is well.
+/// Runs the action. Returns whether everything passed.
 fn run(arguments: &Arguments) -> Result<bool> {
     child_processes::end_with_the_prover()?;
     let sources = Sources::new(&arguments.packages)?;
@@ -98,7 +99,7 @@ fn run(arguments: &Arguments) -> Result<bool> {
     }
 }
 
-/// The harnesses that were asked for.
+/// Returns the harnesses that the arguments choose.
 fn selected(sources: &Sources, arguments: &Arguments) -> Result<Vec<Harness>> {
     let mut harnesses = harnesses(&sources.as_written()?)?;
     let mut wanted = BTreeSet::new();
@@ -122,7 +123,7 @@ fn selected(sources: &Sources, arguments: &Arguments) -> Result<Vec<Harness>> {
 
 fn list(sources: &Sources, arguments: &Arguments) -> Result<()> {
     let harnesses = selected(sources, arguments)?;
-    if arguments.format == Format::Json {
+    if arguments.format == OutputFormat::Json {
         println!("{}", json!(harnesses));
         return Ok(());
     }
@@ -153,7 +154,7 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
         .install(|| harnesses.par_iter().map(check).collect());
     let proved = |answer: &&Answer| answer.verdict == Verdict::Proved;
     let count = answers.iter().filter(proved).count();
-    if arguments.format == Format::Json {
+    if arguments.format == OutputFormat::Json {
         println!("{:#}", json!(answers));
     } else {
         println!("{count} proved, {} failed", answers.len() - count);
@@ -161,8 +162,9 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
     Ok(count == answers.len())
 }
 
-/// Shows what became of a harness, as soon as that is known; the details only to a reader.
-fn show(answer: &Answer, format: Format) {
+/// Prints the outcome of a harness as soon as it is known. Prints the details only for human
+/// readers.
+fn show(answer: &Answer, format: OutputFormat) {
     let Answer {
         harness,
         properties,
@@ -177,7 +179,7 @@ fn show(answer: &Answer, format: Format) {
         format!("{seconds:.1} s")
     };
     eprintln!("{verdict:<8} {harness} ({properties} properties, {covers} covers, {when})");
-    if format == Format::Text {
+    if format == OutputFormat::Text {
         let failures = answer.failures.iter().map(|failure| format!("  {failure}"));
         let inputs = answer.inputs.iter().map(|input| format!("    {input}"));
         failures.chain(inputs).for_each(|line| eprintln!("{line}"));

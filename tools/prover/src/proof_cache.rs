@@ -1,5 +1,5 @@
-//! The files of each harness: its program, CBMC's answer, and a mark that the program was proved. An unchanged
-//! program is not proved again.
+//! The files of each harness: its program, CBMC's answer, and a record that the program was proved.
+//! An unchanged program is not proved again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -10,16 +10,16 @@ use anyhow::Result;
 use crate::cbmc_setup::Cbmc;
 use crate::harness::Harness;
 
-/// The folders with programs and answers, and with proofs.
+/// The folder of programs and answers, and the folder of proofs.
 pub(crate) struct ProofCache {
     harnesses: PathBuf,
     proofs: PathBuf,
-    /// This program and CBMC: what another prover has found counts for nothing.
+    /// The hash of this program and of CBMC. Proofs of another prover do not count.
     prover: DefaultHasher,
 }
 
 impl ProofCache {
-    /// In a folder of the prover's own. `anew` forgets all proofs.
+    /// Uses a folder of the prover's own. `anew` deletes all proofs.
     pub(crate) fn new(folder: &Path, cbmc: &Cbmc, anew: bool) -> Result<Self> {
         let [harnesses, proofs] = ["harnesses", "proofs"].map(|name| folder.join(name));
         if anew && proofs.exists() {
@@ -36,14 +36,14 @@ impl ProofCache {
         })
     }
 
-    /// Where a harness's program is written.
+    /// Returns the path of a harness's program.
     pub(crate) fn source(&self, harness: &Harness) -> PathBuf {
         let name = harness.name.replace("::", ".");
         self.harnesses.join(format!("{name}.c"))
     }
 
-    /// The file that says, if it is there, that this program of the harness was proved: it holds the number of
-    /// properties.
+    /// Returns the path of the file whose existence shows that this program of the harness was
+    /// proved. The file contains the number of properties.
     pub(crate) fn proof(&self, program: &str, harness: &Harness) -> PathBuf {
         let mut hasher = self.prover.clone();
         (program, harness.unwind, &harness.covers).hash(&mut hasher);

@@ -1,16 +1,15 @@
-# Unpacks Debian's CBMC into the folder $1; nothing is installed in the system.
+# Unpacks Debian's CBMC into the folder $1. Installs nothing in the system.
 set -eu
-release=trixie # It has the CBMC that Kani is built on, 6.x.
+release=trixie # This release contains CBMC 6.x, on which Kani is built.
 if [ "$(uname -sm)" != "Linux x86_64" ]; then
-    echo "Debian's packages are used on x86-64 Linux only" >&2
+    echo "Debian's packages work only on x86-64 Linux" >&2
     exit 1
 fi
 work=$1.new
 rm -rf "$work"
 mkdir -p "$work/lists/partial" "$work/cache/archives/partial" "$work/packages" "$work/unpacked"
 
-# The mirror that this machine uses, else Debian's own. apt checks what it downloads against
-# Debian's signatures.
+# Use this machine's mirror, or else Debian's own. apt checks downloads against Debian's signatures.
 mirror=$(sed -n 's|^URIs: *\([^ ]*/debian\)/*$|\1|p' /etc/apt/sources.list.d/* 2>/dev/null | head -n 1)
 keyring=/usr/share/keyrings/debian-archive-keyring.gpg
 signed=
@@ -26,13 +25,13 @@ apt() {
 }
 apt update
 cd "$work/packages"
-# The checker, its solver, and the libraries of that release that both need.
+# The checker, its solver, and the libraries from this release that both need.
 apt download cbmc minisat libc6 libstdc++6 libgcc-s1
 for package in *.deb; do
     dpkg-deb --extract "$package" "$work/unpacked"
 done
 
-# Starts it through the loader of its own release, with that release's libraries.
+# The script starts CBMC with the loader and the libraries of its own release.
 libraries=$1/usr/lib/x86_64-linux-gnu
 cat > "$work/unpacked/cbmc" <<END
 #!/bin/sh
@@ -40,6 +39,6 @@ exec "$libraries/ld-linux-x86-64.so.2" --library-path "$libraries:$1/usr/lib" "$
 END
 chmod +x "$work/unpacked/cbmc"
 
-# Half of it would be taken for all, so it gets its name last.
+# Rename the folder last, because an incomplete folder would be mistaken for a complete one.
 mv "$work/unpacked" "$1"
 rm -rf "$work"

@@ -1,9 +1,9 @@
-//! All theorems, as a test: for cargo-mutants, which knows what is noticed by tests.
+//! All theorems as one test. cargo-mutants needs a test, because it only notices failing tests.
 
 use std::process::Command;
 
 #[test]
-#[ignore = "takes CBMC, and minutes: `cargo xtask mutants --by harnesses` runs it"]
+#[ignore = "needs CBMC and takes minutes: `cargo xtask mutants --by harnesses` runs it"]
 fn every_theorem_is_proved() {
     let packages = [
         "framelock",

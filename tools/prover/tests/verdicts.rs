@@ -1,6 +1,6 @@
-//! What the prover makes of harnesses with known faults, and of some without.
+//! The prover's verdicts on harnesses with known faults, and on some without.
 
-#![expect(clippy::indexing_slicing, reason = "what is not there fails the test")]
+#![expect(clippy::indexing_slicing, reason = "a missing element fails the test")]
 
 use std::process::Command;
 use std::sync::Mutex;
@@ -20,9 +20,9 @@ fn prover(arguments: &[&str]) -> Command {
     command
 }
 
-/// The answers, by the harnesses' names.
+/// Runs the prover. Returns its answers by the harnesses' names.
 fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
-    // One at a time: they build and unpack into the same folder.
+    // One run at a time, because all runs build and unpack into the same folder.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock();
     let output = prover(arguments).output().expect("the prover starts");
@@ -36,7 +36,7 @@ fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
     named.collect()
 }
 
-/// Harnesses, what becomes of them, and what is said.
+/// Harnesses with their expected verdict and a part of the expected message.
 const FAULTS: [(&str, &str, &str); 18] = [
     (
         "bound_that_is_too_small",
@@ -80,14 +80,14 @@ const FAULTS: [(&str, &str, &str); 18] = [
     (
         "value_that_the_enum_does_not_have",
         "failed",
-        "what the compiler takes for unreachable",
+        "code that the compiler considers unreachable",
     ),
     ("end_without_cover", "vacuous", "no input reaches the end"),
     ("floating_point", "error", "uitofp is not modelled"),
 ];
 
 #[test]
-#[ignore = "takes CBMC, and a minute: `cargo xtask verify --all` runs it"]
+#[ignore = "needs CBMC and takes a minute: `cargo xtask verify --all` runs it"]
 fn every_fault_is_found_and_nothing_else() {
     let all_but_one = ["fails::", "holds::", "offline::value", "offline::floating"];
     let answers = answers(&all_but_one.map(|name| ["--harness", name]).concat());
@@ -108,8 +108,8 @@ fn every_fault_is_found_and_nothing_else() {
 }
 
 #[test]
-#[ignore = "takes CBMC: `cargo xtask verify --all` runs it"]
-fn what_was_proved_is_not_proved_again_and_what_failed_is() {
+#[ignore = "needs CBMC: `cargo xtask verify --all` runs it"]
+fn proved_harnesses_are_not_checked_again_but_failed_ones_are() {
     let harnesses = [
         "--harness",
         "holds::",
@@ -129,8 +129,8 @@ fn what_was_proved_is_not_proved_again_and_what_failed_is() {
 }
 
 #[test]
-#[ignore = "takes CBMC: `cargo xtask verify --all` runs it"]
-fn without_an_answer_in_time_nothing_is_left_running() {
+#[ignore = "needs CBMC: `cargo xtask verify --all` runs it"]
+fn at_the_time_limit_no_process_is_left_running() {
     let answers = answers(&["--harness", "takes_too_long", "--timeout", "2"]);
     let answer = &answers["offline::proof_that_takes_too_long"];
     assert_eq!(answer["verdict"], "no_answer_in_time");

@@ -1,5 +1,6 @@
-//! Which compiler builds programs without an operating system: the toolchain in PATH, if it has the
-//! targets or rustup can add them; else Debian's, which comes with the source of Rust's own `core`.
+//! The choice of a compiler for programs without an operating system. This is the toolchain in PATH
+//! if it has the targets or rustup can add them. Otherwise it is Debian's compiler, which comes
+//! with the source of Rust's own `core`.
 
 use std::path::Path;
 
@@ -8,37 +9,38 @@ use xshell::{Cmd, Shell, cmd};
 
 use crate::install;
 
-/// Debian keeps a recent compiler for its browsers, and the source of Rust's libraries with it.
+/// Debian keeps a recent compiler to build its browsers, together with the source of Rust's
+/// libraries.
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 
-/// The compiler that was chosen.
+/// The chosen compiler.
 pub(crate) struct Compiler {
     pub(crate) is_debian: bool,
-    /// What it is, with its version.
+    /// The compiler's name and version.
     pub(crate) says: String,
 }
 
 impl Compiler {
-    /// The first that can be had for all those targets; says which.
+    /// Chooses the first available compiler for all these targets, and prints its name.
     pub(crate) fn of(targets: &[&str]) -> Result<Self> {
         let sh = &Shell::new()?;
         let is_debian = !targets.iter().all(|target| has_core(sh, target))
             && cmd!(sh, "rustup target add {targets...}")
-                // There is another way, so it need not insist where the server cannot be reached.
+                // Do not retry an unreachable server, because there is another way.
                 .env("RUSTUP_MAX_RETRIES", "0")
                 .env("RUSTUP_DOWNLOAD_TIMEOUT", "60")
-                // With a backtrace, its own short explanation would drown.
+                // A backtrace would bury rustup's own short explanation.
                 .env("RUST_BACKTRACE", "0")
                 .run()
                 .is_err();
         let says = if is_debian {
-            eprintln!("rustup cannot add the targets; Debian's compiler is used");
+            eprintln!("rustup cannot add the targets, so Debian's compiler is used");
             let version = debians(sh).with_context(|| {
                 let targets = targets.join(" ");
                 format!(
-                    "there is no compiler for {targets}. With a connection to \
-                     static.rust-lang.org: rustup target add {targets}. On Debian, as root: \
-                     apt-get install rustc-web rust-web-src, which was tried too"
+                    "there is no compiler for {targets}, and none could be installed. With a \
+                     connection to static.rust-lang.org, run: rustup target add {targets}. On \
+                     Debian, run as root: apt-get install rustc-web rust-web-src"
                 )
             })?;
             format!("Debian's {version}, with core built from source")
@@ -49,19 +51,21 @@ impl Compiler {
         Ok(Self { is_debian, says })
     }
 
-    /// That cargo command, with this compiler.
+    /// Returns this cargo command, set up to use this compiler.
     pub(crate) fn with<'a>(&self, sh: &'a Shell, cargo: Cmd<'a>) -> Cmd<'a> {
         if !self.is_debian {
             return cargo;
         }
         let cargo = cargo
             .env("RUSTC", DEBIAN_RUSTC)
-            // Building `core` is an unstable part of cargo, which a stable one admits only so.
+            // Building `core` is an unstable feature of cargo. A stable cargo accepts it only with
+            // this variable.
             .env("RUSTC_BOOTSTRAP", "1")
             .env("CARGO_UNSTABLE_BUILD_STD", "core")
-            // `cargo xtask` puts the libraries of rustup's toolchain here; they are not for this one.
+            // `cargo xtask` puts the libraries of rustup's toolchain here, which Debian's compiler
+            // must not use.
             .env_remove("LD_LIBRARY_PATH");
-        // Debian's compiler has no linker for these targets; rustup's toolchain has one.
+        // Debian's compiler has no linker for these targets, so use the one of rustup's toolchain.
         let libraries = cmd!(sh, "rustc --print target-libdir").quiet().read();
         let linker = libraries.map(|folder| Path::new(&folder).with_file_name("bin/rust-lld"));
         match linker {
@@ -73,8 +77,8 @@ impl Compiler {
     }
 }
 
-/// Whether the toolchain in PATH has the target's `core`. The folder alone could be left over from
-/// an installation that was cut off.
+/// Returns whether the toolchain in PATH has `core` for the target. The folder alone is no proof,
+/// because an interrupted installation may have left it.
 fn has_core(sh: &Shell, target: &str) -> bool {
     let rustc = cmd!(sh, "rustc --print target-libdir --target {target}").quiet();
     let files = rustc.read().and_then(|folder| sh.read_dir(folder));
@@ -84,7 +88,7 @@ fn has_core(sh: &Shell, target: &str) -> bool {
     })
 }
 
-/// Finds Debian's compiler, or installs it; returns its version.
+/// Finds or installs Debian's compiler. Returns its version.
 fn debians(sh: &Shell) -> Result<String> {
     install::from_debian(sh, &["rustc-web", "rust-web-src"])?;
     let rustc = || cmd!(sh, "{DEBIAN_RUSTC}").env_remove("LD_LIBRARY_PATH");
@@ -98,7 +102,7 @@ fn debians(sh: &Shell) -> Result<String> {
     version(rustc().arg("--version"))
 }
 
-/// Name and version: the first two words of the answer.
+/// Returns the name and the version, which are the first two words of the answer.
 fn version(command: Cmd) -> Result<String> {
     let answer = command.quiet().read()?;
     let words: Vec<&str> = answer.split_whitespace().take(2).collect();

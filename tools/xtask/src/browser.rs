@@ -1,4 +1,4 @@
-//! The stage that tries the page in a browser.
+//! The stage that tests the page in browsers.
 
 use std::env;
 
@@ -10,10 +10,12 @@ use crate::stage_report::{Report, run_tests};
 use crate::web;
 use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
 
-/// The package of these tests. Other stages leave it out, because its browser driver takes long to compile.
+/// The package of these tests. Other stages exclude it, because its browser driver takes long to
+/// compile.
 pub(crate) const TESTS: &str = "framelock-web-browser";
 
-/// Where the README's pictures of the page go, if they are wanted.
+/// The variable with the folder for the README's pictures of the page. Without it, no pictures are
+/// taken.
 const PICTURES: &str = "FRAMELOCK_PICTURES";
 
 const BROWSERS: [&str; 4] = [
@@ -23,19 +25,19 @@ const BROWSERS: [&str; 4] = [
     "google-chrome-stable",
 ];
 
-/// The page in a headless Chromium and in Firefox, compared with the command line.
+/// Tests the page in a headless Chromium and in Firefox, and compares it with the command line.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     if !BROWSERS.iter().any(|browser| is_in_path(browser)) {
         install::from_debian(&sh, &["chromium"]).context(
-            "there is no Chromium in PATH. On Debian, as root: apt-get install chromium, \
-             which was tried too",
+            "Chromium is not in PATH and could not be installed. On Debian, run as root: \
+             apt-get install chromium",
         )?;
     }
     if !["firefox-esr", "firefox"].iter().any(|it| is_in_path(it)) {
         install::from_debian(&sh, &["firefox-esr"]).context(
-            "there is no Firefox in PATH. On Debian, as root: apt-get install firefox-esr, \
-             which was tried too",
+            "Firefox is not in PATH and could not be installed. On Debian, run as root: \
+             apt-get install firefox-esr",
         )?;
     }
     let page = web::page(workspace)?;
@@ -47,7 +49,7 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     cargo.env("FRAMELOCK_PAGE", page);
     cargo.env("FRAMELOCK", target.join("debug/framelock"));
     if let Some(folder) = env::var_os(PICTURES) {
-        // The tests run in a folder of their own.
+        // The tests run in another folder, so make the path absolute.
         cargo.env(PICTURES, workspace.root.join(folder));
     }
     run_tests(&mut cargo, &mut report.tests)

@@ -1,5 +1,5 @@
-//! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources; what is named for it
-//! must notice. What nothing can break proves nothing.
+//! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. The harnesses or the
+//! test named for this mistake must fail. A harness that no mistake breaks proves nothing.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";
 const FIRMWARE: &str = "firmware/seeded-bugs.toml";
-/// The folders of the copy for the proofs, and its packages.
+/// The folders and packages that are copied for the proofs.
 const PROOFS_FOLDERS: &[&str] = &[
     "core",
     "proofs",
@@ -32,45 +32,46 @@ const PROOFS_MEMBERS: &[&str] = &[
     "tools/prover/tests/harnesses",
     "formats",
     "firmware/reception",
-    // For the core's tests, which are not run.
+    // The core's tests depend on this package. They are not run here.
     "fuzz/oracles",
 ];
-/// The checker's own harnesses: those that must hold, and those that must fail.
+/// The prover's own harnesses: some must hold, and the others must fail.
 const CHECKED: &str = "framelock-checked-harnesses";
 
-/// Put the seeded bugs into a copy of the sources, one at a time: each must be caught.
+/// Put the seeded bugs into a copy of the sources, one at a time, and check that each is caught
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// What checks harnesses; by default Kani where it is set up, and else the offline prover.
+    /// Engine that checks harnesses [default: Kani if it is set up, otherwise the offline prover]
     #[arg(long)]
     engine: Option<Engine>,
 
-    /// Only the bugs whose mistake, file, harness or test contains this. With `checker`, also whether the
-    /// engine finds what must fail; without names, that and all bugs.
+    /// Only bugs whose mistake, file, harness or test contains one of these names. With the name
+    /// `checker`, also check that the engine finds what must fail. Without names, check all bugs
+    /// and `checker`
     names: Vec<String>,
 }
 
 #[derive(Deserialize)]
 struct Bugs {
-    /// Harnesses that show something that no mistake in the sources can break.
+    /// Harnesses of statements that no mistake in the sources can break.
     #[cfg(test)]
     #[serde(default)]
     unbreakable: Vec<String>,
     bug: Vec<Bug>,
 }
 
-/// A mistake that someone might make.
+/// A seeded bug: a mistake that someone might make.
 #[derive(Deserialize)]
 struct Bug {
     mistake: String,
     file: String,
-    /// Stands once in the file, and is replaced.
+    /// The text to be replaced, which occurs exactly once in the file.
     right: String,
     wrong: String,
     /// The harnesses that must fail.
     #[serde(default)]
     harnesses: Vec<String>,
-    /// The test of the firmware that must fail.
+    /// The firmware test that must fail.
     test: Option<String>,
 }
 
@@ -80,14 +81,14 @@ fn read(root: &Path, file: &str) -> Result<Bugs> {
 }
 
 impl Bug {
-    /// The file's text without and with the mistake.
+    /// Returns the file's text without and with the mistake.
     fn texts(&self, root: &Path) -> Result<(String, String)> {
         let right = fs::read_to_string(root.join(&self.file))?;
         let places = right.matches(&self.right).count();
         let (file, mistake) = (&self.file, &self.mistake);
         ensure!(
             places == 1,
-            "\"{mistake}\": its `right` stands {places} times in {file}"
+            "\"{mistake}\": its `right` occurs {places} times in {file}, not once"
         );
         let wrong = right.replace(&self.right, &self.wrong);
         Ok((right, wrong))
@@ -99,14 +100,14 @@ impl Bug {
             .chain(&self.harnesses)
             .chain(&self.test);
         if names.is_empty() {
-            // Those have a stage of their own.
+            // The bugs in machine code have a stage of their own.
             return self.test.as_deref() != Some(machine_code::NAME);
         }
         says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
     }
 }
 
-/// The stage of `verify --all`.
+/// Runs the stage of `verify --all`.
 pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
     run(workspace, None, &[])
 }
@@ -123,7 +124,7 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
     let with_checker = names.is_empty() || names.iter().any(|name| name == "checker");
     if with_checker {
         let checked = ["fails::".to_owned(), "holds::".to_owned()];
-        missed.extend(judged(&prover, &checked, true)?);
+        missed.extend(unexpected(&prover, &checked, true)?);
     }
     let bugs = read(root, PROOFS)?.bug.into_iter();
     let mut bugs: Vec<_> = bugs.chain(read(root, FIRMWARE)?.bug).collect();
@@ -156,7 +157,7 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
                 };
                 Vec::from_iter(passes.then(|| test.clone()))
             }
-            None => judged(&prover, &bug.harnesses, false)?,
+            None => unexpected(&prover, &bug.harnesses, false)?,
         };
         missed.extend(
             survived
@@ -165,13 +166,14 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         );
     }
     ensure!(missed.is_empty(), "not caught: {}", missed.join("; "));
-    println!("All were caught");
+    println!("All bugs were caught");
     Ok(())
 }
 
-/// The harnesses that do not come out as they must; or with a bug, those that come out as if there
-/// were none. One in `fails` must fail, every other must hold.
-fn judged(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<String>> {
+/// Returns the harnesses with an unexpected outcome. If the sources are `sound`, every harness must
+/// hold, except that those in `fails` must fail. If a bug is seeded, each harness must have the
+/// opposite outcome.
+fn unexpected(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<String>> {
     let mut answers = prover.check(harnesses)?;
     for answer in &answers {
         println!(
@@ -194,31 +196,32 @@ mod tests {
     use super::*;
     use crate::theorems::{is_called, theorems};
 
-    /// The harnesses of the theorems, and of the checker.
+    /// Returns the harnesses of the theorems, and those of the prover's own tests.
     fn harnesses(workspace: &Workspace) -> (Vec<String>, Vec<String>) {
-        let mut prover = Prover::new(workspace, Some(Engine::Offline)).expect("it is there");
-        let theorems = prover.listed().expect("they compile");
+        let mut prover =
+            Prover::new(workspace, Some(Engine::Offline)).expect("the offline prover is available");
+        let theorems = prover.listed().expect("the harnesses compile");
         prover.packages = vec![CHECKED];
-        let checked = prover.list().expect("they compile");
+        let checked = prover.list().expect("the harnesses compile");
         for one in &theorems {
             let name = &one.name;
             assert!(
                 one.ends_with_cover,
-                "Kani would not see that {name} has an end"
+                "{name} does not end with a cover, so Kani would not notice if its end were unreachable"
             );
         }
         (theorems.into_iter().map(|one| one.name).collect(), checked)
     }
 
     #[test]
-    fn every_mistake_fits_the_sources_and_every_harness_is_broken_by_one() {
+    fn every_seeded_bug_fits_the_sources_and_every_harness_is_broken_by_one() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
         let root = &workspace.root;
         let (theorems, checked) = harnesses(&workspace);
         let proofs = read(root, PROOFS).expect("a list");
         let firmware = read(root, FIRMWARE).expect("a list");
         for bug in proofs.bug.iter().chain(&firmware.bug) {
-            let (right, wrong) = bug.texts(root).expect("it stands there once");
+            let (right, wrong) = bug.texts(root).expect("the text occurs once");
             assert_ne!(right, wrong, "{}", bug.mistake);
             assert_eq!(
                 bug.test.is_some(),
@@ -235,7 +238,7 @@ mod tests {
         let broken: Vec<&String> = broken.chain(&proofs.unbreakable).collect();
         for harness in &theorems {
             let is_broken = broken.iter().any(|end| is_called(harness, end));
-            assert!(is_broken, "{PROOFS} has no mistake that {harness} catches");
+            assert!(is_broken, "{PROOFS} has no bug that {harness} catches");
         }
     }
 

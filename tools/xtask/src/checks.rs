@@ -15,7 +15,8 @@ use crate::stage_report::{Report, run_tests};
 use crate::workspace::{CORE, Workspace};
 use crate::{firmware, prove};
 
-/// From the smallest to the largest: no atomic compare-and-swap, a floating-point unit, not Arm.
+/// One target without atomic compare-and-swap, one with a floating-point unit, and one that is not
+/// Arm.
 const MICROCONTROLLERS: [&str; 3] = [
     "thumbv6m-none-eabi",
     firmware::TARGET,
@@ -26,33 +27,34 @@ const FORMATS: &str = "framelock-formats";
 pub(crate) const FOR_C: &str = "framelock-c";
 const HOST: &str = "framelock-host";
 
-/// The sources are formatted by rustfmt.
+/// Checks that rustfmt has formatted the sources.
 pub(crate) fn format(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     for folder in [".", "firmware", "firmware/examples/rp2040", "fuzz"] {
         let _here = sh.push_dir(folder);
-        cmd!(sh, "cargo fmt --all --check")
-            .run()
-            .context("`cargo fmt --all` settles it; rustfmt: rustup component add rustfmt")?;
+        cmd!(sh, "cargo fmt --all --check").run().context(
+            "run `cargo fmt --all`; if rustfmt is missing: rustup component add rustfmt",
+        )?;
     }
     Ok(())
 }
 
-/// No warning from the compiler or clippy, in libraries, programs, tests, benchmarks and harnesses.
+/// Checks that neither the compiler nor clippy has a warning about libraries, programs, tests,
+/// benchmarks and harnesses.
 pub(crate) fn clippy(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let mut cargo = workspace.cargo_test();
     let status = cargo.args(["--all-targets", "--no-run"]).status()?;
     ensure!(
         status.success(),
-        "see above; clippy, if it is missing: rustup component add clippy"
+        "there are warnings or errors, see above; if clippy is missing: rustup component add clippy"
     );
     prove::clippy(workspace)
 }
 
-/// Unit and integration tests, and each benchmark once, untimed.
+/// Runs unit and integration tests, and each benchmark once without measuring time.
 pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut cargo = workspace.cargo_test();
-    // These need the firmware's images, and have a stage of their own.
+    // The firmware's tests need its images and have a stage of their own.
     cargo.args([
         "--all-targets",
         "--no-fail-fast",
@@ -62,14 +64,14 @@ pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
     run_tests(&mut cargo, &mut report.tests)
 }
 
-/// As many trials of the simulator as its findings stand on.
+/// Runs the simulator's tests with all trials, on which its findings are based.
 pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut cargo = workspace.cargo();
     cargo.args(["test", "--package", "framelock-simulation"]);
     run_tests(cargo.env("FRAMELOCK_STATISTICS", "full"), &mut report.tests)
 }
 
-/// Other programs read the command line's tables as they are meant.
+/// Checks that other programs read the command line's tables correctly.
 pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let python = workspace.python_with(&["pandas==3.1.1", "polars==2.1.0"])?;
     let sh = workspace.shell()?;
@@ -81,14 +83,15 @@ pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// Code that is generated from many random descriptions.
+/// Tests code that is generated from many random descriptions.
 pub(crate) fn generated(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut cargo = workspace.cargo_test();
     cargo.args(["--test", "c", "--", "--ignored", "many_random_descriptions"]);
     run_tests(&mut cargo, &mut report.tests)
 }
 
-/// The examples in the documentation, and that it builds without warnings.
+/// Runs the examples in the documentation, and checks that the documentation builds without
+/// warnings.
 pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
     run_tests(workspace.cargo_test().arg("--doc"), &mut report.tests)?;
     let libraries = [
@@ -106,17 +109,20 @@ pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// The core compiles for microcontrollers, without a warning under any subset of its features; so do the formats
-/// and the library for C, which have none. That library cannot panic.
+/// Checks that the core compiles for microcontrollers without a warning under every subset of its
+/// features. The formats and the C library, which have no features, must compile too. The C library
+/// must also have no way to panic.
 pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let compiler = Compiler::of(&MICROCONTROLLERS)?;
     let subsets = subsets(&workspace.core_features);
     report.says = format!("{} sets of features, by {}", subsets.len(), compiler.says);
     let sh = workspace.shell()?;
-    // Its own folder: another compiler and other flags would have all others compiled again.
+    // A folder of its own. With another compiler and other flags, everything in the common folder
+    // would be compiled again.
     let folder = workspace.target_directory.join("microcontrollers");
     for (index, features) in subsets.iter().enumerate() {
-        // Under none and all of them for each microcontroller, else for one.
+        // With no features and with all features, check every microcontroller; otherwise check only
+        // one.
         let is_end = index == 0 || features.len() == workspace.core_features.len();
         let targets = if is_end {
             &MICROCONTROLLERS[..]
@@ -138,7 +144,7 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     library_for_c(workspace, &compiler).and_then(|library| cannot_panic(&library))
 }
 
-/// The library for C, built for the firmware's processor.
+/// Builds the C library for the firmware's processor. Returns its path.
 pub(crate) fn library_for_c(workspace: &Workspace, compiler: &Compiler) -> Result<PathBuf> {
     let sh = workspace.shell()?;
     let (target, folder) = (
@@ -155,8 +161,9 @@ pub(crate) fn library_for_c(workspace: &Workspace, compiler: &Compiler) -> Resul
     Ok(folder.join(target).join("firmware/libframelock_c.a"))
 }
 
-/// The library for C has no way to panic. Every panic goes through functions of `core::panicking`, which are never
-/// inlined all together. Optimised as a whole, it is one object with all that it uses of Rust's `core`.
+/// Checks that the C library cannot panic. Every panic calls a function of `core::panicking`, and
+/// the compiler never inlines all of these. The library is optimised as a whole, so it is one
+/// object that contains everything it uses of Rust's `core`.
 fn cannot_panic(library: &Path) -> Result<()> {
     let library = fs::read(library)?;
     let archive = ArchiveFile::parse(&*library)?;
@@ -164,7 +171,7 @@ fn cannot_panic(library: &Path) -> Result<()> {
     for member in archive.members() {
         let member = member?;
         if member.name().starts_with(b"framelock_c-") {
-            // A copy: in an archive it stands at any even place.
+            // Copy the object, because an archive aligns its members to two bytes only.
             let object = member.data(&*library)?.to_vec();
             let object = ElfFile32::<Endianness>::parse(&*object)?;
             for symbol in object.symbols() {
@@ -179,19 +186,19 @@ fn cannot_panic(library: &Path) -> Result<()> {
     ] {
         ensure!(
             names.iter().any(|name| name == function),
-            "the library for C has no {function}"
+            "the C library has no {function}"
         );
     }
     names.retain(|name| name.contains("panicking"));
     ensure!(
         names.is_empty(),
-        "the library for C can panic: {}",
+        "the C library can panic, because it contains {}",
         names.join(", ")
     );
     Ok(())
 }
 
-/// The command line and its tests compile for Windows and macOS; these checks for macOS.
+/// Checks that the command line and its tests compile for Windows and macOS, and xtask for macOS.
 pub(crate) fn systems(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     for (target, packages) in [
@@ -200,7 +207,7 @@ pub(crate) fn systems(workspace: &Workspace, _: &mut Report) -> Result<()> {
     ] {
         cmd!(sh, "rustup target add {target}")
             .run()
-            .with_context(|| format!("the libraries of {target} come by rustup only"))?;
+            .with_context(|| format!("only rustup can install the libraries of {target}"))?;
         let packages = packages.iter().flat_map(|package| ["--package", package]);
         let cargo = cmd!(
             sh,
@@ -211,18 +218,21 @@ pub(crate) fn systems(workspace: &Workspace, _: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// Core and formats compile with the oldest Rust that they say they need.
+/// Checks that the core and the formats compile with the oldest Rust that their manifests promise.
 pub(crate) fn minimum(workspace: &Workspace, report: &mut Report) -> Result<()> {
     const OLDEST: &str = "1.85";
     let sh = workspace.shell()?;
     cmd!(sh, "rustup toolchain install {OLDEST} --profile minimal")
         .run()
-        .context("an old Rust comes by rustup only")?;
+        .context("only rustup can install an old Rust")?;
     for package in ["core", "formats"] {
         let manifest = format!("{package}/Cargo.toml");
         let promised = format!("rust-version = \"{OLDEST}\"");
         let text = sh.read_file(&manifest)?;
-        ensure!(text.contains(&promised), "{manifest} promises another Rust");
+        ensure!(
+            text.contains(&promised),
+            "{manifest} does not promise {promised}"
+        );
         cmd!(
             sh,
             "cargo +{OLDEST} check --manifest-path {manifest} --all-features --ignore-rust-version"
@@ -234,7 +244,7 @@ pub(crate) fn minimum(workspace: &Workspace, report: &mut Report) -> Result<()> 
     Ok(())
 }
 
-/// Every subset, the empty one first.
+/// Returns every subset of the features, beginning with the empty one.
 fn subsets(features: &[String]) -> Vec<Vec<&str>> {
     let mut subsets = vec![vec![]];
     for feature in features {

@@ -1,4 +1,4 @@
-//! `cargo xtask emulate`: the firmware on an emulated board.
+//! `cargo xtask emulate`: runs the firmware on an emulated board.
 
 use std::process::Command;
 
@@ -10,21 +10,21 @@ use crate::bare_metal::Compiler;
 use crate::firmware::{BUILDS, TARGET, build_image};
 use crate::workspace::Workspace;
 
-/// Runs the firmware on an emulated board; see `cargo xtask emulate --help`.
+/// Run the firmware on an emulated board; see `cargo xtask emulate --help`
 #[derive(clap::Args)]
 #[command(disable_help_flag = true)]
 pub(crate) struct Arguments {
-    /// What the emulator's own command line takes; without `--elf` the firmware is built and used.
+    /// Arguments of the emulator's own command line; without `--elf`, the firmware is built and run
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
 }
 
-/// Builds the firmware unless an ELF is named, and becomes the emulator.
+/// Builds the firmware unless the arguments name an ELF, and then becomes the emulator.
 pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments) -> Result<()> {
     let mut emulator = Command::new("cargo");
     emulator
         .args(["run", "--quiet", "--package", "nrf52840-emulator"])
-        // Not from its folder: files are named as seen from here.
+        // Do not change the folder: the user's file names are relative to the current one.
         .arg("--manifest-path")
         .arg(workspace.root.join("Cargo.toml"))
         .args(["--", "--watch", "SETPOINT=pitch,roll,yaw"])
@@ -43,7 +43,7 @@ pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments
     become_program(emulator)
 }
 
-/// Replaces this process, so that Ctrl-C is the emulator's alone.
+/// Replaces this process, so that only the emulator receives Ctrl-C.
 #[cfg(unix)]
 fn become_program(mut command: Command) -> Result<()> {
     use std::os::unix::process::CommandExt as _;

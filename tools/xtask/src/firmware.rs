@@ -1,4 +1,4 @@
-//! The firmware: its images built, checked by clippy, and run in the emulator by its tests.
+//! The firmware: builds its images, checks them with clippy, and runs their tests in the emulator.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,12 +19,12 @@ pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 /// The package that tests the images.
 pub(crate) const TESTS: &str = "framelock-firmware-tests";
 
-/// What is built: the image's name, the program, and its features.
+/// One build: the image's name, the program, and the options for its features.
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
-/// All that the tests run. The others share the first one's dependencies, so each takes a second or
-/// two. `lecture` also leaves the debug port as it is; the last has single steps of the parsers, for the
-/// figures.
+/// All images that the tests run. They share the dependencies of the first image, so each of the
+/// others takes only a second or two. `lecture` also leaves the debug port unchanged.
+/// `parser-steps` contains single steps of the parsers and is used to measure their costs.
 pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
@@ -45,16 +45,16 @@ Examples:
   cargo xtask firmware                 the image that `cargo run --release` in firmware/ flashes
   cargo xtask firmware --all           every image that is tested";
 
-/// Build the firmware for the nRF52840, and say how large it is.
+/// Build the firmware for the nRF52840, and print its size
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Build every image that is tested.
+    /// Build every image that is tested
     #[arg(long)]
     all: bool,
 }
 
-/// `cargo xtask firmware`.
+/// Runs `cargo xtask firmware`.
 pub(crate) fn build(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     let compiler = Compiler::of(&[TARGET])?;
     let count = if arguments.all { BUILDS.len() } else { 1 };
@@ -65,7 +65,7 @@ pub(crate) fn build(workspace: &Workspace, arguments: &Arguments) -> Result<()> 
     Ok(())
 }
 
-/// The stage: the firmware builds without a warning from the compiler or clippy.
+/// Runs the stage that builds the firmware without a warning from the compiler or clippy.
 pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let compiler = Compiler::of(&[TARGET])?;
     report.says = format!("{} images, by {}", BUILDS.len(), compiler.says);
@@ -81,7 +81,7 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
     Ok(())
 }
 
-/// The stage: the release images do what they should, in the emulator; so do the C programs.
+/// Runs the stage that tests the release images and the C programs in the emulator.
 pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut tests = tests(workspace, &workspace.root)?;
     stage_report::run_tests(&mut tests, &mut report.tests)?;
@@ -92,8 +92,7 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
         .run()
         .is_err()
     {
-        install::from_debian(sh, &["gcc-arm-none-eabi"])
-            .context("there is no arm-none-eabi-gcc")?;
+        install::from_debian(sh, &["gcc-arm-none-eabi"]).context("arm-none-eabi-gcc is missing")?;
     }
     let library = checks::library_for_c(workspace, &Compiler::of(&[TARGET])?)?;
     let mut formats = workspace.cargo_test();
@@ -107,15 +106,15 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
     let compared = formats.status()?;
     ensure!(
         compared.success(),
-        "the formats' costs are not as written down: see above"
+        "the formats' costs differ from formats/FIGURES.txt: see above"
     );
     let mut in_c = workspace.cargo_test();
     in_c.args(["--test", "c", "--", "--ignored", "a_chip_does"]);
     stage_report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)
 }
 
-/// The stage: they do it with many more random streams and mixes of what the chip may do, and under
-/// each such assumption alone.
+/// Runs the stage that tests the images with many more random streams and combinations of the
+/// chip's permitted behaviours, and under each single assumption about the chip.
 pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut random = tests(workspace, &workspace.root)?;
     if std::env::var_os("FRAMELOCK_RANDOM_RUNS").is_none() {
@@ -126,8 +125,9 @@ pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Resu
     stage_report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
 }
 
-/// The stage: the examples for other frameworks build without a warning from the compiler or clippy,
-/// and do what they should, in the emulator. So do the commands of their guide.
+/// Runs the stage of the examples for other frameworks. They must build without a warning from the
+/// compiler or clippy and pass their tests in the emulator, and the commands of their guide must
+/// work.
 pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let compiler = Compiler::of(&[TARGET])?;
     report.says = format!("by {}", compiler.says);
@@ -135,7 +135,7 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     let folder = workspace.root.join("firmware");
     sh.change_dir(&folder);
     let build = || {
-        // Into the folder where the guide's commands find them.
+        // Build into the folder in which the guide's commands expect the programs.
         let cargo = cmd!(
             sh,
             "cargo build --locked --release --target-dir target --package framelock-embassy --package framelock-rtic"
@@ -145,7 +145,7 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     let mut tests = workspace.cargo_test();
     tests.args(["--test", "examples"]);
     if compiler.is_debian {
-        // Built with plain `cargo`.
+        // The guide's commands use plain `cargo`, which Debian's compiler cannot satisfy.
         tests.args(["--", "--skip", "the_guides_commands"]);
     } else {
         lint(build()).run()?;
@@ -156,7 +156,8 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     stage_report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
 }
 
-/// Builds the example for the RP2040, which nothing here can run, without a warning from the compiler or clippy.
+/// Builds the example for the RP2040 without a warning from the compiler or clippy. Nothing here
+/// can run it.
 fn rp2040(workspace: &Workspace) -> Result<()> {
     let compiler = Compiler::of(&["thumbv6m-none-eabi"])?;
     let sh = &Shell::new()?;
@@ -173,22 +174,27 @@ fn rp2040(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Clippy optimises less: the image is built again.
+/// Returns the build command with clippy. Clippy's build is optimised less, so the image must be
+/// built again afterwards.
 fn lint(build: Cmd) -> Cmd {
     build.args(CLIPPY).envs([NO_WARNINGS])
 }
 
-/// Whether that one test, which may be one that takes long, passes on the images of the sources at `root`.
+/// Returns whether this one test, which may be a slow one, passes on the images of the sources at
+/// `root`.
 pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
     let mut tests = tests(workspace, root)?;
     let mut count = TestCount::default();
     let outcome =
         stage_report::run_tests(tests.args(["--", "--include-ignored", test]), &mut count);
-    ensure!(count.passed + count.failed == 1, "{test} is not one test");
+    ensure!(
+        count.passed + count.failed == 1,
+        "{test} must be the name of exactly one test"
+    );
     Ok(outcome.is_ok())
 }
 
-/// The tests, of the images of the sources at `root`, which are built now.
+/// Builds the images of the sources at `root`. Returns the command that tests them.
 fn tests(workspace: &Workspace, root: &Path) -> Result<Command> {
     let images = build_images(workspace, root)?;
     let mut tests = workspace.cargo_test();
@@ -197,14 +203,14 @@ fn tests(workspace: &Workspace, root: &Path) -> Result<Command> {
     Ok(tests)
 }
 
-/// A copy of the firmware's sources, to put mistakes into. It is a workspace of its own; the reception is a
-/// member of the one around it.
+/// Copies the firmware's sources to a folder in which mistakes are then seeded. The firmware is a
+/// workspace of its own, but its package `reception` belongs to the surrounding workspace.
 pub(crate) fn copy(workspace: &Workspace, to: &Path) -> Result<()> {
     let folders = ["core", "formats", "firmware", "fuzz/oracles"];
     workspace.copy(to, &folders, &["core", "firmware/reception"])
 }
 
-/// Builds all images of the sources at `root`; returns their folder.
+/// Builds all images of the sources at `root`. Returns their folder.
 pub(crate) fn build_images(workspace: &Workspace, root: &Path) -> Result<PathBuf> {
     let compiler = Compiler::of(&[TARGET])?;
     for build in &BUILDS {
@@ -213,8 +219,8 @@ pub(crate) fn build_images(workspace: &Workspace, root: &Path) -> Result<PathBuf
     Ok(images(workspace, root))
 }
 
-/// Builds an image of the sources at `root`, and keeps it under its own name: the next would
-/// overwrite it.
+/// Builds an image of the sources at `root`, and keeps it under its own name because the next build
+/// would overwrite it.
 pub(crate) fn build_image(
     workspace: &Workspace,
     root: &Path,
@@ -234,12 +240,13 @@ pub(crate) fn build_image(
     Ok(image)
 }
 
-/// Where the images of the sources at `root` are kept.
+/// Returns the folder of the images of the sources at `root`.
 fn images(workspace: &Workspace, root: &Path) -> PathBuf {
     target_folder(workspace, root).join("images")
 }
 
-/// Where the sources at `root` are built: a copy's apart, or cargo would take the copy's for the workspace's.
+/// Returns the folder in which the sources at `root` are built. A copy has its own folder, because
+/// cargo would otherwise mistake the copy's packages for those of the workspace.
 fn target_folder(workspace: &Workspace, root: &Path) -> PathBuf {
     if root == workspace.root {
         workspace.target_directory.join("firmware")
@@ -256,12 +263,13 @@ fn cargo_build<'a>(
 ) -> Cmd<'a> {
     let build = ["build", "--locked", "--release", "--target", TARGET];
     let cargo = cmd!(sh, "cargo {build...} --target-dir {target} --bin {program}");
-    // Its own flags count, not those of whoever runs this.
+    // The firmware's own flags apply, not those of the caller's environment.
     let cargo = cargo.args(*features).env_remove("RUSTFLAGS");
     compiler.with(sh, cargo)
 }
 
-/// Bytes that are flashed: code, constants, initial values of variables.
+/// Returns the number of bytes that are flashed: code, constants and the initial values of
+/// variables.
 fn flash(image: &Path) -> Result<u32> {
     let file = std::fs::read(image)?;
     let elf = ElfFile32::<Endianness>::parse(&*file);

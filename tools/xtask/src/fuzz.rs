@@ -1,4 +1,4 @@
-//! `cargo xtask fuzz`: the fuzz targets, with everything they need set up.
+//! `cargo xtask fuzz`: sets up and runs the fuzz targets.
 
 use anyhow::{Context as _, Result, ensure};
 use xshell::{Cmd, Shell, cmd};
@@ -14,28 +14,29 @@ const LONGEST_INPUT: u32 = 256;
 const EXAMPLES: &str = "\
 Examples:
   cargo xtask fuzz                                  every target for a minute
-  cargo xtask fuzz parser --seconds 900 --jobs 2    one, for longer, on two cores
+  cargo xtask fuzz parser --seconds 900 --jobs 2    one target, for longer, on two cores
 
 New inputs are kept in fuzz/corpus-found, inputs that show a bug in fuzz/artifacts. The exit code is 1 \
-if there is one. The committed corpora are replayed by `cargo test -p framelock-fuzz-oracles`.";
+if an input shows a bug. The committed corpora are replayed by `cargo test -p framelock-fuzz-oracles`.";
 
-/// Try to break what is proved: compare it with the reference on inputs that a fuzzer makes up.
+/// Search for inputs that contradict the proofs, by comparing with the reference on a fuzzer's
+/// inputs
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// The target; all of them unless given.
+    /// Target to run [default: all targets]
     target: Option<String>,
 
-    /// How long each target is tried for, in seconds.
+    /// Duration for each target, in seconds
     #[arg(long, value_name = "N", default_value_t = 60)]
     seconds: u64,
 
-    /// How many processes try it at the same time.
+    /// Number of parallel processes for a target
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     jobs: u32,
 }
 
-/// The stage of `verify --all`: every target for a minute.
+/// Runs the stage of `verify --all`: every target for a minute.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let arguments = Arguments {
         target: None,
@@ -50,7 +51,7 @@ pub(crate) fn fuzz(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     run(workspace, arguments).map(|_| ())
 }
 
-/// Returns how many targets there were.
+/// Runs the targets. Returns their number.
 fn run(workspace: &Workspace, arguments: &Arguments) -> Result<usize> {
     let fuzzer = Fuzzer::set_up(workspace)?;
     let targets = match &arguments.target {
@@ -64,7 +65,8 @@ fn run(workspace: &Workspace, arguments: &Arguments) -> Result<usize> {
     Ok(targets.len())
 }
 
-/// cargo-fuzz and a nightly compiler: the compiler's coverage counters are unstable options.
+/// cargo-fuzz with a nightly compiler, which it needs because coverage counters are unstable
+/// options.
 struct Fuzzer {
     sh: Shell,
 }
@@ -89,7 +91,8 @@ impl Fuzzer {
         Ok(fuzzer)
     }
 
-    /// A command of the nightly toolchain. What `cargo xtask` says about its own is not for that one.
+    /// Returns a command of the nightly toolchain, without the variables that `cargo xtask` set for
+    /// its own toolchain.
     fn nightly<const N: usize>(&self, program: &str, arguments: [&str; N]) -> Cmd<'_> {
         ["CARGO", "RUSTC", "RUSTUP_TOOLCHAIN", "LD_LIBRARY_PATH"]
             .into_iter()
@@ -105,9 +108,10 @@ impl Fuzzer {
         Ok(list.lines().map(str::to_owned).collect())
     }
 
-    /// No sanitizer: the core and what checks it forbid `unsafe`, and without it there is no memory
-    /// error for one to find. Comparisons are not traced, which takes more than half of the time: what
-    /// the receivers compare with is in the dictionary and the seeds.
+    /// Runs a target without a sanitizer. The core and the code that checks it forbid `unsafe`, so
+    /// there is no memory error to find. Comparisons are not traced, because tracing takes more
+    /// than half of the time. The dictionary and the seeds contain the values that the receivers
+    /// compare with.
     fn run(&self, target: &str, seconds: u64, jobs: u32) -> Result<()> {
         let found = format!("fuzz/corpus-found/{target}");
         self.sh.create_dir(&found)?;
@@ -128,8 +132,8 @@ impl Fuzzer {
         .run()
         .with_context(|| {
             format!(
-                "if an input shows a bug, it is in fuzz/artifacts/{target}; once that is mended, \
-                     keep it in fuzz/corpus/{target} under a name that says what it is"
+                "if an input shows a bug, it is in fuzz/artifacts/{target}; once the bug is fixed, \
+                     keep the input in fuzz/corpus/{target} under a name that describes it"
             )
         })
     }

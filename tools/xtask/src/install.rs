@@ -1,4 +1,4 @@
-//! Installs what a check needs: cargo commands, and Debian's packages.
+//! Installs the tools that checks need: cargo commands, Python packages and Debian packages.
 
 use std::env;
 use std::path::PathBuf;
@@ -9,18 +9,18 @@ use xshell::{Shell, cmd};
 use crate::workspace::Workspace;
 
 impl Workspace {
-    /// Where a cargo command is installed.
+    /// Returns the folder in which a cargo command is installed.
     fn tool(&self, package: &str) -> PathBuf {
         self.target_directory.join("tools").join(package)
     }
 
-    /// Whether a cargo command of this version is there.
+    /// Returns whether this version of a cargo command is installed.
     pub(crate) fn has_tool(&self, package: &str, version: &str) -> bool {
         self.tool(package).join(version).exists()
     }
 
-    /// A shell in the root, with a cargo command of this version, which is installed into `target` if
-    /// it is not there.
+    /// Returns a shell in the root whose PATH contains this version of a cargo command. Installs
+    /// the command into `target` if it is missing.
     pub(crate) fn shell_with(&self, package: &str, version: &str) -> Result<Shell> {
         let sh = self.shell()?;
         let root = self.tool(package);
@@ -43,14 +43,15 @@ impl Workspace {
 }
 
 impl Workspace {
-    /// A Python that has these packages of `PyPI`, each with its version, in an environment in `target`.
+    /// Returns a Python that has these packages of `PyPI`, each with its version. It is installed
+    /// into an environment in `target`.
     pub(crate) fn python_with(&self, packages: &[&str]) -> Result<PathBuf> {
         let sh = self.shell()?;
         let folder = self.tool("python").join(packages.join("_"));
         let stamp = folder.join("installed");
         if !stamp.exists() {
             let make = || cmd!(sh, "python3 -m venv --clear {folder}").run();
-            // Debian has the module in a package of its own.
+            // Debian has the module `venv` in a package of its own.
             if make().is_err() {
                 from_debian(&sh, &["python3", "python3-venv"])?;
                 make()?;
@@ -67,13 +68,13 @@ impl Workspace {
     }
 }
 
-/// Installs those packages, if they are not there, which only root can do.
+/// Installs those of these Debian packages that are missing. Only root can do this.
 pub(crate) fn from_debian(sh: &Shell, packages: &[&str]) -> Result<()> {
     let state = "--showformat=${db:Status-Status},";
     let query = cmd!(sh, "dpkg-query --show {state} {packages...}");
     if query.ignore_status().ignore_stderr().read()? != "installed,".repeat(packages.len()) {
-        // The lists of packages are often out of date. `--no-remove`: rather fail than take away
-        // something that someone installed.
+        // The package lists are often out of date, so update them first. With `--no-remove`, the
+        // command fails rather than remove a package that someone installed.
         cmd!(sh, "apt-get -o DPkg::Lock::Timeout=120 update").run()?;
         cmd!(
             sh,

@@ -1,4 +1,4 @@
-//! Kani itself: whether it is set up, and what it answers.
+//! Kani: checks whether it is set up, runs it and reads its answers.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead as _, BufReader};
@@ -16,8 +16,8 @@ use serde::Deserialize;
 use crate::theorems::{Answer, is_called};
 use crate::workspace::cargo_in;
 
-/// Name and version, or why it cannot be used. Found out from files: whatever one asks a `cargo kani`
-/// that is installed and not set up, it begins to set itself up.
+/// Returns Kani's name and version, or the reason why it cannot be used. The function only reads
+/// files, because any call of a `cargo kani` that is installed but not set up starts the setup.
 pub(crate) fn version() -> Result<String> {
     let path = env::var_os("PATH").unwrap_or_default();
     let mut programs = env::split_paths(&path).map(|folder| folder.join("cargo-kani"));
@@ -33,7 +33,7 @@ pub(crate) fn version() -> Result<String> {
     let files = fs::read_dir(home.unwrap_or_default()).into_iter().flatten();
     let names = files.filter_map(|file| file.ok()?.file_name().into_string().ok());
     let names: Vec<String> = names.collect();
-    // A bundle that is still there was not unpacked to the end.
+    // If a bundle is still there, it was not unpacked completely.
     let unfinished = names.iter().any(|name| name.ends_with(".tar.gz"));
     let mut versions = names.iter().filter_map(|name| name.strip_prefix("kani-"));
     let version = versions.find(|version| !unfinished && content.contains(*version));
@@ -41,14 +41,14 @@ pub(crate) fn version() -> Result<String> {
     Ok(format!("Kani {version}"))
 }
 
-/// The names of all harnesses. Kani writes them to a file in the current folder, whatever one asks.
+/// Returns the names of all harnesses. Kani always writes them to a file in the current folder.
 pub(crate) fn list(root: &Path, target: &Path) -> Result<Vec<String>> {
     let mut kani = cargo_in(root);
     kani.args(["kani", "list", "--quiet", "--format=json"])
         .env("CARGO_TARGET_DIR", target);
     ensure!(
         kani.status()?.success(),
-        "Kani lists nothing; it says why above"
+        "Kani could not list the harnesses: see above"
     );
     let file = root.join("kani-list.json");
     let list: List = serde_json::from_slice(&fs::read(&file)?)?;
@@ -59,11 +59,12 @@ pub(crate) fn list(root: &Path, target: &Path) -> Result<Vec<String>> {
 #[derive(Deserialize)]
 #[serde(rename_all = "kebab-case")]
 struct List {
-    /// By file.
+    /// The names of the harnesses, by file.
     standard_harnesses: BTreeMap<String, Vec<String>>,
 }
 
-/// Has Kani check the harnesses of these names, or if there are none, those whose names contain them; or all.
+/// Lets Kani check the harnesses with these names. A name that no harness has selects all harnesses
+/// whose names contain it. Without names, all harnesses are checked.
 pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answer>> {
     command.env("NO_COLOR", "1");
     for name in names {
@@ -75,13 +76,13 @@ pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answe
     let sum = lines
         .iter()
         .find_map(|line| line.strip_prefix("Complete - "));
-    let sum = sum.context("Kani did not come to its end; it says why above")?;
+    let sum = sum.context("Kani did not finish: see above")?;
     let total = format!(" {} total.", answers.len());
     ensure!(
         sum.ends_with(&total),
-        "not all of Kani's reports were read: {sum}"
+        "the number of reports read differs from Kani's own sum: {sum}"
     );
-    // Kani has taken all that contain a name, also where one has it.
+    // Kani selects every harness that contains a name, even if one harness has exactly this name.
     let mut wanted = BTreeSet::new();
     for name in names {
         let all = || answers.keys();
@@ -95,14 +96,15 @@ pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answe
     for (harness, answer) in &mut answers {
         harness.clone_into(&mut answer.harness);
         if answer.verdict.is_empty() {
-            answer.fail("error", "Kani did not report on it");
+            answer.fail("error", "Kani did not report on this harness");
         }
     }
     answers.retain(|harness, _| names.is_empty() || wanted.contains(harness));
     Ok(answers.into_values().collect())
 }
 
-/// Reads Kani's terse output. Several threads write it; a report's first line says which.
+/// Reads Kani's terse output. Several threads write it, and the first line of each report names the
+/// thread.
 fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
     let mut answers = BTreeMap::<String, Answer>::new();
     let mut harness_of = BTreeMap::new();
@@ -156,14 +158,14 @@ fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
     answers
 }
 
-/// Runs it in a process group of its own, shows and returns what it writes. Whatever it has started
-/// ends with it, and with this program.
+/// Runs the command in a process group of its own, prints its output and returns it. The command is
+/// terminated with its child processes when it ends and when this program ends.
 fn lines_of_group(command: &mut Command) -> Result<Vec<String>> {
     static GROUP: Mutex<Option<Pid>> = Mutex::new(None);
     let group = || GROUP.lock().unwrap_or_else(PoisonError::into_inner);
-    // An error says that the group has ended.
+    // An error means that the group has already ended.
     let end = move || group().take().map(|group| killpg(group, Signal::SIGKILL));
-    // An error says that there is a handler already.
+    // An error means that there is already a handler.
     let _ = ctrlc::set_handler(move || {
         end();
         std::process::exit(130);

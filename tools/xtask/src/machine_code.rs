@@ -1,4 +1,5 @@
-//! The stage that proves the receiver's step in the machine code of the images: `proofs/machine-code`.
+//! The stage that proves the receiver's step in the machine code of the images. See
+//! `proofs/machine-code`.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,10 +12,11 @@ use crate::stage_report::{Report, TestCount, run_tests};
 use crate::workspace::Workspace;
 use crate::{bugs, firmware, install};
 
-/// The stage, the folder, and what a seeded bug names in place of a test.
+/// The name of the stage and of its folder. A seeded bug for this stage has this name in place of a
+/// test.
 pub(crate) const NAME: &str = "machine-code";
 
-/// The images that are flashed, and the seeded bugs.
+/// Runs the stage: checks the flashed images, and then the seeded bugs.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let images = ["default", "megabaud", "lecture", "small"];
     let mut prover = prover(workspace, &workspace.root, &images)?;
@@ -22,17 +24,21 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     bugs::run(workspace, None, &[NAME.to_owned()])
 }
 
-/// Whether it is proved of the sources at `root`. If they gave the same images as without the bug, it would
-/// be, as it was just before.
+/// Returns whether the theorems hold for the sources at `root`. If a bug did not change the images,
+/// they would hold, as they did just before.
 pub(crate) fn is_proved(workspace: &Workspace, root: &Path) -> Result<bool> {
     let mut count = TestCount::default();
     let mut prover = prover(workspace, root, &["default", "lecture"])?;
     let outcome = run_tests(&mut prover, &mut count);
-    ensure!(outcome.is_ok() || count.failed > 0, "no theorem was tried");
+    ensure!(
+        outcome.is_ok() || count.failed > 0,
+        "no theorem was checked"
+    );
     Ok(outcome.is_ok())
 }
 
-/// The prover in an environment of its own, and the images, which are built now.
+/// Builds the images and sets up the prover's Python environment. Returns the command that checks
+/// the images.
 fn prover(workspace: &Workspace, root: &Path, images: &[&str]) -> Result<Command> {
     let sh = workspace.shell()?;
     let folder = workspace.root.join("proofs").join(NAME);

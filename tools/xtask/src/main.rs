@@ -1,4 +1,5 @@
-//! The project's checks: `cargo xtask verify` for all, `cargo xtask prove` for the theorems.
+//! The project's checks: `cargo xtask verify` runs all of them, `cargo xtask prove` checks the
+//! theorems.
 
 mod bare_metal;
 mod browser;
@@ -26,7 +27,7 @@ use clap::Parser;
 
 use workspace::Workspace;
 
-/// The project's own tasks.
+/// The project's own tasks
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 enum Task {
@@ -51,7 +52,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all is well.
+/// Runs the task. Returns whether all its checks passed.
 fn run(task: &Task) -> Result<bool> {
     let workspace = &Workspace::load()?;
     match task {

@@ -1,8 +1,9 @@
-//! `cargo xtask mutants`: cargo-mutants changes the sources one place at a time; some test, or some harness of a theorem,
-//! must fail.
+//! `cargo xtask mutants`: cargo-mutants changes one place of the sources at a time. For each
+//! change, some test or some harness of a theorem must fail.
 //!
-//! cargo-mutants compiles and tests for the computer. For the firmware's images only its list of changes is taken: each
-//! is made in a copy of the firmware, and some test of the copy's images in the emulator must fail.
+//! cargo-mutants compiles and tests for the computer, not for the chip. For the firmware's images,
+//! this command therefore takes only cargo-mutants' list of changes. It makes each change in a copy
+//! of the firmware, and some test of the copy's images in the emulator must fail.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -25,45 +26,47 @@ use crate::workspace::{CORE, Workspace};
 
 const CARGO_MUTANTS: &str = "27.1.0";
 
-/// Change the sources one place at a time: some test, or some harness, must notice.
+/// Change one place of the sources at a time, and check that some test or harness notices
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// What must notice.
+    /// Checks that must notice the changes
     #[arg(long, default_value = "tests")]
     by: By,
 
-    /// For cargo-mutants, which `cargo mutants --help` explains.
+    /// Arguments for cargo-mutants, see `cargo mutants --help`
     #[arg(last = true)]
     more: Vec<String>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  cargo xtask mutants --by harnesses -- --re core/src/line.rs    one file's, against the theorems
-  cargo xtask mutants --by harnesses -- --shard 0/8              an eighth of them
-  cargo xtask mutants --by harnesses -- --iterate                only those that were not noticed before
-  cargo xtask mutants --by images -- --file src/receive.rs       a file of the firmware's, in the emulator
+  cargo xtask mutants --by harnesses -- --re core/src/line.rs    changes of one file, against the theorems
+  cargo xtask mutants --by harnesses -- --shard 0/8              an eighth of all changes
+  cargo xtask mutants --by harnesses -- --iterate                only changes that were not noticed before
+  cargo xtask mutants --by images -- --file src/receive.rs       a file of the firmware, in the emulator
 
-What came of it is in target/mutants-by-tests, -by-harnesses and -by-images.";
+The results are in target/mutants-by-tests, -by-harnesses and -by-images.";
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum By {
-    /// The tests of the core and of the formats.
+    /// The tests of the core and of the formats
     Tests,
-    /// The theorems' harnesses, by the offline prover: those that the change reaches.
+    /// The theorems' harnesses that the change reaches, with the offline prover
     Harnesses,
-    /// The firmware's tests, which run its images in the emulator. The reception is left out: it has harnesses.
+    /// The firmware's tests, which run its images in the emulator; the reception is left out
+    /// because it has harnesses
     Images,
 }
 
-/// The stage of `verify --all`: all of them, against the tests. Against the harnesses they take most of a day.
+/// Runs the stage of `verify --all`: all changes against the tests. Against the harnesses they
+/// would take most of a day.
 pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let (by, more) = (By::Tests, Vec::new());
     mutants(workspace, &Arguments { by, more })
 }
 
-/// Those that the arguments choose.
+/// Checks the changes that the arguments choose.
 pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments) -> Result<()> {
     let sh = workspace.shell_with("cargo-mutants", CARGO_MUTANTS)?;
     let (config, tested, output) = match by {
@@ -83,10 +86,11 @@ pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments)
         }
     };
     if *by == By::Harnesses {
-        // cargo-mutants tries the tests of what it changes before, and not these.
+        // cargo-mutants first runs the tests of the packages that it changes, but not these
+        // harnesses.
         let unchanged = Prover::new(workspace, Some(Engine::Offline))?.check(&[])?;
         let all = unchanged.iter().all(Answer::is_proved);
-        ensure!(all, "without any change some harness fails");
+        ensure!(all, "some harness fails even without a change");
     }
     let output = workspace.target_directory.join(output);
     let tested = tested
@@ -97,29 +101,29 @@ pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments)
         "cargo mutants --workspace --config {config} {tested...} --output {output} {more...}"
     );
     let status = Command::from(mutants).status()?;
-    // 3: some mutant's tests do not come to an end, which is noticed as well.
+    // 3: the tests of some change do not end, which counts as noticed.
     ensure!(
         matches!(status.code(), Some(0 | 3)),
-        "some are not noticed: see above"
+        "some changes are not noticed: see above"
     );
     Ok(())
 }
 
-/// Only the self-test has them, and only its tests can notice.
+/// Only the self-test contains these files, and only its tests can notice changes in them.
 const OF_SELF_TEST: [&str; 2] = ["src/self-test.rs", "src/loopback.rs"];
 
-/// A change, as `cargo mutants --list --json` has it.
+/// A change from the output of `cargo mutants --list --json`.
 #[derive(Deserialize)]
 struct Mutant {
     name: String,
-    /// In `firmware/`.
+    /// The changed file, relative to `firmware/`.
     file: String,
-    /// Of that file.
+    /// The change of this file.
     diff: String,
 }
 
-/// All of them, or those that `more`, which is for cargo-mutants, chooses. What was noticed before, as the file in
-/// `output` says, is not tried again.
+/// Checks the firmware's changes, or those that the arguments `more` for cargo-mutants choose.
+/// Changes that an earlier run noticed are listed in a file in `output` and are not checked again.
 fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) -> Result<()> {
     let config = "firmware/mutants.toml";
     let list = cmd!(
@@ -127,7 +131,7 @@ fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) 
         "cargo mutants --dir firmware --config {config} --list --json {more...}"
     );
     let mut mutants: Vec<Mutant> = serde_json::from_str(&list.read()?)?;
-    // What both programs have is listed twice.
+    // Changes in code that both programs share are listed twice.
     let mut listed = BTreeSet::new();
     mutants.retain(|mutant| listed.insert(mutant.name.clone()));
     fs::create_dir_all(output)?;
@@ -168,16 +172,17 @@ fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) 
     Ok(())
 }
 
-/// The firmware's tests but those of figures: each change changes how many bytes and cycles the firmware takes.
+/// The firmware's tests, except those of figures. Every change alters the bytes and cycles that the
+/// firmware takes, so those tests would notice everything.
 struct Tests {
     program: PathBuf,
     images: PathBuf,
-    /// Those that take least come first.
+    /// The names of the tests, the fastest first.
     names: Vec<String>,
 }
 
 impl Tests {
-    /// All have to pass.
+    /// Prepares the tests. All must pass before any change.
     fn of(workspace: &Workspace, images: PathBuf) -> Result<Self> {
         let program = test_program(workspace)?;
         let list = Command::new(&program)
@@ -194,7 +199,7 @@ impl Tests {
         let mut timed = Vec::new();
         for name in &tests.names {
             let began = Instant::now();
-            ensure!(tests.passes(name)?, "without any change {name} fails");
+            ensure!(tests.passes(name)?, "{name} fails even without a change");
             timed.push((began.elapsed(), name.clone()));
         }
         timed.sort_unstable();
@@ -209,7 +214,7 @@ impl Tests {
         Ok(test.output()?.status.success())
     }
 
-    /// Of those whose names begin with `only`.
+    /// Returns the first test that fails among those whose names begin with `only`.
     fn first_to_fail(&self, only: &str) -> Result<Option<&str>> {
         for name in self.names.iter().filter(|name| name.starts_with(only)) {
             if !self.passes(name)? {
@@ -220,7 +225,7 @@ impl Tests {
     }
 }
 
-/// The program of the firmware's tests.
+/// Builds the program of the firmware's tests. Returns its path.
 fn test_program(workspace: &Workspace) -> Result<PathBuf> {
     let mut cargo = workspace.cargo_test();
     cargo.args([

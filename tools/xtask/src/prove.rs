@@ -1,4 +1,4 @@
-//! `cargo xtask prove`: has Kani or the offline prover check the theorems.
+//! `cargo xtask prove`: checks the theorems with Kani or the offline prover.
 
 use std::env;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use crate::stage_report::{Report, run_tests};
 use crate::theorems::{Answer, Harness, theorems};
 use crate::workspace::{Workspace, cargo_in};
 
-/// The packages with the theorems.
+/// The packages that contain the theorems.
 pub(crate) const THEOREMS: &[&str] = &[
     "framelock",
     "framelock-proofs",
@@ -22,26 +22,27 @@ pub(crate) const THEOREMS: &[&str] = &[
 ];
 pub(crate) const OFFLINE_PROVER: &str = "framelock-offline-prover";
 
-/// Check the theorems: Kani's harnesses in `core` and `proofs`.
+/// Check the theorems: Kani's harnesses in `core` and `proofs`
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// What checks them; by default Kani where it is set up, and else the offline prover.
+    /// Engine that checks the harnesses [default: Kani if it is set up, otherwise the offline
+    /// prover]
     #[arg(long)]
     engine: Option<Engine>,
 
-    /// Only the harnesses of this name, or if there are none, those whose names contain it.
+    /// Only the harnesses with this name or, if there are none, those whose names contain it
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
 
-    /// How long each harness may take, in seconds.
+    /// Time limit for each harness, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u32,
 
-    /// How many are checked at the same time; by default as many as there are cores.
+    /// Number of harnesses checked at the same time [default: the number of cores]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
 
-    /// List all harnesses by theorem, and check none.
+    /// List all harnesses by theorem instead of checking them
     #[arg(long, conflicts_with = "harnesses")]
     list: bool,
 }
@@ -52,7 +53,7 @@ pub(crate) enum Engine {
     Offline,
 }
 
-/// Whether all harnesses hold.
+/// Checks the chosen harnesses. Returns whether all hold.
 pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool> {
     let mut prover = Prover::new(workspace, arguments.engine)?;
     prover.timeout = arguments.timeout;
@@ -64,7 +65,7 @@ pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool
     Ok(report(&prover.check(&arguments.harnesses)?) == 0)
 }
 
-/// The harnesses under each theorem that names them.
+/// Prints each theorem with the harnesses that it names.
 fn list(prover: &Prover) -> Result<()> {
     let harnesses = prover.list()?;
     for theorem in theorems(&prover.root)? {
@@ -76,7 +77,7 @@ fn list(prover: &Prover) -> Result<()> {
     Ok(())
 }
 
-/// Shows what was not proved, and the sum; returns how many were not.
+/// Prints the harnesses that were not proved, and the totals. Returns how many were not proved.
 fn report(answers: &[Answer]) -> usize {
     let failed: Vec<&Answer> = answers.iter().filter(|one| !one.is_proved()).collect();
     for answer in &failed {
@@ -90,7 +91,7 @@ fn report(answers: &[Answer]) -> usize {
     failed.len()
 }
 
-/// The stage of `verify`: every theorem.
+/// Runs the stage of `verify` that checks every theorem.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let prover = Prover::new(workspace, None)?;
     report.says.clone_from(&prover.says);
@@ -102,14 +103,14 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// The stage that checks the offline prover itself: its tests, which take CBMC.
+/// Runs the stage that tests the offline prover itself. These tests need CBMC.
 pub(crate) fn prover_stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut cargo = workspace.cargo();
     cargo.args(["test", "--package", OFFLINE_PROVER, "--", "--ignored"]);
     run_tests(&mut cargo, &mut report.tests)
 }
 
-/// The compiler and clippy have no warning about the harnesses.
+/// Checks that neither the compiler nor clippy has a warning about the harnesses.
 pub(crate) fn clippy(workspace: &Workspace) -> Result<()> {
     let prover = Prover::new(workspace, Some(Engine::Offline))?;
     let status = prover.offline_command().arg("clippy").status()?;
@@ -117,25 +118,26 @@ pub(crate) fn clippy(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// An engine that is there, and what it is to look at.
+/// An available engine, and the sources that it checks.
 pub(crate) struct Prover {
     pub(crate) engine: Engine,
-    /// Which engine it is, and why.
+    /// The engine's name, and the reason for its choice.
     says: String,
     timeout: u32,
     jobs: Option<usize>,
-    /// The workspace's, or a copy of it.
+    /// The root of the workspace, or of a copy of it.
     pub(crate) root: PathBuf,
     pub(crate) packages: Vec<&'static str>,
-    /// Where that is built: a copy's apart, or cargo would take the copy's for the workspace's.
+    /// The folder in which the sources are built. A copy has its own folder, because cargo would
+    /// otherwise mistake the copy's packages for those of the workspace.
     pub(crate) target: PathBuf,
-    /// The workspace's, which has the offline prover, and where this is built.
+    /// The manifest of the workspace, which contains the offline prover.
     manifest: PathBuf,
     tools: PathBuf,
 }
 
 impl Prover {
-    /// The engine that is asked for, or that there is.
+    /// Chooses the requested engine, or else the one that is available.
     pub(crate) fn new(workspace: &Workspace, engine: Option<Engine>) -> Result<Self> {
         let (engine, says) = match (engine, kani::version()) {
             (None | Some(Engine::Kani), Ok(says)) => (Engine::Kani, says),
@@ -157,7 +159,7 @@ impl Prover {
         })
     }
 
-    /// The names of all harnesses.
+    /// Returns the names of all harnesses.
     pub(crate) fn list(&self) -> Result<Vec<String>> {
         match self.engine {
             Engine::Offline => Ok(self.listed()?.into_iter().map(|one| one.name).collect()),
@@ -165,12 +167,12 @@ impl Prover {
         }
     }
 
-    /// All harnesses, as the offline prover lists them.
+    /// Returns all harnesses, as the offline prover lists them.
     pub(crate) fn listed(&self) -> Result<Vec<Harness>> {
         self.offline("list", &[])
     }
 
-    /// Checks them.
+    /// Checks the harnesses that the names choose.
     pub(crate) fn check(&self, names: &[String]) -> Result<Vec<Answer>> {
         match self.engine {
             Engine::Offline => self.offline("prove", names),
@@ -182,7 +184,8 @@ impl Prover {
                     .arg(format!("--harness-timeout={}s", self.timeout))
                     .arg("--jobs")
                     .args(self.jobs.map(|jobs| jobs.to_string()));
-                // The root's Cargo.toml names those of the theorems to Kani, which wants none twice.
+                // The root's Cargo.toml already names the packages of the theorems, and Kani
+                // rejects a package named twice.
                 let more = self.packages.iter().filter(|it| !THEOREMS.contains(it));
                 for package in more {
                     command.args(["--package", package]);
@@ -192,7 +195,7 @@ impl Prover {
         }
     }
 
-    /// What the offline prover answers.
+    /// Runs the offline prover. Returns its answer.
     fn offline<T: DeserializeOwned>(&self, action: &str, names: &[String]) -> Result<T> {
         let mut command = self.offline_command();
         command
@@ -202,7 +205,8 @@ impl Prover {
         for name in names {
             command.args(["--harness", name]);
         }
-        // Hosted machines, which set CI, keep what was built, and prove all the same.
+        // Hosted machines set CI. They keep the build folder between runs, but must still prove
+        // everything anew.
         if env::var_os("CI").is_some() {
             command.arg("--anew");
         }

@@ -1,4 +1,4 @@
-//! The packages that others can depend on: their public interface, and whether they can be published.
+//! The published packages: checks of their public interface, and whether they can be published.
 
 use std::fs;
 
@@ -9,24 +9,26 @@ use xshell::cmd;
 use crate::stage_report::Report;
 use crate::workspace::Workspace;
 
-/// The format of rustdoc's JSON that was tried with this version of `public-api`. Rust 1.95 writes it.
+/// The format of rustdoc's JSON with which this version of `public-api` was tested. Rust 1.95
+/// writes it.
 const FORMAT: u64 = 57;
 
-/// In a package's folder, each item of its public interface.
+/// The file in a package's folder that lists each item of the package's public interface.
 const INTERFACE: &str = "PUBLIC-API.txt";
 
-/// Compares the public interface of each package with the one that is committed. If the variable SNAPSHOTS is
-/// `overwrite`, writes it.
+/// Compares the public interface of each package with the committed one. If the variable SNAPSHOTS
+/// is `overwrite`, writes it instead.
 pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    // Apart: dependencies are compiled again where unstable features are allowed.
+    // A folder of its own, because allowing unstable features compiles all dependencies again.
     let folder = workspace.target_directory.join("interface");
     let packages = names(workspace);
     cmd!(
         sh,
         "cargo doc --no-deps --lib --all-features {packages...} --target-dir {folder}"
     )
-    // JSON is unstable, which a stable compiler admits only so. docs.rs sets `docsrs`.
+    // rustdoc's JSON is unstable. A stable compiler accepts it only with this variable. docs.rs
+    // sets `docsrs`.
     .env("RUSTC_BOOTSTRAP", "1")
     .env(
         "RUSTDOCFLAGS",
@@ -66,14 +68,14 @@ pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()
     report.says = format!("{items} items, by {compiler}");
     ensure!(
         changed.is_empty(),
-        "the public interface is not the one in {}: see above. If the change is intended: \
+        "the public interface differs from {}: see above. If the change is intended, run: \
          SNAPSHOTS=overwrite cargo xtask verify --only interface",
         changed.join(", ")
     );
     Ok(())
 }
 
-/// Compares the public interface with that of the baseline, by the rules of semantic versioning.
+/// Compares the public interface with that of the baseline by the rules of semantic versioning.
 pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell_with("cargo-semver-checks", "0.51.0")?;
     let baseline = &workspace.semver_baseline;
@@ -84,7 +86,8 @@ pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
         .run()
         .is_err()
     {
-        // A shallow clone lacks it. It is asked for by its name, without the commits between.
+        // A shallow clone lacks the baseline. Fetch this commit by its name, without the commits
+        // between.
         cmd!(
             sh,
             "git fetch --quiet --no-tags --depth=1 origin {baseline}"
@@ -98,16 +101,19 @@ pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
         "cargo semver-checks --baseline-rev {baseline} {packages...}"
     )
     .run()
-    .context("if the break is intended: CONTRIBUTING.md, section To change the public interface")?;
+    .context(
+        "if the break is intended, see CONTRIBUTING.md, section To change the public interface",
+    )?;
     report.says = format!("since {baseline}");
     Ok(())
 }
 
-/// Publishes all packages, except for the upload. Neither a warning nor an uncommitted file is allowed.
+/// Performs all steps of publishing the packages except the upload. Fails on any warning or
+/// uncommitted file.
 pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     let packages = names(workspace);
-    // Cargo orders the packages and gives each the ones before it.
+    // Cargo orders the packages, and each may depend on those before it.
     let cargo = cmd!(sh, "cargo publish --dry-run {packages...}");
     let output = cargo.ignore_status().output()?;
     let said = String::from_utf8_lossy(&output.stderr);
@@ -123,7 +129,7 @@ pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// The options of cargo that name the packages.
+/// Returns cargo's options that name the published packages.
 fn names(workspace: &Workspace) -> Vec<&str> {
     let published = workspace.published.iter();
     published
@@ -136,8 +142,8 @@ mod tests {
     use super::*;
     use crate::workspace::{files, links};
 
-    /// crates.io and docs.rs show these texts where there is no repository around them. A link between items has
-    /// neither a slash nor a dot.
+    /// crates.io and docs.rs show these texts without the repository, so relative links would not
+    /// work. A link between items contains neither a slash nor a dot.
     #[test]
     fn published_texts_have_no_relative_links() {
         let workspace = Workspace::load().expect("cargo knows this workspace");

@@ -1,4 +1,4 @@
-//! What a stage of `verify` says about itself, and the tests that it runs and counts.
+//! The report of a stage of `verify`, and the tests that a stage runs and counts.
 
 use std::io::{BufRead as _, BufReader};
 use std::ops::AddAssign;
@@ -6,23 +6,24 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 
-/// What a stage says about itself while it runs. It counts even if the stage then fails.
+/// A stage's report about itself, which it fills in while it runs. The report counts even if the
+/// stage then fails.
 #[derive(Default)]
 pub(crate) struct Report {
-    /// What did the work, or how much there was, if that is worth a line.
+    /// The tool that did the work or the amount of work, if that is worth mentioning.
     pub(crate) says: String,
     pub(crate) tests: TestCount,
 }
 
-/// Runs tests, and counts them. Success of the command is not enough: a test that ends its program
-/// with exit code 0 takes the rest along.
+/// Runs tests and counts them. The command's success is not enough, because a test that ends its
+/// program with exit code 0 prevents the remaining tests from running.
 pub(crate) fn run_tests(command: &mut Command, count: &mut TestCount) -> Result<()> {
     eprintln!("$ {command:?}");
     let mut child = command
         .stdout(Stdio::piped())
         .spawn()
         .context("cargo could not be started")?;
-    for line in BufReader::new(child.stdout.take().context("it is piped")?).lines() {
+    for line in BufReader::new(child.stdout.take().context("standard output is piped")?).lines() {
         let line = line?;
         println!("{line}");
         *count += TestCount::of_line(&line);
@@ -31,24 +32,25 @@ pub(crate) fn run_tests(command: &mut Command, count: &mut TestCount) -> Result<
     ensure!(status.success(), "`{command:?}` ended with {status}");
     ensure!(
         count.without_result == 0,
-        "{} tests have no result: their program ended before them",
+        "{} tests have no result, because their program ended too early",
         count.without_result
     );
     ensure!(count.passed > 0, "no test was run");
     Ok(())
 }
 
-/// What became of tests.
+/// Counts of test outcomes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct TestCount {
     pub(crate) passed: usize,
     pub(crate) failed: usize,
-    /// Announced, and then neither passed, failed nor ignored.
+    /// Tests that were announced, but have neither passed, failed nor been ignored.
     without_result: isize,
 }
 
 impl TestCount {
-    /// What a line such as `running 5 tests` or `test result: ok. 5 passed; 0 failed; …` says.
+    /// Counts the tests in a line such as `running 5 tests` or `test result: ok. 5 passed; 0
+    /// failed; …`.
     fn of_line(line: &str) -> Self {
         let words: Vec<&str> = line.split([' ', ';']).collect();
         let number_before = |label| {
@@ -82,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tests_are_counted_and_those_without_a_result_are_noticed() {
+    fn tests_are_counted_including_those_without_a_result() {
         let mut count = TestCount::default();
         for line in [
             "running 8 tests",

@@ -1,5 +1,5 @@
-//! The table of theorems in `proofs/README.md`, which of them a harness is for, and what a prover answers about a
-//! harness.
+//! The table of theorems in `proofs/README.md`, the harnesses of each theorem, and a prover's
+//! answer about a harness.
 
 use std::fs;
 use std::path::Path;
@@ -9,13 +9,13 @@ use serde::Deserialize;
 
 /// A row of the table.
 pub(crate) struct Theorem {
-    /// Its number and its statement up to the first colon.
+    /// The theorem's number, and its statement up to the first colon.
     pub(crate) title: String,
-    /// What is named in it: harnesses, or modules of them.
+    /// The names in the row: harnesses, or modules of harnesses.
     names: Vec<String>,
 }
 
-/// All rows that are about harnesses.
+/// Returns all rows about harnesses.
 pub(crate) fn theorems(root: &Path) -> Result<Vec<Theorem>> {
     let readme = root.join("proofs/README.md");
     let readme = fs::read_to_string(&readme).with_context(|| readme.display().to_string())?;
@@ -37,7 +37,7 @@ pub(crate) fn theorems(root: &Path) -> Result<Vec<Theorem>> {
 }
 
 impl Theorem {
-    /// Whether its row names this harness, or a module that it is in.
+    /// Returns whether the row names this harness or a module that contains it.
     pub(crate) fn is_shown_by(&self, harness: &str) -> bool {
         let mut names = self.names.iter();
         names.any(|name| {
@@ -46,16 +46,17 @@ impl Theorem {
     }
 }
 
-/// Whether a harness is called that, with or without modules.
+/// Returns whether a harness has this name, with or without its modules.
 pub(crate) fn is_called(harness: &str, end: &str) -> bool {
     format!("::{harness}").ends_with(&format!("::{end}"))
 }
 
-/// A harness, as the offline prover lists it.
+/// A harness in the offline prover's list.
 #[derive(Deserialize)]
 pub(crate) struct Harness {
     pub(crate) name: String,
-    /// Whether the last thing it does is a cover, which shows that its end is reached: Kani does not ask.
+    /// True if the harness ends with a cover, which shows that its end is reached. Kani does not
+    /// require this.
     #[cfg(test)]
     pub(crate) ends_with_cover: bool,
 }
@@ -66,7 +67,7 @@ pub(crate) struct Answer {
     pub(crate) harness: String,
     pub(crate) verdict: String,
     pub(crate) failures: Vec<String>,
-    /// The counterexample.
+    /// The inputs of the counterexample.
     pub(crate) inputs: Vec<String>,
 }
 
@@ -75,7 +76,8 @@ impl Answer {
         self.verdict == "proved"
     }
 
-    /// Whether the engine has shown that the harness does not hold. Without an answer it has not.
+    /// Returns whether the engine has shown that the harness does not hold. A missing answer shows
+    /// nothing.
     pub(crate) fn is_refuted(&self) -> bool {
         !["proved", "error", "no_answer_in_time"].contains(&self.verdict.as_str())
     }

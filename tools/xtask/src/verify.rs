@@ -1,4 +1,4 @@
-//! `cargo xtask verify`: the stages, what they check, and their sum.
+//! `cargo xtask verify`: the stages, the checks that they make, and the sum of their results.
 
 use std::time::Instant;
 
@@ -9,11 +9,11 @@ use crate::stage_report::{Report, TestCount};
 use crate::workspace::Workspace;
 use crate::{browser, bugs, checks, firmware, fuzz, machine_code, mutants, prove, published};
 
-/// One check. To add one: write its function, and give it a line in [`STAGES`].
+/// One check. To add a check, write its function and add a line to [`STAGES`].
 struct Stage {
-    /// What `--only` calls it.
+    /// The stage's name for `--only`.
     name: &'static str,
-    /// What it checks, in one line.
+    /// The check in one line.
     checks: &'static str,
     when: When,
     run: fn(&Workspace, &mut Report) -> Result<()>,
@@ -21,38 +21,38 @@ struct Stage {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum When {
-    /// For each commit.
+    /// Runs for each commit.
     Always,
-    /// With `--all`, nightly on the hosted machines.
+    /// Runs with `--all`, and nightly on the hosted machines.
     Nightly,
 }
 use When::{Always, Nightly};
 
-/// In the order in which they run: what answers soonest comes first.
+/// The stages in the order in which they run. Stages that fail fast come first.
 #[rustfmt::skip]
 const STAGES: &[Stage] = &[
     Stage { name: "format", when: Always, run: checks::format,
         checks: "the sources are formatted by rustfmt" },
     Stage { name: "core", when: Always, run: checks::core,
-        checks: "the core compiles for microcontrollers under every set of its features; so does the library for C" },
+        checks: "the core compiles for microcontrollers under every set of its features; the C library compiles too" },
     Stage { name: "prove", when: Always, run: prove::stage,
         checks: "the theorems, by Kani or by the offline prover" },
     Stage { name: "clippy", when: Always, run: checks::clippy,
         checks: "no warning from the compiler or clippy, in all targets" },
     Stage { name: "tests", when: Always, run: checks::tests,
-        checks: "unit and integration tests; corpora replayed; benchmarks run once, untimed" },
+        checks: "unit and integration tests, replay of the corpora, and each benchmark once, untimed" },
     Stage { name: "docs", when: Always, run: checks::docs,
-        checks: "the examples in the documentation; it builds without warnings" },
+        checks: "the documentation builds without warnings, and its examples run" },
     Stage { name: "interface", when: Always, run: published::interface,
-        checks: "the public interface of each published package is the one that is committed" },
+        checks: "the public interface of each published package equals the committed one" },
     Stage { name: "firmware", when: Always, run: firmware::every_build,
         checks: "the firmware builds for the nRF52840 without warnings, with each set of features" },
     Stage { name: "emulated", when: Always, run: firmware::in_the_emulator,
-        checks: "the firmware's release images and C programs, run in the emulator" },
+        checks: "the firmware's release images and the C programs, in the emulator" },
     Stage { name: "random", when: Nightly, run: firmware::random_streams,
         checks: "the firmware with many more random streams, and under each assumption about the chip" },
     Stage { name: "examples", when: Nightly, run: firmware::examples,
-        checks: "the examples for Embassy and RTIC, built without warnings, and run in the emulator; the RP2040's, built" },
+        checks: "the examples for Embassy and RTIC build without warnings and run in the emulator; the RP2040's builds" },
     Stage { name: "statistics", when: Nightly, run: checks::statistics,
         checks: "the simulator's findings, with all trials" },
     Stage { name: "tables", when: Nightly, run: checks::tables,
@@ -60,51 +60,51 @@ const STAGES: &[Stage] = &[
     Stage { name: "generated", when: Nightly, run: checks::generated,
         checks: "code generated from two hundred random descriptions" },
     Stage { name: "prover", when: Nightly, run: prove::prover_stage,
-        checks: "the offline prover finds what must fail, and leaves nothing running" },
+        checks: "the offline prover refutes what must fail, and leaves no process running" },
     Stage { name: "bugs", when: Nightly, run: bugs::stage,
         checks: "every harness and rule of the firmware is broken by a seeded bug" },
     Stage { name: machine_code::NAME, when: Nightly, run: machine_code::stage,
-        checks: "the receiver's step, proved in the machine code of the images; seeded bugs in it are noticed" },
+        checks: "the receiver's step is proved in the machine code of the images, and seeded bugs in it are noticed" },
     Stage { name: "fuzz", when: Nightly, run: fuzz::stage,
         checks: "every fuzz target, for a minute" },
     Stage { name: "systems", when: Nightly, run: checks::systems,
         checks: "the command line compiles for Windows and macOS" },
     Stage { name: "minimum", when: Nightly, run: checks::minimum,
-        checks: "core and formats compile with the oldest Rust that they say they need" },
+        checks: "the core and the formats compile with the oldest Rust that their manifests promise" },
     Stage { name: "semver", when: Nightly, run: published::semver,
-        checks: "the public interface keeps what the one of the commit `semver-baseline` promises" },
+        checks: "the public interface is compatible with that of the commit `semver-baseline`" },
     Stage { name: "publish", when: Nightly, run: published::publish,
         checks: "each published package can be published, without a warning" },
     Stage { name: "web", when: Nightly, run: browser::stage,
-        checks: "the page, tried in a browser" },
+        checks: "the page works in browsers" },
     Stage { name: "mutants", when: Nightly, run: mutants::stage,
         checks: "some test notices each small change of the core, layouts and checksums (hours)" },
 ];
 
 const EXAMPLES: &str = "\
 Examples:
-  cargo xtask verify                              what each commit must pass
-  cargo xtask verify --all                        that, and what takes hours
+  cargo xtask verify                              the stages that each commit must pass
+  cargo xtask verify --all                        also the stages that take hours
   cargo xtask verify --list                       the stages and what they check
   cargo xtask verify --only format --only clippy  two stages, for a quick answer
 
-What is missing for a check is installed, where it can be. All stages run, even after one has \
+Tools that a check needs are installed if possible. All stages run, even after one has \
 failed. The exit code is 1 if any stage failed, and the last line counts the tests: \
 \"N passed, M failed\", where a failed stage that is not a test counts as one.";
 
-/// Set up and pass the checks.
+/// Run the checks, and install what they need
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Run this stage only; can be given more than once.
+    /// Run only this stage; can be given more than once
     #[arg(long, value_name = "STAGE", value_parser = PossibleValuesParser::new(STAGES.iter().map(|stage| stage.name)))]
     only: Vec<String>,
 
-    /// Run every stage there is.
+    /// Run every stage
     #[arg(long, conflicts_with = "only")]
     all: bool,
 
-    /// List the stages and what they check, and run none.
+    /// List the stages and their checks instead of running them
     #[arg(long, conflicts_with_all = ["only", "all"])]
     list: bool,
 }
@@ -119,7 +119,7 @@ impl Arguments {
     }
 }
 
-/// Whether all stages that the arguments choose pass.
+/// Runs the stages that the arguments choose. Returns whether all pass.
 pub(crate) fn verify(workspace: &Workspace, arguments: &Arguments) -> bool {
     if arguments.list {
         for Stage {
@@ -152,7 +152,7 @@ pub(crate) fn verify(workspace: &Workspace, arguments: &Arguments) -> bool {
         if let Err(error) = outcome {
             println!("FAILED: {name}: {error:#}");
             failures.push(format!("FAILED: {name}: {error:#}"));
-            // The last line never says `0 failed` after a failure.
+            // Count the stage itself, so that the last line never says `0 failed` after a failure.
             sum.failed += usize::from(tests.failed == 0);
         }
     }

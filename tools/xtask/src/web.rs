@@ -1,5 +1,6 @@
-//! The page that shows the machine in a browser: one file, which holds its style, its script and the
-//! machines as WebAssembly, so that it works from a folder and from any static host.
+//! Builds the page that shows the machines in a browser. The page is one file that contains its
+//! style, its script and the machines as WebAssembly, so that it works from a folder and from any
+//! static host.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,28 +16,28 @@ use crate::workspace::Workspace;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// The command and the library that `host/web/Cargo.toml` names have to be of one version.
+/// The version of the command, which must equal that of the library in `host/web/Cargo.toml`.
 const WASM_BINDGEN: &str = "0.2.129";
 const WASM_BINDGEN_CLI: &str = "wasm-bindgen-cli";
 
 const EXAMPLES: &str = "\
 Examples:
-  cargo xtask web                      target/web/index.html, to be put on any web server
-  cargo xtask web --open               and show it in the browser
+  cargo xtask web                      build target/web/index.html, for any web server
+  cargo xtask web --open               build it and show it in the browser
 
-It takes a minute or two. The first time it also downloads a target of rustup's and compiles
-wasm-bindgen, which takes some minutes more; it says so before it begins.";
+The build takes a minute or two. The first build also downloads a rustup target and compiles
+wasm-bindgen, which takes some more minutes. The command announces this before it begins.";
 
-/// Build the page that shows the machine in a browser.
+/// Build the page that shows the machines in a browser
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Show it in the browser.
+    /// Show the page in the browser
     #[arg(long)]
     open: bool,
 }
 
-/// `cargo xtask web`.
+/// Runs `cargo xtask web`.
 pub(crate) fn web(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     let page = page(workspace)?;
     if arguments.open {
@@ -45,19 +46,19 @@ pub(crate) fn web(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
             "windows" => "explorer",
             _ => "xdg-open",
         };
-        // Windows' explorer always says that it failed.
+        // Windows' explorer always reports a failure, so its status is ignored.
         let sh = Shell::new()?;
         cmd!(sh, "{browser} {page}").ignore_status().run()?;
     }
     Ok(())
 }
 
-/// Builds the page; returns its file.
+/// Builds the page. Returns its path.
 pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
     say_what_it_costs(workspace)?;
     let sh = &workspace.shell_with(WASM_BINDGEN_CLI, WASM_BINDGEN)?;
     let built = build(sh, workspace)?;
-    // Nothing but the page is in it, so that the folder can be published.
+    // The folder contains only the page, so that the folder can be published.
     let folder = workspace.target_directory.join("web");
     sh.remove_path(&folder)?;
     sh.create_dir(&folder)?;
@@ -68,24 +69,26 @@ pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
     Ok(page)
 }
 
-/// Before anything is downloaded or compiled.
+/// Prints the time and space that the build takes, before anything is downloaded or compiled.
 fn say_what_it_costs(workspace: &Workspace) -> Result<()> {
     let sh = workspace.shell()?;
     let targets = cmd!(sh, "rustup target list --installed").quiet().read()?;
     println!("The page is compiled to WebAssembly, which takes a minute or two.");
     if !targets.lines().any(|target| target == TARGET) {
-        println!("Once: rustup downloads its target {TARGET}, some 20 MB and 90 MB on the disk.");
+        println!(
+            "First build only: rustup downloads its target {TARGET} (about 20 MB, 90 MB on disk)."
+        );
     }
     if !workspace.has_tool(WASM_BINDGEN_CLI, WASM_BINDGEN) {
         println!(
-            "Once: {WASM_BINDGEN_CLI} {WASM_BINDGEN} is compiled, 170 crates, in some minutes; it goes into {}.",
+            "First build only: {WASM_BINDGEN_CLI} {WASM_BINDGEN} (170 crates) is compiled into {}, which takes some minutes.",
             workspace.target_directory.join("tools").display()
         );
     }
     Ok(())
 }
 
-/// Compiles the machines, and writes what the page's script needs to call them; returns their folder.
+/// Compiles the machines and generates the script that calls them. Returns their folder.
 fn build(sh: &Shell, workspace: &Workspace) -> Result<PathBuf> {
     cmd!(sh, "rustup target add {TARGET}").run()?;
     let crate_type = ["--lib", "--crate-type", "cdylib", "--profile", "wasm"];
@@ -105,8 +108,8 @@ fn build(sh: &Shell, workspace: &Workspace) -> Result<PathBuf> {
     Ok(to)
 }
 
-/// The page with everything in it. Its security policy allows its own style and script, by their hashes,
-/// and nothing else: it can load nothing and send nothing.
+/// Returns the page with all its parts in one file. Its security policy allows only its own style
+/// and script, by their hashes. The page can therefore load nothing and send nothing.
 fn assembled(sh: &Shell, built: &Path) -> Result<String> {
     let page = Path::new("host/web/page");
     let style = sh.read_file(page.join("style.css"))?;

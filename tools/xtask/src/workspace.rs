@@ -1,4 +1,4 @@
-//! The workspace as cargo describes it, and copies of it to put mistakes into.
+//! The workspace as cargo describes it, and copies of it in which mistakes are seeded.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,11 +13,13 @@ use crate::browser;
 /// The package that microcontrollers use, in the folder `core`.
 pub(crate) const CORE: &str = "framelock";
 
-/// What `cargo clippy` does, but over any command that compiles: clippy's compiler is rustc with more lints. It goes with
-/// its own toolchain only. In an option, since a program that is run would hand a variable on to the cargo that it runs.
+/// The option that makes any compiling command of cargo run clippy too. Clippy's compiler is rustc
+/// with more lints, and works only with its own toolchain. This is an option rather than a
+/// variable, because a program that cargo runs would pass the variable on to the cargo that this
+/// program runs.
 pub(crate) const CLIPPY: [&str; 2] = ["--config", "build.rustc-workspace-wrapper='clippy-driver'"];
 
-/// With that, a warning is an error.
+/// The variable that turns clippy's warnings into errors.
 pub(crate) const NO_WARNINGS: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings");
 
 pub(crate) struct Workspace {
@@ -25,17 +27,17 @@ pub(crate) struct Workspace {
     pub(crate) target_directory: PathBuf,
     /// The core's optional features.
     pub(crate) core_features: Vec<String>,
-    /// The packages that do not say `publish = false`.
+    /// The packages whose manifests do not contain `publish = false`.
     pub(crate) published: Vec<Package>,
-    /// The commit whose public interface the next version must be compatible with.
+    /// The commit with whose public interface the next version must be compatible.
     pub(crate) semver_baseline: String,
 }
 
 impl Workspace {
-    /// Asks cargo.
+    /// Loads the workspace by asking cargo.
     pub(crate) fn load() -> Result<Self> {
-        // As `cargo xtask` says it now, not as it was when this program was compiled: a program
-        // that cargo kept from a copy of the workspace would check that copy.
+        // Use the folder of this call of `cargo xtask`, not that at compile time. Cargo may have
+        // kept a program compiled in a copy of the workspace, which would then check that copy.
         let here = env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| ".".into());
         let metadata = MetadataCommand::new().current_dir(here).no_deps().exec()?;
         let core = metadata.packages.iter().find(|one| one.name == CORE);
@@ -56,14 +58,16 @@ impl Workspace {
         })
     }
 
-    /// Cargo in the root.
+    /// Returns a command that runs cargo in the root.
     pub(crate) fn cargo(&self) -> Command {
         cargo_in(&self.root)
     }
 
-    /// Tests of all packages except the [browser's](browser::TESTS): cargo chooses the features of what they have in common by the packages that it is given,
-    /// and would compile it again for others. Clippy compiles them, as [`CLIPPY`] says: what it has looked at need not
-    /// be compiled again to be run.
+    /// Returns the command that tests all packages except the [browser's](browser::TESTS). All
+    /// stages give cargo the same packages, because cargo chooses the features of common
+    /// dependencies by them and would compile those dependencies again for other packages. Clippy
+    /// compiles the tests, as [`CLIPPY`] explains. Code that clippy has checked need not be
+    /// compiled again to run.
     pub(crate) fn cargo_test(&self) -> Command {
         let mut cargo = self.cargo();
         cargo.args(["test", "--workspace", "--all-features"]);
@@ -72,14 +76,14 @@ impl Workspace {
         cargo
     }
 
-    /// A shell in the root.
+    /// Returns a shell in the root.
     pub(crate) fn shell(&self) -> Result<Shell> {
         let sh = Shell::new()?;
         sh.change_dir(&self.root);
         Ok(sh)
     }
 
-    /// A workspace at `to` of these folders alone; `members` of them are packages of it.
+    /// Copies these folders to a workspace at `to`, whose packages are `members`.
     pub(crate) fn copy(&self, to: &Path, folders: &[&str], members: &[&str]) -> Result<()> {
         for folder in folders {
             copy_folder(&self.root.join(folder), &to.join(folder))?;
@@ -98,16 +102,16 @@ impl Workspace {
     }
 }
 
-/// The cargo that runs this program, in the given folder.
+/// Returns a command for the cargo that runs this program, in the given folder.
 pub(crate) fn cargo_in(folder: &Path) -> Command {
-    // `cargo xtask` says in CARGO which cargo it is, so that all stages use the same.
+    // `cargo xtask` passes the path of its cargo in CARGO, so that all stages use the same cargo.
     let program = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(program);
     command.current_dir(folder);
     command
 }
 
-/// Files that are the same already are left alone, so that they are not compiled again.
+/// Copies a folder. Leaves identical files alone, so that they are not compiled again.
 fn copy_folder(from: &Path, to: &Path) -> Result<()> {
     for path in files(from)? {
         let copy = to.join(path.strip_prefix(from)?);
@@ -120,7 +124,7 @@ fn copy_folder(from: &Path, to: &Path) -> Result<()> {
     Ok(())
 }
 
-/// All files in the folder, and in the folders in it but `target`, in a fixed order.
+/// Returns all files in the folder and in its subfolders except `target`, in a fixed order.
 pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     ensure!(folder.exists(), "there is no {}", folder.display());
     if folder.is_file() {
@@ -137,7 +141,7 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(all)
 }
 
-/// The targets of `[text](target)` and of `[text]: target`, without the part of a page they name.
+/// Returns the targets of `[text](target)` and of `[text]: target`, without fragments.
 #[cfg(test)]
 pub(crate) fn links(text: &str) -> impl Iterator<Item = &str> {
     let inline = text.split("](").skip(1);

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// A line as pieces: a level, and for how many of the sender's bits.
+/// Receives a line that consists of pieces. Each piece is a level and its length in the sender's
+/// bits.
 fn heard(pieces: &[(bool, f64)], bit: f64, phase: u64) -> Vec<Heard> {
     let mut uart = Uart::default();
     let mut bits = 0.0;
@@ -56,11 +57,11 @@ fn every_byte_is_read_as_it_was_sent() {
     }
 }
 
-/// A pause behind each byte. The start bit's edge is seen up to a tick late; two of three samples
-/// must lie in their bit. Of a fast sender's last data bit that is so up to 144 / 137, 5.1 %; of a
-/// slow sender's stop bit up to 144 / 152, 5.3 %.
+/// A pause follows each byte. The receiver sees the start bit's edge up to one tick late, and two
+/// of the three samples must lie in their bit. A fast sender's last data bit satisfies this up to
+/// 144 / 137, 5.1 %. A slow sender's stop bit satisfies it up to 144 / 152, 5.3 %.
 #[test]
-fn beyond_five_per_cent_nothing_is_read_right() {
+fn beyond_five_per_cent_bytes_are_misread() {
     let read = |error: f64| {
         let mut pieces = Vec::new();
         for byte in [0x55, 0x00, 0x55, 0x00] {
@@ -77,8 +78,9 @@ fn beyond_five_per_cent_nothing_is_read_right() {
     }
 }
 
-/// A stop bit is decided at its 154th tick: no sooner is the next start bit looked for. A sender that
-/// is faster than 160 / 154, 3.9 %, and never pauses runs away from the receiver.
+/// The receiver decides a stop bit at its 154th tick and looks for the next start bit only then. A
+/// sender that is more than 160 / 154, 3.9 %, fast and never pauses therefore runs away from the
+/// receiver.
 #[test]
 fn without_a_pause_a_sender_must_not_be_four_per_cent_fast() {
     let pieces = character(0x0F).repeat(100);
@@ -88,7 +90,7 @@ fn without_a_pause_a_sender_must_not_be_four_per_cent_fast() {
 
 #[test]
 fn two_of_three_samples_decide() {
-    // A spike over one sample of the bit in the middle of a byte changes nothing, one over two does.
+    // A spike over one sample of a bit changes nothing; a spike over two samples inverts the bit.
     let spike = |ticks: f64| {
         let mut pieces = vec![(false, 1.0), (true, 4.0)];
         pieces.extend([(true, 7.0 / 16.0), (false, ticks / 16.0)]);
@@ -100,7 +102,7 @@ fn two_of_three_samples_decide() {
 }
 
 #[test]
-fn a_start_bit_that_does_not_last_is_none() {
+fn a_start_bit_that_is_too_short_is_ignored() {
     let mut pieces = vec![(true, 3.0), (false, 0.45), (true, 2.0)];
     pieces.extend(character(0x41));
     assert_eq!(bytes(&heard(&pieces, ONE, 0)), [0x41]);
@@ -165,7 +167,8 @@ fn low_for_longer_than_a_character_is_a_break() {
         else {
             panic!("{bits}: {all:?}");
         };
-        // Start bit at the 16th tick; the stop bit is decided 153 ticks later, the break 161.
+        // The start bit is at the 16th tick. The stop bit is decided 153 ticks later, the break 161
+        // ticks later.
         assert_eq!((at / TICK, break_at / TICK), (16 + 153, 16 + 161));
     }
 }

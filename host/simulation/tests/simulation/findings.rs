@@ -1,4 +1,4 @@
-//! The findings about the protocol and about both policies.
+//! Tests of the findings about the protocol and about both policies.
 
 use framelock_proofs::reference;
 use framelock_simulation::{
@@ -7,13 +7,14 @@ use framelock_simulation::{
 
 use super::{is_plausible, receiver, simulated, trials};
 
-/// Whether the mean is within six standard errors of what is expected: 1.96 of them are the
-/// interval's half.
+/// Returns whether the mean is within six standard errors of the expected value. Half of the
+/// interval is 1.96 standard errors.
 fn is_about(mean: Mean, expected: f64) -> bool {
     (mean.value - expected).abs() <= (mean.high - mean.value) * 6.0 / 1.96
 }
 
-/// One lost byte in the first frame of each trial, no pause between frames.
+/// Returns parameters with one lost byte in the first frame of each trial and no pause between
+/// frames.
 fn one_lost_byte(payload: &str) -> Parameters {
     Parameters {
         payload: payload.parse().unwrap(),
@@ -23,12 +24,13 @@ fn one_lost_byte(payload: &str) -> Parameters {
     }
 }
 
-/// Of each policy, without an idle-gap rule: the lecture's, and the receiver's.
+/// Returns the tallies of the lecture's machine and of framelock's receiver, both without an
+/// idle-gap rule.
 fn policies(tally: &Tally) -> [&ReceiverTally; 2] {
     [Policy::Lecture, Policy::Framelock].map(|policy| receiver(tally, policy, false))
 }
 
-/// Finding 1: the lecture's machine goes deaf, and the receiver does not.
+/// Finding 1: one lost byte makes the lecture's machine deaf, but not framelock's receiver.
 #[test]
 fn one_lost_byte_makes_the_lectures_machine_deaf() {
     let tally = simulated(&Parameters {
@@ -40,14 +42,15 @@ fn one_lost_byte_makes_the_lectures_machine_deaf() {
     assert_eq!(tally.line.frames_intact, 70 * 299);
     assert_eq!(lecture.delivered, 0);
     assert_eq!(lecture.never_back, 70);
-    // It is never heard, so the failsafe takes over once, as the first frame's time has passed.
+    // The lecture's machine never delivers a frame, so its failsafe takes over once, when the time
+    // of the first frame has passed.
     assert_eq!([lecture.engagements, framelock.engagements], [70, 0]);
     assert_eq!(framelock.delivered, 70 * 299);
     assert_eq!(framelock.times_back(), 70);
 }
 
-/// Finding 2: a repeated ambiguous payload is read at the wrong phase for ever, until the line
-/// pauses and the pause is noticed.
+/// Finding 2: receivers read a repeated ambiguous payload at the wrong phase for ever, until the
+/// line pauses and an idle-gap rule notices the pause.
 #[test]
 fn an_ambiguous_payload_is_read_wrongly_until_the_line_pauses() {
     let parameters = Parameters {
@@ -74,8 +77,8 @@ fn an_ambiguous_payload_is_read_wrongly_until_the_line_pauses() {
     }
 }
 
-/// Finding 3: intact frames lost per lost byte, uniform random payload: lecture 0.715, framelock
-/// 0.000001.
+/// Finding 3: the number of intact frames lost per lost byte with uniform random payloads. The
+/// lecture's machine loses 0.715, framelock's receiver 0.000001.
 #[test]
 fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
     let trials = trials(10_000, 100_000);
@@ -92,10 +95,11 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
     assert!(is_plausible(framelock.lost_intact, expected, expected));
 }
 
-/// Finding 3, with payloads of bytes from 40 to 43 that are repeated, in runs of 40 frames: some never
-/// recover, so it depends on how many frames are to come. With 18, behind the middle, 3.3 are lost.
+/// Finding 3 with repeated payloads of bytes from 40 to 43, in runs of 40 frames. Some trials never
+/// recover, so the loss depends on how many frames are still to come. With 18 frames to come, after
+/// the middle of the run, 3.3 are lost.
 #[test]
-fn where_the_payload_can_hold_the_sync_it_costs_far_more() {
+fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
     for (frame, at_least, finding) in [(0, 6.0, None), (21, 3.0, Some(3.3))] {
         let trials = trials(2_000, 20_000);
         let tally = simulated(&Parameters {
@@ -119,8 +123,9 @@ fn where_the_payload_can_hold_the_sync_it_costs_far_more() {
 
 const RUN: u32 = 40;
 
-/// What the naive reference loses with the lecture's machine, over all 256 payloads of bytes from 40 to 43
-/// and all seven places of the byte lost in that frame: exact.
+/// Returns the exact mean number of frames that the lecture's machine loses, calculated with the
+/// naive reference over all 256 payloads of bytes from 40 to 43 and all seven positions of the byte
+/// lost in that frame.
 fn lost_of_repeated_frames(lost_in: usize) -> f64 {
     let mut lost = 0;
     let mut cases = 0;
@@ -132,7 +137,7 @@ fn lost_of_repeated_frames(lost_in: usize) -> f64 {
             let mut bytes = frame.repeat(RUN as usize);
             let missing = 7 * lost_in + place;
             bytes.remove(missing);
-            // A commit is a frame's if it ends where a frame does.
+            // A commit belongs to a frame if both end at the same byte.
             let (mut delivered, mut behind) = (0, 0);
             reference::whole_buffer::<reference::Lecture>(&bytes, |found| {
                 behind += found.bytes();
@@ -149,10 +154,11 @@ fn lost_of_repeated_frames(lost_in: usize) -> f64 {
     f64::from(lost) / f64::from(cases)
 }
 
-/// Finding 4: nobody sees an inverted bit in pitch, roll or yaw; the reserved byte harms nobody; all
-/// other bits cost the frame. As often as theory has it, with the checksum too.
+/// Finding 4: neither receiver notices an inverted bit in pitch, roll or yaw. An inverted bit in
+/// the reserved byte does no harm. Any other inverted bit costs the frame. Wrong setpoints are as
+/// frequent as theory predicts, with the checksum too.
 #[test]
-fn wrong_setpoints_are_as_frequent_as_theory_has_it() {
+fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
     for (frame, bit_flip, trials) in [
         (FrameFormat::Bin, 0.001, trials(10, 100)),
         (FrameFormat::Bin, 0.01, trials(10, 100)),
@@ -169,7 +175,7 @@ fn wrong_setpoints_are_as_frequent_as_theory_has_it() {
         let expected = theory::wrong_setpoint(frame, bit_flip) * 1_000.0 * f64::from(trials);
         println!("{expected}");
         for receiver in &tally.receivers {
-            // What theory leaves out is less than a twentieth.
+            // The cases that theory omits add less than a twentieth.
             let wrong = receiver.wrong_setpoints;
             let is_as_expected = is_plausible(wrong, expected, 1.05 * expected);
             assert!(is_as_expected, "{frame:?} {bit_flip}: {wrong} {expected}");
@@ -177,8 +183,8 @@ fn wrong_setpoints_are_as_frequent_as_theory_has_it() {
     }
 }
 
-/// Finding 4, counted: of the corrupted frames that nobody notices one in four is corrupted in the
-/// reserved byte only, and its setpoint is right.
+/// Finding 4, counted: one in four of the corrupted frames that neither receiver notices is
+/// corrupted only in the reserved byte, and its setpoint is right.
 #[test]
 fn one_in_four_unnoticed_errors_does_no_harm() {
     let trials = trials(10, 100);
@@ -200,9 +206,9 @@ fn one_in_four_unnoticed_errors_does_no_harm() {
     }
 }
 
-/// Finding 5: in noise a false frame appears with probability 2^-24 at each byte.
+/// Finding 5: in noise, a false frame ends at each byte with probability 2^-24.
 #[test]
-fn noise_holds_false_frames_as_often_as_theory_has_it() {
+fn noise_contains_false_frames_as_often_as_theory_predicts() {
     let frames = trials(200_000, 13_000_000);
     let tally = simulated(&Parameters {
         payload: Payload::Noise,

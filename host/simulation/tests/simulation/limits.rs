@@ -1,4 +1,4 @@
-//! What must come out where that is known beforehand, and what must hold of all that comes out.
+//! Results that are known beforehand, and invariants that hold for all results.
 
 use framelock::motion::{Output, Phase, Setpoint};
 
@@ -41,7 +41,7 @@ fn on_a_line_without_faults_nothing_is_lost() {
                 assert_eq!(receiver.false_frames + receiver.wrong_setpoints, 0);
                 assert_eq!(receiver.bytes_discarded, 0);
                 assert_eq!(receiver.engagements, 0);
-                // The sender's clock is that of the rate too.
+                // The sender's clock also determines the frame rate.
                 let period = 1000.0 / rate / (1.0 + baud_error / 100.0);
                 assert!(
                     receiver.longest_silence_ms() < period + 1.5,
@@ -56,7 +56,8 @@ fn on_a_line_without_faults_nothing_is_lost() {
     }
 }
 
-/// The cliff. A fast sender leaves less: see the UART's own tests.
+/// Beyond this difference nothing is received. A fast sender leaves less margin; see the UART's own
+/// tests.
 #[test]
 fn clocks_may_differ_by_four_to_five_per_cent() {
     for (baud_error, is_delivered) in [
@@ -152,7 +153,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
             assert!(receiver.delivered <= line.frames_sent);
             let back = &receiver.back_by_frames;
             assert_eq!(back.values().sum::<u64>(), receiver.times_back());
-            // No intact frame is lost but on the way back, or on no way back at all.
+            // Every lost intact frame is counted in `back_by_frames`, unless the receiver never
+            // gets back in step.
             let on_the_way: u64 = back.iter().map(|(frames, count)| frames * count).sum();
             assert!(on_the_way <= receiver.lost_intact);
             assert!(
@@ -163,8 +165,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
     }
 }
 
-/// With framelock a frame that arrives intact is committed unless an earlier commit ends inside it:
-/// that one is false, and ends inside no other frame.
+/// Framelock's receiver delivers every frame that arrives intact unless an earlier delivery ends
+/// inside this frame. Such an earlier delivery is a false frame and ends inside no other frame.
 #[test]
 fn the_receiver_loses_an_intact_frame_only_to_a_false_one() {
     for parameters in lines() {
@@ -178,7 +180,7 @@ fn the_receiver_loses_an_intact_frame_only_to_a_false_one() {
 }
 
 #[test]
-fn what_comes_out_depends_on_the_seed_and_not_on_the_order_of_trials() {
+fn results_depend_on_the_seed_but_not_on_the_order_of_trials() {
     let parameters = lines().pop().unwrap();
     let trial = |number| run(&parameters, number, false).unwrap().tally();
     let trials = 0..u64::from(parameters.trials);
@@ -192,7 +194,7 @@ fn what_comes_out_depends_on_the_seed_and_not_on_the_order_of_trials() {
     assert_ne!(other, forwards);
 }
 
-/// What the actuators do in the trial with that number: the demand, and the receiver's output.
+/// Returns the demand and the receiver's output at each comparison in trial `number`.
 fn looks(parameters: &Parameters, number: u64) -> (Vec<(Setpoint, Output<u8, 3>)>, Tally) {
     let trial = run(parameters, number, true).unwrap();
     let looks = trial
@@ -252,7 +254,7 @@ fn a_burst_drives_the_output_to_park_and_back() {
     };
     assert_eq!(framelock.engagements, 1);
     assert_eq!(framelock.never_back, 0);
-    // 1.5 s of burst, and at most a frame in front of it and one behind it.
+    // 1.5 s of burst, and at most one frame before it and one after it.
     assert!(
         (1_500_000..1_545_000).contains(&framelock.longest_silence),
         "{}",
@@ -261,9 +263,9 @@ fn a_burst_drives_the_output_to_park_and_back() {
     assert!(tally.line.framing_errors > 100);
 }
 
-/// A receiver to which line errors are reported drops the frame under way; another goes on with it.
-/// So the lecture's machine, with reports, loses an intact frame only if what the UART reads first, out
-/// of step, looks like the start of one.
+/// A receiver that learns of line errors drops the current frame; a receiver that does not learn of
+/// them continues it. With reports, the lecture's machine therefore loses an intact frame only if
+/// the first bytes that the UART reads out of step look like the start of a frame.
 #[test]
 fn a_reported_error_drops_the_frame_under_way() {
     let parameters = Parameters {
@@ -285,8 +287,8 @@ fn a_reported_error_drops_the_frame_under_way() {
     assert!(lost(&reported) < lost(&unreported) / 10);
 }
 
-/// On a line with every kind of fault, one station of each kind: the numbers that this seed has
-/// always given.
+/// A line with every kind of fault and one station of each kind. The expected numbers are those
+/// that this seed has always given.
 #[test]
 fn the_same_seed_gives_the_same_numbers_for_ever() {
     let tally = simulated(&Parameters {
@@ -334,7 +336,7 @@ fn the_same_seed_gives_the_same_numbers_for_ever() {
     }
 }
 
-/// A sender that leaves three byte times between its bytes.
+/// The sender leaves three byte times between its bytes.
 #[test]
 fn an_idle_gap_must_not_be_shorter_than_the_gaps_in_a_frame() {
     for (idle_gap, expected) in [(1, 0), (2, 0), (3, 50), (20, 50)] {

@@ -1,9 +1,9 @@
-//! What is known about the protocol, measured by the simulation.
+//! Tests that the simulation measures what is known about the protocol.
 //!
-//! Seeds are fixed, so a test passes always or never. What is measured must agree with what is
-//! expected unless that is less likely than one in a thousand million: another seed, or another
-//! order of the random numbers, passes too. A commit has few trials; `FRAMELOCK_STATISTICS=full` has
-//! many, and takes minutes.
+//! Seeds are fixed, so a test passes always or never. A measurement fails only if it is less likely
+//! than one in a thousand million under the expected value. Another seed or another order of the
+//! random numbers therefore passes too. A commit runs few trials. `FRAMELOCK_STATISTICS=full` runs
+//! many, which takes minutes.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod findings;
@@ -17,7 +17,7 @@ fn simulated(parameters: &Parameters) -> Tally {
         .fold(Tally::default(), Tally::and)
 }
 
-/// What the receiver of that policy made of it.
+/// Returns the tally of the receiver with this policy.
 fn receiver(tally: &Tally, policy: Policy, has_idle_gap: bool) -> &ReceiverTally {
     let kind = Kind {
         policy,
@@ -30,7 +30,7 @@ fn receiver(tally: &Tally, policy: Policy, has_idle_gap: bool) -> &ReceiverTally
         .unwrap()
 }
 
-/// How many trials: as many as a commit has, or all.
+/// Returns the number of trials: `commit` for a commit, `full` for a full run.
 fn trials(commit: u32, full: u32) -> u32 {
     match std::env::var("FRAMELOCK_STATISTICS").as_deref() {
         Ok("full") => full,
@@ -38,8 +38,8 @@ fn trials(commit: u32, full: u32) -> u32 {
     }
 }
 
-/// Whether a count of independent events, of which from `low` to `high` are expected, is more
-/// likely than one in a thousand million (Poisson).
+/// Returns whether a count of independent events is more likely than one in a thousand million
+/// (Poisson) if `low` to `high` events are expected.
 #[expect(clippy::cast_precision_loss, reason = "counts are small")]
 fn is_plausible(count: u64, low: f64, high: f64) -> bool {
     let expected = (count as f64).clamp(low, high);

@@ -1,4 +1,5 @@
-//! Firefox, driven by what it has built in, Marionette: commands as JSON over TCP, each behind its length.
+//! Controls Firefox through Marionette, its built-in automation protocol: JSON commands over TCP,
+//! each preceded by its length.
 
 use std::cell::Cell;
 use std::io::{Read as _, Write as _};
@@ -12,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::{LONG, wait_until};
 
-/// A Firefox of its own, which ends with this value.
+/// A separate Firefox process, which ends when this value is dropped.
 pub(crate) struct Firefox {
     process: Child,
     profile: PathBuf,
@@ -26,16 +27,17 @@ impl Firefox {
         let nth = STARTED.fetch_add(1, Ordering::Relaxed);
         let profile = env::temp_dir().join(format!("framelock-firefox-{}-{nth}", process::id()));
         let _ = fs::remove_dir_all(&profile);
-        fs::create_dir(&profile).expect("there is room for a profile");
-        // Any port that is free: Firefox writes which.
+        fs::create_dir(&profile).expect("the temporary folder is writable");
+        // Port 0 stands for any free port. Firefox writes the port that it chose to a file.
         fs::write(
             profile.join("user.js"),
             "user_pref('marionette.port', 0);\n",
         )
-        .expect("it can be written");
+        .expect("the profile is writable");
         let start = |program: &&str| {
             let mut command = Command::new(program);
-            // Its console and its preferences are the system's, to which a page has no access.
+            // Firefox's console and preferences belong to the system context, which a page cannot
+            // access.
             command.args(["--headless", "--marionette", "--remote-allow-system-access"]);
             command.args(["--no-remote", "--profile"]).arg(&profile);
             command.stdout(Stdio::null()).stderr(Stdio::null());
@@ -50,11 +52,11 @@ impl Firefox {
             port.trim().parse::<u16>().ok()
         };
         wait_until("Firefox's port", || port().is_some());
-        let port = port().expect("it is there");
+        let port = port().expect("the port was written");
         let connection = TcpStream::connect((Ipv4Addr::LOCALHOST, port)).expect("Firefox listens");
         connection
             .set_read_timeout(Some(LONG))
-            .expect("it is not zero");
+            .expect("the timeout is not zero");
         let firefox = Self {
             process,
             profile,
@@ -71,7 +73,7 @@ impl Firefox {
         firefox
     }
 
-    /// The next of its messages.
+    /// Returns the next message from Firefox.
     fn heard(&self) -> Value {
         let mut from = &self.connection;
         let mut byte = || {
@@ -83,9 +85,9 @@ impl Firefox {
         while let Some(digit) = byte().to_digit(10) {
             length = 10 * length + digit;
         }
-        let mut text = vec![0; length.try_into().expect("it is short")];
+        let mut text = vec![0; length.try_into().expect("the message is short")];
         from.read_exact(&mut text).expect("Firefox answers");
-        serde_json::from_slice(&text).expect("it is JSON")
+        serde_json::from_slice(&text).expect("the message is JSON")
     }
 
     fn tried_call(&self, command: &str, parameters: &Value) -> Result<Value, String> {
@@ -110,14 +112,14 @@ impl Firefox {
         self.call("WebDriver:Navigate", &json!({"url": url}));
     }
 
-    /// Runs a script in the page, whose last expression is the answer.
+    /// Runs a script in the page. Returns the value of the script's last expression.
     pub(crate) fn tried(&self, script: &str) -> Result<Value, String> {
         let parameters = json!({"script": "return eval(arguments[0])", "args": [script]});
         let mut answer = self.tried_call("WebDriver:ExecuteScript", &parameters)?;
         Ok(answer["value"].take())
     }
 
-    /// Runs a function's body in the browser itself.
+    /// Runs a function's body in the browser's own context.
     fn in_the_browser(&self, script: &str) -> Value {
         self.call("Marionette:SetContext", &json!({"value": "chrome"}));
         let parameters = json!({"script": script, "args": []});
@@ -142,31 +144,33 @@ impl Firefox {
         self.call("WebDriver:PerformActions", &json!({"actions": keys}));
     }
 
-    /// Its windows have 500 pixels at least: where fewer are wanted all is drawn larger.
+    /// Resizes the page. Firefox's windows are at least 500 pixels wide, so for a narrower page the
+    /// content is enlarged instead.
     pub(crate) fn resize(&self, width: u32, height: u32) {
         let zoom = (500.0 / f64::from(width)).max(1.0);
         self.in_the_browser(&format!("gBrowser.selectedBrowser.fullZoom = {zoom}"));
         let [across, down] = [width, height].map(|pixels| (f64::from(pixels) * zoom).round());
         let size = json!({"width": across, "height": down});
         self.call("WebDriver:SetWindowRect", &size);
-        wait_until("its size", || {
+        wait_until("the new window size", || {
             let is = self.tried("innerWidth").ok().and_then(|is| is.as_u64());
             is.is_some_and(|is| is.abs_diff(width.into()) < 4)
         });
     }
 
-    /// Warnings and errors in its console that the page caused, its security policy's too.
+    /// Returns the warnings and errors in Firefox's console that the page caused, including those
+    /// of its security policy.
     pub(crate) fn complaints(&self, page: &str) -> Vec<String> {
         let told = self.in_the_browser(&format!(
             "return Services.console.getMessageArray().map(String).filter((text) => text.includes('{page}'))"
         ));
-        serde_json::from_value(told).expect("texts")
+        serde_json::from_value(told).expect("a list of texts")
     }
 }
 
 impl Drop for Firefox {
     fn drop(&mut self) {
-        // Both only tidy up.
+        // Failures do not matter: the test is over, and this only cleans up.
         let _ = self.process.kill().and_then(|()| self.process.wait());
         let _ = fs::remove_dir_all(&self.profile);
     }

@@ -1,5 +1,5 @@
-//! The page in a headless Chromium, and in Firefox, for its tests. What goes wrong here fails the test that asked for
-//! it, so everything panics.
+//! Opens the page in a headless Chromium and in Firefox for its tests. Any failure here must fail
+//! the test that asked for it, so all functions panic.
 
 #![allow(clippy::missing_panics_doc, reason = "a panic fails the test")]
 
@@ -19,13 +19,16 @@ use serde_json::{Value, json};
 
 use firefox::Firefox;
 
-/// Nothing here takes as long. No test depends on how fast the machine is.
+/// A timeout that is longer than any operation here takes. No test depends on the speed of the
+/// machine.
 const LONG: Duration = Duration::from_secs(120);
 
-/// What the page says last; behind it no complaint can be under way.
+/// The last text that a test writes to the console. All earlier complaints have arrived before this
+/// text.
 const END: &str = "the test is over";
 
-/// For scripts: a function that moves the slider to a position, and returns what the page shows then.
+/// A JavaScript function for scripts. It moves the slider to a position and returns the page's
+/// state there.
 pub const GO: &str = "const go = (to) => {
     const slider = document.getElementById('position');
     slider.value = to;
@@ -33,8 +36,8 @@ pub const GO: &str = "const go = (to) => {
     return JSON.parse(framelock());
 };";
 
-/// Commands to Chromium, with their parameters and answers as plain JSON: Chromium may be
-/// newer than the crate's types, and then answer what they do not know.
+/// Defines commands to Chromium whose parameters and answers are plain JSON. Chromium may be newer
+/// than the crate's types, and its answers may then not fit those types.
 macro_rules! commands {
     ($($name:ident: $method:literal,)*) => {$(
         #[derive(Debug, Serialize)]
@@ -54,8 +57,8 @@ commands! {
     Metrics: "Emulation.setDeviceMetricsOverride",
 }
 
-/// The page, open in a browser of its own. When it is dropped, the test fails if the browser has
-/// complained of anything: an error, a warning, a violation of the page's security policy.
+/// The page, open in a browser of its own. When the page is dropped, the test fails if the browser
+/// has reported an error, a warning or a violation of the page's security policy.
 pub struct Page {
     browser: Driven,
 }
@@ -66,20 +69,20 @@ enum Driven {
 }
 
 struct Chromium {
-    // It ends with this value.
+    // Chromium ends when this value is dropped.
     _browser: Browser,
     tab: Arc<Tab>,
     complaints: Arc<Mutex<Vec<String>>>,
 }
 
 impl Page {
-    /// A Chromium with an empty tab, 1280 pixels wide.
+    /// Starts Chromium with an empty tab, 1280 pixels wide.
     #[must_use]
     pub fn none() -> Self {
         Self::in_browser(Driven::Chromium(Chromium::start()))
     }
 
-    /// In Chromium, the page at that moment: what is behind the # in its address.
+    /// Opens the page in Chromium. `moment` is the part of the address after the #.
     #[must_use]
     pub fn at(moment: &str) -> Self {
         let page = Self::none();
@@ -87,7 +90,7 @@ impl Page {
         page
     }
 
-    /// The same in Chromium, and in Firefox.
+    /// Opens the page in Chromium and then in Firefox.
     pub fn in_each(moment: &str) -> impl Iterator<Item = Self> {
         let firefox = || Self::in_browser(Driven::Firefox(Firefox::start()));
         let pages = [Self::none as fn() -> Self, firefox];
@@ -104,11 +107,11 @@ impl Page {
         page
     }
 
-    /// What only Chromium is asked for.
+    /// Returns Chromium. Some operations are implemented only for Chromium.
     fn chromium(&self) -> &Chromium {
         match &self.browser {
             Driven::Chromium(chromium) => chromium,
-            Driven::Firefox(_) => panic!("Firefox is not asked for this"),
+            Driven::Firefox(_) => panic!("this operation is implemented only for Chromium"),
         }
     }
 }
@@ -119,7 +122,8 @@ impl Chromium {
             .expect("there is no Chromium in PATH; on Debian, as root: apt-get install chromium");
         let options = LaunchOptions::default_builder()
             .path(Some(chromium))
-            // It would need privileges that root and many containers do not have; the page is ours.
+            // The sandbox would need privileges that root and many containers do not have. The page
+            // is ours.
             .sandbox(false)
             .idle_browser_timeout(LONG)
             .build()
@@ -131,7 +135,10 @@ impl Chromium {
         let heard = Arc::clone(&complaints);
         let listener = move |event: &Event| {
             if let Some(complaint) = complaint(event) {
-                heard.lock().expect("nobody panics").push(complaint);
+                heard
+                    .lock()
+                    .expect("no other thread panicked")
+                    .push(complaint);
             }
         };
         tab.add_event_listener(Arc::new(listener))
@@ -159,25 +166,26 @@ impl Chromium {
         answer.expect("Chromium knows the command")
     }
 
-    /// What has been heard up to now.
+    /// Returns the complaints reported so far.
     fn complaints(&self) -> Vec<String> {
         self.tried(&format!("console.debug('{END}')"))
-            .expect("it can be written");
-        wait_until("the end in the console", || {
-            let complaints = self.complaints.lock().expect("nobody panics");
+            .expect("the console is writable");
+        wait_until("the last text in the console", || {
+            let complaints = self.complaints.lock().expect("no other thread panicked");
             complaints.last().is_some_and(|last| last.contains(END))
         });
-        let mut complaints = self.complaints.lock().expect("nobody panics");
+        let mut complaints = self.complaints.lock().expect("no other thread panicked");
         complaints.pop();
         complaints.clone()
     }
 }
 
 impl Page {
-    /// Opens the page anew, at that moment.
+    /// Reloads the page at this moment.
     pub fn open(&self, moment: &str) {
         let page = built("FRAMELOCK_PAGE");
-        // From elsewhere: another # alone would not load it again.
+        // Go to another page first, because changing only the part after the # would not reload the
+        // page.
         for url in [
             "about:blank",
             &format!("file://{}#{moment}", page.display()),
@@ -185,7 +193,7 @@ impl Page {
             match &self.browser {
                 Driven::Chromium(chromium) => {
                     let opened = chromium.tab.navigate_to(url);
-                    opened.expect("it can be opened");
+                    opened.expect("the page can be opened");
                 }
                 Driven::Firefox(firefox) => firefox.navigate(url),
             }
@@ -193,8 +201,11 @@ impl Page {
         self.wait_for("window.framelock && JSON.parse(framelock()).address");
     }
 
-    /// Runs a script, whose last expression is the answer.
-    #[allow(clippy::must_use_candidate, reason = "some scripts only do something")]
+    /// Runs a script. Returns the value of the script's last expression.
+    #[allow(
+        clippy::must_use_candidate,
+        reason = "some scripts are run only for their effect"
+    )]
     pub fn run(&self, script: &str) -> Value {
         self.tried(script)
             .unwrap_or_else(|error| panic!("{script}\n{error}"))
@@ -207,20 +218,20 @@ impl Page {
         }
     }
 
-    /// Waits until the script's answer is true, or something that counts as true.
+    /// Waits until the script returns a value that JavaScript treats as true.
     pub fn wait_for(&self, condition: &str) {
         wait_until(condition, || {
             self.tried(&format!("!!({condition})")) == Ok(Value::Bool(true))
         });
     }
 
-    /// What the page shows.
+    /// Returns the page's state.
     #[must_use]
     pub fn state(&self) -> Value {
         self.run("JSON.parse(framelock())")
     }
 
-    /// Moves the slider to a position; what the page shows then.
+    /// Moves the slider to a position. Returns the page's state there.
     #[must_use]
     pub fn go(&self, position: u64) -> Value {
         self.run(&format!("{{ {GO} go({position}) }}"))
@@ -231,19 +242,19 @@ impl Page {
         match &self.browser {
             Driven::Chromium(chromium) => {
                 let pressed = chromium.tab.press_key(key);
-                pressed.expect("there is such a key");
+                pressed.expect("the key exists");
             }
             Driven::Firefox(firefox) => firefox.press(key),
         }
     }
 
-    /// What the user has asked the system for, such as `prefers-color-scheme` and `dark`.
+    /// Sets a preference of the user's system, such as `prefers-color-scheme` to `dark`.
     pub fn prefer(&self, feature: &str, value: &str) {
         let features = json!({"features": [{"name": feature, "value": value}]});
         self.chromium().call(Media(features));
     }
 
-    /// Gives the page that many pixels.
+    /// Resizes the page to this number of pixels.
     pub fn resize(&self, width: u32, height: u32) {
         let size =
             json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false});
@@ -255,7 +266,7 @@ impl Page {
         }
     }
 
-    /// Drops a file on the page, as from the desktop.
+    /// Drops a file on the page, as if from the desktop.
     pub fn drop_file(&self, file: &Path) {
         for step in ["dragEnter", "dragOver", "drop"] {
             let data = json!({"items": [], "files": [file], "dragOperationsMask": 1});
@@ -265,7 +276,7 @@ impl Page {
         }
     }
 
-    /// Role and name of everything that a screen reader comes to.
+    /// Returns the role and the name of each element that a screen reader announces.
     #[must_use]
     pub fn accessible(&self) -> Vec<(String, String)> {
         let tree = self.chromium().call(AccessibilityTree(json!({})));
@@ -277,7 +288,7 @@ impl Page {
             .collect()
     }
 
-    /// The page as it looks, as PNG.
+    /// Returns a screenshot of the page as PNG.
     #[must_use]
     pub fn picture(&self) -> Vec<u8> {
         use headless_chrome::protocol::cdp::Page::CaptureScreenshotFormatOption::Png;
@@ -301,7 +312,7 @@ impl Drop for Page {
         let complaints = complaints.join("\n");
         assert!(
             complaints.is_empty(),
-            "the browser complains:\n{complaints}"
+            "the browser reported problems:\n{complaints}"
         );
     }
 }
@@ -309,13 +320,13 @@ impl Drop for Page {
 fn wait_until(what: &str, is_so: impl Fn() -> bool) {
     let begin = Instant::now();
     while !is_so() {
-        assert!(begin.elapsed() < LONG, "it never came: {what}");
+        assert!(begin.elapsed() < LONG, "timed out waiting for {what}");
         sleep(Duration::from_millis(20));
     }
 }
 
-/// What the browser writes to its console, if that is not for information only. The page's own script
-/// writes nothing there.
+/// Returns the text of a warning or an error in the browser's console. The page's own script writes
+/// nothing to the console, so any text of a script counts.
 fn complaint(event: &Event) -> Option<String> {
     match event {
         Event::LogEntryAdded(event) => {
@@ -329,7 +340,8 @@ fn complaint(event: &Event) -> Option<String> {
     }
 }
 
-/// What a variable names, which the command that builds it sets.
+/// Returns the path in an environment variable. The `cargo xtask` command that builds the file sets
+/// this variable.
 #[must_use]
 pub fn built(variable: &str) -> PathBuf {
     let path = std::env::var_os(variable);

@@ -1,6 +1,7 @@
-//! What someone with a browser relies on, tried in one.
+//! Tests in a browser of all that users of the page rely on.
 //!
-//! `FRAMELOCK_PICTURES=docs cargo xtask verify --only web` also takes the pictures of it in the README.
+//! `FRAMELOCK_PICTURES=docs cargo xtask verify --only web` also takes the README's pictures of the
+//! page.
 
 use std::fs;
 use std::io::Write as _;
@@ -11,10 +12,10 @@ use std::thread;
 use framelock_web_browser::{GO, Page, built};
 use serde_json::{Value, json};
 
-/// The deaf machine, as the page's first preset has it.
+/// The address of the page's first preset, the deaf machine.
 const DEAF: &str = "frame=bin&payload=00414200&edits=21d";
 
-/// Opens each preset by its button, as a click does, and calls that with its name.
+/// Opens each preset by clicking its button, and calls `check` with the preset's name.
 fn each_preset(page: &Page, mut check: impl FnMut(&str)) {
     let names = page.run(
         "[...document.querySelectorAll('#presets button')].map((button) => button.textContent)",
@@ -24,7 +25,7 @@ fn each_preset(page: &Page, mut check: impl FnMut(&str)) {
     for (nth, name) in names.iter().enumerate() {
         let button = format!("document.querySelectorAll('#presets button')[{nth}]");
         page.run(&format!("{button}.click()"));
-        // It begins to play.
+        // The preset begins to play.
         page.wait_for(&format!(
             "{button}.ariaPressed === 'true' && JSON.parse(framelock()).playing"
         ));
@@ -33,7 +34,8 @@ fn each_preset(page: &Page, mut check: impl FnMut(&str)) {
     }
 }
 
-/// The bytes that arrive: the page shows some of the line at a time.
+/// Returns the bytes that arrive. The page shows only a part of the line at a time, so the script
+/// collects the parts.
 fn received(page: &Page) -> Vec<u8> {
     let bytes = page.run(&format!(
         "{{ {GO}
@@ -48,16 +50,17 @@ fn received(page: &Page) -> Vec<u8> {
 fn number(value: &Value) -> u64 {
     value
         .as_u64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
+        .unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 fn list(value: &Value) -> &[Value] {
     value
         .as_array()
-        .unwrap_or_else(|| panic!("{value} is no list"))
+        .unwrap_or_else(|| panic!("{value} is not a list"))
 }
 
-/// The last line that the command line writes about those bytes, as JSON.
+/// Runs the command line with these bytes as its input. Returns the last line of its output, as
+/// JSON.
 fn framelock(arguments: &[&str], bytes: &[u8]) -> Value {
     let mut child = Command::new(built("FRAMELOCK"))
         .args(arguments)
@@ -65,19 +68,20 @@ fn framelock(arguments: &[&str], bytes: &[u8]) -> Value {
         .stdout(Stdio::piped())
         .spawn()
         .expect("the command line can be run");
-    let mut to = child.stdin.take().expect("it is piped");
+    let mut to = child.stdin.take().expect("standard input is piped");
     let output = thread::scope(|scope| {
         scope.spawn(move || to.write_all(bytes));
         child.wait_with_output()
     });
-    let output = output.expect("it ends");
+    let output = output.expect("the command ends");
     assert!(output.status.success(), "{arguments:?}: {}", output.status);
-    let text = String::from_utf8(output.stdout).expect("it is text");
+    let text = String::from_utf8(output.stdout).expect("the output is text");
     let last = text.lines().last().unwrap_or("null");
     serde_json::from_str(last).unwrap_or_else(|error| panic!("{last}: {error}"))
 }
 
-/// What the command line calls the frames in the page's address: those of one's own are in a file.
+/// Returns the command line's value of `--frame` for the frames in the page's address. The user's
+/// own frames are described in a file.
 fn described(state: &Value) -> String {
     let address = state["address"].as_str().expect("an address");
     let mut pairs = address.split('&');
@@ -88,7 +92,7 @@ fn described(state: &Value) -> String {
     }
 }
 
-/// What the command line calls a machine of the page.
+/// Returns the command line's name of a machine on the page.
 fn policy(machine: &Value) -> &'static str {
     if machine["name"] == "lecture" {
         "lecture"
@@ -97,7 +101,7 @@ fn policy(machine: &Value) -> &'static str {
     }
 }
 
-/// Where every byte has gone, according to the page and to `decode --summary`.
+/// Compares the counts of bytes and frames on the page with those of `decode --summary`.
 fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
     for machine in list(&state["machines"]) {
         let policy = policy(machine);
@@ -105,7 +109,7 @@ fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
         let frames = described(state);
         let which = ["--frame", &frames, "--policy", policy];
         let summary = framelock(&[decode, which].concat(), bytes);
-        // What is pending is in no frame when the command line's input ends.
+        // When the command line's input ends, the pending bytes belong to no frame.
         let mut counters = machine["counters"].clone();
         let discarded = &mut counters["discarded"]["line_event"];
         *discarded = json!(number(discarded) + number(&machine["pending"]));
@@ -122,7 +126,7 @@ fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
     }
 }
 
-/// The last frame's values, and the states, according to the page and to `decode` and `trace`.
+/// Compares the last frame's values and the machine's state on the page with `decode` and `trace`.
 fn compare_values(name: &str, state: &Value, bytes: &[u8]) {
     let axes = ["pitch", "roll", "yaw"];
     let frames = described(state);
@@ -205,7 +209,7 @@ fn an_address_shows_exactly_that_moment() {
         let _ = page.go(position);
         let before = page.state();
         assert_eq!(before["error"], "", "{scenario}");
-        // It is written when the page has been at rest for a moment.
+        // The page writes its address after a short rest.
         page.wait_for("location.hash.slice(1) === JSON.parse(framelock()).address");
         let address = page.run("location.hash.slice(1)");
         other.open(address.as_str().expect("an address"));
@@ -240,7 +244,7 @@ fn the_keyboard_is_enough() {
             passed.push(focus());
             assert!(
                 passed.len() < 50,
-                "Tab does not come to the bytes: {passed:?}"
+                "Tab never reached the bytes, only: {passed:?}"
             );
             page.press("Tab");
         }
@@ -258,15 +262,15 @@ fn the_keyboard_is_enough() {
         page.press("Enter");
         page.wait_for("document.activeElement.ariaLabel?.startsWith('byte 3: 00, as sent')");
         let mut is = page.state();
-        // The address has both edits.
+        // The new address contains both edits, so ignore the difference.
         is["address"] = was["address"].clone();
         assert_eq!(is, was);
     }
 }
 
 #[test]
-fn a_recording_of_ten_megabytes_is_decoded_while_one_watches() {
-    // Frames of all values; of each 1000 bytes one is lost, at a place that moves.
+fn a_recording_of_ten_megabytes_is_decoded_with_visible_progress() {
+    // Frames with all values. One byte of each 1000 is lost, at a position that moves.
     let frame = |n: u32| {
         let [pitch, roll, yaw, _] = n.wrapping_mul(0x9E37_79B1).to_le_bytes();
         [0x41, 0x42, 0x00, pitch, roll, yaw, 0x0D]
@@ -275,7 +279,7 @@ fn a_recording_of_ten_megabytes_is_decoded_while_one_watches() {
     let arrive = bytes.filter(|(place, _)| place % 1_000 != place / 1_000 % 1_000);
     let bytes: Vec<u8> = arrive.map(|(_, byte)| byte).take(10_000_000).collect();
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recording");
-    fs::write(&file, &bytes).expect("it can be written");
+    fs::write(&file, &bytes).expect("the recording is writable");
 
     let page = Page::at(DEAF);
     page.run(
@@ -330,7 +334,7 @@ fn every_control_has_a_name() {
     assert_eq!(json!(named), controls);
 }
 
-/// Types into the description, as a user does who replaces some text by other.
+/// Replaces a text in the description by typing, as a user does.
 fn describe(page: &Page, from: &str, to: &str) {
     let [from, to] = [from, to].map(|text| json!(text));
     page.run(&format!(
@@ -343,12 +347,12 @@ fn describe(page: &Page, from: &str, to: &str) {
 }
 
 #[test]
-fn a_frame_of_ones_own_can_be_typed_in() {
+fn users_can_type_their_own_frame() {
     for page in Page::in_each("frame=own&bytes=AA550601E8032C01151D14&at=11") {
         let field = |nth: usize| page.state()["machines"][0]["fields"][nth].clone();
         assert_eq!(field(1), json!(["position", "10.00", "deg"]));
 
-        // A mistake is told as it is typed, and the frames stay as they were.
+        // A mistake is reported while the user types, and the page keeps the last valid frames.
         describe(&page, "0.01", "'much'");
         page.wait_for("document.querySelector('#description[aria-invalid=true]')");
         let problem = page.state()["problem"].clone();
@@ -364,25 +368,25 @@ fn a_frame_of_ones_own_can_be_typed_in() {
         page.wait_for("document.querySelector('#description[aria-invalid=false]')");
         assert_eq!(field(1), json!(["position", "100.0", "deg"]));
         let focus = page.run("document.activeElement.id");
-        assert_eq!(focus, "description", "one can type on");
+        assert_eq!(focus, "description", "the description keeps the focus");
 
-        // Its address has it, and keeps it while other frames are looked at.
+        // The address contains the description, and keeps it while other frames are shown.
         page.wait_for("location.hash.slice(1) === JSON.parse(framelock()).address");
         let address = page.run("location.hash.slice(1)");
         let other = Page::at(address.as_str().expect("an address"));
         assert_eq!(other.state()["machines"], page.state()["machines"]);
 
-        // What is shipped can be changed too, and is one's own then.
+        // A shipped description can be changed too. It then becomes the user's own.
         page.open("frame=crsf&at=20");
         page.run("document.querySelector('summary').click()");
         describe(&page, "longest = 64", "longest = 32");
         page.wait_for("JSON.parse(framelock()).address.includes('frame=own')");
-        assert_eq!(page.state()["problem"], "Nothing is wrong with it.");
+        assert_eq!(page.state()["problem"], "The description is valid.");
     }
 }
 
 #[test]
-fn every_frame_that_there_is_can_be_chosen() {
+fn every_frame_format_can_be_chosen() {
     for page in Page::in_each(DEAF) {
         let values = page.run(
             "[...document.querySelector('[data-key=frame]').options].map((option) => option.value)",
@@ -419,7 +423,7 @@ fn nothing_scrolls_sideways_on_a_small_screen() {
 }
 
 #[test]
-fn who_wants_no_motion_gets_none() {
+fn reduced_motion_stops_playback_and_animation() {
     let page = Page::none();
     let moving = "getComputedStyle(document.querySelector('.leg')).transitionDuration !== '0s'";
     for (wish, moves) in [("no-preference", true), ("reduce", false)] {
@@ -431,14 +435,14 @@ fn who_wants_no_motion_gets_none() {
 }
 
 #[test]
-fn it_is_as_light_as_the_system() {
+fn the_page_follows_the_systems_colour_scheme() {
     let page = Page::at(&format!("{DEAF}&at=48"));
     page.resize(1200, 826);
     let colours = ["light", "dark"].map(|scheme| {
         page.prefer("prefers-color-scheme", scheme);
         if let Some(folder) = std::env::var_os("FRAMELOCK_PICTURES") {
             let file = Path::new(&folder).join(format!("page-{scheme}.png"));
-            fs::write(file, page.picture()).expect("it can be written");
+            fs::write(file, page.picture()).expect("the picture is writable");
         }
         let brightness = |of: &str| {
             let colour = page.run(&format!(

@@ -1,4 +1,4 @@
-//! Reads LLVM's assembly language, as `rustc --emit=llvm-ir` writes it.
+//! Reads LLVM's assembly language as `rustc --emit=llvm-ir` writes it.
 
 mod module;
 mod parser;

@@ -1,4 +1,4 @@
-//! What modules define, by name.
+//! The definitions of modules, by name.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -7,16 +7,16 @@ use anyhow::{Context as _, Result, bail, ensure};
 use super::parser::{Cursor, Type};
 use super::token::{Token, tokens};
 
-/// Functions and constants are kept as text: what is not modelled is an error where a harness
-/// reaches it, and nowhere else.
+/// The definitions of all modules. Functions and constants are kept as text, so that something that
+/// is not modelled is an error only if a harness reaches it.
 #[derive(Debug, Default)]
 pub(crate) struct Module {
     pub(crate) types: HashMap<String, Type>,
     pub(crate) functions: BTreeMap<String, Function>,
     constants: HashMap<String, String>,
-    /// How many were added.
+    /// The number of modules added.
     modules: usize,
-    /// Functions that are declared, and never return: all of them panic.
+    /// Functions that are only declared and never return. All of them panic.
     never_return: HashSet<String>,
 }
 
@@ -26,11 +26,11 @@ pub(crate) struct Function {
     lines: Vec<String>,
 }
 
-/// A part of a function without jumps, but for the one at its end.
+/// A sequence of statements whose only jump is at its end.
 #[derive(Debug)]
 pub(crate) struct Block {
     pub(crate) label: String,
-    /// The last says where it goes on.
+    /// The statements. The last one determines the next block.
     pub(crate) statements: Vec<Statement>,
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Statement {
     pub(crate) tokens: Vec<Token>,
 }
 
-/// Data that never changes: its bytes, and at which of them an address stands instead.
+/// Constant data: its bytes, and the positions at which an address replaces the bytes.
 #[derive(Debug, Default)]
 pub(crate) struct Constant {
     pub(crate) bytes: Vec<u8>,
@@ -48,9 +48,9 @@ pub(crate) struct Constant {
 }
 
 impl Module {
-    /// Adds what that text defines.
+    /// Adds the definitions in this text.
     pub(crate) fn add(&mut self, text: &str) -> Result<()> {
-        // Every module numbers its own.
+        // Every module numbers its vtables from the same number on, so make the names unique.
         self.modules += 1;
         let text = &text.replace("@vtable.", &format!("@vtable.{}.", self.modules));
         let noreturn = noreturn_attributes(text);
@@ -79,7 +79,7 @@ impl Module {
                 );
             }
         }
-        // A type may be made of one that stands below it.
+        // A type may use another type that is defined after it.
         while let Some(&first) = types.first() {
             let before = types.len();
             types.retain(|line| self.add_type(line).is_err());
@@ -90,11 +90,11 @@ impl Module {
         Ok(())
     }
 
-    /// `%name = type …`
+    /// Adds the type in a line `%name = type …`.
     fn add_type(&mut self, line: &str) -> Result<()> {
         let tokens = tokens(line)?;
         let [Token::Local(name), _, _, of @ ..] = tokens.as_slice() else {
-            bail!("{line}: this is no `%name = type …`");
+            bail!("{line}: this is not `%name = type …`");
         };
         let of = Cursor::new(of, &self.types).of_type();
         let of = of.with_context(|| line.to_owned())?;
@@ -109,7 +109,8 @@ impl Module {
         self.never_return.contains(function)
     }
 
-    /// `@name = ATTRIBUTES constant TYPE VALUE, align 1`; `None` if there is none of that name.
+    /// Returns the constant in a line `@name = ATTRIBUTES constant TYPE VALUE, align 1`, or `None`
+    /// if no constant has this name.
     pub(crate) fn constant(&self, name: &str) -> Result<Option<Constant>> {
         let Some(line) = self.constants.get(name) else {
             return Ok(None);
@@ -130,11 +131,11 @@ impl Function {
         tokens(&self.header)
     }
 
-    /// The blocks; the first is where the function begins.
+    /// Returns the blocks, beginning with the function's first block.
     pub(crate) fn blocks(&self) -> Result<Vec<Block>> {
         let mut blocks: Vec<Block> = Vec::new();
         for line in &self.lines {
-            // What they say to the compiler is nothing to CBMC.
+            // These calls inform the compiler and mean nothing to CBMC.
             if line.contains("@llvm.lifetime.") || line.contains("@llvm.experimental.noalias.") {
                 continue;
             }
@@ -150,7 +151,7 @@ impl Function {
                 continue;
             }
             let block = blocks.last_mut().context("a statement before any label")?;
-            // A switch's cases stand on lines of their own.
+            // The cases of a switch are on lines of their own.
             let goes_on = line.starts_with("    ") || *first == Token::Sign(']');
             match block.statements.last_mut() {
                 Some(statement) if goes_on => statement.tokens.extend(tokens),
@@ -163,7 +164,7 @@ impl Function {
         Ok(blocks)
     }
 
-    /// The functions and constants that it names.
+    /// Returns the functions and constants that this function names.
     pub(crate) fn names(&self) -> Result<HashSet<String>> {
         let mut names = HashSet::new();
         for line in &self.lines {
@@ -174,7 +175,7 @@ impl Function {
 }
 
 impl Statement {
-    /// The function that it calls.
+    /// Returns the function that this statement calls.
     pub(crate) fn callee(&self) -> Option<&str> {
         let call = self.tokens.iter().position(|token| token.is_word("call"))?;
         let mut behind = self.tokens.iter().skip(call);
@@ -186,7 +187,7 @@ impl Statement {
 }
 
 impl Block {
-    /// The blocks that may follow.
+    /// Returns the blocks that may follow this block.
     pub(crate) fn successors(&self) -> impl Iterator<Item = &str> {
         let last = self.statements.last().map(|last| last.tokens.windows(2));
         last.into_iter().flatten().filter_map(|pair| match pair {
@@ -197,7 +198,7 @@ impl Block {
 }
 
 impl Constant {
-    /// Appends a type and a value of it. Where rustc wants padding, it writes it.
+    /// Appends a type and a value of this type. rustc writes any padding explicitly.
     fn append(&mut self, at: &mut Cursor) -> Result<()> {
         let end = self.bytes.len() + usize::try_from(at.of_type()?.size())?;
         match at.next()? {
@@ -220,7 +221,7 @@ impl Constant {
     }
 }
 
-/// `attributes #7 = { … noreturn … }`: the names, `#7`.
+/// Returns the names, such as `#7`, from lines `attributes #7 = { … noreturn … }`.
 fn noreturn_attributes(text: &str) -> HashSet<&str> {
     text.lines()
         .filter_map(|line| line.strip_prefix("attributes ")?.split_once(" = "))
@@ -231,7 +232,7 @@ fn noreturn_attributes(text: &str) -> HashSet<&str> {
 
 fn declared_name(line: &str) -> Result<String> {
     let name = tokens(line)?.into_iter().find_map(global);
-    name.with_context(|| format!("{line}: nothing is named"))
+    name.with_context(|| format!("{line}: the line contains no name"))
 }
 
 fn global(token: Token) -> Option<String> {
@@ -241,12 +242,12 @@ fn global(token: Token) -> Option<String> {
     }
 }
 
-/// The name in front of a label's colon, quoted or not.
+/// Returns the name before a label's colon, which may be quoted.
 fn label(token: &Token) -> Result<String> {
     Ok(match token {
         Token::Word(name) => name.clone(),
         Token::Number(number) => number.to_string(),
         Token::Bytes(name) => String::from_utf8(name.clone())?,
-        other => bail!("{other:?} is no label"),
+        other => bail!("{other:?} is not a label"),
     })
 }

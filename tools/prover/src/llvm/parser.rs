@@ -1,4 +1,4 @@
-//! Reads types and attributes from tokens; the types and their sizes.
+//! Parses types and attributes, and calculates the sizes of types.
 
 use std::collections::HashMap;
 
@@ -18,7 +18,7 @@ const VALUES: [&str; 7] = [
 
 pub(crate) struct Cursor<'a> {
     pub(crate) rest: &'a [Token],
-    /// The types that have names.
+    /// The named types.
     types: &'a HashMap<String, Type>,
 }
 
@@ -94,7 +94,7 @@ impl<'a> Cursor<'a> {
         self.local()
     }
 
-    /// Skips attributes: words that are neither a type nor a value, with what belongs to them.
+    /// Skips attributes: words that are neither a type nor a value, with their arguments.
     pub(crate) fn skip_attributes(&mut self) {
         let begins_type = |word: &str| ["void", "ptr"].contains(&word) || bits(word).is_some();
         let is_attribute = |token: &Token| match token {
@@ -158,7 +158,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// The bits of `i8` and the like.
+/// Returns the number of bits of a type such as `i8`.
 fn bits(word: &str) -> Option<u32> {
     word.strip_prefix('i')?.parse().ok()
 }
@@ -173,8 +173,8 @@ pub(crate) enum Type {
 }
 
 impl Type {
-    /// Bytes in memory, padding included. A pointer has eight, and nothing is aligned to more than
-    /// 16: as on every 64-bit machine that Rust's tools run on.
+    /// Returns the size in memory in bytes, including padding. A pointer has eight bytes and no
+    /// alignment exceeds 16, as on every 64-bit machine that Rust's tools run on.
     pub(crate) fn size(&self) -> u64 {
         match self {
             Self::Void => 0,

@@ -1,4 +1,4 @@
-//! Words and signs of LLVM's assembly language.
+//! The tokens of LLVM's assembly language: words, names, numbers and signs.
 
 use anyhow::{Context as _, Result};
 use logos::{Lexer, Logos};
@@ -6,7 +6,7 @@ use logos::{Lexer, Logos};
 #[derive(Logos, Debug, Clone, PartialEq, Eq)]
 #[logos(skip r"[ \t\r\n]+")]
 #[logos(skip(r";[^\n]*", allow_greedy = true))]
-// Attributes and metadata: `#7`, `!dbg`. They are no part of what the program means.
+// Attributes and metadata, such as `#7` and `!dbg`, do not affect the program's meaning.
 #[logos(skip r"[#!][A-Za-z0-9_.$-]*")]
 pub(crate) enum Token {
     /// A keyword, a type's name, or an attribute.
@@ -41,14 +41,14 @@ impl Token {
 pub(crate) fn tokens(text: &str) -> Result<Vec<Token>> {
     let read: Result<_, _> = Token::lexer(text).collect();
     read.ok()
-        .with_context(|| format!("this is no LLVM assembly: {text}"))
+        .with_context(|| format!("this is not LLVM assembly: {text}"))
 }
 
 fn name(lexer: &mut Lexer<Token>) -> String {
     lexer.slice().split_at(1).1.trim_matches('"').to_owned()
 }
 
-/// A string in quotes, where `\41` stands for the byte 0x41 and `\\` for a backslash.
+/// Reads a string in quotes, in which `\41` stands for the byte 0x41 and `\\` for a backslash.
 fn bytes(lexer: &mut Lexer<Token>) -> Option<Vec<u8>> {
     let quoted = lexer.slice().trim_start_matches('c').trim_matches('"');
     let mut bytes = Vec::new();

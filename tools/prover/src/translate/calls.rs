@@ -1,5 +1,5 @@
-//! Calls: of the program's own functions, of LLVM's, of the stand-in for Kani's library, and of what
-//! panics.
+//! Translates calls of the program's own functions, of LLVM's, of the stand-in for Kani's library,
+//! and of functions that panic.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -18,7 +18,7 @@ struct Call<'a> {
 }
 
 impl FunctionWriter<'_, '_> {
-    /// `ATTRIBUTES TYPE @function(TYPE ATTRIBUTES VALUE, …)`
+    /// Parses `ATTRIBUTES TYPE @function(TYPE ATTRIBUTES VALUE, …)`.
     fn read_call<'a>(&mut self, at: &mut Cursor<'a>) -> Result<Call<'a>> {
         at.skip_attributes();
         let result = at.of_type()?;
@@ -56,8 +56,8 @@ impl FunctionWriter<'_, '_> {
         self.stand_in(&call, to)
     }
 
-    /// In words, what a call means that panics; `given` are values that are known by the names they
-    /// have here.
+    /// Returns the message of a call that panics. `given` contains the known values of names that
+    /// the call uses.
     pub(super) fn panic_message(
         &mut self,
         statement: &[Token],
@@ -69,7 +69,8 @@ impl FunctionWriter<'_, '_> {
         Ok(message(&call, given, self.module()))
     }
 
-    /// The functions that the stand-in declares, and those of C that compare bytes.
+    /// Writes a call of a function that the stand-in declares, or of a C function that compares
+    /// bytes.
     fn stand_in(&mut self, call: &Call, to: &str) -> Result<()> {
         match (call.function, call.arguments.as_slice()) {
             ("input", _) => {
@@ -78,7 +79,7 @@ impl FunctionWriter<'_, '_> {
             }
             ("assume", [condition]) => self.line(&format!("__CPROVER_assume({});", condition.text)),
             ("cover", [condition]) => {
-                // The function around it is the place's.
+                // The surrounding function is unique for each cover.
                 let (hit, place) = (&condition.text, readable(self.symbol));
                 self.line(&format!("__CPROVER_assert(!{hit}, \"{COVER}{place}\");"))
             }
@@ -89,7 +90,7 @@ impl FunctionWriter<'_, '_> {
                 self.line(&format!("__CPROVER_input(\"{any}\", {to});"))
             }
             ("memcmp" | "bcmp", [left, right, length]) => {
-                // In which order the first bytes are that differ.
+                // The order of the first two bytes that differ.
                 let mut text = "0".to_owned();
                 for byte in (0..length.number()?).rev() {
                     let left = format!("({})[{byte}]", left.text);
@@ -102,15 +103,15 @@ impl FunctionWriter<'_, '_> {
         }
     }
 
-    /// `name` is the function's, without `llvm.`.
+    /// Writes a call of one of LLVM's functions. `name` is the function's name without `llvm.`.
     fn built_in(&mut self, name: &str, call: &Call, to: &str) -> Result<()> {
         match (name, call.arguments.as_slice()) {
             ("assume", [condition, ..]) => self.line(&format!(
-                "__CPROVER_assert({}, \"what the compiler assumes\");",
+                "__CPROVER_assert({}, \"an assumption of the compiler\");",
                 condition.text
             )),
             ("memcpy.p0.p0.i64" | "memmove.p0.p0.i64", [to, from, length, _]) => {
-                // All are read before any is written, so the places may overlap.
+                // Read all bytes before writing any, because the memory regions may overlap.
                 let (mut read, mut write) = (String::new(), String::new());
                 for byte in 0..length.number()? {
                     write!(read, " u8 m{byte} = ({})[{byte}];", from.text)?;
@@ -148,8 +149,9 @@ impl Call<'_> {
     }
 }
 
-/// The text that a call is given, as address and length, or else which function it calls; and the
-/// place in the source that it is given. For a string of C.
+/// Returns a message for a call that panics. It consists of the call's text argument (an address
+/// and a length), or else the name of the called function, and of the source position among the
+/// arguments. The message is escaped for a C string.
 fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> String {
     let mut says = readable(call.function);
     let mut place = String::new();
@@ -173,14 +175,15 @@ fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> Strin
     format!("{says}{place}").replace(['"', '\\', '\n'], "'")
 }
 
-/// The first bytes of a constant, as text.
+/// Returns the first bytes of a constant as text.
 fn text(module: &Module, name: &str, length: i128) -> Option<String> {
     let bytes = module.constant(name).ok()??.bytes;
     let text = bytes.get(..usize::try_from(length).ok()?)?;
     String::from_utf8(text.to_vec()).ok()
 }
 
-/// A `core::panic::Location`: a file's address and length, line and column.
+/// Reads a `core::panic::Location`: the address and length of the file's name, the line and the
+/// column.
 fn location(module: &Module, name: &str) -> Option<String> {
     let constant = module.constant(name).ok()??;
     if constant.bytes.len() != 24 {

@@ -1,4 +1,4 @@
-//! Writes a function's blocks, and the jumps between them.
+//! Writes the blocks of a function, and the jumps between them.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -10,16 +10,16 @@ use super::order::{Item, Order, order};
 use super::writer::{FunctionWriter, Operand};
 use crate::llvm::{Block, Cursor, Token, Type};
 
-/// A value that depends on the block that the jump came from.
+/// A value that depends on the block from which the jump came.
 struct Phi<'a> {
     to: &'a str,
     of: Type,
-    /// By the blocks' labels.
+    /// The values by the labels of the blocks they come from.
     incoming: Vec<(&'a str, Operand<'a>)>,
 }
 
 impl<'a> Phi<'a> {
-    /// The value that it has after a jump from that block.
+    /// Returns the value after a jump from this block.
     fn from(&self, block: &Block) -> Result<&Operand<'a>> {
         let mut incoming = self.incoming.iter();
         let found = incoming.find(|(label, _)| *label == block.label);
@@ -28,7 +28,7 @@ impl<'a> Phi<'a> {
     }
 }
 
-/// A function's blocks, and their order.
+/// The blocks of a function, and the order in which they are written.
 pub(super) struct Graph<'a> {
     blocks: &'a [Block],
     places: HashMap<&'a str, usize>,
@@ -63,10 +63,10 @@ impl<'a> Graph<'a> {
 }
 
 impl<'p, 'm> FunctionWriter<'p, 'm> {
-    /// The function's head and body in C.
+    /// Returns the head and the body of the function in C.
     pub(super) fn write(program: &'p mut Program<'m>, symbol: &'p str) -> Result<(String, String)> {
         let function = program.module.functions.get(symbol);
-        let function = function.context("it is not defined")?;
+        let function = function.context("the function is not defined")?;
         let mut writer = Self::new(program, symbol);
         let head = writer.head(&function.header()?)?;
         let blocks = function.blocks()?;
@@ -87,7 +87,8 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         Ok((head, writer.declared + &writer.text))
     }
 
-    /// `define ATTRIBUTES TYPE @name(TYPE ATTRIBUTES %parameter, …)`
+    /// Parses the parts of `define ATTRIBUTES TYPE @name(TYPE ATTRIBUTES %parameter, …)`. Returns
+    /// the head in C.
     fn head(&mut self, header: &[Token]) -> Result<String> {
         let mut at = self.cursor(header);
         at.word("define")?;
@@ -105,7 +106,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         Ok(format!("static {result} {name}({})", parameters.join(", ")))
     }
 
-    /// `%to = phi TYPE [ VALUE, %label ], …`; `None` if it is another statement.
+    /// Parses `%to = phi TYPE [ VALUE, %label ], …`. Returns `None` for any other statement.
     fn read_phi<'a>(&mut self, tokens: &'a [Token]) -> Result<Option<Phi<'a>>>
     where
         'm: 'a,
@@ -127,16 +128,16 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         Ok(Some(Phi { to, of, incoming }))
     }
 
-    /// A jump here has left the value in a name beside it.
+    /// Assigns the value that the jump to this block stored in the variable `…_next`.
     pub(super) fn phi(&mut self, tokens: &[Token]) -> Result<()> {
-        let phi = self.read_phi(tokens)?.context("no phi")?;
+        let phi = self.read_phi(tokens)?.context("this is not a phi")?;
         let name = self.declare(phi.to, &phi.of)?;
         let of = self.program.type_name(&phi.of)?;
         writeln!(self.declared, "  {of} {name}_next;")?;
         self.line(&format!("{name} = {name}_next;"))
     }
 
-    /// How a block ends.
+    /// Writes the end of a block.
     pub(super) fn end(
         &mut self,
         at: &mut Cursor,
@@ -145,7 +146,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         graph: &Graph,
     ) -> Result<()> {
         if operator == "unreachable" {
-            return self.fails("what the compiler takes for unreachable");
+            return self.fails("code that the compiler considers unreachable");
         }
         if at.try_word("void") {
             return self.line("return;");
@@ -175,8 +176,8 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.line(&jump)
     }
 
-    /// A branch to a block that does nothing but panic is written as an assertion: CBMC goes on with
-    /// one path then, and not with one for each place that may panic.
+    /// Writes a branch. A branch to a block that only panics becomes an assertion, so that CBMC
+    /// follows a single path instead of one for each place that may panic.
     fn branch(
         &mut self,
         condition: &str,
@@ -197,7 +198,8 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.line(&format!("if ({condition}) {{ {yes} }} else {{ {no} }}"))
     }
 
-    /// What a block says that, reached from the block `from`, only panics.
+    /// Returns the panic message of a block that only panics, if it is reached from the block
+    /// `from`.
     fn panic_of(&mut self, label: &str, from: usize, graph: &Graph) -> Result<Option<String>> {
         let [before @ .., call, end] = graph.block(label)?.1.statements.as_slice() else {
             return Ok(None);
@@ -206,7 +208,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         if end.line != "unreachable" || !panics {
             return Ok(None);
         }
-        // What the call is given may depend on where the jump came from.
+        // The call's arguments may depend on the block from which the jump came.
         let mut given = HashMap::new();
         for statement in before {
             let Some(phi) = self.read_phi(&statement.tokens)? else {
@@ -217,7 +219,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.panic_message(&call.tokens, &given).map(Some)
     }
 
-    /// Hands over the values that the block `to` takes from this one, and goes there.
+    /// Stores the values that the block `to` takes from this block, and then jumps to it.
     fn jump(&mut self, from: usize, to: &str, graph: &Graph) -> Result<String> {
         let (target, block) = graph.block(to)?;
         let mut text = String::new();

@@ -1,8 +1,8 @@
-/* LLVM's operations on whole numbers, in the C of CBMC. `bits` is the operands' width; a result is
-   cut to its own width by the statement that takes it. An operation that is not here is an error. */
+/* LLVM's integer operations in CBMC's C. `bits` is the operands' width. The statement that uses a
+   result truncates it to its own width. An operation that is missing here is an error. */
 
-/* C makes signed numbers of narrow ones, whose product and shift to the left may overflow; w is wide
-   enough. */
+/* C converts narrow integers to signed ones, whose product and left shift may overflow. The types
+   w8 to w128 are wide enough. */
 #define llvm_add(bits, a, b) ((a) + (b))
 #define llvm_sub(bits, a, b) ((a) - (b))
 #define llvm_mul(bits, a, b) ((w##bits)(a) * (w##bits)(b))
@@ -43,7 +43,7 @@
 #define llvm_bswap(bits, a) __builtin_bswap##bits(a)
 #define llvm_bitreverse(bits, a) __builtin_bitreverse##bits(a)
 
-/* For how many k from 0 to bits - 1 something holds. */
+/* The number of k from 0 to bits - 1 for which `holds` is true. */
 #define count8(bits, holds, a, k) \
   (holds(bits, a, k) + holds(bits, a, k + 1) + holds(bits, a, k + 2) + holds(bits, a, k + 3) + \
    holds(bits, a, k + 4) + holds(bits, a, k + 5) + holds(bits, a, k + 6) + holds(bits, a, k + 7))
@@ -58,7 +58,7 @@
 #define llvm_ctlz(bits, a, unused) count##bits(bits, all_above_are_zero, a, 0)
 #define llvm_cttz(bits, a, unused) count##bits(bits, all_below_are_zero, a, 0)
 
-/* The result as far as it fits, and whether it does not; of operands of at most 64 bits. */
+/* The truncated result, and whether it overflows. Operands have at most 64 bits. */
 #define exact(sign, bits, a, operator, b) \
   ((sign##128)(sign##bits)(a) operator (sign##128)(sign##bits)(b))
 #define with_overflow(sign, bits, a, operator, b) \

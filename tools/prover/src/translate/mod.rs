@@ -1,5 +1,5 @@
-//! Writes a harness, and every function it reaches, as one C program for CBMC: a statement of C for
-//! each of LLVM's. What is not modelled is an error, never left out.
+//! Writes a harness and every function that it reaches as one C program for CBMC, with a C
+//! statement for each of LLVM's. A statement that is not modelled is an error and is never omitted.
 
 mod calls;
 mod function;
@@ -15,16 +15,17 @@ use anyhow::{Context as _, Result, bail};
 use crate::llvm::{Constant, Module, Type};
 use writer::FunctionWriter;
 
-/// LLVM's operations on whole numbers, in C.
+/// LLVM's integer operations in C.
 const PRELUDE: &str = include_str!("llvm.h");
-/// The assertion that must fail: a harness whose end is never reached proves nothing.
+/// The assertion at the end of the harness. It must fail, because a harness whose end is never
+/// reached proves nothing.
 pub(crate) const END: &str = "end of harness";
-/// In front of a cover's name: an assertion that must fail too.
+/// The prefix of a cover's name. Its assertion must fail too.
 pub(crate) const COVER: &str = "cover: ";
-/// In front of what the values that follow are for.
+/// The prefix of the type and the place for which the following values are input.
 pub(crate) const INPUT: &str = "input: ";
 
-/// The C program that runs the harness named `name`.
+/// Returns the C program that runs the harness named `name`.
 pub(crate) fn program(module: &Module, name: &str) -> Result<String> {
     let mut program = Program {
         module,
@@ -51,12 +52,13 @@ pub(crate) fn program(module: &Module, name: &str) -> Result<String> {
     ))
 }
 
-/// A function's name as its author wrote it.
+/// Returns a function's name as its author wrote it.
 pub(crate) fn readable(symbol: &str) -> String {
     format!("{:#}", rustc_demangle::demangle(symbol))
 }
 
-/// What the whole program needs. The functions, and in the maps the C names, of what was reached.
+/// The parts of the C program that the translated functions need. The maps contain the C names of
+/// all functions and constants reached so far.
 struct Program<'a> {
     module: &'a Module,
     functions: BTreeMap<String, String>,
@@ -67,7 +69,7 @@ struct Program<'a> {
 }
 
 impl Program<'_> {
-    /// What the function is called in C; it will be written.
+    /// Returns the function's C name, and ensures that the function will be written.
     fn function_name(&mut self, name: &str) -> String {
         if let Some(known) = self.functions.get(name) {
             return known.clone();
@@ -83,7 +85,7 @@ impl Program<'_> {
             return Ok(known.clone());
         }
         let constant = if self.module.functions.contains_key(name) {
-            // A function's address; what it is called through is not modelled.
+            // The address of a function. Calls through it are not modelled.
             Constant::default()
         } else {
             let constant = self.module.constant(name)?;
@@ -104,7 +106,7 @@ impl Program<'_> {
                 format!("u{bits}")
             }
             Type::Structure { fields, .. } => {
-                // Its fields first, for C wants them declared before.
+                // Declare the fields first, because C requires declarations before use.
                 for field in fields {
                     self.type_name(field)?;
                 }
@@ -119,7 +121,8 @@ impl Program<'_> {
         })
     }
 
-    /// Types and constants, and for each type a function that gives any value of it.
+    /// Returns the declarations of types and constants, and for each type a function that returns
+    /// any of its values.
     fn declarations(&mut self) -> Result<String> {
         let mut structures = String::new();
         for (place, of) in self.structures.clone().iter().enumerate() {
@@ -135,7 +138,7 @@ impl Program<'_> {
         let mut text =
             format!("{PRELUDE}\ntypedef unsigned char *pointer; pointer nondet_pointer(void);\n");
         for bits in &self.integers {
-            // Plain C integers, where there are such: CBMC handles arrays of bytes best.
+            // Use plain C integers if they exist, because CBMC handles arrays of bytes best.
             let of = match bits {
                 8 => "char".to_owned(),
                 16 => "short".to_owned(),
@@ -155,7 +158,8 @@ impl Program<'_> {
         for (name, Constant { bytes, addresses }) in self.constants.values() {
             let length = bytes.len().max(1);
             if bytes.is_empty() || !addresses.is_empty() {
-                // Addresses have no bytes: to CBMC this may hold anything.
+                // Addresses have no bytes here, so CBMC must assume that the constant holds any
+                // value.
                 writeln!(text, "extern const u8 {name}[{length}];")?;
             } else {
                 let list: Vec<String> = bytes.iter().map(u8::to_string).collect();

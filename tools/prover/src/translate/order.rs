@@ -1,38 +1,40 @@
 //! The order in which a function's blocks are written.
 //!
-//! CBMC follows a program in the order of its text, and joins what it knows at labels. So every jump
-//! that does not repeat a loop goes forward, a loop's blocks stand together, and each loop is
-//! repeated from one place: with two, its counter would be joined from different rounds, and known
-//! in neither.
+//! CBMC follows a program in the order of its text, and at labels it joins its knowledge of all
+//! paths. Every jump that does not repeat a loop must therefore go forward, the blocks of a loop
+//! must be contiguous, and each loop must be repeated from one place. With two such places, CBMC
+//! would join the loop's counter from different iterations and would know its value in neither.
 
 use std::collections::{BTreeSet, HashSet};
 
 use petgraph::algo::tarjan_scc;
 use petgraph::graphmap::DiGraphMap;
 
-/// What is written next.
+/// An item of the written program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Item {
     Block(usize),
-    /// The one place from which the loop that begins at that block is repeated.
+    /// The single place from which the loop that begins at this block is repeated.
     Repeat(usize),
 }
 
 #[derive(Default)]
 pub(super) struct Order {
     pub(super) items: Vec<Item>,
-    /// The jumps, from and to, that repeat a loop.
+    /// The jumps, as pairs of source and target, that repeat a loop.
     pub(super) repeats: HashSet<(usize, usize)>,
 }
 
-/// `jumps` are those between the blocks; the function begins at block 0.
+/// Returns the order of the blocks. `jumps` are the jumps between blocks, and the function begins
+/// at block 0.
 pub(super) fn order(blocks: usize, jumps: &[(usize, usize)]) -> Order {
     let mut order = Order::default();
     place(jumps, &(0..blocks).collect(), &mut order);
     order
 }
 
-/// Places the blocks in `among`, by the jumps between them that do not repeat a loop around them.
+/// Places the blocks in `among`, following the jumps between them that do not repeat a surrounding
+/// loop.
 fn place(jumps: &[(usize, usize)], among: &BTreeSet<usize>, order: &mut Order) {
     let mut graph = DiGraphMap::<usize, ()>::new();
     for &block in among {
@@ -46,7 +48,7 @@ fn place(jumps: &[(usize, usize)], among: &BTreeSet<usize>, order: &mut Order) {
     for &(from, to) in &forward {
         graph.add_edge(from, to, ());
     }
-    // The last component is the first that is reached.
+    // Tarjan's algorithm returns the component that is reached first as the last one.
     for component in tarjan_scc(&graph).into_iter().rev() {
         if let [only] = component.as_slice()
             && !graph.contains_edge(*only, *only)
@@ -55,8 +57,8 @@ fn place(jumps: &[(usize, usize)], among: &BTreeSet<usize>, order: &mut Order) {
             continue;
         }
         let inside: BTreeSet<usize> = component.into_iter().collect();
-        // Where it is entered. With several such places the loop is written as if it began at one
-        // of them, and only costs the checker more.
+        // The entry of the loop. If there are several entries, the loop is written as if it began
+        // at one of them, which only makes it slower to check.
         let entered = forward
             .iter()
             .filter(|(from, to)| !inside.contains(from) && inside.contains(to));

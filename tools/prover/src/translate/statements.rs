@@ -1,4 +1,4 @@
-//! Writes a statement of C for each of LLVM's. `llvm.h` has the operations on whole numbers.
+//! Writes a C statement for each of LLVM's. `llvm.h` contains the integer operations.
 
 use std::fmt::Write as _;
 
@@ -24,7 +24,7 @@ impl FunctionWriter<'_, '_> {
         let at = &mut self.cursor(rest);
         at.try_word("tail");
         let Token::Word(operator) = at.next()? else {
-            bail!("no statement");
+            bail!("this is not a statement");
         };
         match operator.as_str() {
             "call" => self.call(at, to),
@@ -80,7 +80,7 @@ impl FunctionWriter<'_, '_> {
             "icmp" => {
                 at.try_word("samesign");
                 let Token::Word(predicate) = at.next()? else {
-                    bail!("no predicate");
+                    bail!("the comparison has no predicate");
                 };
                 let (_, value) = self.binary(at, &format!("icmp_{predicate}"))?;
                 self.assign(to, &Type::Integer(1), &value)
@@ -93,7 +93,7 @@ impl FunctionWriter<'_, '_> {
         }
     }
 
-    /// `TYPE LEFT, RIGHT`
+    /// Parses `TYPE LEFT, RIGHT`.
     fn binary(&mut self, at: &mut Cursor, name: &str) -> Result<(Type, String)> {
         let name = operation(name)?;
         let left = self.operand(at)?;
@@ -114,8 +114,9 @@ impl FunctionWriter<'_, '_> {
         self.assign(to, &into, &text)
     }
 
-    /// Byte by byte, lowest first: what CBMC follows best in an array of bytes. A volatile or atomic
-    /// one is not modelled: the word is no type.
+    /// Writes a load byte by byte, least significant first, because CBMC tracks arrays of bytes
+    /// best in this form. A volatile or atomic load is not modelled: it is an error because the
+    /// word `volatile` or `atomic` is not a type.
     fn load(&mut self, at: &mut Cursor, to: &str) -> Result<()> {
         let of = at.of_type()?;
         at.sign(',')?;
@@ -148,7 +149,7 @@ impl FunctionWriter<'_, '_> {
     }
 }
 
-/// What one of the operations in `llvm.h` is called there.
+/// Returns the name of an operation in `llvm.h`.
 pub(super) fn operation(name: &str) -> Result<String> {
     let written = format!("llvm_{}", name.replace('.', "_"));
     let known = PRELUDE.contains(&format!("#define {written}("));
@@ -156,7 +157,7 @@ pub(super) fn operation(name: &str) -> Result<String> {
     Ok(written)
 }
 
-/// `, FIELD`: how it is named in C, and its type.
+/// Parses `, FIELD`. Returns the field's name in C and its type.
 fn field(at: &mut Cursor, whole: &Operand) -> Result<(String, Type)> {
     at.sign(',')?;
     let place = usize::try_from(at.number()?)?;
@@ -164,5 +165,8 @@ fn field(at: &mut Cursor, whole: &Operand) -> Result<(String, Type)> {
         Type::Structure { fields, .. } if at.rest.is_empty() => fields.get(place),
         _ => None,
     };
-    Ok((format!(".f{place}"), part.context("no such part")?.clone()))
+    Ok((
+        format!(".f{place}"),
+        part.context("there is no such field")?.clone(),
+    ))
 }

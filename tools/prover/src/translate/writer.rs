@@ -12,18 +12,18 @@ use crate::llvm::{Cursor, Module, Token, Type};
 pub(super) struct FunctionWriter<'p, 'm> {
     pub(super) program: &'p mut Program<'m>,
     pub(super) symbol: &'p str,
-    /// The C names of values, by LLVM's.
+    /// The C names of values, by their LLVM names.
     names: HashMap<String, String>,
     pub(super) declared: String,
     pub(super) text: String,
 }
 
-/// What an operation works on.
+/// An operand of an operation.
 pub(super) struct Operand<'a> {
     pub(super) of: Type,
-    /// Its first word, which is all of it unless it is a structure.
+    /// The operand's first token, which is the whole operand unless it is a structure.
     pub(super) token: &'a Token,
-    /// The expression of C.
+    /// The C expression.
     pub(super) text: String,
 }
 
@@ -50,13 +50,13 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.program.module
     }
 
-    /// The C name of LLVM's `%local`.
+    /// Returns the C name of LLVM's `%local`.
     pub(super) fn name(&mut self, local: &str) -> String {
         let new = format!("v{}", self.names.len());
         self.names.entry(local.to_owned()).or_insert(new).clone()
     }
 
-    /// Declares the value `to`, and returns its name.
+    /// Declares the value `to`. Returns its name.
     pub(super) fn declare(&mut self, to: &str, of: &Type) -> Result<String> {
         let (name, of) = (self.name(to), self.program.type_name(of)?);
         writeln!(self.declared, "  {of} {name};")?;
@@ -75,7 +75,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         Ok(())
     }
 
-    /// Declares `to`, and gives it that value, cut to its type.
+    /// Declares `to`, and assigns it this value, truncated to its type.
     pub(super) fn assign(&mut self, to: &str, of: &Type, value: &str) -> Result<()> {
         let to = self.declare(to, of)?;
         match of {
@@ -84,14 +84,14 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         }
     }
 
-    /// It is wrong to come here.
+    /// Writes an assertion that fails if execution reaches it.
     pub(super) fn fails(&mut self, says: &str) -> Result<()> {
         self.line(&format!(
             "__CPROVER_assert(0, \"{says}\"); __CPROVER_assume(0);"
         ))
     }
 
-    /// A type, attributes, and a value of it.
+    /// Parses a type, attributes, and a value of this type.
     pub(super) fn operand<'a>(&mut self, at: &mut Cursor<'a>) -> Result<Operand<'a>> {
         let of = at.of_type()?;
         at.skip_attributes();
@@ -150,7 +150,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
 }
 
 impl Operand<'_> {
-    /// The number that it is.
+    /// Returns the operand's value if it is a literal number.
     pub(super) fn number(&self) -> Result<i128> {
         match self.token {
             Token::Number(number) => Ok(*number),
@@ -163,7 +163,7 @@ impl Type {
     pub(super) fn bits(&self) -> Result<u32> {
         match self {
             Self::Integer(bits) => Ok(*bits),
-            // As a number, for comparisons.
+            // Pointers are compared as numbers.
             Self::Pointer => Ok(64),
             other => bail!("arithmetic on {other:?} is not modelled"),
         }

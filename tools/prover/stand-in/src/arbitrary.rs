@@ -1,12 +1,12 @@
-//! The types that have "any value".
+//! The types of which [`any`](crate::any) can return any value.
 
 use core::num::NonZero;
 
 use crate::assume;
 
-/// A type that [`any`](crate::any) can make every value of.
+/// A type of which [`any`](crate::any) can return every value.
 pub trait Arbitrary: Sized {
-    /// Any value of it.
+    /// Returns any value of the type.
     fn any() -> Self;
 }
 
@@ -61,7 +61,7 @@ impl Arbitrary for bool {
 impl<T: Arbitrary> Arbitrary for Option<T> {
     #[inline]
     fn any() -> Self {
-        // Both are drawn whatever the first is, so that an input always has the same values.
+        // Both are always drawn, so that every input consists of the same number of values.
         let (is_some, value) = (bool::any(), T::any());
         is_some.then_some(value)
     }

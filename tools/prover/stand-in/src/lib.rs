@@ -1,19 +1,20 @@
 //! Stands in for Kani's library where Kani is not set up.
 //!
-//! It has the part of Kani's interface that harnesses use, with Kani's meaning. `cargo kani` never
-//! sees it: the offline prover hands it to the compiler as the crate `kani`.
+//! The crate contains the part of Kani's interface that harnesses use, with Kani's meaning. `cargo
+//! kani` never uses this crate, because the offline prover gives it to the compiler as the crate
+//! `kani`.
 //!
-//! What the checker decides is a function that is declared and nowhere defined:
+//! The functions that the checker interprets are declared here and defined nowhere:
 //!
 //! | function | meaning |
 //! |---|---|
-//! | `any_u8` … | any value of that type |
-//! | `input` | the values that follow are for that type, asked for at that place |
-//! | `assume` | only executions in which it holds are looked at |
-//! | `cover` | some execution comes here with a value that is not 0 |
+//! | `any_u8` … | returns any value of that type |
+//! | `input` | the following values belong to this type, and this place asked for them |
+//! | `assume` | executions in which the condition is false are ignored |
+//! | `cover` | the condition must be true in some execution |
 //!
-//! A harness is a function named `harness:PATH`; a number named `unwind:PATH` is the bound of its
-//! loops. The prover's `calls.rs` and `compile.rs` read these names.
+//! A harness is a function named `harness:PATH`. A static named `unwind:PATH` contains the bound of
+//! its loops. The prover's `calls.rs` and `compile.rs` read these names.
 #![no_std]
 
 mod arbitrary;
@@ -31,7 +32,7 @@ mod undecided {
     }
 }
 
-/// Any value of the type: what follows is checked for all of them.
+/// Returns any value of the type. The rest of the harness is checked for all values.
 #[must_use]
 #[track_caller]
 #[inline]
@@ -40,7 +41,7 @@ pub fn any<T: Arbitrary>() -> T {
     T::any()
 }
 
-/// Any value of the type for which `condition` holds.
+/// Returns any value of the type for which `condition` holds.
 #[must_use]
 #[track_caller]
 #[inline]
@@ -50,14 +51,14 @@ pub fn any_where<T: Arbitrary, F: FnOnce(&T) -> bool>(condition: F) -> T {
     value
 }
 
-/// From here on, only executions in which the condition holds are looked at.
+/// Ignores executions in which the condition is false from here on.
 #[inline]
 pub fn assume(condition: bool) {
     undecided::assume(condition);
 }
 
-/// Demands that some execution comes here, with the condition true if one is given. It shows that a
-/// proof is about something. The message is for the reader.
+/// Requires that some execution reaches this place and, if a condition is given, that the condition
+/// is true there. This shows that a proof is not vacuous. The message is for the reader.
 #[macro_export]
 macro_rules! cover {
     () => {
@@ -68,8 +69,9 @@ macro_rules! cover {
     };
 }
 
-/// What [`cover!`] calls. Each place, in each instance of a generic function, has a type of `_place`
-/// of its own, so that this is a function of its own, and the prover asks for each.
+/// The function that [`cover!`] calls. Each place, and each instance of a generic function, has its
+/// own type of `_place`. Each therefore has its own instance of this function, and the prover
+/// checks every instance.
 #[doc(hidden)]
 #[inline(never)]
 pub fn cover_in_line<const LINE: u32, Place: FnOnce()>(condition: bool, _place: Place) {

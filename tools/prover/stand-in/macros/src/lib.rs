@@ -4,8 +4,8 @@ use proc_macro::TokenStream;
 use quote::quote;
 use syn::{Data, DeriveInput, Fields, Ident, ItemFn, LitInt, parse_macro_input};
 
-/// Marks a function without arguments as a harness: it is exported under the name `harness:`, its
-/// module's path, and its own name.
+/// Marks a function without arguments as a harness. The function is exported under a name that
+/// consists of `harness:`, its module's path and its own name.
 #[proc_macro_attribute]
 pub fn proof(_arguments: TokenStream, harness: TokenStream) -> TokenStream {
     let harness = parse_macro_input!(harness as ItemFn);
@@ -22,7 +22,8 @@ pub fn proof(_arguments: TokenStream, harness: TokenStream) -> TokenStream {
     .into()
 }
 
-/// Says how often the harness's loops may run. The prover checks that they run no more often.
+/// Sets a bound on the iterations of the harness's loops. The prover checks that no loop exceeds
+/// it.
 #[proc_macro_attribute]
 pub fn unwind(bound: TokenStream, harness: TokenStream) -> TokenStream {
     let bound = parse_macro_input!(bound as LitInt);
@@ -38,13 +39,13 @@ pub fn unwind(bound: TokenStream, harness: TokenStream) -> TokenStream {
     .into()
 }
 
-/// Says which solver Kani uses; the offline prover has one only.
+/// Chooses Kani's solver. The offline prover has only one solver and ignores the attribute.
 #[proc_macro_attribute]
 pub fn solver(_name: TokenStream, harness: TokenStream) -> TokenStream {
     harness
 }
 
-/// Any value of each field; and of an enum, any variant.
+/// Derives `Arbitrary`: any value of each field and, for an enum, any variant.
 #[proc_macro_derive(Arbitrary)]
 pub fn arbitrary(item: TokenStream) -> TokenStream {
     let item = parse_macro_input!(item as DeriveInput);
@@ -75,7 +76,7 @@ pub fn arbitrary(item: TokenStream) -> TokenStream {
     .into()
 }
 
-/// A struct, or a variant of an enum, with any fields.
+/// Returns an expression for a struct, or a variant of an enum, with any fields.
 fn any_fields(name: &Ident, variant: Option<&Ident>, fields: &Fields) -> proc_macro2::TokenStream {
     let variant = variant.map(|variant| quote!(::#variant));
     let members = fields.members();

@@ -1,4 +1,4 @@
-//! One fault each.
+//! Harnesses with one fault each.
 
 fn sum(bytes: [u8; 16]) -> u32 {
     let (mut sum, mut i) = (0, 0);
@@ -55,7 +55,7 @@ fn cover_in_code_that_nothing_reaches() {
     kani::cover!();
 }
 
-/// One of its two instances covers nothing.
+/// This function has two instances, and in one of them the cover cannot be satisfied.
 fn covers_in<const LIMIT: u16>(byte: u8) {
     kani::cover!(u16::from(byte) > LIMIT);
 }
@@ -114,7 +114,7 @@ fn index_out_of_bounds() {
 fn read_out_of_bounds() {
     let bytes: [u8; 7] = kani::any();
     let index: usize = kani::any_where(|&index| index <= 7);
-    // Not sound, and that is what must be found.
+    // This read is unsound, and the prover must find that.
     let byte = unsafe { bytes.as_ptr().add(index).read() };
     kani::cover!(byte == 0x41);
 }

@@ -1,4 +1,5 @@
-//! No fault: any value is every value of its type, and no other; and what machines compute is right.
+//! Harnesses without a fault. They check that `any` returns every value of a type and no other, and
+//! that machine operations are modelled correctly.
 
 use core::num::{NonZeroU8, NonZeroU32};
 
@@ -61,7 +62,7 @@ fn what_is_left_out_never_is() {
     kani::cover!(byte == 4, "the least that may be");
 }
 
-/// The covers that a harness ends with may be those of a function.
+/// A harness may end with the covers of a function that it calls.
 fn ends(byte: u8) {
     if byte > 1 {
         assert!(byte.checked_sub(1).is_some());
@@ -88,7 +89,7 @@ fn bound_that_is_enough() {
     kani::cover!(sum == 16 * 255);
 }
 
-/// Bit by bit, what the processor has an instruction for.
+/// Compares the processor's bit instructions with calculations bit by bit.
 #[kani::proof]
 #[kani::unwind(17)]
 fn operations_on_bits_are_as_they_are_defined() {
@@ -122,7 +123,7 @@ fn operations_on_bits_are_as_they_are_defined() {
     kani::cover!(ones == 16);
 }
 
-/// In wider numbers, where nothing overflows.
+/// Compares arithmetic with calculations in wider numbers, which do not overflow.
 #[kani::proof]
 fn arithmetic_is_as_it_is_defined() {
     let (a, b): (i8, i8) = (kani::any(), kani::any());

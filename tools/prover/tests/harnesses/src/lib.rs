@@ -1,5 +1,5 @@
-//! A checker that calls everything proved is worth nothing. Each harness in `fails` has one fault of
-//! a kind that no proof may have; those in `holds` have none.
+//! A prover that calls everything proved is worthless. Each harness in `fails` has one fault of a
+//! kind that no proof may have. The harnesses in `holds` have no fault.
 #![no_std]
 #![cfg_attr(
     kani,
@@ -8,7 +8,7 @@
         clippy::unwrap_used,
         clippy::undocumented_unsafe_blocks,
         clippy::arithmetic_side_effects,
-        reason = "faults are what they are for"
+        reason = "the harnesses contain faults on purpose"
     )
 )]
 

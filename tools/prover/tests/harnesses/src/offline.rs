@@ -1,7 +1,7 @@
-//! What is a fault to the offline prover, and not to Kani.
+//! Harnesses that are faulty for the offline prover but not for Kani.
 
 #[repr(u8)]
-#[allow(dead_code, reason = "its values are made of numbers")]
+#[allow(dead_code, reason = "its values are made from numbers")]
 enum Phase {
     Live,
     Hold,
@@ -12,7 +12,7 @@ enum Phase {
 #[kani::proof]
 fn value_that_the_enum_does_not_have() {
     let byte: u8 = kani::any_where(|&byte| byte <= 4);
-    // Not sound, for 4 is none, and that is what must be found.
+    // This is unsound, because no variant has the value 4. The prover must find that.
     let phase: Phase = unsafe { core::mem::transmute(byte) };
     let ticks: u8 = match phase {
         Phase::Live => kani::any_where(|&ticks| ticks > 10),
@@ -30,7 +30,7 @@ fn floating_point() {
     kani::cover!();
 }
 
-/// It would be proved, if one could wait for it: the number is prime.
+/// The assertion holds because the number is prime, but proving it would take too long.
 #[kani::proof]
 fn proof_that_takes_too_long() {
     let (a, b): (u32, u32) = (kani::any(), kani::any());
