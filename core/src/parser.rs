@@ -12,8 +12,9 @@ use crate::LineEvent;
 /// any `Parser`.
 ///
 /// # Functions for any machine
-/// A bound on the message for every lifetime needs `'static` after it. Without `'static` the compiler reports "`P`
-/// does not live long enough", because a message may borrow from the machine for any lifetime.
+/// A function for all machines with one type of message has the bound `for<'a> Parser<Message<'a> = M>`. It also needs
+/// the bound `'static`. Otherwise the compiler reports "`P` does not live long enough", because a message may borrow
+/// from the machine for any lifetime.
 /// ```
 /// use framelock::motion::{Bin, Setpoint};
 /// use framelock::{Parser, Receiver, lecture::Lecture};

@@ -9,7 +9,7 @@
 //! (theorem 6).
 //!
 //! For every format of one to eight bytes: for each byte, the receiver's engine reports frames and discarded bytes.
-//! Together with the bytes pending afterwards, these are the bytes pending before and the new byte (`one_byte` in
+//! These and the bytes pending afterwards add up to the bytes pending before and the new byte (`one_byte` in
 //! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is
 //! pushed, a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted),
 //! and [ends each loss once](each_loss_ends_once).
@@ -73,7 +73,8 @@ fn placed_by<P: OfSetpoints>(counters: &Counters, start: u32) -> u8 {
     placed(counters, start)
 }
 
-/// Checks that the bytes pending before and the new byte are the counted bytes and the bytes pending now.
+/// Checks that the bytes pending before, plus the new byte, are as many as the counted bytes and the bytes pending
+/// now.
 fn byte_is_placed<P: OfSetpoints>(parser: P) {
     let start = kani::any();
     let mut line = any_line(parser, start);

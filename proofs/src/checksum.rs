@@ -1,5 +1,5 @@
 //! Theorem 4b: a frame of BIN-CRC8 with one to three wrong bits in payload and checksum is not delivered.
-//! With four wrong bits it can be (F2).
+//! With four wrong bits it can be delivered (F2).
 //!
 //! The checksum of four bytes takes one step per byte, and each step is linear ([`steps_are_linear`]). So,
 //! by induction over the bytes, wrong bits change the checksum by the same bits in every frame. Whether

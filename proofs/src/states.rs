@@ -38,7 +38,7 @@ impl<const N: usize> History<N> {
     }
 
     /// Returns the receiver after this stream. A delivered frame leaves it in its state at reset. Of
-    /// the bytes since then, only the last ones matter, one fewer than a frame has. (Theorem 4 shows
+    /// the bytes since then, only the last `N - 1` matter, where a frame has `N`. (Theorem 4 shows
     /// this: `commits` in the engine's proofs.)
     pub(crate) fn receiver<F: FixedFormat>(&self) -> Receiver<F> {
         let mut receiver = Receiver::new();

@@ -40,7 +40,7 @@ pub(crate) fn compare() {
     }
 }
 
-/// Measures and prints how many times as fast as `other` the contender `first` is.
+/// Measures and prints the speed of `first` divided by the speed of `other`.
 fn goal(input: &inputs::Input, first: Contender, other: Contender, at_least: f64) {
     let seconds = |(_, run): Contender, piece: &[u8]| {
         // The first run brings the bytes into the cache.

@@ -35,7 +35,7 @@ pub(crate) fn frames_with_losses() -> Input {
     }
 }
 
-/// Returns random bytes, without any frames sent.
+/// Returns random bytes: the line carries only noise.
 pub(crate) fn noise() -> Input {
     let mut random = Random(0x0153);
     let eight_bytes = |_| random.next().to_le_bytes();

@@ -20,7 +20,7 @@ fn every_stream_of_ten_bytes() {
     for stream in 0..1_u32 << 20 {
         let bytes: [u8; 10] =
             std::array::from_fn(|place| ALPHABET[(stream >> (2 * place) & 3) as usize]);
-        // The cut moves from stream to stream.
+        // Each stream is cut at another position than the one before.
         let (before, behind) = bytes.split_at(stream as usize % 11);
         parser(&Stream(
             [before, behind]
@@ -128,7 +128,7 @@ proptest! {
     }
 }
 
-/// A resynchronisation is a frame delivered after a loss. Each loss ends with one.
+/// A resynchronisation is a frame delivered after a loss. Each loss ends with one resynchronisation.
 #[test]
 fn resynchronisations_are_counted() {
     let mut line = Line::new(Receiver::<Bin>::new());

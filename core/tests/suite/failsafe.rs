@@ -115,8 +115,8 @@ fn long_parameters() -> impl Strategy<Value = FailsafeParameters> {
 }
 
 proptest! {
-    /// Frames and polls at any times, short and long, also across the wrap of the clock, give the outputs of the
-    /// oracle's model.
+    /// The failsafe gives the same outputs as the oracle's model, for frames and polls at any times, short and long, also
+    /// across the wrap of the clock.
     #[test]
     fn goes_as_the_model_does(
         parameters in prop_oneof![any_parameters(), long_parameters()],

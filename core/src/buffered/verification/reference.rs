@@ -49,10 +49,12 @@ fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: 
     log
 }
 
-/// 13d and 13e, for the reference. For each frame in the stream, one of three things holds. The frame is delivered.
-/// Or a delivered frame begins earlier and shares bytes with it. Or the reference has stopped before the frame. In the
-/// third case fewer than `LONGEST - 2` bytes have come after the frame's first byte, so a line event or more bytes make
-/// the reference continue.
+/// 13d and 13e, for the reference. For each frame in the stream, one of three things holds:
+///
+/// * The frame is delivered.
+/// * A delivered frame begins earlier and shares bytes with the frame.
+/// * The reference has stopped before the frame. Then fewer than `LONGEST - 2` bytes have come after the frame's first
+///   byte, so a line event or more bytes make the reference continue.
 fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     let rows: [Row; P] = core::array::from_fn(|_| Row::any(L));
     let (end, at) = (any_up_to(P), any_up_to(P - 1));
