@@ -23,7 +23,7 @@ use crate::window::Word;
 ///     fn decode([_, high, low, _]: [u8; 4]) -> u16 { u16::from_be_bytes([high, low]) }
 /// }
 ///
-/// With this line, `cargo check` reports mistakes in the format.
+/// // With this line, `cargo check` reports mistakes in the format.
 /// const _: Receiver<Throttle> = Receiver::new();
 ///
 /// let mut receiver = Receiver::<Throttle>::new();

@@ -79,7 +79,7 @@ pub enum Classification {
 ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[1..frame.len() - 1] }
 /// }
 ///
-/// Law 5 holds, however many bytes were already classified.
+/// // Law 5 holds, however many bytes were already classified.
 /// let text = b"$GPTXT,hello\n";
 /// for bytes in (1..=text.len()).map(|length| &text[..length]) {
 ///     assert!((0..bytes.len()).all(|seen| Line.classify_after(bytes, seen) == Line.classify(bytes)));

@@ -150,7 +150,7 @@ pub struct Output<D, const AXES: usize> {
 /// ```
 /// use core::num::NonZeroU32;
 /// use framelock::motion::{Failsafe, FailsafeParameters, Phase, Setpoint};
-/// A clock of 1 ms: hold after 100 ms, then move to the middle after 500 ms, at 100 units per second.
+/// // A clock of 1 ms: hold after 100 ms, then move to the middle after 500 ms, at 100 units per second.
 /// let rate = NonZeroU32::new(10).unwrap();
 /// let parameters = FailsafeParameters {
 ///     hold_after: 100, ramp_after: 500, park: [128_u8; 3], ticks_per_unit: [rate; 3],
