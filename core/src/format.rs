@@ -17,7 +17,7 @@ pub enum Classification {
         /// The number of bytes that are needed before the format can tell more.
         at_least: usize,
     },
-    /// The first bytes, this number of them, are a frame, whatever bytes follow.
+    /// A frame of this length begins here, whatever bytes follow.
     Frame(usize),
 }
 

@@ -84,7 +84,7 @@ fn lecture() {
 }
 
 /// From any state, `push_with` and `next` with one byte have the same result as `push`. From the state at reset,
-/// `feed` of one byte has it, too. Receivers that wait for different bytes are not equal.
+/// `feed` of one byte has the same result, too. Receivers that wait for different bytes are not equal.
 #[kani::proof]
 #[kani::unwind(9)]
 fn receiver_is_its_window() {

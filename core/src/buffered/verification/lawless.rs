@@ -111,8 +111,7 @@ fn something_is_decided<const L: usize, const N: usize>() {
 }
 for_longest!(decide, something_is_decided);
 
-/// `push`: the bytes in events and the pending bytes together are the bytes that were pending and the new
-/// byte.
+/// After `push`, the bytes in events plus the pending bytes are as many as the bytes pending before plus the new byte.
 fn pushed_byte_is_placed<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);
