@@ -1,11 +1,12 @@
-//! Setpoints from anything that implements `Read` of `embedded-io`: most serial drivers do.
+//! Receives setpoints from a source that implements `Read` of `embedded-io`. Most serial
+//! drivers do.
 //!
 //! `cargo run -p framelock-examples --bin embedded_io`
 
 use framelock::motion::Bin;
 use framelock::{LineEvent, Reader, Receiver};
 
-/// A driver that fetches a few bytes at a time, and reports a lost byte once.
+/// A driver that returns a few bytes at a time, and reports a lost byte once.
 struct Serial(Vec<Result<&'static [u8], embedded_io::ErrorKind>>);
 
 impl embedded_io::ErrorType for Serial {
@@ -21,7 +22,7 @@ impl embedded_io::Read for Serial {
 }
 
 pub(crate) fn main() {
-    // The last comes first.
+    // In reverse order: the last piece comes first.
     let received = vec![
         Ok(&b"AB\0\x11\x21\x31\r"[..]),
         Err(embedded_io::ErrorKind::Other),
@@ -33,7 +34,7 @@ pub(crate) fn main() {
         match reader.next_message() {
             Ok(Some(setpoint)) => println!("{setpoint}"),
             Ok(None) => break,
-            // What is pending is worthless now. The next call goes on.
+            // After a lost byte the pending bytes are worthless. The next call continues.
             Err(error) => {
                 println!("error: {error}");
                 reader.line_mut().line_event(LineEvent::Overrun, |_| ());

@@ -1,4 +1,4 @@
-//! What the outputs do when setpoints stop coming, and when they come again.
+//! Shows how the failsafe moves the outputs when setpoints stop coming, and when they come again.
 //!
 //! `cargo run -p framelock-examples --bin failsafe`
 
@@ -8,7 +8,8 @@ use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Setpoint};
 
 pub(crate) fn main() -> Result<(), FailsafeError> {
     let parameters = FailsafeParameters {
-        // The clock is in milliseconds: hold after a tenth of a second, park after half a second.
+        // The clock is in milliseconds. Hold after a tenth of a second, and park after half a
+        // second.
         hold_after: 100,
         ramp_after: 500,
         park: [128_u8; 3],
@@ -16,12 +17,12 @@ pub(crate) fn main() -> Result<(), FailsafeError> {
     };
     let mut failsafe = Failsafe::new(parameters, 0)?;
 
-    // Frames, silence from 200 ms on, frames again from 1000 ms on.
+    // Frames come until 200 ms, then silence until 1000 ms, then frames again.
     for now in (0..1_200).step_by(100) {
         if !(200..1_000).contains(&now) {
             failsafe.frame(now, Setpoint::from([140, 128, 110]));
         }
-        // In firmware: for each period of the servos.
+        // In firmware, poll once per servo period.
         let output = failsafe.poll(now);
         let setpoint = Setpoint::from(output.axes);
         println!("{now:4} ms  {:?}: {setpoint}", output.phase);

@@ -1,14 +1,15 @@
-//! Where every byte went, and what to do when the UART reports an error or the line falls silent.
+//! Counts the outcome of every byte, and reacts when the UART reports an error or the line falls silent.
 //!
 //! `cargo run -p framelock-examples --bin line_events_and_counters`
 
 use framelock::motion::Bin;
 use framelock::{Line, LineEvent, Receiver};
 
-/// Silence that ends a frame, in microseconds.
+/// The silence that ends a frame, in microseconds.
 const IDLE: u32 = 5_000;
 
-/// What the UART's interrupt handler finds, and when: `?` is a byte without a stop bit, `_` a pause.
+/// Returns the time and the cause of each UART interrupt. In the stream, `?` is a byte without a stop bit, and `_` a
+/// pause.
 fn interrupts() -> impl Iterator<Item = (u32, Result<u8, LineEvent>)> {
     let mut now: u32 = 0;
     let line = b"AB\0abc\rAB\0a?c\rAB\0ab_AB\0def\r";
@@ -26,7 +27,7 @@ pub(crate) fn main() {
     let mut line = Line::new(Receiver::<Bin>::new());
     let mut heard = 0;
     for (now, found) in interrupts() {
-        // The interrupt handler. No frame holds bytes from both sides of a line event.
+        // This is the interrupt handler. No frame contains bytes from before and after a line event.
         if now.wrapping_sub(heard) >= IDLE {
             line.line_event(LineEvent::Idle, |_| ());
         }
@@ -37,7 +38,7 @@ pub(crate) fn main() {
                     println!("{setpoint}");
                 }
             }
-            // In place of the byte.
+            // The error takes the place of the byte.
             Err(event) => line.line_event(event, |_| ()),
         }
     }

@@ -1,4 +1,4 @@
-//! Frames of your own: one of fixed length, one whose header says how long it is.
+//! Receives frames of your own formats: one of fixed length, and one with the length in its header.
 //!
 //! `cargo run -p framelock-examples --bin own_format`
 
@@ -6,7 +6,7 @@ use framelock::{
     BufferedReceiver, Classification, DiscardReason, Encode, FixedFormat, Format, Receiver, Shape,
 };
 
-/// `FE`, a 16-bit throttle, `0A`.
+/// The bytes `FE`, a 16-bit throttle, `0A`.
 struct Throttle;
 
 impl FixedFormat for Throttle {
@@ -19,10 +19,10 @@ impl FixedFormat for Throttle {
     }
 }
 
-// `cargo check` then tells if the receiver refuses the format.
+// With this line, `cargo check` reports it if the receiver does not accept the format.
 const _: Receiver<Throttle> = Receiver::new();
 
-// Only where frames are made. `framelock_formats::check_encoding` tests that it fits the above.
+// Needed only if you also make frames. `framelock_formats::check_encoding` tests that it fits the decoder.
 impl Encode for Throttle {
     fn encode(throttle: u16) -> [u8; 4] {
         let [high, low] = throttle.to_be_bytes();
@@ -30,10 +30,10 @@ impl Encode for Throttle {
     }
 }
 
-/// `AA`, the length of the text, the text, the sum of its bytes.
+/// The byte `AA`, the length of the text, the text, and the sum of the text's bytes.
 ///
-/// Written by hand here. A `Layout` of the crate `framelock-formats` describes such a frame in a few lines:
-/// docs/own-frame.md.
+/// This format is written by hand. A `Layout` of the crate `framelock-formats` describes such a frame in a
+/// few lines: see docs/own-frame.md.
 #[derive(Clone, Copy)]
 pub(crate) struct Text;
 

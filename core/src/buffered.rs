@@ -1,20 +1,20 @@
-//! The receiver of frames of any length, which keeps what may become one in a buffer.
+//! The receiver of frames of any length. It keeps bytes in a buffer while they may still become a frame.
 //!
 //! ```text
 //!            from                  to     ask_at
 //!   ┌─────────┬─────────────────────┬───────┬─────────────┐
-//!   │ settled │       pending       │       │    free     │  buffer: N bytes, at least LONGEST
+//!   │ decided │       pending       │       │    free     │  buffer: N bytes, at least LONGEST
 //!   └─────────┴─────────────────────┴───────┴─────────────┘
 //! ```
 //!
-//! A byte is stored at `to`. Until `to` has come to `ask_at` nothing can be said, and that is all. Then
-//! the format is asked about the pending bytes, and one of three things happens:
+//! The receiver stores each byte at `to`. While `to` is less than `ask_at`, it does nothing else, because the format
+//! has said that it needs more bytes. Then it asks the format about the pending bytes. One of three things happens:
 //!
-//! * they begin with a frame: it is committed, and `from` moves behind it;
-//! * no frame begins here: one byte is dropped, `from` moves by one;
-//! * it says how many bytes it takes to know more: `ask_at`.
+//! * The pending bytes begin with a frame. The receiver delivers the frame, and moves `from` past the frame.
+//! * No frame begins here. The receiver drops one byte, and moves `from` by one.
+//! * The format needs more bytes to decide. Their number sets `ask_at`.
 //!
-//! What is pending moves to the front when the buffer is full.
+//! When the buffer is full, the pending bytes move to its front.
 
 use core::cell::Cell;
 use core::fmt::Debug;
@@ -26,35 +26,35 @@ use crate::{Classification, DiscardReason, Format, Found, Frame, LineEvent, Pars
 #[cfg(kani)]
 mod verification;
 
-/// The receiver of frames of any length up to [`Format::LONGEST`], and never deaf.
+/// The receiver of frames of any length up to [`Format::LONGEST`]. It cannot go deaf.
 ///
-/// For frames of fixed length of up to 16 bytes there is [`Receiver`](crate::Receiver): it is smaller,
-/// faster, and delivers each frame with its last byte. This one takes a buffer `B` and three words. `B` is an
-/// array (see [`new`](Self::new)), or a borrowed slice or a `Vec` (see [`with_buffer`](Self::with_buffer)).
+/// If your frames have a fixed length of up to 16 bytes, use [`Receiver`](crate::Receiver): it is smaller and faster,
+/// and delivers each frame with the frame's last byte. `BufferedReceiver` takes a buffer `B` and three words. `B` is
+/// an array (see [`new`](Self::new)), a borrowed slice, or a `Vec` (see [`with_buffer`](Self::with_buffer)).
 ///
-/// **Make the buffer twice as long as [`Format::LONGEST`].** It must have `LONGEST` bytes at least. When the buffer
-/// is full, the pending bytes move to its front. With `LONGEST` bytes a stream of false starts makes them move
-/// with each byte; with twice as many a move costs less than one step per byte.
+/// **Make the buffer twice as long as [`Format::LONGEST`].** It must have at least `LONGEST` bytes. When the buffer
+/// is full, the pending bytes move to its front. With a buffer of `LONGEST` bytes, they move at each byte of a stream
+/// of false starts. With twice as many, the moves cost less than one step per byte.
 ///
 /// A completed frame is delivered as a [`Frame`], which is decoded on request.
 ///
 /// # The rule
 ///
-/// From left to right: where a frame begins, it is committed, and the next byte is the one behind it; where none
-/// begins, one byte is dropped; where that cannot be known yet, the receiver waits (theorem 13a). So a frame that
-/// arrives whole is committed, unless a committed frame that begins before it shares bytes with it (13d).
+/// The receiver goes through the stream from left to right. Where a frame begins, it delivers the frame and continues
+/// after it. Where no frame begins, it drops one byte. Where the format cannot decide yet, it waits for more bytes
+/// (theorem 13a). So it delivers every frame that arrives whole, unless a delivered frame begins earlier and shares
+/// bytes with it (13d).
 ///
 /// # What to expect
 ///
-/// * **Latency.** Behind a false beginning a frame is committed late: at most
-///   `LONGEST - its length` bytes behind its last byte, or with the line event (13e). In a stream
-///   without errors it is committed with its last byte. Set a failsafe's times accordingly.
-/// * **Cost.** [`push`](Self::push) asks the format at most once about at most `LONGEST` bytes, whatever
-///   comes (13c). Most bytes are stored and that is all. `framelock-formats` has a table of what a byte
-///   costs, in clean streams and in the worst.
-/// * **What no receiver can know.** A false frame whose check is right is committed, and with it bytes
-///   of a true one. Where the head of a frame is lost, a frame inside its payload is committed.
-///
+/// * **Latency.** After a false start a frame is delivered late: at most `LONGEST - its length` bytes after its last
+///   byte, or with the next line event (13e). In a stream without errors each frame is delivered with its last byte.
+///   Choose the failsafe's times accordingly.
+/// * **Cost.** [`push`](Self::push) asks the format at most once, about at most `LONGEST` bytes, in any stream (13c).
+///   Most bytes are only stored. The documentation of `framelock-formats` has a table with the cost per byte, in
+///   clean streams and in the worst streams.
+/// * **Limits of every receiver.** A false frame with a right check is delivered, and takes bytes of a true frame
+///   with it. If the head of a frame is lost, a frame inside its payload is delivered.
 /// # Examples
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
@@ -114,25 +114,25 @@ mod verification;
 pub struct BufferedReceiver<F, B> {
     format: F,
     buffer: B,
-    /// Pending: `buffer[from..to]`.
+    /// The pending bytes are `buffer[from..to]`.
     from: usize,
     to: usize,
-    /// Nothing can be said of the pending bytes before `to` comes here.
+    /// The format cannot decide about the pending bytes before `to` reaches this.
     ask_at: usize,
 }
 
-/// What was decided about the first pending byte.
+/// The decision about the first pending byte.
 enum Decision {
-    /// A frame of so many bytes began there. It lies in front of `from`.
+    /// A frame of this length began there. It ends just before `from`.
     Frame(usize),
-    /// None begins there: it is discarded.
+    /// No frame begins there: the byte is discarded.
     Discarded,
     /// Nothing is pending, or more bytes are needed.
     Waiting,
 }
 
 impl<F: Format, const N: usize> BufferedReceiver<F, [u8; N]> {
-    /// Creates a receiver with an array of its own, which has received nothing yet.
+    /// Creates a receiver with an array of its own. The receiver has received nothing yet.
     ///
     /// An array shorter than [`Format::LONGEST`] does not compile.
     #[must_use]
@@ -161,10 +161,10 @@ impl<F, B> BufferedReceiver<F, B> {
 }
 
 impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
-    /// Creates a receiver that keeps pending bytes in this memory: a borrowed slice, or a `Vec`.
+    /// Creates a receiver that keeps pending bytes in `buffer`: a borrowed slice, or a `Vec`.
     ///
-    /// Returns `None` if the memory is shorter than the format's [`longest`](Format::longest) frame. Better
-    /// make it twice as long.
+    /// Returns `None` if the buffer is shorter than the format's [`longest`](Format::longest) frame. Preferably make
+    /// it twice as long.
     #[must_use]
     pub fn with_buffer(format: F, buffer: B) -> Option<Self> {
         let longest = format.longest();
@@ -173,15 +173,15 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
-    /// **It asks the format once at most, so it may leave bytes that could be decided, a whole frame among them**:
-    /// behind a false beginning each call catches up by one. The following calls go on; where no byte follows soon,
-    /// call [`poll`](Self::poll) until it gives nothing, or report the idle line as a [`line_event`](Self::line_event).
+    /// **A call asks the format at most once. So it may leave bytes undecided, even a whole frame.** After a false
+    /// start each call catches up by one decision. The next calls continue. If no byte follows soon, call
+    /// [`poll`](Self::poll) until it returns `None`, or report the idle line as a [`line_event`](Self::line_event).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_, F>> {
         self.push_with(byte, |_| ())
     }
 
-    /// [`push`](Self::push), with an account of each byte whose outcome it decides.
+    /// Does the same as [`push`](Self::push), and reports each byte whose outcome is decided.
     #[inline]
     fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<Frame<'_, F>> {
         let end = self.to.wrapping_add(1);
@@ -194,8 +194,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.push_and_decide(byte, account)
     }
 
-    /// [`push_with`](Self::push_with) for a byte that may decide something.
-    // A function of its own, so that a byte that is only stored saves no registers.
+    /// The part of [`push_with`](Self::push_with) for a byte that may decide something.
+    // A separate function: a byte that is only stored does not pay for saving registers.
     #[inline(never)]
     fn push_and_decide(
         &mut self,
@@ -216,23 +216,23 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Decides about bytes that [`push`](Self::push) has left pending. Returns the next frame among them.
+    /// Decides about the bytes that [`push`](Self::push) has left undecided. Returns the next frame among them.
     ///
-    /// It asks the format once for each pending byte at most.
+    /// Asks the format at most once for each pending byte.
     pub fn poll(&mut self) -> Option<Frame<'_, F>> {
         self.next(&mut [].as_slice())
     }
 
-    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in it.
-    /// Returns the frame. `None`: no other frame ends in the slice, and all of it is taken. Frames among the
-    /// bytes that [`push`](Self::push) has left pending come first.
+    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
+    /// Returns the frame. Returns `None` after taking the whole slice if no other frame ends in it. Frames among the
+    /// bytes that [`push`](Self::push) has left undecided come first.
     ///
-    /// A program may stop, return or await between frames. Called until it returns `None`, it delivers the same
-    /// frames as [`feed`](Self::feed), in the same order (theorem 13a). It copies every byte, also of frames
-    /// that lie whole in the slice: for long slices `feed` is faster.
+    /// A program may stop, return or await between frames. Call it until it returns `None`: then it has delivered the
+    /// same frames as [`feed`](Self::feed), in the same order (theorem 13a). It copies every byte, even if a frame
+    /// lies whole in the slice. For long slices `feed` is faster.
     ///
     /// # Examples
-    /// With `Text` as [above](BufferedReceiver):
+    /// `Text` is the format of the [first example](BufferedReceiver).
     /// ```
     /// # use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
     /// # #[derive(Clone, Copy)]
@@ -265,7 +265,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.next_with(bytes, |_| ())
     }
 
-    /// [`next`](Self::next), with an account of each byte whose outcome it decides.
+    /// Does the same as [`next`](Self::next), and reports each byte whose outcome is decided.
     fn next_with(
         &mut self,
         bytes: &mut &[u8],
@@ -281,8 +281,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Stores as many bytes from the front of a slice as may decide about the first pending byte. Returns
-    /// whether the slice had any.
+    /// Takes from the front of the slice as many bytes as the format needs to decide about the first pending byte,
+    /// and stores them. Returns whether the slice had any byte.
     fn store_what_is_missing(&mut self, bytes: &mut &[u8]) -> bool {
         let missing = self.ask_at.saturating_sub(self.to).max(1);
         let (now, later) = bytes.split_at_checked(missing).unwrap_or((*bytes, &[]));
@@ -291,15 +291,16 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         !now.is_empty()
     }
 
-    /// Takes a slice, and says what becomes of all bytes that can be decided, in the order of the
-    /// stream. Frames that lie whole in the slice are not copied.
+    /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. Does not copy
+    /// frames that lie whole in the slice.
     ///
-    /// A stream may be cut into slices anywhere (theorem 13a). It asks the format at most twice for each
-    /// byte dropped or frame, and once besides; feeding an empty slice catches up with what `push` has left.
+    /// The results do not depend on how a stream is cut into slices (theorem 13a). The call asks the format at most
+    /// twice per dropped byte or frame, and once more. Feed an empty slice to decide about the bytes that `push` has
+    /// left undecided.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
-            // With as much of the slice as the longest frame may have, the first byte is decided.
+            // With enough bytes for the longest frame, the first pending byte is decided.
             let missing = self.format.longest().saturating_sub(self.pending());
             let (now, later) = rest.split_at_checked(missing).unwrap_or((rest, &[]));
             self.store(now);
@@ -317,8 +318,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// With all of a slice taken but `rest`: if all that is pending came from the slice, forgets it, and
-    /// gives what is to be taken again.
+    /// The caller has taken the whole slice except `rest`. If all pending bytes came from the slice, forgets them and
+    /// returns the part of the slice that must be taken again. Otherwise returns `rest`.
     #[inline]
     fn give_back<'b>(&mut self, bytes: &'b [u8], rest: &'b [u8]) -> &'b [u8] {
         let taken = bytes.len().wrapping_sub(rest.len());
@@ -329,8 +330,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         bytes.get(back..).unwrap_or_default()
     }
 
-    /// With nothing pending: decides about the first bytes of a slice, and gives what is behind them; stores
-    /// them all if there are too few.
+    /// Decides about the first bytes of a slice while nothing is pending. Returns the bytes that follow. If the slice
+    /// has too few bytes to decide, stores them all and returns `None`.
     #[inline]
     fn take<'b>(
         &mut self,
@@ -361,10 +362,11 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// No more bytes will come for what is pending: the line fell silent, or failed. Frames that lie
-    /// whole in it are committed, the rest is dropped, and nothing is pending (theorem 13f).
+    /// Reports a line event: the line fell silent or failed, so no more bytes will follow the pending bytes. Delivers
+    /// the frames that lie whole in the pending bytes, and drops the other bytes. Then nothing is pending (theorem
+    /// 13f).
     ///
-    /// It asks the format once for each pending byte at most.
+    /// Asks the format at most once for each pending byte.
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
         while self.pending() > 0 {
             self.end_first(&mut found);
@@ -372,7 +374,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.reset();
     }
 
-    /// With bytes pending, and none to follow: decides about the first.
+    /// Decides about the first pending byte when no byte will follow. At least one byte must be pending.
     fn end_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) {
         if !self.decide_first(found) && self.pending() > 0 {
             found(Found::discarded(1, DiscardReason::LineEvent));
@@ -382,26 +384,27 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// How many of the last bytes are pending: a frame may yet include them. Fewer than `LONGEST`.
+    /// Returns the number of pending bytes: the last bytes of the stream, with which a frame may still begin. Fewer
+    /// than `LONGEST`.
     #[must_use]
     pub const fn pending(&self) -> usize {
         self.to.saturating_sub(self.from)
     }
 
-    /// Forgets what is pending, as if nothing had ever been received.
+    /// Forgets the pending bytes, as if the receiver had never received anything.
     pub const fn reset(&mut self) {
         (self.from, self.to, self.ask_at) = (0, 0, 0);
     }
 
-    /// The format, to look at.
+    /// Returns the format.
     #[must_use]
     pub const fn format(&self) -> &F {
         &self.format
     }
 
-    /// Decides about the first pending bytes, and says whether it could.
+    /// Decides about the first pending bytes. Returns whether that was possible.
     fn decide_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) -> bool {
-        // A frame is reported with its bytes, below.
+        // A frame is reported with its bytes, further below.
         let discarded = |one| match one {
             Found::Frame { .. } => {}
             Found::Discarded { count, why } => found(Found::discarded(count, why)),
@@ -414,14 +417,14 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         true
     }
 
-    /// Discards the first pending bytes if they start nothing; then asks the format about those behind
-    /// them, once, if anything can be said.
+    /// Discards the first pending bytes while they start no frame. Then asks the format once about the rest, if
+    /// enough bytes are there.
     #[inline]
     fn decide_next(&mut self, mut account: impl FnMut(Found<()>)) -> Decision {
         if self.to < self.ask_at {
             return Decision::Waiting;
         }
-        // What was incomplete starts something.
+        // Bytes that the format has found incomplete start with a byte that can start a frame.
         if self.ask_at <= self.from.wrapping_add(1) {
             self.discard_what_starts_nothing(&mut account);
         }
@@ -441,7 +444,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Asks the format about the pending bytes, once.
+    /// Asks the format once about the pending bytes.
     #[inline]
     fn decide(&mut self, mut account: impl FnMut(Found<()>)) -> Decision {
         let pending = self.buffer.as_ref().get(self.from..self.to);
@@ -450,7 +453,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
             self.reset();
             return Decision::Waiting;
         }
-        // By law 3 fewer bytes than it takes to ask were incomplete.
+        // By law 3, any number of bytes below the one that the format asked for was incomplete.
         let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
         self.ask_at = 0;
         match classify(&self.format, pending, seen) {
@@ -479,7 +482,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         Frame::new(self.format, bytes.unwrap_or_default())
     }
 
-    /// Stores bytes; with those pending they are `LONGEST` at most.
+    /// Stores bytes. Together with the pending bytes they are at most `LONGEST`.
     #[inline]
     fn store(&mut self, bytes: &[u8]) {
         let room = self.buffer.as_ref().len();
@@ -493,7 +496,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.to = room.min(self.to.wrapping_add(bytes.len()));
     }
 
-    /// Byte by byte: `copy_within` would bring 1.5 KB of `memmove` into firmware.
+    /// Copies byte by byte: `copy_within` would add 1.5 KB of `memmove` to the firmware.
     #[cold]
     fn move_to_front(&mut self) {
         let places = Cell::from_mut(self.buffer.as_mut()).as_slice_of_cells();
@@ -516,8 +519,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> Parser for BufferedReceiver<F, B> 
     parser_by_own_functions!(Frame<'_, F>);
 }
 
-/// What the format says of 1 to `LONGEST` bytes, as far as it keeps law 1: so that no format, however
-/// wrong, makes the receiver hang, run out of buffer, or go deaf.
+/// Returns the format's answer about 1 to `LONGEST` bytes, corrected so that it keeps law 1. So no format, however
+/// wrong, can make the receiver hang, overrun its buffer, or go deaf.
 #[inline]
 fn classify<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Classification {
     let longest = format.longest();

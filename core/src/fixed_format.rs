@@ -1,4 +1,4 @@
-//! Frame formats of fixed length: an `impl` of [`FixedFormat`], a few lines.
+//! Frame formats of fixed length. A format is a short `impl` of [`FixedFormat`].
 
 use core::fmt::Debug;
 use core::marker::PhantomData;
@@ -6,11 +6,11 @@ use core::marker::PhantomData;
 use crate::DiscardReason;
 use crate::window::Word;
 
-/// A frame format of fixed length, 1 to 16 bytes, known at compile time.
+/// A frame format of fixed length: 1 to 16 bytes, known at compile time.
 ///
 /// # Examples
-/// A throttle of 16 bits, big endian, between FE and LF. This is all that a new format takes; the receiver,
-/// its slice path, the accounting and the theorems about every format come with it.
+/// A throttle of 16 bits, big endian, between FE and LF. The `impl` is all that you write for a new format. The
+/// receiver, its fast path for slices, the counters and the theorems for all formats apply to it at once.
 /// ```
 /// use framelock::{FixedFormat, Receiver, Shape};
 ///
@@ -23,7 +23,7 @@ use crate::window::Word;
 ///     fn decode([_, high, low, _]: [u8; 4]) -> u16 { u16::from_be_bytes([high, low]) }
 /// }
 ///
-/// // So that `cargo check` finds mistakes in a format: what could go wrong does not compile.
+/// // With this line, `cargo check` reports mistakes in the format.
 /// const _: Receiver<Throttle> = Receiver::new();
 ///
 /// let mut receiver = Receiver::<Throttle>::new();
@@ -32,20 +32,20 @@ use crate::window::Word;
 /// ```
 ///
 /// # What does not compile
-/// A shape of another length than the frame:
+/// A shape that has another length than the frame:
 /// ```compile_fail,E0308
 /// # use framelock::Shape;
 /// const SHAPE: Shape<[u8; 8]> = Shape::new([Some(b'A'), Some(b'B'), None, Some(b'\r')]);
 /// ```
 /// A frame longer than 16 bytes:
 /// ```compile_fail,E0277
-/// # trait Format { type Frame: framelock::Frame; }
+/// # trait Format { type Frame: framelock::FrameBytes; }
 /// # enum Long {}
 /// # impl Format for Long {
 /// type Frame = [u8; 25];
 /// # }
 /// ```
-/// A format that every window of the stream would be a frame of:
+/// A format for which any bytes would be a frame:
 /// ```compile_fail,E0080
 /// # use framelock::{FixedFormat, Receiver, Shape};
 /// # struct Anything;
@@ -65,33 +65,33 @@ use crate::window::Word;
 pub trait FixedFormat: 'static {
     /// `[u8; LENGTH]`.
     type Frame: FrameBytes;
-    /// What a frame means.
+    /// The decoded content of a frame.
     type Message;
 
-    /// Which byte must stand where.
+    /// The fixed bytes of a frame, and their positions.
     const SHAPE: Shape<Self::Frame>;
 
-    /// What is checked beyond the fixed bytes, if anything: a checksum, a range. It is asked only
-    /// about frames whose fixed bytes agree.
+    /// A check beyond the fixed bytes, if the format has one: for example a checksum or a range. The receiver calls
+    /// it only with frames whose fixed bytes agree.
     const CHECK: Option<fn(Self::Frame) -> bool> = None;
 
-    /// What a frame means.
+    /// Decodes a frame.
     #[must_use]
     fn decode(frame: Self::Frame) -> Self::Message;
 }
 
-/// A format whose frames can be made as well as received. `check_encoding` of `framelock-formats` is a test for it.
+/// A format that can also encode frames. Test your implementation with `check_encoding` of `framelock-formats`.
 pub trait Encode: FixedFormat {
-    /// The frame that means it.
+    /// Returns the frame of a message.
     #[must_use]
     fn encode(message: Self::Message) -> Self::Frame;
 }
 
 /// The bytes of a frame of fixed length: `[u8; 1]` to `[u8; 16]`.
 ///
-/// This trait is sealed: these arrays implement it, and nothing else can.
+/// This trait is sealed: only these arrays implement it.
 #[diagnostic::on_unimplemented(
-    message = "a frame of fixed length has 1 to 16 bytes; `{Self}` is none",
+    message = "`{Self}` is not a frame of fixed length, which has 1 to 16 bytes",
     label = "not `[u8; 1]` to `[u8; 16]`"
 )]
 pub trait FrameBytes: AsRef<[u8]> + Copy + Eq + Debug + sealed::Words {
@@ -100,11 +100,11 @@ pub trait FrameBytes: AsRef<[u8]> + Copy + Eq + Debug + sealed::Words {
 }
 
 pub(crate) mod sealed {
-    /// How the receiver keeps a frame.
+    /// The integer in which the receiver keeps a frame.
     pub trait Words {
         type Word: crate::window::Word;
 
-        /// The frame whose last byte is the lowest of `word`.
+        /// Returns the frame whose last byte is the lowest byte of `word`.
         fn from_word(word: Self::Word) -> Self;
     }
 }
@@ -128,20 +128,21 @@ macro_rules! frames {
 frames!(u64: 1 2 3 4 5 6 7 8);
 frames!(u128: 9 10 11 12 13 14 15 16);
 
-/// Which byte must stand where in a frame.
+/// The fixed bytes of a frame, and their positions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Shape<F> {
-    /// The fixed bytes, 0 in the other places. The frame's last byte is lowest, here and below.
+    /// The fixed bytes, and 0 at all other positions. Here and in `mask`, the frame's last byte is the lowest.
     pattern: u128,
-    /// 0xFF in the places of fixed bytes, 0 in the others.
+    /// 0xFF at the positions of fixed bytes, and 0 at all others.
     mask: u128,
-    /// How many fixed bytes the frame begins with: its sync.
+    /// Number of fixed bytes at the start of the frame: the length of the sync.
     sync: usize,
     frame: PhantomData<F>,
 }
 
 impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
-    /// A frame of `LENGTH` bytes: `Some(byte)` where it must be that byte, `None` where any may be.
+    /// Creates the shape of a frame of `LENGTH` bytes: `Some(byte)` at each position that must hold that byte,
+    /// `None` at each position that may hold any byte.
     #[must_use]
     pub const fn new(places: [Option<u8>; LENGTH]) -> Self {
         let mut shape = Self {
@@ -168,7 +169,7 @@ impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
 }
 
 impl<F: FrameBytes> Shape<F> {
-    /// Whether any byte is fixed.
+    /// Returns whether the frame has a fixed byte.
     pub(crate) const fn has_fixed_bytes(&self) -> bool {
         self.mask != 0
     }
@@ -183,14 +184,15 @@ impl<F: FrameBytes> Shape<F> {
         F::Word::truncated(self.mask)
     }
 
-    /// Whether a frame may begin with the lowest `known` bytes of `word`, at least one and at most a
-    /// frame's length, as far as the fixed bytes tell.
+    /// Returns whether a frame may begin with the lowest `known` bytes of `word`, considering only the fixed bytes.
+    /// `known` is at least one and at most a frame's length.
     #[inline]
     pub(crate) fn agrees(&self, word: F::Word, known: usize) -> bool {
         self.differs(word, known) == F::Word::from(0)
     }
 
-    /// If none may: why not. It is the first place at which they differ that tells.
+    /// Returns the reason why no frame may begin with these bytes, or `None` if one may. The first byte that
+    /// differs from the shape decides the reason.
     #[inline]
     pub(crate) fn mismatch(&self, word: F::Word, known: usize) -> Option<DiscardReason> {
         let differs = self.differs(word, known);
@@ -211,8 +213,8 @@ impl<F: FrameBytes> Shape<F> {
         (word ^ self.pattern().down(unknown)) & self.mask().down(unknown)
     }
 
-    /// The first place at which `frame` has another byte than the fixed one, the frame's first being 0.
-    /// Nothing if all fixed bytes agree. It is for tests: it looks at the frame byte by byte.
+    /// Returns the first position at which `frame` differs from its fixed byte, counted from 0, or `None` if all
+    /// fixed bytes agree. This is for tests: it examines the frame byte by byte.
     #[must_use]
     pub fn wrong_place(&self, frame: F) -> Option<usize> {
         let bytes = frame.as_ref().iter();

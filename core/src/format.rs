@@ -1,4 +1,4 @@
-//! Formats of any length: what a [`BufferedReceiver`](crate::BufferedReceiver) asks about bytes.
+//! Formats of any length: the questions that a [`BufferedReceiver`](crate::BufferedReceiver) asks about bytes.
 
 use core::fmt;
 
@@ -7,50 +7,51 @@ use crate::DiscardReason;
 #[cfg(kani)]
 pub mod verification;
 
-/// What the bytes from some place of the stream on are.
+/// The classification of the bytes from some position of the stream on.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Classification {
-    /// No frame begins here, whatever follows.
+    /// No frame begins here, whatever bytes follow.
     Rejected(DiscardReason),
     /// A frame may begin here.
     Incomplete {
-        /// Nothing more can be said before so many bytes are there.
+        /// The number of bytes that are needed before the format can tell more.
         at_least: usize,
     },
-    /// The first so many bytes are a frame, whatever follows.
+    /// A frame of this length begins here, whatever bytes follow.
     Frame(usize),
 }
 
-/// How frames stand in a stream: a format of any length, fixed or varying.
+/// A frame format of any length, fixed or varying.
 ///
-/// A format is a value, so it may hold what is known at run time only: an address, a table of
-/// checksums. Most are a matter of sync, length and check: for these `framelock-formats` has `Layout`, a value.
+/// A format is a value, so it may hold data that is known only at run time: an address, or a table of checksums.
+/// Most formats consist of sync, length and check. Describe such a format with the type `Layout` of
+/// `framelock-formats` instead of implementing this trait.
 ///
 /// # The laws
 ///
-/// For all `bytes` (at least one) and `more`, up to [`longest`](Self::longest) together:
+/// For all `bytes` (at least one) and `more`, with at most [`longest`](Self::longest) bytes together:
 ///
 /// 1. `Frame(n)`: `1 <= n <= bytes.len()`. `Incomplete { at_least }`: `bytes.len() < at_least <= longest()`.
-/// 2. `Rejected` and `Frame` stay: `classify(bytes ++ more) == classify(bytes)`.
-/// 3. `Incomplete { at_least }` stays incomplete until so many bytes are there.
-/// 4. A byte that does not [start](Self::starts) a frame is rejected for
-///    [`NoSync`](DiscardReason::NoSync), whatever follows.
-/// 5. [`classify_after`](Self::classify_after) says what `classify` does.
+/// 2. `Rejected` and `Frame` are final: `classify(bytes ++ more) == classify(bytes)`.
+/// 3. After `Incomplete { at_least }`, fewer than `at_least` bytes are also `Incomplete`.
+/// 4. A byte that does not [start](Self::starts) a frame is rejected with [`NoSync`](DiscardReason::NoSync),
+///    whatever bytes follow.
+/// 5. [`classify_after`](Self::classify_after) returns the same as `classify`.
 ///
-/// Every `Layout` keeps them (theorem 13g). A format of another shape is tried with `check_laws`,
-/// of the same crate. If a format breaks them, the receiver still neither panics nor hangs nor loses a byte
-/// from its accounts (theorem 13b), but what it commits may then depend on how the stream is cut into slices.
-///
+/// Every `Layout` keeps these laws (theorem 13g). If you implement a format yourself, test it with `check_laws`
+/// of `framelock-formats`. If a format breaks the laws, the receiver still does not panic, does not hang, and
+/// counts every byte (theorem 13b). But the frames that it delivers may then depend on how the stream is cut
+/// into slices.
 /// # Functions for any format
-/// A function for every format with messages of one kind needs `'static`, as one for every
-/// [`Parser`](crate::Parser) does: `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`.
+/// A function for all formats with one type of message needs the bound `'static`, as a function for all
+/// [`Parser`](crate::Parser)s does: `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`.
 ///
 /// # A format is `Copy`
-/// Each [`Frame`] holds its format. Derive `Clone` and `Copy`; put tables behind a reference.
+/// Each [`Frame`] contains a copy of its format. Derive `Clone` and `Copy`, and put tables behind a reference.
 ///
 /// # Examples
-/// Text lines, which end with a delimiter. The receiver asks again with each byte that comes;
-/// `classify_after` spares it from looking through all of them again.
+/// Text lines, which end with a delimiter. The receiver asks the format again after each byte. `classify_after`
+/// searches only the new bytes for the delimiter.
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
 ///
@@ -78,7 +79,7 @@ pub enum Classification {
 ///     fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] { &frame[1..frame.len() - 1] }
 /// }
 ///
-/// // Law 5 holds, whatever was seen before.
+/// // Law 5 holds, however many bytes were already classified.
 /// let text = b"$GPTXT,hello\n";
 /// for bytes in (1..=text.len()).map(|length| &text[..length]) {
 ///     assert!((0..bytes.len()).all(|seen| Line.classify_after(bytes, seen) == Line.classify(bytes)));
@@ -97,26 +98,28 @@ pub enum Classification {
     note = "`BufferedReceiver<F, B>` takes a `Format`; the receiver of a `FixedFormat` is `Receiver<F>`"
 )]
 pub trait Format: Copy {
-    /// Bytes in the longest frame. It bounds memory, the cost of a byte, and how late a frame is
-    /// delivered behind a false beginning: choose it as small as the protocol allows.
+    /// Bytes in the longest frame. This bounds the memory, the cost of a byte, and the delay of a frame after a
+    /// false start. Choose it as small as the protocol allows.
     const LONGEST: usize;
 
-    /// What a frame means; it may borrow from the frame.
+    /// The decoded content of a frame. It may borrow from the frame.
     type Message<'a>;
 
-    /// Bytes in the longest frame of this value: `LONGEST` or fewer, for formats that are read from a file.
+    /// Returns the bytes in the longest frame of this value: `LONGEST`, or fewer for formats that are read from
+    /// a file.
     #[inline]
     #[must_use]
     fn longest(&self) -> usize {
         Self::LONGEST
     }
 
-    /// What `bytes` begin with: 1 to `longest()` of them.
+    /// Classifies the stream from the first of `bytes` on. `bytes` has 1 to `longest()` bytes.
     #[must_use]
     fn classify(&self, bytes: &[u8]) -> Classification;
 
-    /// [`classify`](Self::classify), knowing that the first `seen` bytes were incomplete (0 if nothing is
-    /// known): for formats that search for a delimiter.
+    /// Does the same as [`classify`](Self::classify). The caller knows that the first `seen` bytes were
+    /// incomplete (0 if the caller knows nothing), so a format that searches for a delimiter can skip these
+    /// bytes.
     #[inline]
     #[must_use]
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
@@ -124,22 +127,23 @@ pub trait Format: Copy {
         self.classify(bytes)
     }
 
-    /// Whether a frame may begin with this byte.
+    /// Returns whether a frame may begin with this byte.
     #[inline]
     #[must_use]
     fn starts(&self, byte: u8) -> bool {
         self.classify(&[byte]) != Classification::Rejected(DiscardReason::NoSync)
     }
 
-    /// What a frame means. It is asked about what [`classify`](Self::classify) found to be one.
+    /// Decodes a frame. The receiver calls it only with bytes that [`classify`](Self::classify) has found to be
+    /// a frame.
     #[must_use]
     fn decode<'a>(&self, frame: &'a [u8]) -> Self::Message<'a>;
 }
 
 /// A frame that a [`BufferedReceiver`](crate::BufferedReceiver) has delivered. It is decoded on request.
 ///
-/// It consists of a pointer, a length, and the format, which mostly has no size. So a receiver returns it in two
-/// registers, and a byte that completes no frame pays nothing for decoding.
+/// It consists of a pointer, a length, and the format, which usually has size zero. So a receiver returns it in
+/// two registers, and spends no time on decoding unless a frame is complete.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Frame<'a, F> {
     format: F,
@@ -153,7 +157,7 @@ impl<'a, F: Format> Frame<'a, F> {
         Self { format, bytes }
     }
 
-    /// Returns all bytes of the frame, as they came.
+    /// Returns all bytes of the frame, as they were received.
     #[inline]
     #[must_use]
     pub const fn bytes(&self) -> &'a [u8] {
@@ -168,13 +172,12 @@ impl<'a, F: Format> Frame<'a, F> {
     }
 }
 
-/// A format whose frames can be made as well as received. For frames of fixed length there is
-/// [`Encode`](crate::Encode).
+/// A format that can also encode frames. For formats of fixed length there is [`Encode`](crate::Encode).
 pub trait EncodeInto: Format {
     /// Writes the frame of `message` to the front of `into`, and returns the frame.
     ///
     /// # Errors
-    /// Returns the reason why there is no frame. Then the content of `into` is unspecified.
+    /// Returns the reason why the message has no frame. After an error the content of `into` is unspecified.
     fn encode_into<'b>(
         &self,
         message: Self::Message<'_>,

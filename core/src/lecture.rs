@@ -1,10 +1,10 @@
-//! The lecture's machine, literally: what the lecture teaches and what much firmware in the field does. Seven states,
-//! one step per byte: it waits for 'A', for 'B', for four bytes that may have any value, and for CR, and then commits
-//! the demands, all at once. A frame that goes wrong is thrown away whole: another byte in the place of 'A', 'B' or CR
-//! leads back to the start, also if it is an 'A'.
+//! The lecture's machine, unchanged: the state machine that the lecture teaches and that much firmware in the field
+//! uses. It has seven states and takes one step per byte. It waits for 'A', then for 'B', then for four bytes of any
+//! value, then for CR. With the CR it commits all demands at once. It throws away a broken frame as a whole: a wrong
+//! byte in place of 'A', 'B' or CR leads back to the start, even if the wrong byte is an 'A'.
 //!
-//! **It can go deaf for ever**: after one lost byte, a stream that repeats a payload holding the
-//! bytes `AB` may keep it out of step without end. [`Receiver`](crate::Receiver) does not.
+//! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep it
+//! out of step for ever. [`Receiver`](crate::Receiver) does not have this fault.
 
 use crate::motion::Setpoint;
 use crate::parser::{next_by_pushing, parser_by_own_functions};
@@ -33,7 +33,8 @@ pub enum State {
 }
 
 impl State {
-    /// Every state, in the order of the frame: in state `n`, also by `as usize`, `n` bytes of a frame have been taken.
+    /// All states, in the order of the frame. In the state with index `n` (also `as usize`) the machine has taken `n`
+    /// bytes of a frame.
     pub const ALL: [Self; 7] = [
         Self::SyncA,
         Self::SyncB,
@@ -46,7 +47,7 @@ impl State {
 }
 
 impl core::fmt::Display for State {
-    /// The lecture's name.
+    /// Writes the lecture's name of the state.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.pad(match self {
             Self::SyncA => "A",
@@ -60,20 +61,20 @@ impl core::fmt::Display for State {
     }
 }
 
-/// The lecture's machine. Four bytes; every value of the type is a state that some stream reaches.
-/// [`Receiver`](crate::Receiver) has an example of both on the same bytes.
+/// The lecture's machine. It takes four bytes, and some stream leads to every value of the type. The documentation of
+/// [`Receiver`](crate::Receiver) shows both machines on the same bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Lecture {
-    /// The byte waited for.
+    /// The byte that the machine waits for.
     pub state: State,
-    /// The temporary setpoints: each keeps the byte stored last, in whatever frame that was.
+    /// The temporary setpoints. Each holds the last byte stored in it, no matter from which frame.
     pub temp: Setpoint,
 }
 
 impl Lecture {
-    /// The machine at reset: state A, temporary setpoints zero.
+    /// Creates the machine as it is at reset: state A, temporary setpoints zero.
     #[must_use]
     pub const fn new() -> Self {
         let (state, [pitch, roll, yaw]) = (State::SyncA, [0; 3]);
@@ -81,14 +82,14 @@ impl Lecture {
         Self { state, temp }
     }
 
-    /// One step of the lecture's state table, row by row.
+    /// Takes one step of the lecture's state table. The code has one line per row of the table.
     ///
-    /// One comparison of the state, one of the byte, at most three stores.
+    /// A step compares the state once and the byte once, and stores at most three values.
     #[inline]
     #[rustfmt::skip]
     #[expect(clippy::match_same_arms, reason = "one arm for each row of the table, in its order")]
     pub const fn push(&mut self, byte: u8) -> Option<Setpoint> {
-        // Each row leads to A, unless it says where else.
+        // Each row leads to A, unless it sets another state.
         let before = self.state;
         self.state = State::SyncA;
         match (before, byte) {
@@ -106,8 +107,8 @@ impl Lecture {
         None
     }
 
-    /// [`push`](Self::push), with an account of each byte whose outcome it decides. All bytes of a broken frame
-    /// are discarded at once.
+    /// Does the same as [`push`](Self::push), and reports each byte whose outcome is decided. All bytes of a broken
+    /// frame are discarded at once.
     #[inline]
     fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<Setpoint> {
         let before = self.state;
@@ -124,7 +125,7 @@ impl Lecture {
         setpoint
     }
 
-    /// Takes a slice, byte by byte, and says what becomes of each but those pending at the end.
+    /// Takes a slice byte by byte. Reports the outcome of each byte, except the bytes that are pending at the end.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Setpoint>)) {
         for &byte in bytes {
             let setpoint = self.push_with(byte, |one| {
@@ -140,7 +141,7 @@ impl Lecture {
 
     next_by_pushing!(Setpoint);
 
-    /// The bytes taken so far are thrown away: no later frame has a byte from before.
+    /// Throws away the bytes of the frame under way: no later frame contains a byte from before the event.
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Setpoint>)) {
         let (count, why) = (self.pending(), DiscardReason::LineEvent);
         if count > 0 {
@@ -149,13 +150,13 @@ impl Lecture {
         self.reset();
     }
 
-    /// How many bytes of a frame have come: 0 to 6.
+    /// Returns how many bytes of a frame have been taken: 0 to 6.
     #[must_use]
     pub const fn pending(&self) -> usize {
         self.state as usize
     }
 
-    /// State A again, temporary setpoints zero.
+    /// Returns to state A, with temporary setpoints zero.
     pub const fn reset(&mut self) {
         *self = Self::new();
     }

@@ -1,7 +1,7 @@
 //! A serial-frame receiver for microcontrollers: `no_std`, no panics, no allocation, never deaf.
 //!
-//! A motion-simulator PC sends frames of seven bytes: `'A' 'B' reserved pitch roll yaw CR`. Push the received bytes one
-//! by one. `push` returns the setpoint in the step that takes the CR, and at no other time:
+//! A motion-simulator PC sends frames of seven bytes: `'A' 'B' reserved pitch roll yaw CR`. Push the received bytes
+//! one by one. `push` returns the setpoint when it takes a frame's last byte, the CR, and at no other time:
 //!
 //! ```
 //! use framelock::Receiver;
@@ -16,12 +16,12 @@
 //! assert_eq!(current, Some(Setpoint { pitch: 0x7F, roll: 0xC8, yaw: 0x4A }));
 //! ```
 //!
-//! [`motion::Failsafe`] moves the actuators to the setpoint, and parks them when frames stop.
+//! [`motion::Failsafe`] moves the actuators to the setpoint, and parks the actuators when frames stop coming.
 //!
 //! # In an interrupt
 //!
-//! The UART also reports errors and pauses. Pass them on as line events, so that no frame contains bytes from both sides
-//! of one. A [`Line`] takes both, and counts every byte:
+//! The UART also reports errors and pauses. Pass these on as line events, so that no frame contains bytes from before
+//! and after a line event. A [`Line`] takes bytes and line events, and counts every byte:
 //!
 //! ```
 //! use framelock::motion::{Bin, Setpoint};
@@ -42,40 +42,42 @@
 //! assert_eq!(line.counters().discarded.line_event, 1);
 //! ```
 //!
-//! A DMA buffer or a slice of bytes goes into `feed`, or into `next`, which stops after each frame.
+//! If bytes arrive in a DMA buffer or a slice, pass the slice to `feed`, or to `next`, which stops after each frame.
 //!
 //! # Types
 //!
-//! | type | what it is | bytes of state |
+//! | type | purpose | bytes of state |
 //! |---|---|---|
-//! | [`Receiver`] | the receiver: any [`FixedFormat`] of up to 16 bytes | 8 (16 for frames above 8 bytes) |
-//! | [`BufferedReceiver`] | the receiver of frames of any other length: a [`Format`] | buffer + 3 words |
-//! | [`Line`] | a receiver at the end of a line: counts where each byte went, takes line events | + 18 words |
-//! | `Reader` | messages from an `embedded-io` source | + the buffer |
+//! | [`Receiver`] | finds frames of a fixed length of up to 16 bytes: of any [`FixedFormat`] | 8 (16 for frames above 8 bytes) |
+//! | [`BufferedReceiver`] | finds frames of any other length: of any [`Format`] | buffer + 3 words |
+//! | [`Line`] | wraps a receiver: takes line events, and counts the outcome of each byte | + 18 words |
+//! | `Reader` | reads messages from an `embedded-io` source | + the buffer |
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
-//! | [`lecture`] | the lecture's machine, literally: seven states | 4 |
+//! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
-//! All three machines have the same functions, those of the trait [`Parser`]. Nothing here panics, whatever it is
-//! given: what could go wrong at run time does not compile (see [`FixedFormat`]).
+//! `Receiver`, `BufferedReceiver` and the lecture's machine have the same functions: those of the trait [`Parser`].
+//! No function in this crate panics, whatever its arguments. Mistakes in a format do not compile (see
+//! [`FixedFormat`]).
 //!
-//! Frames of SBUS, iBUS, CRSF, UBX, `MAVLink`, NMEA and RTCM are in
-//! [`framelock-formats`](https://docs.rs/framelock-formats).
+//! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
+//! `MAVLink`, NMEA and RTCM.
 //!
 //! # The rule
 //!
-//! The receiver keeps *the longest suffix of what it has seen since the last commit that can still become a frame*.
-//! `push` returns a message exactly when the last bytes are a frame that shares no byte with an earlier committed
-//! frame, and it returns that frame's. So it cannot go deaf. The lecture's machine can: see [`lecture`].
+//! The receiver keeps *the longest suffix of the bytes since the last delivered frame that can still become a frame*.
+//! `push` returns a message exactly when the last bytes are a frame that shares no byte with an earlier delivered
+//! frame. The message is that frame's. So the receiver cannot go deaf. The lecture's machine can: see [`lecture`].
 //!
 //! # Features
 //!
-//! None is needed. `defmt` and `serde` derive their traits for the types one would log or store;
-//! `embedded-io-v0.7` and `embedded-io-async-v0.7` give a `Reader` from any `Read` of these versions.
+//! No feature is needed. `defmt` and `serde` derive these crates' traits for the types that a program might log or
+//! store. `embedded-io-v0.7` and `embedded-io-async-v0.7` add a `Reader`, which reads from any `Read` of these
+//! versions.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![deny(clippy::arithmetic_side_effects, clippy::panic)]
-// What goes wrong is what a harness would find.
+// A harness finds each panic that these lints would warn about.
 #![cfg_attr(kani, allow(clippy::restriction, clippy::must_use_candidate))]
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
-//! The motion platform: setpoints for its axes, the frames that carry them, and the failsafe between them and
-//! the actuators.
+//! The motion platform: setpoints for its axes, the frames that carry the setpoints, and the failsafe between
+//! the frames and the actuators.
 //!
-//! A [`Receiver`](crate::Receiver) finds [`Bin`] and [`BinCrc8`] frames; both mean a [`Setpoint`]. The
-//! [`Failsafe`] says what the actuators do when frames stop coming, for any number of axes.
+//! A [`Receiver`](crate::Receiver) finds frames of the format [`Bin`] or [`BinCrc8`]. Each frame carries a
+//! [`Setpoint`]. The [`Failsafe`] decides where the actuators move when frames stop coming, for any number of
+//! axes.
 
 mod bin;
 mod failsafe;

@@ -1,12 +1,13 @@
-//! Runs of bytes that start no frame, for slices: fast through noise.
+//! A fast search for the next byte that can start a frame.
 
 #[cfg(kani)]
 mod verification;
 
-/// Bytes that are looked at together.
+/// Number of bytes that are examined together.
 pub(crate) const BLOCK: usize = 16;
 
-/// How many bytes, from the first on, start no frame, as far as whole blocks of them tell.
+/// Counts leading bytes that start no frame, in whole blocks: stops before the first block
+/// with a byte that starts one.
 #[inline]
 pub(crate) fn blocks_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) -> usize {
     let any_starts = |any, &byte: &u8| any | starts(byte);
@@ -15,10 +16,10 @@ pub(crate) fn blocks_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) ->
     blocks.count().wrapping_mul(BLOCK)
 }
 
-/// How many bytes, from the first on, start no frame.
+/// Counts leading bytes that start no frame.
 #[inline]
 pub(crate) fn run_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) -> usize {
-    // The usual case, a frame behind a frame, costs one byte.
+    // Usually a frame follows a frame. Then the search costs one byte.
     if bytes.first().is_some_and(|&byte| starts(byte)) {
         return 0;
     }

@@ -1,4 +1,4 @@
-//! What every receiver offers, so that everything around it is written once.
+//! The interface that all receivers share. The code around them is written against it once.
 
 use core::fmt;
 
@@ -6,14 +6,15 @@ use crate::LineEvent;
 
 /// A machine that takes the bytes of a line and finds frames in them.
 ///
-/// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver) and the
-/// [lecture's machine](crate::lecture::Lecture) implement it. Each has the same functions of its own,
-/// so that a program that uses one of them need not import the trait. [`Line`](crate::Line) and the
-/// readers are written against it.
+/// [`Receiver`](crate::Receiver), [`BufferedReceiver`](crate::BufferedReceiver) and the [lecture's
+/// machine](crate::lecture::Lecture) implement it. Each type also has inherent functions with the same names, so a
+/// program that uses only one of the types need not import the trait. [`Line`](crate::Line) and the readers accept
+/// any `Parser`.
 ///
 /// # Functions for any machine
-/// A bound on the message of every lifetime needs `'static` behind it. Without it the compiler says
-/// "`P` does not live long enough", because a message may borrow from the machine for any time.
+/// A function for all machines with one type of message has the bound `for<'a> Parser<Message<'a> = M>`. It also needs
+/// the bound `'static`. Otherwise the compiler reports "`P` does not live long enough", because a message may borrow
+/// from the machine for any lifetime.
 /// ```
 /// use framelock::motion::{Bin, Setpoint};
 /// use framelock::{Parser, Receiver, lecture::Lecture};
@@ -32,30 +33,31 @@ use crate::LineEvent;
 /// assert_eq!(last(&mut Lecture::new(), frame), Some(Setpoint::from([1, 2, 3])));
 /// ```
 pub trait Parser {
-    /// What a frame means. It may borrow from the machine.
+    /// The decoded content of a frame. It may borrow from the machine.
     type Message<'a>
     where
         Self: 'a;
 
     /// Takes the next byte. Returns the message of the next frame, if one is complete.
     ///
-    /// It calls `account` with the outcome of each byte that it decides about, in the order of the stream: discarded
-    /// runs, and the length of a frame. This is [`push`](Self::push) for those who count, such as
-    /// [`Line`](crate::Line).
+    /// Calls `account` with the outcome of each byte that this byte decides, in the order of the stream: runs of
+    /// discarded bytes, and the length of a frame. Callers that count bytes, such as [`Line`](crate::Line), use this
+    /// function instead of [`push`](Self::push).
     fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<Self::Message<'_>>;
 
-    /// Takes a slice, and says what becomes of each byte but those pending at the end, in the order of
-    /// the stream. A stream may be cut into slices anywhere (theorems 6 and 13a).
+    /// Takes a slice. Reports the outcome of each byte in the order of the stream, except the bytes that are pending
+    /// at the end. The results do not depend on how a stream is cut into slices (theorems 6 and 13a).
     fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// No more bytes will come for what is pending: says what becomes of it. Then nothing is pending, so no
-    /// later frame has a byte from before (theorems 8 and 13f).
+    /// Reports a line event: no more bytes will follow the pending bytes. Decides and reports the outcome of each
+    /// pending byte. Then no byte is pending, so no later frame contains a byte from before the event (theorems 8
+    /// and 13f).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// How many of the last bytes are pending: a frame may yet include them.
+    /// Returns the number of pending bytes: the last bytes of the stream, with which a frame may still begin.
     fn pending(&self) -> usize;
 
-    /// Forgets what is pending, as if nothing had ever been received.
+    /// Forgets the pending bytes, as if the machine had never received anything.
     fn reset(&mut self);
 
     /// Takes the next byte. Returns the message of the next frame, if one is complete.
@@ -64,25 +66,27 @@ pub trait Parser {
         self.push_with(byte, |_| ())
     }
 
-    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in it.
-    /// Returns the frame's message. `None`: no other frame ends in the slice, and all of it is taken.
+    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
+    /// Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in it.
     ///
-    /// Called until it returns `None`, it accounts for the same frames and discarded bytes as [`feed`](Self::feed),
-    /// in the same order (theorems 6 and 13a). This is [`next`](Self::next) for those who count.
+    /// Call it until it returns `None`: then it has reported the same frames and discarded bytes as
+    /// [`feed`](Self::feed), in the same order (theorems 6 and 13a). Callers that count bytes use this function
+    /// instead of [`next`](Self::next).
     fn next_with(
         &mut self,
         bytes: &mut &[u8],
         account: impl FnMut(Found<()>),
     ) -> Option<Self::Message<'_>>;
 
-    /// Takes bytes up to the end of the next frame: [`next_with`](Self::next_with) without the account.
+    /// Takes bytes up to the end of the next frame. Does the same as [`next_with`](Self::next_with), without the
+    /// reports.
     #[inline]
     fn next(&mut self, bytes: &mut &[u8]) -> Option<Self::Message<'_>> {
         self.next_with(bytes, |_| ())
     }
 }
 
-/// What becomes of the next bytes of the stream: each byte is in exactly one of these.
+/// The outcome of the next bytes of the stream. Each byte has exactly one outcome.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Found<Message> {
     /// A frame was delivered.
@@ -118,7 +122,7 @@ impl<Message> Found<Message> {
         Self::Discarded { count, why }
     }
 
-    /// The message, if it is a frame.
+    /// Returns the message if the outcome is a frame.
     #[inline]
     pub fn message(self) -> Option<Message> {
         match self {
@@ -127,7 +131,7 @@ impl<Message> Found<Message> {
         }
     }
 
-    /// How many bytes it is about.
+    /// Returns the number of bytes that have this outcome.
     #[inline]
     pub const fn bytes(&self) -> usize {
         match *self {
@@ -136,7 +140,7 @@ impl<Message> Found<Message> {
         }
     }
 
-    /// The same with another message.
+    /// Returns the same outcome with another message.
     #[inline]
     pub fn map<Other>(self, other: impl FnOnce(Message) -> Other) -> Found<Other> {
         match self {
@@ -149,33 +153,34 @@ impl<Message> Found<Message> {
     }
 }
 
-/// Why bytes are part of no frame: the first place at which the frame that would begin with them goes wrong.
+/// The reason why bytes are part of no frame: the first position at which the frame that would begin with them is
+/// wrong.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum DiscardReason {
-    /// Not the first sync byte: nothing begins here. Payload of a broken frame, or noise.
+    /// Not the first sync byte: no frame begins here. The byte is noise or payload of a broken frame.
     NoSync,
-    /// The first sync byte was right, a later one was not.
+    /// The first sync byte was right, but a later one was wrong.
     BrokenSync,
-    /// The sync was right, but no frame has such a header: a fixed bit is wrong, or the length is too short.
-    /// Formats of fixed length have none.
+    /// The sync was right, but no frame has such a header: a fixed bit is wrong, or the length is too short. Formats
+    /// of fixed length never give this reason.
     BadHeader,
-    /// The header tells a length above that of the longest frame.
+    /// The header states a length above that of the longest frame.
     TooLong,
-    /// The header tells a message that the format does not know.
+    /// The header states a message that the format does not know.
     UnknownMessage,
-    /// A fixed byte behind the payload, the terminator, was another.
+    /// A fixed byte after the payload, the terminator, was wrong.
     WrongTerminator,
-    /// All fixed bytes were right, the format's check (a checksum, a range) failed.
+    /// All fixed bytes were right, but the format's check (a checksum or a range) failed.
     ChecksumMismatch,
-    /// Pending when a [`LineEvent`](crate::LineEvent) came.
+    /// The byte was pending when a [`LineEvent`](crate::LineEvent) came.
     LineEvent,
 }
 
 impl fmt::Display for DiscardReason {
-    /// In a word or two, as in `3 bytes discarded: broken sync`.
+    /// Writes the reason in a word or two, as in `3 bytes discarded: broken sync`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::NoSync => "no sync",
@@ -190,7 +195,7 @@ impl fmt::Display for DiscardReason {
     }
 }
 
-/// [`Parser`] by the functions of the same names that the type has of its own.
+/// Implements [`Parser`] by calling the type's inherent functions of the same names.
 macro_rules! parser_by_own_functions {
     ($message:ty) => {
         fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<$message> {
@@ -225,20 +230,21 @@ macro_rules! parser_by_own_functions {
 }
 pub(crate) use parser_by_own_functions;
 
-/// The functions `next` and `next_with` of a machine that finishes each byte in the step that takes it.
+/// Defines `next` and `next_with` for a machine whose `push` never leaves a decision for the next call.
 macro_rules! next_by_pushing {
     ($message:ty) => {
-        /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in it.
-        /// Returns the frame's message. `None`: no other frame ends in the slice, and all of it is taken.
+        /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the
+        /// slice. Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in
+        /// it.
         ///
-        /// Called until it returns `None`, it reports the same frames as [`feed`](Self::feed), in the same
-        /// order (theorem 6). For long slices `feed` is faster.
+        /// Call it until it returns `None`: then it has returned the same frames as [`feed`](Self::feed), in the
+        /// same order (theorem 6). For long slices `feed` is faster.
         #[inline]
         pub fn next(&mut self, bytes: &mut &[u8]) -> Option<$message> {
             self.next_with(bytes, |_| ())
         }
 
-        /// [`next`](Self::next), with an account of each byte whose outcome it decides.
+        /// Does the same as [`next`](Self::next), and reports each byte whose outcome is decided.
         #[inline]
         fn next_with(
             &mut self,

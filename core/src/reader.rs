@@ -1,11 +1,11 @@
-//! Reading messages from anything that implements `embedded-io`'s `Read`, or its async twin's.
+//! A reader of messages from any source that implements `Read` of `embedded-io` or `embedded-io-async`.
 
 use crate::{Line, Parser};
 
-/// Reads messages from `source`, a UART driver for example, through a buffer of `N` bytes.
+/// Reads messages from `source`, for example a UART driver, through a buffer of `N` bytes.
 ///
-/// Nothing is lost on an error: what was read stays in the buffer, what is held stays held, and
-/// the next call goes on where the last one stopped.
+/// An error loses no byte: the bytes read so far stay in the buffer, and the pending bytes stay pending. The next
+/// call continues after them.
 ///
 /// # Examples
 /// ```
@@ -52,13 +52,13 @@ pub struct Reader<R, P, const N: usize = 64> {
     source: R,
     line: Line<P>,
     buffer: [u8; N],
-    /// The part of the buffer that the parser has not seen: `taken..filled`.
+    /// The part of the buffer that the parser has not taken yet: `taken..filled`.
     taken: usize,
     filled: usize,
 }
 
 impl<R, P: Parser, const N: usize> Reader<R, P, N> {
-    /// A reader that has read nothing. A buffer of no bytes does not compile.
+    /// Creates a reader that has read nothing. A buffer of no bytes does not compile.
     #[must_use]
     pub fn new(source: R, parser: P) -> Self {
         const { assert!(N > 0, "a reader needs a buffer") };
@@ -71,24 +71,24 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
         }
     }
 
-    /// The line's accounts, for its counters.
+    /// Returns the line, for its counters.
     #[must_use]
     pub const fn line(&self) -> &Line<P> {
         &self.line
     }
 
-    /// The line's accounts, to report a line event that the driver told of.
+    /// Returns the line, for reporting a line event that the driver has noticed.
     pub const fn line_mut(&mut self) -> &mut Line<P> {
         &mut self.line
     }
 
-    /// The source; bytes read from it but not yet parsed are lost.
+    /// Returns the source. Bytes that were read from it but not yet parsed are lost.
     #[must_use]
     pub fn into_source(self) -> R {
         self.source
     }
 
-    /// Calls `on` with the next message that the buffer completes, and returns its result.
+    /// Calls `on` with the next message that the buffer completes, and returns the result of `on`.
     fn next_in_buffer<T>(&mut self, on: &mut impl FnMut(P::Message<'_>) -> T) -> Option<T> {
         let mut rest = self.buffer.get(self.taken..self.filled)?;
         let message = self.line.next(&mut rest);
@@ -101,12 +101,12 @@ impl<R, P: Parser, const N: usize> Reader<R, P, N> {
 impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// Blocks until a message is complete, and returns it. Returns `None` at the end of the source.
     ///
-    /// This is for messages that own their data. For messages that borrow from the receiver, use
+    /// Use this for messages that own their data. For messages that borrow from the receiver, use
     /// [`next_message_with`](Self::next_message_with).
     ///
     /// # Errors
-    /// Returns the source's error. No byte is lost: call again to go on. If the error stands for a line event,
-    /// report it to [`line_mut`](Self::line_mut) first.
+    /// Returns the source's error. No byte is lost: call again to continue. If the error stands for a line event,
+    /// first report that event to [`line_mut`](Self::line_mut).
     pub fn next_message<M>(&mut self) -> Result<Option<M>, R::Error>
     where
         P: for<'a> Parser<Message<'a> = M> + 'static,
@@ -114,8 +114,8 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
         self.next_message_with(|message| message)
     }
 
-    /// Blocks until a message is complete, calls `on` with it, and returns the result. Returns `None` at the end of
-    /// the source.
+    /// Blocks until a message is complete, calls `on` with it, and returns the result of `on`. Returns `None` at the
+    /// end of the source.
     ///
     /// # Errors
     /// See [`next_message`](Self::next_message).
@@ -139,13 +139,13 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
 impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// Waits until a message is complete, and returns it. Returns `None` at the end of the source.
     ///
-    /// This is for messages that own their data. For messages that borrow from the receiver, use
-    /// [`next_message_async_with`](Self::next_message_async_with). Cancellation loses no byte if the source's own
-    /// `read` loses none.
+    /// Use this for messages that own their data. For messages that borrow from the receiver, use
+    /// [`next_message_async_with`](Self::next_message_async_with). Cancelling the future loses no byte if cancelling
+    /// the source's `read` loses none.
     ///
     /// # Errors
-    /// Returns the source's error. No byte is lost: call again to go on. If the error stands for a line event,
-    /// report it to [`line_mut`](Self::line_mut) first.
+    /// Returns the source's error. No byte is lost: call again to continue. If the error stands for a line event,
+    /// first report that event to [`line_mut`](Self::line_mut).
     pub async fn next_message_async<M>(&mut self) -> Result<Option<M>, R::Error>
     where
         P: for<'a> Parser<Message<'a> = M> + 'static,
@@ -154,8 +154,8 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     }
 
     /// Waits until a message is complete, calls `on` with it, and returns the result. Returns `None` at the end of the
-    /// source.
-    ///
+    /// Waits until a message is complete, calls `on` with it, and returns the result of `on`. Returns `None` at the
+    /// end of the source.
     /// # Errors
     /// See [`next_message_async`](Self::next_message_async).
     pub async fn next_message_async_with<T>(

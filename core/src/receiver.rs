@@ -1,4 +1,4 @@
-//! The receiver: any format of fixed length, never deaf.
+//! The receiver of any format of fixed length.
 
 use core::marker::PhantomData;
 
@@ -9,11 +9,11 @@ use crate::{DiscardReason, FixedFormat, Found, FrameBytes, LineEvent, Parser};
 
 /// The receiver of the format `F`: 8 bytes of state for frames of up to 8 bytes, 16 for longer ones.
 ///
-/// Two receivers are equal if the same bytes are pending in both: then they do the same with every byte that follows.
+/// Two receivers are equal if the same bytes are pending in both. Equal receivers treat all following bytes alike.
 ///
 /// # Examples
-/// The lecture's second example: the line has lost two bytes of the first frame. The lecture's
-/// machine loses both frames, the receiver only the broken one.
+/// The lecture's second example: the line has lost two bytes of the first frame. The lecture's machine loses both
+/// frames. The receiver loses only the broken one.
 /// ```
 /// use framelock::Receiver;
 /// use framelock::lecture::Lecture;
@@ -35,7 +35,7 @@ pub struct Receiver<F: FixedFormat> {
 }
 
 impl<F: FixedFormat> Receiver<F> {
-    /// A receiver that has received nothing yet.
+    /// Creates a receiver that has received nothing yet.
     ///
     /// A format with neither fixed bytes nor a check does not compile: see [`FixedFormat`].
     #[must_use]
@@ -43,7 +43,7 @@ impl<F: FixedFormat> Receiver<F> {
         const {
             assert!(
                 F::SHAPE.has_fixed_bytes() || F::CHECK.is_some(),
-                "with neither fixed bytes nor a check any bytes are a frame: \
+                "this format has neither fixed bytes nor a check, so any bytes would be a frame: \
                  give SHAPE a fixed byte (`Some(b'A')`), or give the format a CHECK"
             );
         }
@@ -53,20 +53,21 @@ impl<F: FixedFormat> Receiver<F> {
         }
     }
 
-    /// Takes the next byte of the stream; gives the message if this byte completes a frame.
+    /// Takes the next byte of the stream. Returns the message if this byte completes a frame.
     ///
-    /// It returns a message exactly when the last bytes are a frame that shares no byte with an
-    /// earlier committed frame, and it returns that frame's (theorems 3 and 4). The cost is bounded:
-    /// a masked comparison and a shift, and the format's check if the fixed bytes agree.
+    /// Returns a message exactly when the last bytes are a frame that shares no byte with an earlier delivered frame.
+    /// The message is that frame's (theorems 3 and 4). The cost is bounded: a masked comparison, a shift, and the
+    /// format's check if the fixed bytes agree.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<F::Message> {
         let frame = self.window.push(&F::SHAPE, byte, Self::check);
         frame.map(Self::decode)
     }
 
-    /// [`push`](Self::push), with an account of each byte whose outcome it decides (theorem 6).
+    /// Does the same as [`push`](Self::push), and reports each byte whose outcome is decided (theorem 6).
     ///
-    /// Mostly one look at the bytes held; where a frame goes wrong one more for each of them.
+    /// Usually compares the pending bytes with the shape once. If a frame goes wrong, compares once more for each
+    /// pending byte.
     #[inline]
     fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<F::Message> {
         let discarded = |why| account(Found::discarded(1, why));
@@ -77,8 +78,9 @@ impl<F: FixedFormat> Receiver<F> {
         Some(Self::decode(frame))
     }
 
-    /// Takes a slice, and says what becomes of each byte but those pending at the end: several times as
-    /// fast as byte by byte for long ones. A stream may be cut into slices anywhere (theorem 6).
+    /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end. For long slices
+    /// this is several times as fast as `push`. The results do not depend on how a stream is cut into slices (theorem
+    /// 6).
     ///
     /// # Examples
     /// ```
@@ -98,8 +100,8 @@ impl<F: FixedFormat> Receiver<F> {
 
     next_by_pushing!(F::Message);
 
-    /// No more bytes will come for what is pending: it is discarded, so no later frame has a byte from
-    /// before (theorem 8).
+    /// Reports a line event: no more bytes will follow the pending bytes. Discards the pending bytes, so no later
+    /// frame contains a byte from before the event (theorem 8).
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<F::Message>)) {
         let (count, why) = (self.pending(), DiscardReason::LineEvent);
         if count > 0 {
@@ -108,15 +110,16 @@ impl<F: FixedFormat> Receiver<F> {
         self.reset();
     }
 
-    /// How many of the last bytes are pending: a frame may yet include them. 0 to one fewer than a frame has.
+    /// Returns the number of pending bytes: the last bytes of the stream, with which a frame may still begin. At most
+    /// one fewer than the length of a frame.
     ///
-    /// At most one comparison per byte held.
+    /// Makes at most one comparison per pending byte.
     #[must_use]
     pub fn pending(&self) -> usize {
         self.window.pending(&F::SHAPE)
     }
 
-    /// Forgets what is pending, as if nothing had ever been received.
+    /// Forgets the pending bytes, as if the receiver had never received anything.
     pub const fn reset(&mut self) {
         *self = Self::new();
     }
@@ -141,7 +144,7 @@ impl<F: FixedFormat> Parser for Receiver<F> {
     parser_by_own_functions!(F::Message);
 }
 
-// Not derived: the format itself need not be any of these.
+// These traits are not derived: derives would demand them of the format type `F`, too.
 impl<F: FixedFormat> Clone for Receiver<F> {
     fn clone(&self) -> Self {
         *self

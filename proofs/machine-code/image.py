@@ -1,4 +1,4 @@
-"""A firmware's ELF: its flash, its symbols, its machine code, and how a function's values lie in memory."""
+"""Reads a firmware's ELF file: flash, symbols, machine code, and the memory layout of a function's first argument."""
 
 import functools
 import capstone
@@ -8,15 +8,15 @@ THUMB = capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_M
 THUMB.detail = True
 
 class Failure(Exception):
-    """Something is not as it must be, or not known: there is no proof."""
+    """The proof fails: something differs from the specification, or is unknown."""
 
 class Image:
     def __init__(self, path):
         self.elf = ELFFile(open(path, "rb"))
-        self.flash = {}  # Bytes, by their addresses.
+        self.flash = {}  # Bytes by address.
         for segment in self.elf.iter_segments("PT_LOAD"):
             self.flash |= enumerate(segment.data(), segment["p_paddr"])
-        self.kinds = set()  # Of instructions executed.
+        self.kinds = set()  # The kinds of instructions executed.
 
     @functools.cache
     def instruction(self, pc):
@@ -26,7 +26,7 @@ class Image:
         raise Failure(f"{pc:#x}: no instruction")
 
     def symbol(self, name):
-        """The address of what is called so: by the whole name, or as a mangled one says it."""
+        """Returns the address of the only symbol with this name, plain or mangled."""
         symbols = self.elf.get_section_by_name(".symtab").iter_symbols()
         found = {one["st_value"] for one in symbols if one.name == name or f"{len(name)}{name}" in one.name}
         if len(found) != 1:
@@ -34,7 +34,8 @@ class Image:
         return found.pop()
 
     def layout(self, function):
-        """What its first argument points to, by DWARF: the fields' offsets and sizes by their names, and its size."""
+        """Returns, by DWARF, the type that the function's first argument points to: (offset, size) of each field by name,
+        and the size of the whole type."""
         for unit in self.elf.get_dwarf_info().iter_CUs():
             for entry in unit.iter_DIEs():
                 if entry.tag == "DW_TAG_subprogram" and attribute(entry, "name") == function.encode():
@@ -51,7 +52,7 @@ def type_of(entry):
     return entry.get_DIE_from_attribute("DW_AT_type")
 
 def fields(entry, name="", offset=0):
-    """Those without fields in them. What is only numbered has the name of the one around it."""
+    """Yields the innermost fields, those without fields of their own. A tuple's field has the name of the field around it."""
     inner = [child for child in entry.iter_children() if child.tag == "DW_TAG_member"]
     for child in inner:
         own = attribute(child, "name").decode()

@@ -1,4 +1,5 @@
-"""prove.py IMAGE...: proves the step in each, compares the prover's processor with QEMU's, and says so as tests do."""
+"""prove.py IMAGE...: proves the step in each image, and compares the prover's processor with QEMU's. Prints the results
+in the format of Rust's tests."""
 
 import sys
 import qemu

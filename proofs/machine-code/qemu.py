@@ -1,4 +1,4 @@
-"""The prover's processor beside QEMU's (unicorn): the same after every instruction of steps from random states."""
+"""Compares the prover's processor with QEMU's (unicorn) after every instruction of steps from random states."""
 
 import random
 import unicorn
@@ -11,9 +11,9 @@ from thumb import REGISTERS, RETURN, bits, number
 THEIRS = {name: getattr(arm_const, f"UC_ARM_REG_{name.upper()}") for name in REGISTERS + ["pc", "cpsr"]}
 
 def value(name, size):
-    """Of a field: anything, but often where it overflows."""
+    """Returns a random value for a field, often one near an overflow."""
     if name == "window":
-        # Often all but the last byte of a frame.
+        # Often a frame without its last byte.
         wrong = random.choice([b"", b"AB\r"])
         data = [random.choice([fixed or 0, *wrong]) for fixed in FRAME]
         return window([bits(byte, 8) for byte in data[: random.choice([*range(7), 6, 6, 6])]])
@@ -21,7 +21,7 @@ def value(name, size):
     return bits(random.choice([0, most, random.randint(0, most)]), 8 * size)
 
 def compare(step):
-    """Returns how much was compared. Every kind of instruction that the proof has met must have been executed."""
+    """Returns how much was compared. Fails unless every kind of instruction in the proof was also executed here."""
     emulated = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
     for start in (0, step.writable[0].start & ~0xF_FFFF):
         emulated.mem_map(start, 0x10_0000)
@@ -43,10 +43,10 @@ def compare(step):
         emulated.emu_start(state.pc | 1, RETURN, count=2_000)
         for theirs in trace:
             while state.pc != theirs["pc"] and state.conditions:
-                (state,) = state.step()  # Left out by IT, of which QEMU does not tell.
+                (state,) = state.step()  # Skipped because of IT: QEMU does not report these instructions.
             same = all(number(content) == theirs[name] for name, content in state.registers.items())
             for i, flag in enumerate("VCZN"):
-                # One that the prover leaves open goes on as theirs.
+                # If the prover leaves a flag open, it takes QEMU's value.
                 is_set = bool(theirs["cpsr"] >> 28 + i & 1)
                 same = same and not (z3.is_false if is_set else z3.is_true)(state.flags[flag])
                 state.flags[flag] = z3.BoolVal(is_set)
@@ -56,7 +56,7 @@ def compare(step):
             kinds.add(state.name)
         compared += len(trace)
         if any(emulated.mem_read(at, 1)[0] != number(byte) for at, byte in state.memory.items()):
-            raise Failure("QEMU's memory is another")
+            raise Failure("QEMU's memory differs")
     if not proved or not proved <= kinds:
         raise Failure(f"never executed: {proved - kinds}")
     return f"{compared} instructions of {len(kinds)} kinds"

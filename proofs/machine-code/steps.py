@@ -1,4 +1,5 @@
-"""What a step of the receivers must do, written once more for the prover; and the proof that an image does it."""
+"""The specification of a step of the receivers, written independently for the prover, and the proof that an image
+follows it."""
 
 import z3
 from image import Failure
@@ -6,8 +7,8 @@ from thumb import REGISTERS, RETURN, State, bits, joined
 
 FRAME = [0x41, 0x42, None, None, None, None, 0x0D]
 AXES = ["pitch", "roll", "yaw"]
-REASONS = {"no_sync": 0, "broken_sync": 1, "wrong_terminator": 6}  # And the place in a frame that is wrong.
-# The setpoint that the main loop takes: a word, by firmware/src/setpoint.rs.
+REASONS = {"no_sync": 0, "broken_sync": 1, "wrong_terminator": 6}  # Each reason, and the wrong position in the frame.
+# The setpoint that the main loop takes: one word, laid out as in firmware/src/setpoint.rs.
 SETPOINT = {f"published {axis}": (n, 1) for n, axis in enumerate(AXES)} | {"sequence": (3, 1)}
 KEPT_BY_CALLS = ["sp"] + [f"r{n}" for n in range(4, 12)]
 MOST = {"receiver": (600, 850, 160), "lecture": (50, 90, 32)}  # Instructions, cycles, bytes of stack of a step.
@@ -19,19 +20,20 @@ def begins_frame(data):
     return z3.And([byte == fixed for byte, fixed in zip(data, FRAME) if fixed is not None])
 
 def pending(data):
-    """How many of the last bytes a frame may yet include."""
+    """Returns how many of the last bytes may still belong to a frame."""
     count = bits(0)
     for n in range(1, min(len(data), 6) + 1):
         count = z3.If(begins_frame(data[-n:]), bits(n), count)
     return count
 
 def window(data):
-    """The word that holds bytes: a 1 in front of the oldest, the newest lowest."""
+    """Returns the word that holds these bytes: a 1 before the oldest byte, and the newest byte lowest."""
     return z3.simplify(z3.ZeroExt(56 - 8 * len(data), z3.Concat(bits(1, 8), *data) if data else bits(1, 8)))
 
 def receiver(held, byte):
-    """Of the pending bytes and this one, oldest first, those with which no frame can begin any more are discarded,
-    for the first place that is wrong. Whether there is a frame, its axes, what is discarded, and the fields then."""
+    """Discards, oldest first, the bytes among the pending ones and this one with which no frame can begin any more. The
+    first wrong position is the reason. Returns whether there is a frame, its axes, the number of bytes discarded for each
+    reason, and the fields after the step."""
     stream = held + [byte]
     is_frame = z3.And(len(stream) == 7, begins_frame(stream))
     kept, after, discarded = pending(stream), window([]), dict.fromkeys(REASONS, bits(0))
@@ -46,7 +48,7 @@ def receiver(held, byte):
     return is_frame, stream[3:6], discarded, {"window": after}
 
 def lecture(before, byte):
-    """The same of the lecture's table: `state` bytes of a frame have come, and go all at once."""
+    """Does the same by the lecture's table: `state` bytes of a frame have come, and are discarded all at once."""
     state, temp = before["state"], [before[axis] for axis in AXES]
     goes_on = z3.Or([z3.And(state == n, fixed is None or byte == fixed) for n, fixed in enumerate(FRAME)])
     after = {"state": z3.If(z3.And(goes_on, state < 6), state + 1, bits(0, 8))}
@@ -56,8 +58,8 @@ def lecture(before, byte):
     return z3.And(goes_on, state == 6), temp, discarded, after
 
 def expected(before, is_frame, axes, discarded, fields):
-    """Each byte is counted where it belongs; the setpoint is published in the step that completes its frame, and
-    in no other; all else is as before."""
+    """Returns the fields after the step. Each byte is counted by its outcome. The setpoint is published in the step that
+    completes its frame, and in no other. All other fields keep their values."""
     after, was_lost = before | fields, before["lost"] == 1
     for name, more in (discarded | {"bytes": 1}).items():
         after[name] = before[name] + more
@@ -69,7 +71,7 @@ def expected(before, is_frame, axes, discarded, fields):
     return after | {name: z3.If(is_frame, value, before[name]) for name, value in frame.items()}
 
 class Step:
-    """The step in an image, and the memory in which it works."""
+    """The step in an image, and the memory that it may use."""
 
     def __init__(self, image):
         line, setpoint, stack = (image.symbol(name) for name in ("LINE", "SETPOINT", "_stack_end"))
@@ -80,7 +82,7 @@ class Step:
         self.fields |= {name: (setpoint + offset, size) for name, (offset, size) in SETPOINT.items()}
 
     def called(self, before, byte, assumed=()):
-        """At the call. Registers and flags may be anything; what padding and the stack hold is not to be read."""
+        """Returns the state at the call. Registers and flags may have any value. Padding and the stack must not be read."""
         registers, memory = {name: z3.BitVec(name, 32) for name in REGISTERS}, {}
         registers |= {"r0": bits(self.writable[0].start), "r1": z3.ZeroExt(24, byte)}
         registers |= {"sp": bits(self.sp), "lr": bits(RETURN | 1)}
@@ -89,8 +91,8 @@ class Step:
         return State(self.image, self.image.symbol("receiver_step") & ~1, registers, memory, self.writable, assumed)
 
     def cases(self, byte):
-        """Every state that satisfies the invariant: the window holds up to six bytes, the lecture's machine is in one
-        of its states. With what is assumed, and what must be then."""
+        """Yields every state that satisfies the invariant: the window holds up to six bytes, or the lecture's machine is in
+        one of its states. Yields the assumptions and the expected state after the step with it."""
         before = {name: z3.BitVec(name, 8 * size) for name, (_, size) in self.fields.items()}
         assumed = [z3.ULE(before["lost"], 1)]
         if self.kind == "lecture":
@@ -102,7 +104,7 @@ class Step:
             yield before, assumed, expected(before, *receiver(held, byte))
 
     def prove(self):
-        """Returns what the step takes at most."""
+        """Proves the step. Returns its greatest costs."""
         byte, takes = z3.BitVec("byte", 8), []
         for before, assumed, after in self.cases(byte):
             state = self.called(before, byte, assumed)

@@ -1,12 +1,13 @@
-"""A symbolic Cortex-M4: every path through a piece of machine code, for all values at once, by Z3. What it does not
-know it refuses: another instruction, an access outside the memory given, a jump to anywhere."""
+"""A symbolic Cortex-M4. It follows every path through a piece of machine code, for all values at once, with Z3. It stops
+with a failure at anything that it does not model: an unknown instruction, an access outside the given memory, or a jump to
+an unknown address."""
 
 import copy
 import z3
 from capstone import arm
 from image import Failure
 
-RETURN = 0xF_0000  # Where the caller goes on: nothing is there.
+RETURN = 0xF_0000  # The caller's return address. No code is there.
 REGISTERS = [f"r{n}" for n in range(13)] + ["sp", "lr"]
 ALIASES = {"sb": "r9", "sl": "r10", "fp": "r11", "ip": "r12"}
 
@@ -14,28 +15,28 @@ def bits(value, size=32):
     return z3.BitVecVal(value, size)
 
 def number(expression):
-    """Its value, if it has only one."""
+    """Returns the value of the expression, if it is constant."""
     expression = z3.simplify(expression)
     return expression.as_long() if z3.is_bv_value(expression) else None
 
 def joined(parts):
-    """Bytes as one value, the first lowest."""
+    """Returns the bytes as one value, the first byte lowest."""
     return z3.simplify(z3.Concat(*reversed(parts)) if len(parts) > 1 else parts[0])
 
 class State:
-    """A path: where it is, what registers and memory hold, and what is assumed on it."""
+    """A path: its position, the content of registers and memory, and the assumptions made on it."""
 
     def __init__(self, image, pc, registers, memory, writable, assumed):
         self.image, self.pc, self.registers, self.memory, self.writable = image, pc, registers, memory, writable
         self.flags = {flag: z3.FreshBool() for flag in "NZCV"}
-        self.conditions, self.path = [], list(assumed)  # Of the next instructions, by IT; of all so far.
+        self.conditions, self.path = [], list(assumed)  # Set by IT for the next instructions; assumed on the whole path.
         self.instructions, self.cycles, self.lowest_sp = 0, 0, number(registers["sp"])
 
     def refuse(self, why):
         raise Failure(f"{self.now.address:#x}: {self.now.mnemonic} {self.now.op_str}: {why}")
 
     def find(self, condition):
-        """Values with which the path is taken and the condition holds, if there are any."""
+        """Returns values with which the path is taken and the condition holds, or None."""
         solver = z3.SolverFor("QF_BV")
         solver.set("timeout", 60_000)
         solver.add(*self.path, condition)
@@ -46,7 +47,7 @@ class State:
 
     def demand(self, what, condition):
         if not z3.is_true(condition) and (values := self.find(z3.Not(condition))) is not None:
-            self.refuse(f"not so: {what}, with {values}")
+            self.refuse(f"{what}: differs from the specification, with {values}")
 
     def assuming(self, condition):
         other = copy.copy(self)
@@ -56,7 +57,7 @@ class State:
         return other
 
     def fork(self, condition):
-        """Whether it may hold and whether it may not: each with the state in which that is so."""
+        """Returns the possible truth values of the condition, each with the state in which the condition has this value."""
         condition = z3.simplify(condition)
         if z3.is_true(condition) or z3.is_false(condition):
             return [(z3.is_true(condition), self)]
@@ -64,7 +65,7 @@ class State:
         return [(taken, self.assuming(way)) for taken, way in ways if self.find(way) is not None]
 
     def run(self):
-        """Every path, to its return."""
+        """Follows every path to its return."""
         todo = [self]
         while todo:
             state = todo.pop()
@@ -76,20 +77,22 @@ class State:
                 todo += state.step()
 
     def step(self):
-        """One instruction: the states to which it may lead."""
+        """Executes one instruction. Returns the states to which it may lead."""
         self.now = self.image.instruction(self.pc)
         self.name, self.operands = self.now.insn_name(), self.now.operands
         self.pc += self.now.size
         self.instructions, self.cycles = self.instructions + 1, self.cycles + cycles(self.now)
-        self.sets_flags = self.now.update_flags and not (self.conditions and self.now.size == 2)  # Not short in IT.
+        # A short instruction inside IT sets no flags.
+        self.sets_flags = self.now.update_flags and not (self.conditions and self.now.size == 2)
         condition = self.holds(self.conditions.pop(0)) if self.conditions else z3.BoolVal(True)
         return sum([way.execute() if taken else [way] for taken, way in self.fork(condition)], [])
 
     def execute(self):
         if self.name in ("cps", "msr", "mrs", "udf", "svc", "bkpt"):
-            self.refuse("no step does that, but a panic")
+            self.refuse("only a panic uses this instruction")
         if self.name not in EXECUTIONS:
-            raise NotImplementedError(f"{self.now.mnemonic} {self.now.op_str}")  # A mistake is not noticed by it.
+            # Not a Failure, so that an unknown instruction does not count as noticing a seeded bug.
+            raise NotImplementedError(f"{self.now.mnemonic} {self.now.op_str}")
         self.image.kinds.add(self.name)
         return EXECUTIONS[self.name](self) or [self]
 
@@ -115,7 +118,7 @@ class State:
         return ALIASES.get(name := self.now.reg_name(register), name)
 
     def get(self, register):
-        return self.registers[self.name_of(register)]  # Not pc: nothing needs it.
+        return self.registers[self.name_of(register)]  # pc is not supported: no step reads it.
 
     def put(self, name, value):
         if name == "pc":
@@ -126,7 +129,7 @@ class State:
 
     def jump(self, target):
         if number(target) is None or not number(target) & 1:
-            self.refuse("a jump to anywhere")
+            self.refuse("the jump's target is unknown")
         self.pc = number(target) & ~1
 
     def branch(self):
@@ -140,7 +143,7 @@ class State:
         return [way for _, way in ways]
 
     def table(self):
-        """A jump by a table of bytes behind the instruction, by each index that there may be."""
+        """Jumps by the table of bytes after the instruction, once for each possible index."""
         index = self.get(self.operands[0].mem.index)
         self.demand("an index below 16", z3.ULT(index, 16))
         ways = [(n, self.assuming(index == n)) for n in range(16) if self.find(index == n) is not None]
@@ -164,13 +167,13 @@ class State:
                 self.put(name, self.load(place, 4))
 
     def access(self):
-        """A load or store of one register or two."""
+        """Loads or stores one register or two."""
         is_load, count = self.name.startswith("ldr"), 2 if self.name.endswith("d") else 1
         size, memory = {"b": 1, "h": 2}.get(self.name[3:], 4), self.operands[count].mem
         index = self.get(memory.index) << memory.lshift if memory.index else 0
         address = number(self.get(memory.base) + index + memory.disp)
         if address is None or len(self.operands) > count + 1 or self.now.writeback:
-            self.refuse("memory anywhere, or a pointer that moves on")
+            self.refuse("the address is unknown, or the instruction changes its pointer")
         for i, operand in enumerate(self.operands[:count]):
             if is_load:
                 self.put(self.name_of(operand.reg), z3.ZeroExt(32 - 8 * size, self.load(address + 4 * i, size)))
@@ -178,10 +181,10 @@ class State:
                 self.store(address + 4 * i, self.get(operand.reg), size)
 
     def second(self):
-        """The last operand, shifted; and the carry out of the shift."""
+        """Returns the last operand, shifted, and the carry out of the shift."""
         operand, carry = self.operands[-1], self.flags["C"]
         if operand.type == arm.ARM_OP_IMM:
-            # A long one's carry depends on its encoding.
+            # The carry of a long instruction depends on its encoding.
             return bits(operand.imm), carry if self.now.size == 2 else z3.FreshBool()
         if operand.shift.type == arm.ARM_SFT_INVALID:
             return self.get(operand.reg), carry
@@ -203,14 +206,15 @@ class State:
         self.put(self.name_of(into), inserted if self.name == "bfi" else z3.LShR(of, low) & mask)
 
 def cycles(instruction):
-    """Of the Cortex-M4 by its manual, at most, without wait states: a jump refills the pipeline in up to three."""
+    """Returns the greatest number of cycles by the Cortex-M4's manual, without wait states. A jump refills the pipeline in
+    up to three cycles."""
     name, count = instruction.insn_name(), len(instruction.operands)
     known = {"push": 1 + count, "pop": 4 + count, "ldrd": 3, "strd": 3, "tbb": 5}
     known |= dict.fromkeys(["b", "bl", "bx", "cbz", "cbnz"], 4)
     return known.get(name, 2 if name.startswith(("ldr", "str")) else 1)
 
 def shift(kind, value, amount, carry):
-    """The result, and the carry if the amount is known; else any."""
+    """Returns the result and the carry. If the amount is unknown, the carry may be any."""
     result = {"lsl": value << amount, "lsr": z3.LShR(value, amount), "asr": value >> amount}[kind]
     if (n := number(amount)) is None or n > 32:
         return result, z3.FreshBool()
@@ -221,7 +225,7 @@ def subtract(a, b, _):
     return a - b, z3.UGE(a, b), (a ^ b) & (a ^ (a - b)) < 0
 
 SHIFTS = {arm.ARM_SFT_ASR: "asr", arm.ARM_SFT_LSL: "lsl", arm.ARM_SFT_LSR: "lsr"}
-# Of two operands, and the carry: the result, then carry and overflow; or without these, the carry is the operand's.
+# From two operands and the carry: the result, then carry and overflow. Without these two, the carry is the operand's.
 OPERATIONS = {
     "add": lambda a, b, c: (a + b, z3.ULT(a + b, a), (a ^ (a + b)) & (b ^ (a + b)) < 0),
     "sub": subtract, "cmp": subtract, "rsb": lambda a, b, c: subtract(b, a, c),

@@ -1,20 +1,21 @@
-//! Theorem 9: every byte is in exactly one place (L2). At any time, modulo the counters' width,
+//! Theorem 9: every byte is in exactly one place (L2). At any time, modulo the counters' width:
 //!
 //! ```text
 //! bytes = frame_bytes + discarded + pending
 //! ```
 //!
-//! Proof by induction: at reset all are 0. Each byte, and each line event, adds the same on both sides,
-//! whatever the counters, which may be about to wrap. A slice does what its bytes do (theorem 6).
+//! Proof by induction. At reset all numbers are 0. Each byte and each line event adds the same number on both sides.
+//! This holds for any values of the counters, even if they are about to wrap. A slice does the same as its bytes
+//! (theorem 6).
 //!
-//! For every format of one to eight bytes: the engine reports, for each byte, a frame or discarded bytes
-//! such that with what is pending they make up what was pending and the byte (`one_byte` in
-//! `core/src/window/verification.rs`), and [each report is counted](each_report_is_counted), pushed, fed
-//! or told with a line event; so is [each line event](each_line_event_is_counted), and
-//! [each loss ends once](each_loss_ends_once).
+//! For every format of one to eight bytes: for each byte, the receiver's engine reports frames and discarded bytes.
+//! These and the bytes pending afterwards add up to the bytes pending before and the new byte (`one_byte` in
+//! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is
+//! pushed, a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted),
+//! and [ends each loss once](each_loss_ends_once).
 //!
-//! For every format of any length: `BufferedReceiver` puts each byte into exactly one event, or it is
-//! pending (theorem 13b), and [its events are counted](pushed_bytes_of_any_length_are_counted).
+//! For every format of any length: `BufferedReceiver` puts each byte into exactly one event or leaves it pending
+//! (theorem 13b), and the line [counts these events](pushed_bytes_of_any_length_are_counted).
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
@@ -25,8 +26,8 @@ use framelock::{
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
-/// A parser in any state, and counters that are all the same number, which may be any: each is counted
-/// on its own.
+/// Returns a line with this parser, and with all counters at the same arbitrary number. That is enough, because each
+/// counter is counted on its own.
 fn any_line<P>(parser: P, start: u32) -> Line<P> {
     let mut counters = Counters::default();
     counters.bytes = start;
@@ -44,14 +45,14 @@ fn any_line<P>(parser: P, start: u32) -> Line<P> {
     Line::resumed(parser, counters)
 }
 
-/// By how much a counter went up.
+/// Returns by how much a counter has increased.
 fn up(counter: u32, start: u32) -> u8 {
     let up = counter.wrapping_sub(start).to_le_bytes()[0];
     assert!(counter == start.wrapping_add(u32::from(up)));
     up
 }
 
-/// By how much the counters went up: of bytes in frames, and of discarded bytes.
+/// Returns by how much the counters of bytes in frames and of discarded bytes have increased, all together.
 fn placed(counters: &Counters, start: u32) -> u8 {
     let discarded = &counters.discarded;
     up(counters.frame_bytes, start)
@@ -65,14 +66,15 @@ fn placed(counters: &Counters, start: u32) -> u8 {
         + up(discarded.line_event, start)
 }
 
-/// The same, of a parser whose frames have one length.
+/// Does the same for a parser whose frames have one length.
 fn placed_by<P: OfSetpoints>(counters: &Counters, start: u32) -> u8 {
     let length = P::LENGTH.to_le_bytes()[0];
     assert!(up(counters.frame_bytes, start) == up(counters.frames, start) * length);
     placed(counters, start)
 }
 
-/// What was pending and the new byte are what was placed and what is pending now.
+/// Checks that the bytes pending before, plus the new byte, are as many as the counted bytes and the bytes pending
+/// now.
 fn byte_is_placed<P: OfSetpoints>(parser: P) {
     let start = kani::any();
     let mut line = any_line(parser, start);
@@ -87,7 +89,7 @@ fn byte_is_placed<P: OfSetpoints>(parser: P) {
     kani::cover!(!committed && placed > 1, "bytes are discarded");
 }
 
-/// What was pending is placed, and nothing is reported of no bytes.
+/// Checks that a line event counts all pending bytes, and that no report is about zero bytes.
 fn event_places_what_is_pending<P: OfSetpoints>(parser: P) {
     let start = kani::any();
     let mut line = any_line(parser, start);
@@ -136,8 +138,8 @@ fn receiver_of_bin_crc8_is_emptied_by_events() {
     event_places_what_is_pending(any_receiver::<BinCrc8, 8>());
 }
 
-/// A machine that finds these in each slice, and at each line event; with a byte what is discarded first,
-/// then the frame.
+/// A machine that reports these outcomes for each slice and each line event. For a byte, it reports the discarded
+/// bytes first, then the frame.
 struct Reports<const COUNT: usize>([Found<()>; COUNT]);
 
 impl<const COUNT: usize> Parser for Reports<COUNT> {
@@ -192,7 +194,7 @@ fn any_found() -> Found<()> {
     }
 }
 
-/// A counter of bytes: of those in frames, or of those that are discarded for the reason that it returns with it.
+/// Returns an arbitrary counter of bytes: of bytes in frames (`None`), or of bytes discarded for the returned reason.
 fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     let discarded = &counters.discarded;
     match kani::any::<u8>() {
@@ -217,8 +219,8 @@ fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     }
 }
 
-/// What a line counts while it `reports` a frame or a loss of no bytes, then anything, which may so be the first frame
-/// after a loss: whether that is so is returned.
+/// Checks the counters of a line during `report`. The machine first reports a frame or a loss of zero bytes, then an
+/// arbitrary outcome. Returns whether the second outcome is the first frame after a loss.
 fn two_are_counted(
     reports: [Found<()>; 2],
     bytes: u32,
@@ -235,7 +237,7 @@ fn two_are_counted(
     let is_loss_ended = !first && second;
     let resynchronisations = start.wrapping_add(u32::from(is_loss_ended));
     assert!(counters.resynchronisations == resynchronisations);
-    // Each for its own reason: one is watched, which may be any.
+    // Each outcome changes only its own counter. This watches one arbitrary counter.
     let (watched, counter) = any_place(counters);
     let more = match reports[1] {
         Found::Discarded { count, why, .. } if Some(why) == watched => count,
@@ -251,7 +253,7 @@ fn is_frame(found: Found<()>) -> bool {
     matches!(found, Found::Frame { .. })
 }
 
-/// By each of the line's functions.
+/// Covers each function of the line that reports outcomes.
 #[kani::proof]
 #[kani::unwind(9)]
 fn each_report_is_counted() {
@@ -262,7 +264,7 @@ fn each_report_is_counted() {
     };
     let (first, reports) = (is_frame(nothing), [nothing, any_found()]);
     let function: u8 = kani::any();
-    // A byte brings one frame at most, and it comes last.
+    // A byte brings at most one frame, and the frame comes last.
     kani::assume(function > 1 || !first);
     let is_loss_ended = match function {
         0 => two_are_counted(reports, 1, |line| u32::from(line.push(0).is_some())),
@@ -292,7 +294,7 @@ fn each_report_is_counted() {
     kani::cover!(first && function == 3, "a frame is fed");
 }
 
-/// Each for its own kind, and nothing else counts them.
+/// Each line event increases the counter of its kind, and nothing else increases these counters.
 #[kani::proof]
 #[kani::unwind(9)]
 fn each_line_event_is_counted() {
@@ -320,7 +322,7 @@ fn each_line_event_is_counted() {
     kani::cover!(start == u32::MAX, "about to wrap");
 }
 
-/// A loss ends once, with the first frame behind it.
+/// A loss ends once, with the first frame after it.
 #[kani::proof]
 #[kani::unwind(9)]
 fn each_loss_ends_once() {
@@ -338,12 +340,13 @@ fn each_loss_ends_once() {
     let ended = [!first && second, !second && third, !third && last];
     let ended = ended.map(u32::from);
     assert!(line.counters().resynchronisations == ended[0] + ended[1] + ended[2]);
-    kani::cover!(!first && second && third, "two frames behind a loss");
+    kani::cover!(!first && second && third, "two frames after a loss");
     kani::cover!(ended[0] == 1 && ended[2] == 1, "two losses");
 }
 
-/// Says anything of two bytes, and of the second alone; of the first alone, that it takes both. With one
-/// byte for the longest frame, anything of either. It need not keep the laws.
+/// A format with any answers about two bytes and about the second byte alone. About the first byte alone it answers
+/// that it needs both. If the longest frame has one byte, it gives any answer about either byte. It need not keep the
+/// laws.
 #[derive(Clone, Copy)]
 struct Anything<const LONGEST: usize>([u8; 2]);
 
@@ -380,8 +383,8 @@ impl<const LONGEST: usize> Format for Anything<LONGEST> {
     }
 }
 
-/// Bytes pushed: each is placed, or pending. After a line event none is pending. That counters wrap is in
-/// [`each_report_is_counted`]: it is the same ledger.
+/// Each pushed byte is counted or pending. After a line event no byte is pending. The wrap of the counters is covered
+/// in [`each_report_is_counted`], because the counting code is the same.
 #[kani::proof]
 #[kani::unwind(3)]
 fn pushed_bytes_of_any_length_are_counted() {
@@ -409,7 +412,7 @@ fn pushed_bytes_of_any_length_are_counted() {
     );
 }
 
-/// Bytes of a slice.
+/// Each byte of a slice is counted.
 #[kani::proof]
 #[kani::unwind(3)]
 fn fed_bytes_of_any_length_are_counted() {

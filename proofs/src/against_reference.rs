@@ -1,18 +1,19 @@
-//! Theorem 5: what is committed, and what is pending at the end, is what the naive whole-buffer
-//! [`reference`] says, for a stream of any length (R2, R3).
+//! Theorem 5: for a stream of any length, the receivers deliver the same frames as the naive whole-buffer
+//! [`reference`], and the same bytes are pending at the end (R2, R3).
 //!
-//! Proof by induction over the reference's loop. It tries one place after the other at which a frame
-//! may begin; the machine is then as at reset, or as if it were. The bytes that follow are pushed one
-//! by one, up to a frame's length or the end of the stream:
+//! Proof by induction over the reference's loop. The loop tries one position after another at which a frame
+//! may begin. At each of these positions the machine is in its state at reset, or in a state equal to it.
+//! The following bytes are pushed one by one, up to a frame's length or the end of the stream:
 //!
-//! * If they are a frame, the machine commits it with the last of them and is as at reset: the
-//!   reference goes on behind them.
-//! * If they are not, it has committed nothing. For framelock the reference drops one byte, and the
-//!   receiver goes on as one that has received only what is behind that byte. For the lecture's machine the
-//!   reference drops all up to the byte that fails; with that byte the machine is as at reset.
-//! * If the stream ends before that shows, all of them are pending.
+//! * If the bytes are a frame, the machine delivers it with the frame's last byte and returns to the state
+//!   at reset. The reference continues after the frame.
+//! * If the bytes are no frame, the machine has delivered nothing. For framelock, the reference drops one
+//!   byte, and the receiver is in the same state as a receiver that has received only the bytes after the
+//!   dropped one. For the lecture's machine, the reference drops all bytes up to and including the first
+//!   wrong one, and with that byte the machine returns to the state at reset.
+//! * If the stream ends before this is decided, all these bytes are pending.
 //!
-//! As a check of this argument the reference itself is run on whole streams, of up to 16 bytes.
+//! To check this argument, harnesses also run the reference itself on whole streams of up to 16 bytes.
 
 use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, BinCrc8, Setpoint};
@@ -91,7 +92,7 @@ fn discard_by_the_lectures_machine() {
     kani::cover!(committed.is_some(), "a frame");
 }
 
-/// Every stream of `N` bytes, and with it every shorter one.
+/// Compares every stream of `N` bytes. Each shorter stream is the beginning of one of them.
 fn whole_streams<P, F, const N: usize>(mut parser: P)
 where
     P: OfSetpoints,

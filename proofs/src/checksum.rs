@@ -1,10 +1,10 @@
-//! Theorem 4b: a frame of BIN-CRC8 with one to three wrong bits in payload and checksum is not
-//! committed; with four it can be (F2).
+//! Theorem 4b: a frame of BIN-CRC8 with one to three wrong bits in payload and checksum is not delivered.
+//! With four wrong bits it can be delivered (F2).
 //!
-//! The checksum of four bytes is a step for each byte, and a step is linear ([`steps_are_linear`]). So by
-//! induction over the bytes wrong bits change the checksum by the same bits whatever was sent, and whether
-//! they go unnoticed depends on them alone: it is enough to look at every such error of one frame. That
-//! nothing but frames is committed is theorem 3.
+//! The checksum of four bytes takes one step per byte, and each step is linear ([`steps_are_linear`]). So,
+//! by induction over the bytes, wrong bits change the checksum by the same bits in every frame. Whether
+//! the wrong bits go unnoticed depends only on these bits. Therefore it is enough to try every such error
+//! in one frame. Theorem 3 states that nothing but frames is delivered.
 
 use framelock::motion::{BinCrc8, Setpoint, crc8};
 use framelock::{Encode, Receiver};
@@ -12,7 +12,8 @@ use framelock::{Encode, Receiver};
 use crate::reference;
 use crate::states::{is_bin_crc8, receive};
 
-/// One byte's step: what was `register` differs from before by what the step makes of the difference.
+/// One byte's step is linear: a difference in the register before the step becomes the step of this
+/// difference after it.
 #[kani::proof]
 #[kani::unwind(34)]
 fn steps_are_linear() {
@@ -31,7 +32,7 @@ fn steps_are_linear() {
     kani::cover!(register == 0, "a checksum of 0");
 }
 
-/// The number without its lowest 1.
+/// Returns the number without its lowest 1 bit.
 fn clear(bits: u64) -> u64 {
     bits & bits.wrapping_sub(1)
 }
@@ -53,7 +54,7 @@ fn one_to_three_wrong_bits() {
     kani::cover!(clear(clear(error)) != 0, "three");
 }
 
-/// So the bound is exact.
+/// An error of four bits goes unnoticed, so the bound is exact.
 #[kani::proof]
 #[kani::unwind(34)]
 fn four_wrong_bits() {

@@ -1,10 +1,12 @@
-//! Theorems 3 and 4. A receiver commits exactly when its last bytes are a frame that shares no byte
-//! with an earlier committed frame, in the step that takes the last of them, and gives that frame's
-//! setpoint (R1, R2, R4). The lecture's machine commits only such frames (M2), but not all of them.
+//! Theorems 3 and 4. A receiver delivers a setpoint exactly when its last bytes are a frame that
+//! shares no byte with an earlier delivered frame. It does so in the step that takes the frame's last
+//! byte, and the setpoint is that frame's (R1, R2, R4). The lecture's machine commits only such frames
+//! (M2), but not all of them.
 //!
-//! Proof by induction: take any history and a machine whose state matches it; push any byte; the
-//! machine commits exactly when the theorem says so, and its state matches again. It matches at reset,
-//! hence after every stream. For every format: `commits` in `core/src/window/verification.rs`.
+//! Proof by induction. Take any history, and a machine whose state matches the history. Push any byte.
+//! Then the machine delivers exactly when the theorem says so, and its state matches the longer
+//! history. The state matches at reset, hence after every stream. The module `commits` in
+//! `core/src/window/verification.rs` has the proof for every format.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
@@ -26,10 +28,10 @@ where
     let frame = usize::from(next.since) == N && is_frame(next.last);
     assert!(setpoint == frame.then(|| setpoint_of(next.last)));
     assert!(receiver == history.then(byte, frame).receiver());
-    kani::cover!(frame, "a frame is committed");
+    kani::cover!(frame, "a frame is delivered");
     kani::cover!(
         !frame && is_frame(next.last),
-        "a frame overlaps one committed before"
+        "a frame overlaps an earlier delivered frame"
     );
 }
 
@@ -45,8 +47,8 @@ fn bin_crc8() {
     commits_exactly_the_frames::<BinCrc8, 8>(is_bin_crc8);
 }
 
-/// As many bytes as the machine's state counts came since the last commit; they begin a frame, and the
-/// temporary setpoints are theirs.
+/// Returns whether the machine's state matches the history: the bytes that the state counts came after
+/// the last commit and begin a frame, and the temporary setpoints are from these bytes.
 fn matches(machine: Lecture, history: History<7>) -> bool {
     let taken = machine.pending();
     let at = |place: usize| history.last[7 - taken + place];

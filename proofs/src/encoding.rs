@@ -1,5 +1,5 @@
-//! Theorem 11: a parser at reset that is given what was encoded gives the setpoint back; and bytes that
-//! give a setpoint are its encoding, but for the reserved byte (F1, F2).
+//! Theorem 11: a parser at reset that receives an encoded setpoint delivers this setpoint. Bytes that
+//! deliver a setpoint are the setpoint's encoding, except for the reserved byte (F1, F2).
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
@@ -37,7 +37,7 @@ fn bin_crc8() {
     assert!(receive(&mut Receiver::<BinCrc8>::new(), BinCrc8::encode(setpoint)) == once);
 
     let mut bytes: [u8; 8] = kani::any();
-    // The encoder's reserved byte: with another the checksum is another.
+    // The encoder sends 0 as the reserved byte. Another reserved byte has another checksum.
     bytes[2] = 0;
     let given = receive(&mut Receiver::<BinCrc8>::new(), bytes);
     if let (_, Some(setpoint)) = given {

@@ -1,11 +1,13 @@
-//! What framelock's receivers are measured against, and the theorems about them.
+//! The reference for framelock's receivers, and the theorems about them.
 //!
-//! * [`mod@reference`]: the naive whole-buffer reference. It shares no code with the receivers; tests,
-//!   fuzzing and proofs compare the two.
-//! * The other modules (under `cfg(kani)`): the theorems as Kani harnesses, a module for each. Those
-//!   about the receiver's engine and the failsafe are in `core`, beside what they look into.
+//! * [`mod@reference`]: the naive whole-buffer reference. It shares no code with the receivers. Tests,
+//!   fuzzing and proofs compare the receivers with it.
+//! * The other modules (under `cfg(kani)`): the theorems as Kani harnesses, one module per theorem.
+//!   The harnesses for the receiver's engine and the failsafe are in `core`, next to the private items
+//!   that they use.
 //!
-//! No harness assumes anything about what the line delivers. `../README.md` has the table.
+//! No harness assumes anything about the bytes that the line delivers. `../README.md` has the table of
+//! all theorems.
 #![no_std]
 #![cfg_attr(not(kani), forbid(unsafe_code))]
 #![cfg_attr(
@@ -13,7 +15,7 @@
     allow(
         clippy::arithmetic_side_effects,
         clippy::indexing_slicing,
-        reason = "what goes wrong is what a harness would find"
+        reason = "a harness finds each panic that these lints would warn about"
     )
 )]
 

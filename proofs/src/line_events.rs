@@ -1,6 +1,6 @@
-//! Theorem 8: after a line event no frame is committed that holds a byte from before it (L1). The event
-//! leaves the machine as at reset, whatever was pending; so what comes after it is received as if
-//! nothing had come before.
+//! Theorem 8: after a line event no frame is delivered that contains a byte from before the event (L1).
+//! Whatever bytes were pending, the event leaves the machine in its state at reset. So the machine
+//! receives the bytes after the event as if nothing had come before.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
@@ -8,7 +8,8 @@ use framelock::{Found, Line, Receiver};
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
-/// As at reset; and by its consequence: nothing is committed before a frame's length of bytes has come.
+/// Checks that the machine is in its state at reset. Also checks a consequence: it delivers nothing
+/// before a whole frame's length of bytes has come.
 fn drops_what_is_pending<P: OfSetpoints>(parser: P, reset: P) {
     let mut line = Line::new(parser);
     let pending = line.pending();

@@ -1,12 +1,13 @@
-//! Theorem 1: no panic, no overflow, nothing out of bounds, in every public function of the core, from
-//! any state, with any arguments (F1, M1, R1, L1). The engine's parts and the failsafe: in `core`.
+//! Theorem 1: every public function of the core, from any state and with any arguments, does not
+//! panic, overflow, or access memory out of bounds (F1, M1, R1, L1). The harnesses for the engine's
+//! parts and the failsafe are in `core`.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint, crc8};
 use framelock::{Counters, Encode, FixedFormat, Line};
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver, any_setpoint};
 
-/// Every operation of a parser, from the state that it is in.
+/// Runs every operation of a parser, from its current state.
 fn any_operations<P: OfSetpoints>(parser: P) {
     let mut reset = parser;
     reset.reset();
@@ -38,7 +39,7 @@ fn receiver_of_bin_crc8() {
     any_operations(any_receiver::<BinCrc8, 8>());
 }
 
-/// With any counters.
+/// Runs every operation of a line, with any counters.
 #[kani::proof]
 #[kani::unwind(9)]
 fn line() {

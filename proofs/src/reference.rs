@@ -1,15 +1,14 @@
-//! The naive reference: it sees the whole stream at once and tries every place of it in turn.
+//! The naive reference. It sees the whole stream at once and tries each position in turn.
 //!
-//! Written from the protocol, in its words, to be seen to be right rather than to be fast:
+//! It follows the protocol's text, and is written to be obviously right rather than fast:
 //!
-//! * **framelock**: at each place, a frame is committed and the search goes on behind it; anything
-//!   else is one byte dropped. That is the leftmost non-overlapping matches of the byte regex
-//!   `(?s-u)AB.{4}\r`.
-//! * **lecture**: the same, but what is no frame is dropped up to and with the byte at which that
-//!   showed: one byte if it is not `'A'`, two if the second is not `'B'`, seven if the last is not
-//!   CR. [`Lecture`] is BIN as the lecture's machine reads it.
+//! * **framelock**: if a frame is at a position, the reference delivers it and continues after it. Otherwise it drops
+//!   one byte. The result is the leftmost non-overlapping matches of the byte regex `(?s-u)AB.{4}\r`.
+//! * **lecture**: the same, but if there is no frame, the reference drops all bytes up to and including the first
+//!   wrong one: one byte if it is not `'A'`, two if the second is not `'B'`, seven if the last is not CR. [`Lecture`]
+//!   is BIN as the lecture's machine reads it.
 //!
-//! The loops run over every index in order, and never jump, so that a model checker can follow.
+//! The loops visit every index in order and never jump, so that a model checker can follow them.
 
 use framelock::{Classification, DiscardReason, Found};
 
@@ -18,11 +17,11 @@ pub trait Format {
     /// Bytes in a frame.
     const LENGTH: usize;
 
-    /// The first place, counted from 0, at which `bytes`, the beginning of a frame or a whole one,
-    /// are not that. A checksum is looked at last: if it is wrong, the place is `LENGTH`.
+    /// Returns the first position, counted from 0, at which `bytes` differ from a frame. `bytes` is a whole frame or
+    /// the beginning of one. The checksum is compared last: if only the checksum is wrong, the result is `LENGTH`.
     fn fails_at(bytes: &[u8]) -> Option<usize>;
 
-    /// How many bytes are dropped if the frame that would begin with them fails at that place.
+    /// Returns how many bytes are dropped if the first wrong byte of the frame is at this position.
     #[must_use]
     fn dropped(place: usize) -> usize {
         let _ = place;
@@ -50,7 +49,7 @@ impl Format for Bin {
     }
 }
 
-/// The same frames, of which the lecture's machine drops all bytes up to the one that is wrong.
+/// The format of the same frames, for the lecture's machine: it drops all bytes up to and including the wrong one.
 #[derive(Clone, Copy, Debug)]
 pub enum Lecture {}
 
@@ -92,7 +91,7 @@ impl Format for BinCrc8 {
     }
 }
 
-/// CRC-8/AUTOSAR as its catalogue entry describes it, bit by bit.
+/// Computes CRC-8/AUTOSAR bit by bit, as its catalogue entry describes it.
 #[must_use]
 pub fn crc8(payload: &[u8]) -> u8 {
     let mut register = 0xFF;
@@ -109,8 +108,8 @@ pub fn crc8(payload: &[u8]) -> u8 {
     register ^ 0xFF
 }
 
-/// Reports every frame of the stream, with its pitch, roll and yaw, and every byte discarded, in order. What
-/// is left at the end may yet become a frame: the number of those bytes is returned.
+/// Reports every frame of the stream with its pitch, roll and yaw, and every discarded byte, in order. Returns the
+/// number of bytes at the end that may still become a frame.
 pub fn whole_buffer<F: Format>(bytes: &[u8], mut report: impl FnMut(Found<[u8; 3]>)) -> usize {
     let mut free = 0;
     for i in 0..bytes.len() {
@@ -141,10 +140,10 @@ pub fn whole_buffer<F: Format>(bytes: &[u8], mut report: impl FnMut(Found<[u8; 3
     0
 }
 
-/// The reference for frames of any length: at each place the format is asked about all that follows.
-/// Reports every frame, with the place it begins at as its message, and every byte discarded, in order, and returns how many bytes
-/// at the end may yet become a frame. If the stream is over, because a line event came, none may:
-/// where it would wait, it discards a byte.
+/// The reference for frames of any length: asks the format about all following bytes, at one position after another.
+/// Reports every frame and every discarded byte, in order. A frame's message is the position at which the frame
+/// begins. Returns the number of bytes at the end that may still become a frame. If a line event ends the stream
+/// (`is_over`), this number is 0: the reference discards a byte instead of waiting.
 pub fn framed<F: framelock::Format>(
     format: &F,
     bytes: &[u8],

@@ -1,10 +1,10 @@
-//! Theorem 7: from any state, whatever came before, a frame sent in full is delivered with its last
-//! byte, or a commit has just been made within its payload (R1). So in any frame's length of bytes
-//! that are a frame something is committed: the receiver is never deaf. At reset, and so after a line
+//! Theorem 7: from any state, whatever came before, a frame that is sent in full is delivered with its
+//! last byte, or another frame has ended within its payload and was delivered (R1). So while any whole
+//! frame is received, a frame is delivered: the receiver is never deaf. At reset, and so after a line
 //! event, the very next frame is delivered (L1). The lecture's machine can stay deaf for ever (M1).
 //!
-//! No receiver of BIN can promise more: what came before, together with the frame's first bytes, may
-//! itself be a frame (N2).
+//! No receiver of BIN can promise more. The bytes before the frame, together with the frame's first
+//! bytes, may themselves be a frame (N2).
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
@@ -32,8 +32,11 @@ where
         place += 1;
     }
     assert!(before == 0 || return_in_payload);
-    kani::cover!(before == 1, "such a frame can be lost");
-    kani::cover!(before == 0 && return_in_payload, "or delivered");
+    kani::cover!(before == 1, "the frame can be lost");
+    kani::cover!(
+        before == 0 && return_in_payload,
+        "the frame can be delivered"
+    );
 }
 
 #[kani::proof]
@@ -58,11 +61,11 @@ fn the_frame_after_a_reset_is_delivered() {
     let setpoint = any_setpoint();
     assert!(receive(&mut receiver, Bin::encode(setpoint)) == (0, Some(setpoint)));
     assert!(receive(&mut machine, Bin::encode(setpoint)) == (0, Some(setpoint)));
-    kani::cover!(pending == (6, 6), "a byte before a frame's end");
+    kani::cover!(pending == (6, 6), "one byte is missing from a frame");
 }
 
-/// A parked simulator repeats one frame, and its first byte is lost once. The machine commits nothing,
-/// and after each frame is in the same state again.
+/// A parked simulator repeats one frame, and the first byte is lost once. The lecture's machine
+/// commits nothing, and after each frame it is in the same state again.
 #[kani::proof]
 #[kani::unwind(8)]
 fn the_lectures_machine_stays_deaf() {
@@ -79,5 +82,5 @@ fn the_lectures_machine_stays_deaf() {
     let deaf = machine;
     assert!(receive(&mut machine, frame) == nothing && machine == deaf);
     assert!(receive(&mut receiver, frame) == (0, Some(setpoint_of(frame))));
-    kani::cover!(true, "the receiver does not");
+    kani::cover!(true, "the receiver is not deaf");
 }

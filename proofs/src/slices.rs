@@ -1,8 +1,9 @@
-//! Theorem 6: however a stream is cut into slices, the frames, their offsets, the dropped bytes and
-//! their reasons, and what is pending are the same as byte by byte (R5).
+//! Theorem 6: however a stream is cut into slices, the results are the same as byte by byte: the frames, their
+//! offsets, the dropped bytes, the reasons, and the pending bytes (R5).
 //!
-//! For receivers of every format of one to eight bytes: `core/src/window/verification.rs` has the
-//! proof, and [`receiver_is_its_window`] shows that `Receiver`'s functions are its. Here is the lecture's machine.
+//! For receivers of every format of one to eight bytes, the proof is in `core/src/window/verification.rs`.
+//! [`receiver_is_its_window`] shows that the functions of `Receiver` are those of its window. This module has the
+//! proof for the lecture's machine.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};
@@ -10,8 +11,8 @@ use framelock::{DiscardReason, Found, Parser, Receiver};
 
 use crate::states::{OfSetpoints, any_lecture, any_receiver};
 
-/// What becomes of a slice of `N` bytes: which byte gave which setpoint, and how many bytes were
-/// discarded for each reason.
+/// The outcome of a slice of `N` bytes: the setpoint that each byte delivered, and the number of bytes discarded for
+/// each reason.
 #[derive(Clone, Copy)]
 struct Report<const N: usize> {
     setpoints: [Option<Setpoint>; N],
@@ -24,9 +25,9 @@ impl<const N: usize> Report<N> {
         discarded: (0, 0, 0, 0),
     };
 
-    /// Feeds the bytes to a machine; the slice begins at `from`.
+    /// Feeds the bytes to a machine, and records the outcome. The slice begins at `from`.
     fn of<P: OfSetpoints>(&mut self, parser: &mut P, from: usize, bytes: &[u8]) {
-        // The pending bytes came before the slice.
+        // The bytes pending before the call came before the slice.
         let (before, mut known) = (parser.pending(), from);
         parser.feed(bytes, |found| {
             known += found.bytes();
@@ -39,7 +40,7 @@ impl<const N: usize> Report<N> {
                         DiscardReason::BrokenSync => broken_sync,
                         DiscardReason::ChecksumMismatch => check,
                         DiscardReason::WrongTerminator => terminator,
-                        _ => panic!("it has no other"),
+                        _ => panic!("the machine has no other reason"),
                     } += count.to_le_bytes()[0];
                 }
             }
@@ -47,7 +48,8 @@ impl<const N: usize> Report<N> {
     }
 }
 
-/// From any state: a slice as a whole, its bytes as slices of one, its bytes pushed, and its frames pulled.
+/// Compares, from any state, four ways to take the same bytes: as one slice, as slices of one byte, pushed, and with
+/// `next`.
 fn slice_is_its_bytes<P: OfSetpoints, const N: usize>(parser: P) {
     let bytes: [u8; N] = kani::any();
     let (mut whole, mut fed) = (Report::<N>::NEW, parser);
@@ -73,16 +75,16 @@ fn slice_is_its_bytes<P: OfSetpoints, const N: usize>(parser: P) {
     kani::cover!(whole.setpoints[N - 1].is_some(), "a frame at the end");
 }
 
-/// The machine's `feed` is a loop of `push`. From any state, hence for slices of any length, one behind
-/// the other.
+/// The machine's `feed` is a loop of `push`. The harness starts from any state, so the result holds for slices of any
+/// length, one after another.
 #[kani::proof]
 #[kani::unwind(9)]
 fn lecture() {
     slice_is_its_bytes::<Lecture, 4>(any_lecture());
 }
 
-/// From any state a byte that is pushed with what it discards, or pulled, comes to the same as one that is pushed; at the start so
-/// does one that is fed alone. Receivers that wait for different bytes are not equal.
+/// From any state, `push_with` and `next` with one byte have the same result as `push`. From the state at reset,
+/// `feed` of one byte has the same result, too. Receivers that wait for different bytes are not equal.
 #[kani::proof]
 #[kani::unwind(9)]
 fn receiver_is_its_window() {

@@ -1,11 +1,12 @@
-//! What harnesses begin with: any stream so far, any state, any setpoint.
+//! Arbitrary starting points for harnesses: any stream so far, any state, any setpoint.
 
 use framelock::lecture::{Lecture, State};
 use framelock::motion::Setpoint;
 use framelock::{FixedFormat, FrameBytes, LineEvent, Parser, Receiver};
 
-/// The end of a stream: its last bytes, newest last, as many as a frame has; and how many of them came
-/// since the last commit (all of them, or all but the first, make no difference to a receiver).
+/// The end of a stream: as many of its last bytes as a frame has, the newest last, and how many of them
+/// came since the last delivered frame. (For a receiver, all of them or all except the first make no
+/// difference.)
 #[derive(Clone, Copy)]
 pub(crate) struct History<const N: usize> {
     pub(crate) last: [u8; N],
@@ -20,7 +21,7 @@ impl<const N: usize> History<N> {
         }
     }
 
-    /// The stream goes on by a byte.
+    /// Appends a byte to the stream.
     pub(crate) fn then(mut self, byte: u8, committed: bool) -> Self {
         let mut place = 1;
         while place < N {
@@ -36,8 +37,9 @@ impl<const N: usize> History<N> {
         self
     }
 
-    /// The receiver after that stream: a commit leaves it as at reset, and of the bytes since then only
-    /// the last matter, one fewer than a frame has. (Theorem 4 shows it: `commits` in the engine.)
+    /// Returns the receiver after this stream. A delivered frame leaves it in its state at reset. Of
+    /// the bytes since then, only the last `N - 1` matter, where a frame has `N`. (Theorem 4 shows
+    /// this: `commits` in the engine's proofs.)
     pub(crate) fn receiver<F: FixedFormat>(&self) -> Receiver<F> {
         let mut receiver = Receiver::new();
         let mut place = 1;
@@ -51,7 +53,7 @@ impl<const N: usize> History<N> {
     }
 }
 
-/// Any state of a receiver: after any stream.
+/// Returns a receiver in any state that a stream leads to.
 pub(crate) fn any_receiver<F: FixedFormat<Frame = [u8; N]>, const N: usize>() -> Receiver<F>
 where
     [u8; N]: FrameBytes,
@@ -59,7 +61,7 @@ where
     History::<N>::any().receiver()
 }
 
-/// Any state of the lecture's machine: each value of the type is one.
+/// Returns the lecture's machine in any state. Every value of the type is a reachable state.
 pub(crate) fn any_lecture() -> Lecture {
     let state: usize = kani::any_where(|&state| state < State::ALL.len());
     Lecture {
@@ -82,12 +84,12 @@ pub(crate) fn any_line_event() -> LineEvent {
     }
 }
 
-/// Whether seven bytes are a frame of BIN (F1).
+/// Returns whether seven bytes are a frame of BIN (F1).
 pub(crate) fn is_bin(frame: [u8; 7]) -> bool {
     frame[0] == b'A' && frame[1] == b'B' && frame[6] == b'\r'
 }
 
-/// Whether eight bytes are a frame of BIN-CRC8 (F2).
+/// Returns whether eight bytes are a frame of BIN-CRC8 (F2).
 pub(crate) fn is_bin_crc8(frame: [u8; 8]) -> bool {
     frame[0] == b'A'
         && frame[1] == b'B'
@@ -111,12 +113,13 @@ impl<F: FixedFormat<Message = Setpoint>> OfSetpoints for Receiver<F> {
     const LENGTH: usize = F::Frame::LENGTH;
 }
 
-/// The setpoint at its places in a frame of BIN or BIN-CRC8.
+/// Returns the setpoint from its positions in a frame of BIN or BIN-CRC8.
 pub(crate) fn setpoint_of<const N: usize>(frame: [u8; N]) -> Setpoint {
     [frame[3], frame[4], frame[5]].into()
 }
 
-/// Commits while a frame is received: how many before its last byte, and with it.
+/// Pushes a frame. Returns how many frames were delivered before its last byte, and the setpoint
+/// delivered with its last byte.
 pub(crate) fn receive<P: OfSetpoints, const N: usize>(
     parser: &mut P,
     frame: [u8; N],

@@ -1,4 +1,4 @@
-//! Who takes part: the core's machines, other ways to find the same frames, and yardsticks.
+//! The contenders: the core's machines, other ways to find the same frames, and yardsticks.
 
 use std::hint::black_box;
 use std::sync::LazyLock;
@@ -25,7 +25,7 @@ pub(crate) trait Machine:
 
 impl<M: for<'a> Parser<Message<'a> = Setpoint> + Default + 'static> Machine for M {}
 
-/// A machine of the core, byte by byte.
+/// Runs a machine of the core, byte by byte.
 pub(crate) fn push<M: Machine>(bytes: &[u8]) -> Answer {
     let mut parser = M::default();
     let mut answer = Answer::default();
@@ -37,7 +37,7 @@ pub(crate) fn push<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// A machine of the core, the whole slice at once.
+/// Runs a machine of the core on the whole slice at once.
 pub(crate) fn feed<M: Machine>(bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
     let mut behind = 0;
@@ -45,7 +45,7 @@ pub(crate) fn feed<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Byte by byte, while the line writes down where every byte goes.
+/// Runs a machine byte by byte, with a line that counts the outcome of each byte.
 pub(crate) fn line_push<M: Machine>(bytes: &[u8]) -> Answer {
     let mut line = Line::new(M::default());
     let mut answer = Answer::default();
@@ -58,7 +58,7 @@ pub(crate) fn line_push<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// The same, the whole slice at once.
+/// Runs a machine with a counting line, on the whole slice at once.
 pub(crate) fn line_feed<M: Machine>(bytes: &[u8]) -> Answer {
     let mut line = Line::new(M::default());
     let mut answer = Answer::default();
@@ -68,12 +68,12 @@ pub(crate) fn line_feed<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// The naive reference, which sees the whole stream.
+/// Runs the naive reference, which needs the whole stream.
 pub(crate) fn reference<F: reference::Format>(bytes: &[u8]) -> Answer {
     Answer::of_reference::<F>(bytes)
 }
 
-/// A regular expression: every match, from left to right.
+/// Finds every match of a regular expression, from left to right.
 pub(crate) fn regex(bytes: &[u8]) -> Answer {
     static FRAME: LazyLock<Regex> =
         LazyLock::new(|| Regex::new(r"(?s-u)AB.{4}\r").expect("a valid expression"));
@@ -86,7 +86,7 @@ pub(crate) fn regex(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// By hand: a fast search for "AB", then a look at the place of the terminator.
+/// Searches for "AB" with a fast substring search, then compares the terminator. Written by hand.
 pub(crate) fn memmem(bytes: &[u8]) -> Answer {
     let sync = Finder::new(b"AB");
     let mut answer = Answer::default();
@@ -106,7 +106,7 @@ pub(crate) fn memmem(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// A parser combinator for streams: a frame, or else one byte passed over.
+/// Runs a parser combinator for streams: it takes a frame, or skips one byte.
 pub(crate) fn winnow(bytes: &[u8]) -> Answer {
     type Stream<'a> = Partial<&'a [u8]>;
     type Error = ErrMode<EmptyError>;
@@ -121,7 +121,7 @@ pub(crate) fn winnow(bytes: &[u8]) -> Answer {
 
     let mut answer = Answer::default();
     let mut stream = Partial::new(bytes);
-    // The end of the slice is an incomplete frame, and leaves the loop.
+    // The incomplete frame at the end of the slice ends the loop.
     while let Ok(outcome) = frame_or_byte(&mut stream) {
         if let Some(setpoint) = outcome {
             answer.frame(bytes.len() - stream.len() - 1, setpoint);
@@ -130,14 +130,14 @@ pub(crate) fn winnow(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Yardstick: every 'A' of the stream is visited, as fast as the `memchr` crate can.
+/// Yardstick: visits every 'A' of the stream, as fast as the `memchr` crate can.
 pub(crate) fn memchr_pass(bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
     memchr::memchr_iter(b'A', bytes).for_each(|index| answer.byte(index));
     answer
 }
 
-/// What [`memchr_pass`] must answer.
+/// Returns the expected answer of [`memchr_pass`].
 pub(crate) fn every_a(bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
     for (index, &byte) in bytes.iter().enumerate() {
@@ -148,7 +148,7 @@ pub(crate) fn every_a(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// The payloads of `frames`, each as a message in COBS with its sentinel.
+/// Encodes the payload of each frame as a COBS message with its sentinel.
 pub(crate) fn cobs_encode(frames: &[u8]) -> Vec<u8> {
     let mut encoded = Vec::with_capacity(frames.len());
     for frame in frames.chunks_exact(7) {
@@ -160,8 +160,9 @@ pub(crate) fn cobs_encode(frames: &[u8]) -> Vec<u8> {
     encoded
 }
 
-/// Yardstick: the same payloads in a framing made to be decoded with ease. Each message counts as
-/// the frame of seven bytes that it was, so that the answer is comparable.
+/// Yardstick: decodes the same payloads from COBS, a framing that is designed for easy decoding.
+/// Each message counts as the frame of seven bytes that it was, so that the answers are
+/// comparable.
 pub(crate) fn cobs_decode(encoded: &[u8]) -> Answer {
     let mut answer = Answer::default();
     let mut decoder = CobsDecoderOwned::new(4);

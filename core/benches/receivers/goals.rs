@@ -1,8 +1,8 @@
-//! The ratios that the slice path is held to.
+//! The goals: how many times as fast as another contender the slice path must be.
 //!
-//! Taken apart from criterion's figures, so that whatever else the machine does cannot tip a
-//! balance: the two of a ratio run by turns, on pieces of the stream so short that they are seldom
-//! interrupted, and the median of many rounds is printed.
+//! The goals are measured apart from criterion's figures, so that other load on the machine cannot
+//! favour one side. The two contenders of a ratio run by turns on pieces of the stream. The pieces
+//! are so short that a run is seldom interrupted. The median of many rounds is printed.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -15,7 +15,7 @@ use crate::{contenders, inputs};
 /// Bytes in a piece.
 const PIECE: usize = 1 << 16;
 
-/// How often each piece is taken.
+/// Number of times that each piece is measured.
 const ROUNDS: usize = 16;
 
 type Contender = (&'static str, fn(&[u8]) -> crate::answer::Answer);
@@ -24,7 +24,7 @@ const PUSH: Contender = ("push", contenders::push::<Receiver<Bin>>);
 const FEED: Contender = ("feed", contenders::feed::<Receiver<Bin>>);
 const REGEX: Contender = ("regex", contenders::regex);
 
-/// Measures every goal and prints how far it is met.
+/// Measures every ratio, and prints it with its goal.
 pub(crate) fn compare() {
     println!(
         "\n{:<40} {:<27} {:>5} {:>8}   (10 % to 90 %)",
@@ -40,10 +40,10 @@ pub(crate) fn compare() {
     }
 }
 
-/// Prints how many times as fast as the other the first contender is.
+/// Measures and prints the speed of `first` divided by the speed of `other`.
 fn goal(input: &inputs::Input, first: Contender, other: Contender, at_least: f64) {
     let seconds = |(_, run): Contender, piece: &[u8]| {
-        // The first time brings the bytes into the cache.
+        // The first run brings the bytes into the cache.
         run(piece);
         let start = Instant::now();
         black_box(run(black_box(piece)));

@@ -1,22 +1,22 @@
-//! The streams that the contenders are given: the same bytes in every run.
+//! The input streams of the contenders. They are the same in every run.
 
 use framelock::Encode;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 
-/// Bytes in each stream, or a few more or fewer: many where time is taken, which cargo says by
-/// `--bench`; fewer where the answers are only confirmed.
+/// Returns the approximate number of bytes in each stream: many for timing, for which cargo passes
+/// `--bench`, and fewer when only the answers are checked.
 fn size() -> usize {
     let is_timed = std::env::args().any(|argument| argument == "--bench");
     1 << if is_timed { 20 } else { 16 }
 }
 
-/// A stream, and the name its benchmarks go by.
+/// A stream, and the name of its benchmarks.
 pub(crate) struct Input {
     pub(crate) name: &'static str,
     pub(crate) bytes: Vec<u8>,
 }
 
-/// A perfect line: frames back to back, with random setpoints.
+/// Returns the stream of a perfect line: frames back to back, with random setpoints.
 pub(crate) fn clean_frames() -> Input {
     Input {
         name: "clean frames",
@@ -24,7 +24,7 @@ pub(crate) fn clean_frames() -> Input {
     }
 }
 
-/// The same line, but each byte is lost with probability 1/100.
+/// Returns the same stream, from which each byte is lost with probability 1/100.
 pub(crate) fn frames_with_losses() -> Input {
     let mut random = Random(0x1055);
     let mut bytes = frames::<Bin>();
@@ -35,7 +35,7 @@ pub(crate) fn frames_with_losses() -> Input {
     }
 }
 
-/// No line at all: random bytes.
+/// Returns random bytes: the line carries only noise.
 pub(crate) fn noise() -> Input {
     let mut random = Random(0x0153);
     let eight_bytes = |_| random.next().to_le_bytes();
@@ -45,7 +45,7 @@ pub(crate) fn noise() -> Input {
     }
 }
 
-/// A perfect line in the format with a checksum.
+/// Returns the stream of a perfect line in the format with a checksum.
 pub(crate) fn clean_frames_with_checksum() -> Input {
     Input {
         name: "clean frames with checksum",
@@ -53,8 +53,8 @@ pub(crate) fn clean_frames_with_checksum() -> Input {
     }
 }
 
-/// What nobody sends by accident: streams that hold many places at which a frame may begin or that
-/// make it hard to foresee where the next one does.
+/// Returns streams that are made to be slow. In some of them a frame may begin at many positions.
+/// In others it is hard to predict where the next frame begins.
 pub(crate) fn worst_cases() -> Vec<Input> {
     let eight_frames_and_one_byte = [b"AB0123\r".repeat(8).as_slice(), b"x"].concat();
     vec![
@@ -76,7 +76,7 @@ pub(crate) fn worst_cases() -> Vec<Input> {
     ]
 }
 
-/// Frames back to back, with random setpoints.
+/// Returns frames back to back, with random setpoints.
 fn frames<F: Encode<Message = Setpoint>>() -> Vec<u8> {
     let mut random = Random(0xF4A3);
     let mut bytes = Vec::with_capacity(size() + 8);
@@ -88,7 +88,7 @@ fn frames<F: Encode<Message = Setpoint>>() -> Vec<u8> {
     bytes
 }
 
-/// One pattern again and again.
+/// Returns one pattern, repeated.
 fn repeated(name: &'static str, pattern: &[u8]) -> Input {
     Input {
         name,
@@ -96,7 +96,7 @@ fn repeated(name: &'static str, pattern: &[u8]) -> Input {
     }
 }
 
-/// Parts in random order, each as likely as the others.
+/// Returns parts in random order. All parts are equally likely.
 fn drawn_from(name: &'static str, parts: &[&[u8]]) -> Input {
     let mut random = Random(0xBADC);
     let mut bytes = Vec::with_capacity(size() + 8);
@@ -110,7 +110,7 @@ fn drawn_from(name: &'static str, parts: &[&[u8]]) -> Input {
     Input { name, bytes }
 }
 
-/// `SplitMix64`, by Steele, Lea and Flood.
+/// The random number generator `SplitMix64`, by Steele, Lea and Flood.
 struct Random(u64);
 
 impl Random {

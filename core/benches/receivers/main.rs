@@ -1,7 +1,7 @@
 //! Throughput of the receivers, and of other ways to find the same frames in the same streams.
 //!
-//! A group of benchmarks for each stream, a benchmark for each contender. Each answer is compared
-//! with the naive reference's before it is timed. `BENCHMARKS.md` tells how to read the figures.
+//! There is one group of benchmarks per stream, and one benchmark per contender. Before a contender
+//! is timed, its answer is compared with the naive reference's. `BENCHMARKS.md` explains the figures.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -21,7 +21,7 @@ mod contenders;
 mod goals;
 mod inputs;
 
-/// A benchmark's name, the answer expected, and how it is found.
+/// A benchmark's name, the expected answer, and the function to measure.
 type Contender = (&'static str, Answer, fn(&[u8]) -> Answer);
 
 fn main() {
@@ -40,8 +40,9 @@ fn main() {
     cobs(&mut criterion, &inputs::clean_frames());
     criterion.final_summary();
 
-    // Not if other benchmarks were picked, or only their answers are to be confirmed: then cargo does
-    // not say `--bench`. "goals" is in no benchmark's name, so that word picks these alone.
+    // Skip the goals if the user has picked other benchmarks, or if only the answers are checked:
+    // then cargo does not pass `--bench`. No benchmark has "goals" in its name, so this argument
+    // picks only the goals.
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if arguments.iter().any(|argument| argument == "--bench")
         && arguments
@@ -52,7 +53,7 @@ fn main() {
     }
 }
 
-/// The core's machines and all others that take the lecture's frames.
+/// Measures the core's machines and all other contenders that find the lecture's frames.
 fn everybody(criterion: &mut Criterion, input: &Input) {
     let mut group = group(criterion, input.name, &input.bytes);
     let framelock = Answer::of_reference::<reference::Bin>(&input.bytes);
@@ -140,7 +141,7 @@ fn group<'a>(
     group
 }
 
-/// Compares the answer with the one expected, then times how long it takes to be found.
+/// Compares the answer with the expected one, then measures the time.
 fn time(group: &mut BenchmarkGroup<'_, WallTime>, bytes: &[u8], (name, expected, run): Contender) {
     group.bench_function(name, |bencher| {
         assert_eq!(run(bytes), expected, "{name}");

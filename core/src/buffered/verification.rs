@@ -1,56 +1,62 @@
 //! Theorem 13: the receiver of frames of any length, for every format at once.
 //!
-//! The receiver looks at bytes only through its format, so a harness may number the bytes by their
-//! places in the stream, and let the format say anything that the laws of [`Format`] allow about each
-//! place. That is every lawful format on every stream. [`Row`] is what it says about one place.
+//! The receiver examines bytes only through its format. So a harness can replace each byte by its *place*, the
+//! index of the byte in the stream. The format may then give any answer about each place that the laws of
+//! [`Format`] allow. This covers every lawful format on every stream. A [`Row`] holds the format's answers about
+//! one place.
 //!
-//! **The reference**, `framed` of `framelock-proofs`, goes from place to place. It asks the format
-//! about all that follows; where a frame begins it goes on behind it, where none begins it drops one
-//! byte, and where that cannot be known yet it stops.
+//! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all
+//! bytes that follow. Where a frame begins, it continues after the frame. Where no frame begins, it drops one
+//! byte. Where the format cannot decide yet, it stops.
 //!
-//! **13a: equality.** However a stream is cut into slices, pushed or fed, the receiver's events are the
-//! reference's, in the same order, and what is pending after `feed` is what the reference leaves.
+//! An *event* is a frame that is delivered, or a run of bytes that are dropped.
 //!
-//! Proof by induction over the receiver's steps. The invariant ([`fits`]): what is pending are the places
-//! from some `start` on, where the reference goes on, and with fewer bytes than `ask_at` waits for the
-//! format says `Incomplete`. It holds after `new()`. Each step keeps it, and its events are the
-//! reference's next ones ([`steps`]):
+//! **13a: equality.** However a stream is cut into slices, and whether the slices are pushed or fed, the receiver
+//! has the same events as the reference, in the same order. After `feed` the pending bytes are those that the
+//! reference has left.
 //!
-//! * `decide` asks the format once, about the first pending place. A frame or a drop is what the
-//!   reference finds there, for by law 2 more bytes do not change it. Else both wait.
-//! * `discard_what_starts_nothing` drops places that start nothing, and by law 4 so does the reference.
-//! * `store` adds the next places, also where what is pending moves to the front; `next` stores as many as decide.
-//! * `take`, with nothing pending, does one of these in the slice, or stores the whole slice. Runs longer than its
-//!   slices here are in `noise::verification`.
-//! * `give_back` leaves nothing pending, and a slice that begins where the pending bytes did.
+//! Proof by induction over the receiver's steps. The invariant is [`fits`]: the pending bytes are the places from
+//! `start` on, where `start` is the place at which the reference continues. With fewer bytes than `ask_at`
+//! demands, the format answers `Incomplete`. The invariant holds after `new()`. Each step keeps the invariant, and
+//! its events are the next events of the reference ([`steps`]):
 //!
-//! `feed` and `next` are loops of them. They end where the format has said `Incomplete` of what is pending, or
-//! would: there the reference stops as well; and `next` behind each frame. [`reference`] runs their loops
-//! on a few bytes; that they do the same on more is this argument in words.
+//! * `decide` asks the format once, about the first pending place. If the answer is a frame or a drop, the
+//!   reference finds the same, because by law 2 more bytes do not change the answer. Otherwise both wait.
+//! * `discard_what_starts_nothing` drops places that start no frame. By law 4 the reference drops them, too.
+//! * `store` adds the next places, even when the pending bytes move to the front. `next` stores as many bytes as
+//!   the format needs to decide.
+//! * `take` runs while nothing is pending. It does one of the steps above in the slice, or stores the whole slice.
+//!   Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
+//! * `give_back` leaves nothing pending, and returns a slice that begins where the pending bytes began.
 //!
-//! **13b: no law is needed** for this: nothing panics, every call ends, fewer than `LONGEST` bytes are
-//! pending after it, and each byte is in exactly one event or pending. Each step keeps the invariant but
-//! for what it says of the format ([`lawless`]). Each round of each loop decides about at least one
-//! byte, or ends the loop.
+//! `feed` and `next` are loops of these steps. The loops end where the format answers `Incomplete` about the
+//! pending bytes, and there the reference stops, too. `next` also ends after each frame. [`reference`] runs these
+//! loops on a few bytes. That the loops do the same on more bytes is argued here, and not machine-checked.
 //!
-//! **13c: `push`** asks the format at most once. Its events are the reference's next ones; without any, none
-//! is due ([`pushes`]). What it leaves, `poll`, `feed` of an empty slice or a line event decides,
-//! since their loops go on from any state that fits (`poll` is `next` of an empty slice).
+//! **13b: no law is needed** for the following: nothing panics, every call ends, fewer than `LONGEST` bytes are
+//! pending after each call, and each byte is either in exactly one event or pending. Each step keeps the
+//! invariant, except for its statement about the format ([`lawless`]). Each iteration of each loop decides about
+//! at least one byte, or ends the loop.
 //!
-//! **13d: never deaf.** Each frame that the stream holds is committed, unless a committed frame that begins
-//! before it shares bytes with it. This is shown of the reference ([`reference`]): it passes no place
-//! without a frame there, or one that reaches over it; and if it stops before the place, the bytes behind
-//! the frame, or a line event, make it go on.
+//! **13c: `push`** asks the format at most once. Its events are the reference's next events. If `push` has no
+//! event, the reference has none to add either ([`pushes`]). Bytes that `push` leaves undecided are decided by
+//! `poll`, by `feed` of an empty slice, or by a line event: their loops continue from any state that fits (`poll`
+//! is `next` of an empty slice).
 //!
-//! **13e: latency.** A frame of `n` bytes is decided about at most `LONGEST - n` bytes behind its last.
-//! For if it is not when `b` bytes have come behind its last, all of these are pending: `n + b < LONGEST`
-//! (13b). `feed` is one byte earlier, `LONGEST - 1 - n`, if the format knows the frame by its own bytes:
-//! then the reference has stopped at an earlier place, whose byte is pending as well. Both are sharp
-//! ([`reference`]).
+//! **13d: never deaf.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares
+//! bytes with it. This is proved for the reference ([`reference`]). The reference passes the frame's place only by
+//! delivering this frame, or an earlier frame that contains the place. If the reference stops before the place,
+//! the bytes after the frame, or a line event, make it continue.
 //!
-//! **13f: a line event** does what the reference does at the end of a stream: it commits the frames that
-//! lie whole in what is pending, and drops the other bytes ([`line_events`] has a round of its loop,
-//! [`reference`] runs the loop). Then nothing is pending, so no later frame has a byte from before it.
+//! **13e: latency.** A frame of `n` bytes is decided about at most `LONGEST - n` bytes after its last byte.
+//! Suppose that it is still undecided when `b` bytes have come after its last byte. Then all of these bytes are
+//! pending, so by 13b `n + b < LONGEST`. `feed` is one byte earlier, at `LONGEST - 1 - n`, if the format needs
+//! only the frame's own bytes to recognise it: then the reference has stopped at an earlier place, and that
+//! place's byte is pending, too. Streams exist that reach both bounds ([`reference`]).
+//!
+//! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie
+//! whole in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and
+//! [`reference`] runs the loop. Then nothing is pending, so no later frame contains a byte from before the event.
 //!
 //! **13g** is in the crate `framelock-formats`.
 
@@ -66,29 +72,29 @@ use super::BufferedReceiver;
 use crate::any_format::{Row, any_up_to, any_verdict};
 use crate::{Classification, DiscardReason, Format};
 
-/// The byte that stands at a place.
+/// Returns the byte that stands for a place: the lowest byte of its number.
 fn byte(place: usize) -> u8 {
     place.to_le_bytes()[0]
 }
 
-/// Whether these are the bytes from a place on. It looks at one of them, which may be any: to be asserted,
-/// not assumed.
+/// Returns whether these bytes are the places from `from` on. Examines only one of the bytes, at an arbitrary
+/// index. So use the result in assertions, not in assumptions.
 fn are_places(bytes: &[u8], from: usize) -> bool {
     let at = usize::from(kani::any::<u8>());
     at >= bytes.len() || bytes[at] == byte(from.wrapping_add(at))
 }
 
-/// A place and a number of bytes, once a format was asked about them.
+/// The place and the number of bytes about which the format was asked, if it was asked.
 type Asked = Cell<Option<(usize, usize)>>;
 
-/// Any format, as far as one step asks it: about one place, once.
+/// Any format during one step: it answers one question, about one place.
 #[derive(Clone, Copy)]
 struct Any<'a, const L: usize> {
-    /// What it says there. If nothing, anything: it need not keep the laws.
+    /// The answers about that place. `None`: any answers, even against the laws.
     row: Option<Row>,
-    /// Which places start a frame.
+    /// The places that start a frame, as bits.
     starts: u32,
-    /// The question that it was asked: the first place, and the number of bytes.
+    /// The question that the format was asked: the first place, and the number of bytes.
     asked: &'a Asked,
 }
 
@@ -112,17 +118,17 @@ impl<'a, const L: usize> Any<'a, L> {
         self.starts >> (place % 32) & 1 == 1
     }
 
-    /// How many bytes it takes until it is settled what begins at a place.
+    /// Returns the number of bytes that decide the classification at a place.
     fn settled_at(&self, place: usize) -> usize {
         match self.row {
             None => L,
-            // Law 4.
+            // By law 4.
             Some(_) if !self.starts_at(place) => 1,
             Some(row) => row.settled_at,
         }
     }
 
-    /// The first place that starts a frame, from one on and before another, or that.
+    /// Returns the first place in `from..end` that starts a frame, or `end`.
     fn first_start(&self, from: usize, end: usize, most: usize) -> usize {
         let mut first = end;
         let mut back = most;
@@ -158,7 +164,7 @@ impl<const L: usize> Format for Any<'_, L> {
                 || row.settled_at == 1
                     && row.settled == Classification::Rejected(DiscardReason::NoSync),
         );
-        // Law 5: what was seen was incomplete.
+        // Law 5: the bytes seen before were incomplete.
         assert!(seen < row.settled_at);
         row.classify(bytes.len())
     }
@@ -172,7 +178,7 @@ impl<const L: usize> Format for Any<'_, L> {
     }
 }
 
-/// A receiver in any state that [fits], with up to `most` bytes pending: the places from `from` on.
+/// Returns a receiver in any state that [fits]. The places from `from` on are pending, at most `most` of them.
 fn any_receiver<const L: usize, const N: usize>(
     format: Any<'_, L>,
     most: usize,
@@ -199,8 +205,8 @@ fn any_receiver<const L: usize, const N: usize>(
     receiver
 }
 
-/// The invariant: so many bytes are pending, the places from `start` on, and what begins there is not
-/// settled with fewer bytes than `ask_at` waits for. To be asserted.
+/// The invariant: the places from `start` on are pending, `pending` of them. With fewer bytes than `ask_at`
+/// demands, the classification at `start` is undecided. Use it in assertions, not in assumptions.
 fn fits<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     start: usize,
@@ -220,7 +226,7 @@ fn waits_for_what_is_not_settled<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     settled_at: usize,
 ) -> bool {
-    // Of a place that has not come yet nothing is known.
+    // About a place that has not been received, nothing is known yet.
     let settled_at = if receiver.from == receiver.to {
         1
     } else {
@@ -229,7 +235,7 @@ fn waits_for_what_is_not_settled<const L: usize, const N: usize>(
     receiver.ask_at <= receiver.from + settled_at
 }
 
-/// A harness for each longest frame, with a buffer of its size and a larger one.
+/// Defines one harness per length of the longest frame, each with its own buffer size.
 macro_rules! for_longest {
     ($module:ident, $proof:ident: $($name:ident $longest:literal $size:literal $bound:literal)*) => {
         mod $module {

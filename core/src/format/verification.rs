@@ -1,19 +1,20 @@
-//! Any classifications, lawful or not: for theorem 13, here and in `framelock-formats`.
+//! Arbitrary classifications, lawful or not. The harnesses of theorem 13 use them, here and in
+//! `framelock-formats`.
 
 use crate::{Classification, DiscardReason};
 
-/// What a lawful format says from one place of the stream on. With fewer than `settled_at` bytes it is
-/// `Incomplete`, with as many or more always the same (laws 1 to 3).
+/// The answers of a lawful format about one position of the stream. With fewer than `settled_at` bytes
+/// the answer is `Incomplete`. With `settled_at` bytes or more it is always `settled` (laws 1 to 3).
 #[derive(Clone, Copy)]
 pub struct Row {
-    /// How many bytes it takes.
+    /// Number of bytes that decide the classification.
     pub settled_at: usize,
-    /// What it says then.
+    /// The final classification.
     pub settled: Classification,
 }
 
 impl Row {
-    /// With frames of up to so many bytes.
+    /// Returns any row of a format whose longest frame has `longest` bytes.
     pub fn any(longest: usize) -> Self {
         let settled_at = any_up_to(longest);
         let settled = if kani::any() {
@@ -31,12 +32,13 @@ impl Row {
         }
     }
 
-    /// Of so many bytes; `None` if they are incomplete.
+    /// Returns the final classification, or `None` if `length` bytes are incomplete.
     pub fn settled(&self, length: usize) -> Option<Classification> {
         (length >= self.settled_at).then_some(self.settled)
     }
 
-    /// Of so many bytes. How many more it takes is another answer each time.
+    /// Classifies `length` bytes. If they are incomplete, `at_least` may be another number at each
+    /// call.
     pub fn classify(&self, length: usize) -> Classification {
         self.settled(length).unwrap_or_else(|| {
             let at_least = any_up_to(self.settled_at);
@@ -46,7 +48,7 @@ impl Row {
     }
 }
 
-/// Any reason.
+/// Returns any reason.
 pub fn any_mismatch() -> DiscardReason {
     match kani::any::<u8>() {
         0 => DiscardReason::NoSync,
@@ -60,17 +62,17 @@ pub fn any_mismatch() -> DiscardReason {
     }
 }
 
-/// Any number up to one that fits a byte.
+/// Returns any number up to `most`, which must fit into a byte.
 pub fn any_up_to(most: usize) -> usize {
     let number = usize::from(kani::any::<u8>());
     kani::assume(number <= most);
     number
 }
 
-/// Any at all, lawful or not.
+/// Returns any classification, lawful or not.
 pub fn any_verdict() -> Classification {
     let number: u8 = kani::any();
-    // As wrong as a number can be.
+    // The largest number stands for every number that is far too large.
     let number = if number == u8::MAX {
         usize::MAX
     } else {

@@ -6,9 +6,10 @@ use super::Setpoint;
 
 /// The motion simulator's "BIN" output: `'A' 'B' reserved pitch roll yaw CR`, seven bytes.
 ///
-/// No escaping and no checksum: the payload may hold any byte, and a substituted payload byte
-/// goes unnoticed. A frame repeated without pause whose payload is `(0D 41 42 x)` or `(x 0D 41 42)` is
-/// ambiguous: report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line pauses.
+/// The format has no escaping and no checksum. So the payload may hold any byte, and a substituted payload byte
+/// goes unnoticed. If a sender repeats a frame without pause and its payload is `(0D 41 42 x)` or `(x 0D 41
+/// 42)`, the stream is ambiguous. To resolve it, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the
+/// line pauses.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Bin {}
 
@@ -25,16 +26,16 @@ impl FixedFormat for Bin {
 }
 
 impl Encode for Bin {
-    /// The reserved byte is sent as 0.
+    /// Encodes the setpoint. The reserved byte is 0.
     fn encode(Setpoint { pitch, roll, yaw }: Setpoint) -> [u8; 7] {
         [b'A', b'B', 0, pitch, roll, yaw, b'\r']
     }
 }
 
-/// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes, for those who control both ends.
+/// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes. Use it if you control both ends.
 ///
-/// The checksum is [`crc8`] of the four bytes between sync and checksum: no error of one to three
-/// bits in those five bytes goes unnoticed. The reserved byte is sent as 0.
+/// The checksum is [`crc8`] of the four bytes between the sync and the checksum. It detects every error of one
+/// to three bits in these five bytes. The encoder sends 0 as the reserved byte.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum BinCrc8 {}
 
@@ -62,14 +63,16 @@ impl Encode for BinCrc8 {
     }
 }
 
-/// CRC-8/AUTOSAR: polynomial 0x2F, initial value 0xFF, not reflected, final exclusive or 0xFF.
+/// Computes CRC-8/AUTOSAR: polynomial 0x2F, initial value 0xFF, not reflected, final exclusive or 0xFF.
 ///
-/// Its Hamming distance over four bytes and itself is 4. A shift and an exclusive or per bit: 32
-/// steps, and no table in flash, since it is asked only about windows whose fixed bytes agree.
+/// The Hamming distance of the four bytes and their checksum is 4. The function takes 32 steps, one shift and
+/// one exclusive or per bit. It needs no table in flash: the receiver computes a checksum only when all fixed
+/// bytes agree.
 #[inline]
 #[must_use]
 pub fn crc8(payload: [u8; 4]) -> u8 {
-    // Its linearity lets all four bytes be taken at once, the register being the top byte.
+    // The CRC is linear, so one 32-bit register takes all four bytes at once. Its top byte is the CRC's
+    // register.
     let mut register = u32::from_be_bytes(payload) ^ 0xFF00_0000;
     for _ in 0..32 {
         let divisor = if register >> 31 == 1 { 0x2F00_0000 } else { 0 };

@@ -1,4 +1,4 @@
-//! What the actuators do when setpoints stop coming, and when they come again.
+//! The failsafe: moves the actuators safely when setpoints stop coming, and when they come again.
 //!
 //! ```text
 //!                      frame                           silence >= hold_after
@@ -20,7 +20,8 @@ use core::num::NonZeroU32;
 #[cfg(kani)]
 mod verification;
 
-/// What a frame asks of one axis, from one end of its travel to the other: `u8` or `u16`, and nothing else (sealed).
+/// The demand that a frame carries for one axis, from one end of its travel to the other: `u8` or `u16`. The trait
+/// is sealed.
 pub trait Demand: Copy + Eq + Debug + Default + Into<u16> + TryFrom<u16> + sealed::Bits {}
 
 impl Demand for u8 {}
@@ -40,23 +41,24 @@ mod sealed {
     }
 }
 
-/// How a [`Failsafe`] behaves. Times are in ticks of whatever clock the program passes in.
+/// The parameters of a [`Failsafe`]. Times are in ticks of the clock whose time the program passes to the failsafe.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FailsafeParameters<D, const AXES: usize> {
-    /// Silence after which the output is held: how long the line may be quiet in normal use. At least 1.
+    /// Silence after which the failsafe holds the output: longer than any pause of the line in normal use. At least
+    /// 1.
     pub hold_after: u32,
-    /// Silence after which the output moves to park. At least `hold_after`.
+    /// Silence after which the failsafe moves the output to park. At least `hold_after`.
     pub ramp_after: u32,
-    /// Where each axis goes when nobody says where to go.
+    /// Where each axis goes when no frames come.
     pub park: [D; AXES],
-    /// The bounded rate of each axis: ticks for one unit of demand. With demands of 16 bits take a clock of
-    /// microseconds: at 30 of them a unit the whole travel takes two seconds.
+    /// The bounded rate of each axis: ticks for one unit of demand. For demands of 16 bits use a clock of
+    /// microseconds: with 30 ticks per unit, the whole travel takes two seconds.
     pub ticks_per_unit: [NonZeroU32; AXES],
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
-    /// Ticks from the last frame until every axis is at park, whatever the demand was.
+    /// Returns the number of ticks after the last frame at which every axis is at park, whatever the demand was.
     #[must_use]
     pub fn parked_after(&self) -> u64 {
         let most = u16::MAX.wrapping_shr(u16::BITS.saturating_sub(D::BITS));
@@ -70,7 +72,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
     }
 }
 
-/// Why a [`Failsafe`] cannot be built.
+/// The reason why a [`Failsafe`] cannot be built.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -92,7 +94,7 @@ impl fmt::Display for FailsafeError {
 
 impl core::error::Error for FailsafeError {}
 
-/// What the failsafe is doing.
+/// The current behaviour of the failsafe.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -100,7 +102,7 @@ impl core::error::Error for FailsafeError {}
 pub enum Phase {
     /// The output is the last frame's demands.
     Live,
-    /// Frames come again; the output moves to the demands at the bounded rate.
+    /// Frames come again: the output moves to the demands at the bounded rate.
     Approach,
     /// Silence: the output stays where it is.
     Hold,
@@ -123,32 +125,32 @@ impl fmt::Display for Phase {
     }
 }
 
-/// What the actuators are to do now.
+/// The output for the actuators at the time of the call.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Output<D, const AXES: usize> {
-    /// Where each axis is to be.
+    /// The position for each axis.
     pub axes: [D; AXES],
-    /// Why.
+    /// The failsafe's phase, which explains the positions.
     pub phase: Phase,
 }
 
-/// Sits between the receiver and the actuators: any number of axes, demands of 8 or 16 bits. Time is passed
-/// in, as a counter that may wrap.
+/// The failsafe between the receiver and the actuators, for any number of axes and demands of 8 or 16 bits. The
+/// program passes in the time, as a counter that may wrap.
 ///
-/// Tell it of each [`frame`](Self::frame) and [`poll`](Self::poll) it for the output, both with
-/// the time now; call it more often than the counter wraps. Should the time go backwards, that
-/// reads as a long silence: the safe way to be wrong.
+/// Report each [`frame`](Self::frame), and [`poll`](Self::poll) for the output. Pass the current time to both. Call
+/// one of them more often than the counter wraps. If the time goes backwards, the failsafe takes that for a long
+/// silence, which is the safe mistake.
 ///
-/// Outside [`Phase::Live`] an axis moves at most one unit in each `ticks_per_unit`, also on the
-/// way back: the first frame after a silence is approached, never jumped to (theorem 10). Live, the
-/// output is the demand itself, since smoothing it is the sender's business.
+/// Outside [`Phase::Live`] an axis moves at most one unit in each `ticks_per_unit`. This includes the way back:
+/// after a silence the axis approaches the first frame's demand, and never jumps (theorem 10). In [`Phase::Live`]
+/// the output is the demand itself: smoothing the demands is the sender's task.
 ///
 /// # Examples
 /// ```
 /// use core::num::NonZeroU32;
 /// use framelock::motion::{Failsafe, FailsafeParameters, Phase, Setpoint};
-/// // A clock of 1 ms: hold after 100 ms, to the middle after 500 ms at 100 units a second.
+/// // A clock of 1 ms: hold after 100 ms, then move to the middle after 500 ms, at 100 units per second.
 /// let rate = NonZeroU32::new(10).unwrap();
 /// let parameters = FailsafeParameters {
 ///     hold_after: 100, ramp_after: 500, park: [128_u8; 3], ticks_per_unit: [rate; 3],
@@ -168,9 +170,9 @@ pub struct Output<D, const AXES: usize> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Failsafe<D, const AXES: usize> {
     parameters: FailsafeParameters<D, AXES>,
-    /// When it was last called.
+    /// The time of the last call.
     now: u32,
-    /// Ticks since the last frame, as far as it matters: stays at the top once there.
+    /// Ticks since the last frame. Saturates at the largest number.
     silence: u32,
     demands: [D; AXES],
     axes: [Axis<D>; AXES],
@@ -180,24 +182,24 @@ pub struct Failsafe<D, const AXES: usize> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Axis<D> {
     position: D,
-    /// Ticks since the last unit of the way; fewer than one unit takes.
+    /// Ticks since the last whole unit of the way: fewer than one unit takes.
     since_unit: u32,
 }
 
 impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
-    /// Parked, with no frame received. `now` is the time.
+    /// Creates a failsafe whose output is at park and that has received no frame. `now` is the current time.
     ///
     /// # Errors
-    /// If the parameters contradict themselves: see [`FailsafeError`].
+    /// Returns an error if the parameters contradict each other: see [`FailsafeError`].
     pub fn new(parameters: FailsafeParameters<D, AXES>, now: u32) -> Result<Self, FailsafeError> {
         Self::resumed(parameters, now, parameters.park)
     }
 
-    /// As [`new`](Self::new), but the output begins at `output` and moves to park from there: for
-    /// actuators that are known to be elsewhere, as after a reset.
+    /// Creates a failsafe like [`new`](Self::new), but its output begins at `output` and moves from there to park.
+    /// Use it if the actuators are known to be elsewhere, for example after a reset.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// Returns the same errors as [`new`](Self::new).
     pub fn resumed(
         parameters: FailsafeParameters<D, AXES>,
         now: u32,
@@ -218,7 +220,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         })
     }
 
-    /// A frame was committed at the time `now`.
+    /// Takes the demands of a frame that was delivered at the time `now`.
     pub fn frame(&mut self, now: u32, demands: impl Into<[D; AXES]>) {
         let live = self.poll(now).phase == Phase::Live;
         self.silence = 0;
@@ -228,8 +230,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         }
     }
 
-    /// The output at the time `now`. However often it is called, the output at a given time is
-    /// the same. Two long divisions an axis at most, of as many steps as a demand has bits.
+    /// Returns the output at the time `now`. The output at a given time does not depend on how often this is called.
+    /// Makes at most two long divisions per axis, with one step per bit of the demand.
     pub fn poll(&mut self, now: u32) -> Output<D, AXES> {
         let parameters = self.parameters;
         let (hold_after, ramp_after) = (parameters.hold_after, parameters.ramp_after);
@@ -240,7 +242,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
 
         let held_for = hold_after.saturating_sub(before);
         self.approach(self.demands, elapsed.min(held_for));
-        // No ticks before `ramp_after`.
+        // `elapsed` without the ticks before `ramp_after`.
         let to_park = elapsed.saturating_sub(ramp_after.saturating_sub(before));
         self.approach(parameters.park, to_park);
         let axes = self.axes.map(|axis| axis.position);
@@ -263,7 +265,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
 }
 
 impl<D: Demand> Axis<D> {
-    /// Where a demand wants it.
+    /// Creates an axis at this position.
     fn at(position: D) -> Self {
         Self {
             position,
@@ -271,14 +273,14 @@ impl<D: Demand> Axis<D> {
         }
     }
 
-    /// Moves for that many ticks, a unit in each `ticks_per_unit`; stops at the target.
+    /// Moves for `ticks` ticks, one unit in each `ticks_per_unit`. Stops at the target.
     fn approach(&mut self, target: D, ticks: u32, ticks_per_unit: NonZeroU32) {
         if ticks == 0 {
             return;
         }
         let mut left = u64::from(ticks).saturating_add(u64::from(self.since_unit));
-        // Long division: no way has more units than a demand can say, so a step for each of its bits
-        // tells how many are made. Mostly it is none.
+        // Long division. No way is longer than the largest demand, so one step per bit of the demand gives the
+        // number of units. Usually it is zero.
         let mut units = 0;
         if left >= u64::from(ticks_per_unit.get()) {
             for bit in (0..D::BITS).rev() {
@@ -288,7 +290,7 @@ impl<D: Demand> Axis<D> {
         self.advance(target, units, left);
     }
 
-    /// Moves that many units, which leaves that many ticks; stops at the target.
+    /// Moves `units` units, after which `left` ticks are left over. Stops at the target.
     fn advance(&mut self, target: D, units: u16, left: u64) {
         let (position, goal): (u16, u16) = (self.position.into(), target.into());
         if units >= position.abs_diff(goal) {
@@ -300,15 +302,15 @@ impl<D: Demand> Axis<D> {
         } else {
             position.saturating_sub(units)
         };
-        // Between two demands, so it is one.
+        // `moved` lies between two demands, so it is a demand.
         self.position = moved.try_into().unwrap_or(target);
-        // Less than a unit's, or the target were reached.
+        // Fewer ticks than a unit takes; otherwise the axis would have reached the target.
         self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
     }
 }
 
-/// One step of the long division: if the ticks left are enough for `1 << bit` units, these are
-/// counted and their ticks taken.
+/// Makes one step of the long division. If the ticks left are enough for `1 << bit` units, counts these units and
+/// subtracts their ticks.
 fn division_step(units: u16, left: u64, ticks_per_unit: NonZeroU32, bit: u32) -> (u16, u64) {
     let taken = u64::from(ticks_per_unit.get()).wrapping_shl(bit);
     match left.checked_sub(taken) {

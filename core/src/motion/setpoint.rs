@@ -1,4 +1,4 @@
-//! What a frame asks of three actuators.
+//! The setpoint: the demands that a frame carries for three actuators.
 
 use core::fmt;
 
@@ -23,7 +23,8 @@ pub struct Setpoint {
 }
 
 impl From<[u8; 3]> for Setpoint {
-    /// In the order of the frame, there and back: pitch, roll, yaw.
+    /// Takes the demands in the order of the frame: pitch, roll, yaw. The conversion back
+    /// has the same order.
     fn from([pitch, roll, yaw]: [u8; 3]) -> Self {
         Self { pitch, roll, yaw }
     }

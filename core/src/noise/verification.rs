@@ -1,8 +1,9 @@
-//! Theorems 6 and 13a: what is passed over together starts nothing.
+//! Theorems 6 and 13a: bytes that are skipped together start no frame.
 
 use super::{BLOCK, blocks_without_start, run_without_start};
 
-/// Which bytes start a frame is all that matters of them.
+/// Stands for the format: odd bytes start a frame. The search depends on nothing else
+/// about a byte.
 fn is_odd(byte: u8) -> bool {
     byte % 2 == 1
 }

@@ -1,5 +1,5 @@
-//! Every short stream, and streams nobody thought of, against the naive reference; and the
-//! reference itself against regular expressions.
+//! Compares the receivers with the naive reference, on every short stream and on random streams.
+//! Also compares the reference itself with regular expressions.
 
 use framelock::motion::Bin;
 use framelock::{Counters, Line, LineEvent, Receiver};
@@ -7,20 +7,20 @@ use framelock_fuzz_oracles::{Stream, StreamStep, parser, reader};
 use framelock_proofs::reference::{self, whole_buffer};
 use proptest::prelude::*;
 
-/// The stream as one slice.
+/// Checks the stream as one slice.
 fn check(bytes: &[u8]) {
     parser(&Stream(vec![StreamStep::Slice(bytes.to_vec())]));
 }
 
-/// Every stream of up to ten bytes over {'A', 'B', CR, other}: 4^10 of the longest, whose
-/// beginnings are all the shorter ones.
+/// Checks every stream of up to ten bytes over {'A', 'B', CR, other}. There are 4^10 streams of ten
+/// bytes. Every shorter stream is the beginning of one of them.
 #[test]
 fn every_stream_of_ten_bytes() {
     const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];
     for stream in 0..1_u32 << 20 {
         let bytes: [u8; 10] =
             std::array::from_fn(|place| ALPHABET[(stream >> (2 * place) & 3) as usize]);
-        // A cut that moves on from stream to stream.
+        // Each stream is cut at another position than the one before.
         let (before, behind) = bytes.split_at(stream as usize % 11);
         parser(&Stream(
             [before, behind]
@@ -30,8 +30,9 @@ fn every_stream_of_ten_bytes() {
     }
 }
 
-/// Every stream of up to seven bytes over the same, where the slice path finds it: in a slice long
-/// enough for that, behind a frame or noise, before frames or noise, and across the edge of a block.
+/// Checks every stream of up to seven bytes over the same alphabet on the fast path for slices. The
+/// stream lies in a slice that is long enough for this path: after a frame or noise, before frames
+/// or noise, and across the edge of a block.
 #[test]
 fn every_stream_of_seven_bytes_within_a_long_slice() {
     const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];
@@ -44,7 +45,7 @@ fn every_stream_of_seven_bytes_within_a_long_slice() {
     }
 }
 
-/// Frames, bytes that look like frames, and noise: what makes parsers go wrong.
+/// Generates frames, bytes that look like frames, and noise: streams that often break parsers.
 fn stream(longest: usize) -> impl Strategy<Value = Vec<u8>> {
     let likely = prop::sample::select(vec![b'A', b'B', b'\r', 0x80]);
     let part = prop_oneof![
@@ -62,7 +63,7 @@ fn stream(longest: usize) -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(part, 0..longest).prop_map(|parts| parts.concat())
 }
 
-/// Any slices, and any line events between them.
+/// Generates any slices, with any line events between them.
 fn steps() -> impl Strategy<Value = Vec<StreamStep>> {
     let event = prop::sample::select(vec![
         LineEvent::Framing,
@@ -89,7 +90,7 @@ fn steps() -> impl Strategy<Value = Vec<StreamStep>> {
     prop::collection::vec(part, 0..6).prop_map(|parts| parts.concat())
 }
 
-/// The indices of the last bytes of the frames that the reference finds.
+/// Returns the indices of the last bytes of the frames that the reference finds.
 fn ends<F: reference::Format>(bytes: &[u8]) -> Vec<usize> {
     let mut ends = Vec::new();
     let mut known = 0;
@@ -108,7 +109,8 @@ proptest! {
         reader(&stream);
     }
 
-    /// The third oracle. What the lecture's machine consumes together is one match.
+    /// Regular expressions are the third oracle. Bytes that the lecture's machine consumes together
+    /// are one match.
     #[test]
     fn the_reference_against_regular_expressions(bytes in stream(40)) {
         let framelock = regex::bytes::Regex::new(r"(?s-u)AB.{4}\r").expect("a valid expression");
@@ -126,7 +128,7 @@ proptest! {
     }
 }
 
-/// A resynchronisation is a commit that ends a loss, and is counted once for each.
+/// A resynchronisation is a frame delivered after a loss. Each loss ends with one resynchronisation.
 #[test]
 fn resynchronisations_are_counted() {
     let mut line = Line::new(Receiver::<Bin>::new());
@@ -147,13 +149,13 @@ fn resynchronisations_are_counted() {
     line.line_event(LineEvent::Overrun, |_| ());
     line.feed(b"AB\0abc\r", |_| ());
     assert_eq!(line.counters().resynchronisations, 3);
-    // Events that drop nothing lose nothing.
+    // A line event that drops no byte is no loss.
     line.line_event(LineEvent::Idle, |_| ());
     line.feed(b"AB\0abc\r", |_| ());
     assert_eq!(line.counters().resynchronisations, 3);
 }
 
-/// Counters wrap, and the identity holds modulo their width.
+/// Counters wrap. The identity of the counters holds modulo their width.
 #[test]
 fn counters_wrap() {
     let most = u32::MAX;

@@ -1,4 +1,4 @@
-//! The checksum against a catalogue of them, and against every small error.
+//! Compares the checksum with a catalogue of CRCs, and tests it with every small error.
 
 use framelock::motion::{BinCrc8, Setpoint, crc8};
 use framelock::{Encode, Receiver};
@@ -21,8 +21,9 @@ proptest! {
     }
 }
 
-/// No frame with one to three wrong bits in payload and checksum is committed as that frame:
-/// every choice of positions, for some payloads (the code is linear: one would do).
+/// A frame with one to three wrong bits in payload and checksum is never delivered as that
+/// frame. The test tries every choice of positions for several payloads (one payload would be
+/// enough, because the code is linear).
 #[test]
 fn one_to_three_wrong_bits_are_never_committed() {
     let bits = 2 * 8..7 * 8;
@@ -33,7 +34,7 @@ fn one_to_three_wrong_bits_are_never_committed() {
             for b in a..bits.end {
                 for c in b..bits.end {
                     let mut wrong = frame;
-                    // Where two of the three are the same bit, this is an error of fewer bits.
+                    // If two of the three positions are equal, the error has fewer bits.
                     for bit in [Some(a), (b != a).then_some(b), (c != b).then_some(c)]
                         .into_iter()
                         .flatten()
@@ -57,7 +58,7 @@ fn one_to_three_wrong_bits_are_never_committed() {
     }
 }
 
-/// Four wrong bits can go unnoticed: the bound is exact.
+/// Some errors of four bits go unnoticed, so the bound is exact.
 #[test]
 fn some_four_wrong_bits_are_committed() {
     let found = (0..40_u32).any(|a| {
@@ -65,7 +66,8 @@ fn some_four_wrong_bits_are_committed() {
             (0..b).any(|c| {
                 (0..c).any(|d| {
                     let error = (1_u64 << a | 1 << b | 1 << c | 1 << d).to_be_bytes();
-                    // Linear: the checksum of an error alone, without the constants.
+                    // The code is linear, so this is the checksum of the error alone, without
+                    // the constants.
                     let [_, _, _, e0, e1, e2, e3, crc] = error;
                     crc8([e0, e1, e2, e3]) ^ crc8([0; 4]) == crc
                 })

@@ -1,4 +1,4 @@
-//! The examples print what they say at their end.
+//! Each example prints the lines that are written at its end.
 
 use std::cell::RefCell;
 
@@ -6,7 +6,7 @@ thread_local! {
     static PRINTED: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Takes the place of the examples' own.
+/// Replaces the `println!` of the examples.
 macro_rules! println {
     ($($text:tt)*) => { super::print(&format!($($text)*)) };
 }

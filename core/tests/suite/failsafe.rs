@@ -1,4 +1,4 @@
-//! The failsafe, against the model of its oracle, and at times known beforehand.
+//! Compares the failsafe with the model in its oracle, and tests it at times whose outputs are known.
 
 use std::num::NonZeroU32;
 
@@ -115,7 +115,8 @@ fn long_parameters() -> impl Strategy<Value = FailsafeParameters> {
 }
 
 proptest! {
-    /// Frames and polls at any times, short and long, the wrap of the clock among them: as the oracle's model says.
+    /// The failsafe gives the same outputs as the oracle's model, for frames and polls at any times, short and long, also
+    /// across the wrap of the clock.
     #[test]
     fn goes_as_the_model_does(
         parameters in prop_oneof![any_parameters(), long_parameters()],
@@ -152,18 +153,18 @@ fn a_whole_outage() {
     assert_eq!(output(&mut failsafe, 50), (Phase::Ramp, 138));
     assert_eq!(output(&mut failsafe, 55), (Phase::Ramp, 133));
     assert_eq!(output(&mut failsafe, 60), (Phase::Parked, 128));
-    // Back, from the middle of the ramp's way.
+    // The outputs come back from the middle of the ramp.
     frame(&mut failsafe, 1000, 255);
     assert_eq!(output(&mut failsafe, 1000), (Phase::Approach, 128));
     assert_eq!(output(&mut failsafe, 1019), (Phase::Approach, 147));
-    // Live, a step is the sender's.
+    // In the phase `Live` a jump of the demand is the sender's choice.
     frame(&mut failsafe, 1019, 147);
     assert_eq!(output(&mut failsafe, 1019), (Phase::Live, 147));
     frame(&mut failsafe, 1020, 0);
     assert_eq!(output(&mut failsafe, 1020), (Phase::Live, 0));
 }
 
-/// Silence longer than the clock's whole turn is still silence.
+/// Silence that lasts longer than one turn of the clock is still silence.
 #[test]
 fn the_longest_times_do_not_wrap_into_life() {
     let longest = FailsafeParameters {
@@ -185,7 +186,7 @@ fn the_longest_times_do_not_wrap_into_life() {
     assert_eq!(longest.parked_after(), u64::from(u32::MAX) * 156);
 }
 
-/// Six axes of 16 bits, each at its own rate; the way down from the top takes as long as `parked_after` says.
+/// Six axes of 16 bits move at a rate each. The way down from the top takes as long as `parked_after` says.
 #[test]
 fn six_axes_of_sixteen_bits() {
     let rates = [1, 2, 3, 4, 5, 6];

@@ -1,15 +1,15 @@
-//! The lecture's machine, and the receiver's drawing of it, against their tables: every state,
-//! every byte.
+//! Compares the lecture's machine, and the receiver in the same states, with their tables:
+//! every state and every byte.
 
 use framelock::Receiver;
 use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, Setpoint};
 
-/// State, byte (`None`: any other), next state, which temporary setpoint is stored (0 pitch, 1
-/// roll, 2 yaw), whether the setpoints are implemented.
+/// State, byte (`None`: any other), next state, index of the temporary setpoint that is stored
+/// (0 pitch, 1 roll, 2 yaw), and whether the setpoints are implemented.
 type Row = (State, Option<u8>, State, Option<usize>, bool);
 
-/// What the lecture's table says.
+/// The lecture's table.
 #[rustfmt::skip]
 const TABLE: [Row; 10] = [
     //  state             byte         next               stored   implemented
@@ -68,7 +68,7 @@ fn states_are_named_and_ordered_as_in_the_lecture() {
     assert_eq!(Lecture::default(), Lecture::new());
 }
 
-/// The frame under way is forgotten, and with it the temporary setpoints.
+/// A reset makes the machine forget the frame under way and its temporary setpoints.
 #[test]
 fn a_reset_leads_to_the_state_at_reset_from_every_state() {
     for state in State::ALL {
@@ -81,10 +81,11 @@ fn a_reset_leads_to_the_state_at_reset_from_every_state() {
     }
 }
 
-/// framelock's rows differ in two places: (B, 'A') and (CR, other).
+/// The receiver's rows differ from the lecture's in two places: (B, 'A') and (CR, other).
 #[test]
 fn the_receiver_as_the_lecture_would_draw_it() {
-    // Bytes that bring the receiver from reset into each state, without a doubt about others.
+    // Bytes that bring the receiver from reset into each state, with no other false start
+    // among them.
     let paths: [&[u8]; 7] = [
         b"",
         b"A",

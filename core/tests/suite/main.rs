@@ -1,4 +1,5 @@
-//! The core against the lecture's table, the naive reference, and what is known about the protocol.
+//! Tests the core against the lecture's table, the naive reference, and known properties of the
+//! protocol.
 #![allow(clippy::indexing_slicing, reason = "a test may panic")]
 
 mod against_reference;

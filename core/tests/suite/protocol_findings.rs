@@ -1,10 +1,11 @@
-//! The lecture's examples and what else is known about the protocol, as streams.
+//! The lecture's examples, and other known properties of the protocol, as streams.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};
 use framelock::{Encode, Line, LineEvent, Parser, Receiver};
 
-/// Commits with the index of their last byte, byte by byte.
+/// Pushes the bytes one by one. Returns each delivered setpoint with the index of its frame's
+/// last byte.
 fn commits<P>(mut parser: P, bytes: &[u8]) -> Vec<(usize, Setpoint)>
 where
     P: for<'a> Parser<Message<'a> = Setpoint> + 'static,
@@ -73,12 +74,12 @@ fn frame_of(payload: [u8; 4]) -> [u8; 7] {
     [b'A', b'B', reserved, pitch, roll, yaw, b'\r']
 }
 
-/// 300 times the same frame, without its first `missing` bytes.
+/// Returns the same frame 300 times, without its first `missing` bytes.
 fn parked(payload: [u8; 4], missing: usize) -> Vec<u8> {
     frame_of(payload).repeat(300)[missing..].to_vec()
 }
 
-/// Finding 1: one lost byte, and the lecture's machine never commits again.
+/// Finding 1: after one lost byte the lecture's machine never commits again.
 #[test]
 fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     let payload = [0x00, 0x41, 0x42, 0x00];
@@ -93,7 +94,7 @@ fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
                 .all(|&(_, setpoint)| setpoint == Setpoint::from(*b"AB\0"))
         );
     }
-    // Not at any later time either: the state repeats with the frame.
+    // The machine stays deaf for ever: after each frame it is in the same state again.
     let mut machine = Lecture::new();
     machine.feed(&parked(payload, 1)[..13], |_| ());
     let after_one = machine;
@@ -101,7 +102,8 @@ fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     assert_eq!(machine, after_one);
 }
 
-/// Finding 1, counted: 39 of 256 constant payloads, none with framelock.
+/// Finding 1 in numbers: 39 of 256 constant payloads can make the lecture's machine deaf, and
+/// none the receiver.
 #[test]
 fn how_many_constant_payloads_can_make_it_deaf() {
     let alphabet = [0x0D, 0x41, 0x42, 0x80];
@@ -118,8 +120,9 @@ fn how_many_constant_payloads_can_make_it_deaf() {
     assert_eq!((deaf_discarding, deaf_rescanning), (39, 0));
 }
 
-/// Finding 2: payloads `(0D 41 42 x)` and `(x 0D 41 42)` make a repeated frame ambiguous: whoever
-/// joins at the wrong place commits what nobody sent, for ever. An idle gap ends it.
+/// Finding 2: payloads `(0D 41 42 x)` and `(x 0D 41 42)` make a repeated frame ambiguous. A
+/// receiver that joins at the wrong byte delivers setpoints that nobody sent, for ever. An idle
+/// gap ends this.
 #[test]
 fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
     let mut ambiguous = 0;
@@ -146,7 +149,8 @@ fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
     assert_eq!(ambiguous, 512);
 }
 
-/// Finding 4: a substituted byte goes unnoticed in 4 of 7 places; in 3 the setpoint is wrong.
+/// Finding 4: a substituted byte goes unnoticed at 4 of 7 positions. At 3 of them the setpoint is
+/// wrong.
 #[test]
 fn a_substituted_byte_goes_unnoticed_in_four_of_seven_places() {
     let sent = frame_of([0x10, 0x20, 0x30, 0x50]);

@@ -1,4 +1,4 @@
-//! Reading through `embedded-io`, blocking and async.
+//! Tests the reader on `embedded-io` sources, blocking and async.
 
 use std::convert::Infallible;
 use std::task::{Context, Poll, Waker};
@@ -9,7 +9,7 @@ use framelock::{
     BufferedReceiver, Classification, DiscardReason, Encode, Format, LineEvent, Reader, Receiver,
 };
 
-/// A UART that gives what it is told to, in the pieces it is told to.
+/// A UART that returns the given pieces and errors, one per call.
 struct Uart(Vec<Result<Vec<u8>, ErrorKind>>);
 
 impl ErrorType for Uart {
@@ -50,7 +50,7 @@ fn pieces() -> Uart {
     ])
 }
 
-/// Polls the future once: this UART never waits.
+/// Polls the future once. That is enough, because this UART never waits.
 fn now<T>(future: impl Future<Output = T>) -> T {
     match std::pin::pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(result) => result,
@@ -69,7 +69,7 @@ fn an_error_loses_nothing_blocking_and_async() {
         assert_eq!(read(&mut reader), Ok(Some(SETPOINT)));
         assert_eq!(read(&mut reader), Ok(Some(SETPOINT)));
         assert_eq!(read(&mut reader), Err(ErrorKind::Other));
-        // What the driver's error means for the line is the program's to say.
+        // The program decides which line event the driver's error stands for.
         reader.line_mut().line_event(LineEvent::Overrun, |_| ());
         assert_eq!(read(&mut reader), Ok(Some(SETPOINT)));
         assert_eq!(read(&mut reader), Ok(None));
@@ -80,7 +80,7 @@ fn an_error_loses_nothing_blocking_and_async() {
     }
 }
 
-/// A buffer of one byte is enough.
+/// A buffer of one byte is enough for the reader.
 #[test]
 fn the_smallest_buffer() -> Result<(), Infallible> {
     let stream = [b"noise".as_slice(), &Bin::encode(SETPOINT)].concat();
@@ -90,7 +90,7 @@ fn the_smallest_buffer() -> Result<(), Infallible> {
     Ok(())
 }
 
-/// `'#' length payload`; the last byte is a letter.
+/// `'#' length payload`, where the last byte must be a letter.
 #[derive(Clone, Copy)]
 struct Short;
 
@@ -119,8 +119,8 @@ impl Format for Short {
     }
 }
 
-/// Frames of any length, which borrow from the receiver; two that lie behind a false beginning are both read
-/// before more bytes are asked for.
+/// Frames of any length borrow from the receiver. Two frames after a false start are both read before the
+/// reader asks for more bytes.
 #[test]
 fn frames_of_any_length_are_read() {
     let uart = Uart(vec![

@@ -1,11 +1,11 @@
-//! The receiver's one rule, written down once more: it keeps the longest suffix of what it has
-//! seen since the last commit that can still become a frame.
+//! The receiver's rule, written independently: the receiver keeps the longest suffix of the
+//! bytes since the last delivered frame that can still become a frame.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{FixedFormat, Receiver};
 use framelock_proofs::reference;
 
-/// Every history of up to `length` bytes over a small alphabet.
+/// Returns every history of up to `length` bytes over a small alphabet.
 fn histories(length: usize, alphabet: &[u8]) -> Vec<Vec<u8>> {
     let mut all = vec![Vec::new()];
     let mut from = 0;
@@ -23,7 +23,7 @@ fn histories(length: usize, alphabet: &[u8]) -> Vec<Vec<u8>> {
     all
 }
 
-/// A receiver that has taken those bytes.
+/// Returns a receiver that has taken these bytes.
 fn after<F: FixedFormat>(history: &[u8]) -> Receiver<F> {
     let mut receiver = Receiver::new();
     for &byte in history {
@@ -32,7 +32,7 @@ fn after<F: FixedFormat>(history: &[u8]) -> Receiver<F> {
     receiver
 }
 
-/// Every history over {A, B, CR, other}, every byte behind it.
+/// Checks the step for every byte that may follow the history.
 fn step_by_the_rule<F, R>(history: &[u8])
 where
     F: FixedFormat<Message = Setpoint>,
@@ -72,14 +72,15 @@ fn bin_keeps_the_longest_suffix_that_can_become_a_frame() {
 
 #[test]
 fn bin_crc8_keeps_the_longest_suffix_that_can_become_a_frame() {
-    // So that checksums that hold occur.
+    // With this byte in the alphabet, some checksums are right.
     let right = framelock::motion::crc8(*b"AAAA");
     for history in histories(7, &[b'A', b'B', b'\r', right]) {
         step_by_the_rule::<BinCrc8, reference::BinCrc8>(&history);
     }
 }
 
-/// Equal receivers do the same with whatever follows; others do not.
+/// Receivers are equal exactly if the same bytes are pending, so equal receivers treat all
+/// following bytes alike.
 #[test]
 fn receivers_are_equal_where_the_same_bytes_are_pending() {
     let histories = histories(4, &[b'A', b'B', b'\r', 0]);
@@ -96,7 +97,7 @@ fn receivers_are_equal_where_the_same_bytes_are_pending() {
     }
     let held = after::<Bin>(b"A");
     assert_eq!(held, held.clone());
-    // The marker in front of the byte.
+    // The 01 is the marker before the pending byte.
     assert_eq!(
         format!("{held:?}"),
         format!("Receiver(Window({}))", 0x01_41)

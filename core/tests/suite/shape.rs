@@ -1,4 +1,4 @@
-//! What a shape says of a frame.
+//! Tests where a shape finds a frame wrong.
 
 use framelock::motion::Bin;
 use framelock::{FixedFormat, Shape};

@@ -1,10 +1,10 @@
-//! The bytes of state that the crate's first page names.
+//! Tests the bytes of state that the crate's first page states.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Failsafe};
 use framelock::{BufferedReceiver, FixedFormat, Line, Receiver, Shape};
 
-/// A frame of sixteen bytes, the longest of fixed length.
+/// A frame of sixteen bytes, the longest frame of fixed length.
 enum Longest {}
 
 impl FixedFormat for Longest {

@@ -1,15 +1,14 @@
-//! 13b: whatever the format says, against every law.
+//! 13b, for a format whose answers may break every law.
 //!
-//! The invariant is [`fits`] for a place that is settled with `LONGEST` bytes. That `store`,
-//! `discard_what_starts_nothing` and `give_back` keep it is shown without any law in
-//! [`steps`](super::steps).
+//! The invariant is [`fits`] for a place that `LONGEST` bytes decide. [`steps`](super::steps) proves without
+//! any law that `store`, `discard_what_starts_nothing` and `give_back` keep this invariant.
 
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::{any_up_to, any_verdict};
 use crate::buffered::Decision;
 use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found, Line};
 
-/// Its longest frame has so many bytes.
+/// A format whose longest frame has this many bytes.
 #[derive(Clone, Copy)]
 struct Longest(usize);
 
@@ -28,7 +27,8 @@ impl Format for Longest {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// There is a receiver in memory that holds the longest frame, and in no other; nor of frames without bytes.
+/// `with_buffer` creates a receiver exactly if the memory holds the longest frame and this frame has at least
+/// one byte.
 #[kani::proof]
 fn memory_holds_the_longest_frame() {
     let longest = kani::any();
@@ -39,7 +39,7 @@ fn memory_holds_the_longest_frame() {
     kani::cover!(is_held, "it does");
 }
 
-/// It says this of any bytes.
+/// A format that gives this answer about any bytes.
 #[derive(Clone, Copy)]
 struct Says(Classification);
 
@@ -54,7 +54,7 @@ impl Format for Says {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// A format that does not say itself which bytes start a frame: those that it does not reject for that reason.
+/// The default `starts` accepts exactly the bytes that the format does not reject with `NoSync`.
 #[kani::proof]
 fn what_is_not_rejected_starts() {
     let classification = any_verdict();
@@ -64,7 +64,7 @@ fn what_is_not_rejected_starts() {
     kani::cover!(starts, "it does");
 }
 
-/// What is left of a push is found by `poll`, called by itself or by a line.
+/// `poll` finds a frame among the bytes that `push` has left undecided, called directly or by a line.
 #[kani::proof]
 #[kani::unwind(3)]
 fn what_is_left_is_found() {
@@ -77,7 +77,8 @@ fn what_is_left_is_found() {
     kani::cover!(is_frame, "a frame");
 }
 
-/// `decide`: at least one byte is decided about, or it waits for one more; never with `LONGEST` pending.
+/// `decide` decides about at least one byte, or waits for at least one more. It never waits with `LONGEST`
+/// bytes pending.
 fn something_is_decided<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
@@ -110,7 +111,7 @@ fn something_is_decided<const L: usize, const N: usize>() {
 }
 for_longest!(decide, something_is_decided);
 
-/// `push`: the events' bytes and the pending ones are those that were pending and the new one.
+/// After `push`, the bytes in events plus the pending bytes are as many as the bytes pending before plus the new byte.
 fn pushed_byte_is_placed<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);
@@ -128,7 +129,7 @@ fn pushed_byte_is_placed<const L: usize, const N: usize>() {
 }
 for_longest!(push, pushed_byte_is_placed: of_1 1 2 5 of_3 3 5 7 of_5 5 5 8);
 
-/// `take`: the first bytes of the slice are in an event, or all of it is pending.
+/// `take` puts the first bytes of the slice into one event, or leaves the whole slice pending.
 fn slice_is_placed<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), 0);

@@ -1,10 +1,10 @@
-//! 13f: a round of a line event's loop, from any state.
+//! 13f: one iteration of a line event's loop, from any state.
 
 use super::{Any, Asked, any_receiver, are_places, fits, for_longest};
 use crate::{Classification, DiscardReason, Found};
 
-/// First come the places that start nothing; then what the reference does at the end of a stream, where
-/// it drops a byte instead of waiting.
+/// The iteration first drops the places that start no frame. Then it does the same as the reference at
+/// the end of a stream, which drops a byte instead of waiting.
 fn first_place_is_ended<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);
@@ -56,7 +56,7 @@ fn first_place_is_ended<const L: usize, const N: usize>() {
 }
 for_longest!(end_first, first_place_is_ended: of_3 3 5 7 of_8 8 8 11);
 
-/// Whatever the format says: at least one byte is placed.
+/// For any answers of the format, the iteration puts at least one byte into an event.
 fn a_byte_is_ended<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);

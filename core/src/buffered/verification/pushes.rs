@@ -3,8 +3,9 @@
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::{Classification, DiscardReason, Found};
 
-/// It asks at most once (the format asserts that). First come the places that start nothing, then the
-/// frame or the drop of one place. Without events it waits as the reference does.
+/// `push` asks the format at most once; the format asserts this. It first drops the places that start
+/// no frame. Then it delivers the frame at one place, or drops that place. If it has no event, it
+/// waits, and so does the reference.
 fn one_question_at_most<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);
@@ -44,7 +45,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
         start = first;
         settled_at = row.settled_at;
     } else {
-        // Then the reference does not know more.
+        // Then the reference has nothing to add either.
         assert!(run == 0 && settled.is_none());
     }
     let mut committed = None;

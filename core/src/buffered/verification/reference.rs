@@ -1,16 +1,16 @@
-//! 13d and 13e: what the reference commits, and when.
+//! 13d and 13e: which frames the reference delivers, and when.
 //!
-//! The reference looks at its format's settled classifications only, so a [`Row`] for each place is any lawful
+//! The reference depends only on its format's final classifications. So one [`Row`] per place stands for any lawful
 //! format on any stream.
 
 use super::byte;
 use crate::any_format::{Row, any_up_to};
 use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found, LineEvent};
 
-/// What was found at each place: nothing, a frame and its length, or a drop and its reason.
+/// The event at each place: none, a frame with its length, or a drop with its reason.
 struct Log<const P: usize> {
     events: [Option<Classification>; P],
-    /// Where the next event is.
+    /// The place of the next event.
     next: usize,
 }
 
@@ -31,7 +31,7 @@ impl<const P: usize> Log<P> {
     }
 }
 
-/// The naive reference, on the places before `end`.
+/// Runs the naive reference on the places before `end`.
 fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: bool) -> Log<P> {
     let mut log = Log::NEW;
     let mut place = 0;
@@ -49,9 +49,12 @@ fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: 
     log
 }
 
-/// 13d and 13e, for the reference: each frame that the stream holds is committed, or one that begins before
-/// it and shares bytes with it is; or the reference has stopped before it, which a line event ends, or
-/// the next byte if `LONGEST - 2` have come behind the frame's first.
+/// 13d and 13e, for the reference. For each frame in the stream, one of three things holds:
+///
+/// * The frame is delivered.
+/// * A delivered frame begins earlier and shares bytes with the frame.
+/// * The reference has stopped before the frame. Then fewer than `LONGEST - 2` bytes have come after the frame's first
+///   byte, so a line event or more bytes make the reference continue.
 fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     let rows: [Row; P] = core::array::from_fn(|_| Row::any(L));
     let (end, at) = (any_up_to(P), any_up_to(P - 1));
@@ -74,7 +77,7 @@ fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     let waits = !is_over && log.next < at;
     assert!(is_committed || is_overlapped || waits);
     assert!(!(is_committed && is_overlapped));
-    // Of the bytes that have come, so many are behind the frame.
+    // The number of received bytes after the frame.
     let behind = end.saturating_sub(at + length);
     assert!(!waits || behind + 1 + length < L);
     kani::cover!(waits && behind + 2 + length == L, "as late as can be");
@@ -89,11 +92,11 @@ fn no_frame_is_passed_over_of_4() {
 
 const LONGEST: usize = 4;
 
-/// 0 may begin the longest frame, and never does; 1 is a frame; anything else is none.
+/// 0 is always a false start of the longest frame. 1 is a frame. No other byte starts a frame.
 #[derive(Clone, Copy)]
-struct FalseBeginning<const L: usize>;
+struct FalseStart<const L: usize>;
 
-impl<const L: usize> Format for FalseBeginning<L> {
+impl<const L: usize> Format for FalseStart<L> {
     const LONGEST: usize = L;
     type Message<'a> = ();
     fn classify(&self, bytes: &[u8]) -> Classification {
@@ -106,13 +109,13 @@ impl<const L: usize> Format for FalseBeginning<L> {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// 13e is sharp: behind a false beginning a frame of one byte is committed `LONGEST - 2` bytes behind its
-/// last by `feed`, and one later by `push`.
+/// The bounds of 13e are reached. After a false start, `feed` delivers a frame of one byte when `LONGEST - 2` bytes
+/// have come after the frame. `push` delivers it one byte later.
 #[kani::proof]
 #[kani::unwind(8)]
 fn latest_delivery() {
-    let mut fed = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseBeginning::<LONGEST>);
-    let mut pushed = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseBeginning::<LONGEST>);
+    let mut fed = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseStart::<LONGEST>);
+    let mut pushed = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseStart::<LONGEST>);
     let mut place = 0;
     while place < LONGEST + 1 {
         let mut frames = 0;
@@ -127,13 +130,13 @@ fn latest_delivery() {
     kani::cover!(fed.pending() == 0, "all is decided");
 }
 
-/// 13a, its loops run: behind a false beginning each byte of a slice is decided about in its turn, but for those
-/// behind a 0 that may still begin a frame.
+/// 13a, with the loop of `feed` executed. After a false start the bytes of a slice are decided one after another.
+/// Only the bytes after a 0 that may still begin a frame stay undecided.
 #[kani::proof]
 #[kani::unwind(4)]
 fn feed_goes_on() {
     let bytes = [0, 1, kani::any()];
-    let mut receiver = BufferedReceiver::<_, [u8; 2]>::new(FalseBeginning::<2>);
+    let mut receiver = BufferedReceiver::<_, [u8; 2]>::new(FalseStart::<2>);
     assert!(receiver.push(bytes[0]).is_none());
     let mut decided = 0;
     receiver.feed(&bytes[1..], |found| {
@@ -143,18 +146,18 @@ fn feed_goes_on() {
     });
     assert!(receiver.pending() == usize::from(bytes[2] == 0));
     assert!(decided == 3 - receiver.pending());
-    kani::cover!(bytes[2] == 1, "frames behind a false beginning");
-    kani::cover!(receiver.pending() == 1, "another false beginning");
+    kani::cover!(bytes[2] == 1, "frames after a false start");
+    kani::cover!(receiver.pending() == 1, "another false start");
 }
 
-/// 13a: after a false start `next` goes on, past bytes that it discards, to the next frame or to bytes that must wait.
-/// It takes from the slice as many bytes as decide, and leaves the rest.
+/// 13a: after a false start `next` continues past the bytes that it discards, to the next frame or to bytes that must
+/// wait. It takes only as many bytes from the slice as the decision needs, and leaves the rest.
 #[kani::proof]
 #[kani::unwind(4)]
 fn next_goes_on() {
     let last = kani::any();
     let mut rest = &[0, 1, last][..];
-    let mut receiver = BufferedReceiver::<_, [u8; 2]>::new(FalseBeginning::<2>);
+    let mut receiver = BufferedReceiver::<_, [u8; 2]>::new(FalseStart::<2>);
     let mut discarded = 0;
     let mut account = |one: Found<()>| {
         discarded += usize::from(matches!(one, Found::Discarded { .. }));
@@ -169,11 +172,11 @@ fn next_goes_on() {
     kani::cover!(receiver.pending() == 1, "another false start");
 }
 
-/// 13f: a line event goes through all that is pending, and finds all the frames in it.
+/// 13f: a line event goes through all pending bytes, and finds every frame in them.
 #[kani::proof]
 #[kani::unwind(8)]
 fn line_event_goes_on() {
-    let mut receiver = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseBeginning::<LONGEST>);
+    let mut receiver = BufferedReceiver::<_, [u8; LONGEST]>::new(FalseStart::<LONGEST>);
     let behind: [u8; LONGEST - 2] = kani::any();
     assert!(receiver.push(0).is_none());
     assert!(receiver.push(behind[0]).is_none() && receiver.push(behind[1]).is_none());
@@ -194,6 +197,6 @@ fn line_event_goes_on() {
     kani::cover!(frames == 2, "two frames");
     kani::cover!(
         frames == 1 && behind[0] == 0,
-        "a frame behind two that were begun"
+        "a frame after two false starts"
     );
 }

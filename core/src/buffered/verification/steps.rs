@@ -1,12 +1,12 @@
-//! 13a: each step of the receiver is the reference's next, or leads nearer to it.
+//! 13a: each step of the receiver is the reference's next step, or prepares it.
 
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::any_up_to;
 use crate::buffered::Decision;
 use crate::{Classification, DiscardReason, Found};
 
-/// `decide`: the first pending place's frame, or its drop and the reason; or it waits for a number of
-/// bytes that have not come.
+/// `decide` delivers the frame at the first pending place, or drops the place with the reference's
+/// reason, or waits for bytes that have not come.
 fn first_place_is_decided<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L);
@@ -44,7 +44,7 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
             assert!(accounted == 0 && pending < L && receiver.ask_at > receiver.to);
             assert!(fits(&receiver, from, pending, row.settled_at));
         }
-        _ => panic!("something else than the reference"),
+        _ => panic!("the decision differs from the reference"),
     }
     kani::cover!(
         pending == L && row.settled == Classification::Frame(L),
@@ -54,7 +54,7 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
 }
 for_longest!(decide, first_place_is_decided);
 
-/// `discard_what_starts_nothing`: the pending places before the first that starts a frame.
+/// `discard_what_starts_nothing` drops the pending places before the first one that starts a frame.
 fn starts_are_found<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
@@ -84,8 +84,9 @@ fn starts_are_found<const L: usize, const N: usize>() {
 }
 for_longest!(starts, starts_are_found);
 
-/// `store`: what was pending and the new bytes are pending, and it waits for as many of them as before.
-/// `next` stores those that it waits for, or one, and leaves the rest of its slice.
+/// `store` appends the new bytes to the pending ones, and still waits for the same number of bytes.
+/// `next` stores the bytes that it waits for, or one byte if it waits for none, and leaves the rest of
+/// its slice.
 fn bytes_are_stored<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
@@ -118,7 +119,7 @@ fn bytes_are_stored<const L: usize, const N: usize>() {
 }
 for_longest!(store, bytes_are_stored);
 
-/// A slice of the bytes at the places from one on.
+/// Returns the bytes of the places from `from` on.
 fn places<const COUNT: usize>(from: usize) -> [u8; COUNT] {
     let mut bytes = [0; COUNT];
     let mut at = 0;
@@ -129,8 +130,9 @@ fn places<const COUNT: usize>(from: usize) -> [u8; COUNT] {
     bytes
 }
 
-/// `take`, with nothing pending: the drop of the places that start nothing, or the first place's frame or
-/// drop; or the whole slice is pending, and it waits for a number of bytes that have not come.
+/// `take`, while nothing is pending: drops the places that start no frame, or delivers the frame at the
+/// first place, or drops that place. Otherwise it leaves the whole slice pending and waits for bytes that
+/// have not come.
 fn slice_is_taken<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), 0);
@@ -177,12 +179,13 @@ fn slice_is_taken<const L: usize, const N: usize>() {
 }
 for_longest!(take, slice_is_taken);
 
-/// `give_back`: nothing, or all that is pending.
+/// `give_back` returns all pending bytes to the slice, or none.
 fn slice_begins_where_the_pending_did<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
-    // The slice's bytes that are pending, or were, and are taken; and those behind them.
+    // `taken` bytes of the slice are taken: they are pending, or were pending. The rest of the slice
+    // follows them.
     let taken = any_up_to(L);
     let length = any_up_to(N);
     kani::assume(taken <= length);

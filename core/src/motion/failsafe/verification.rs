@@ -1,24 +1,26 @@
-//! Theorem 10: outside [`Phase::Live`] an axis never moves faster than its rate and loses no tick, so
-//! it is at park within [`FailsafeParameters::parked_after`]; there it stays; a frame after silence is
-//! no step (S1, S2); all that across the wrap of time (S3). And its part of theorem 1: nothing panics.
+//! Theorem 10: outside [`Phase::Live`] an axis never moves faster than its rate and loses no tick. So it
+//! reaches park within [`FailsafeParameters::parked_after`], and stays there. A frame after a silence causes no
+//! jump (S1, S2). All this also holds when the clock wraps (S3). The failsafe's part of theorem 1 is here, too:
+//! nothing panics.
 //!
-//! An axis divides its time by its rate, which solvers cannot follow as a whole. So the proof goes in
+//! An axis divides its time by its rate. Solvers cannot handle this division as a whole, so the proof has
 //! parts:
 //!
-//! * Long division, by induction over the bits of the quotient ([`division_is_exact`]). The
-//!   invariant, once the bits from `bit` on are known: the ticks of the units counted and those left
-//!   make up the time, and what is left is less than `1 << bit` units take; or else all these bits are
-//!   1, as many units as any way has. At first nothing is counted and no bit is known. At the end as
-//!   many units are counted as there is time for, and no tick is lost.
-//! * With that many units an axis moves, no further than its target ([`axis_stops_at_its_target`]).
-//!   For less than two units' time, both together ([`axis_moves_at_its_rate`]).
-//! * `parked_after` is that time, for some rates ([`parked_in_time`]).
-//! * The ticks between two polls are given to the way to the demand until the hold, to the way to
-//!   park from the ramp on, and nowhere between ([`ticks_are_shared_out`]); and to each axis with its
-//!   own rate and target ([`each_axis_has_its_rate`]).
+//! * Long division, by induction over the bits of the quotient ([`division_is_exact`]). The invariant, when the
+//!   bits from `bit` on are known: the ticks of the counted units and the ticks left add up to the time. And
+//!   either the ticks left are fewer than `1 << bit` units take, or all known bits are 1, which is the longest
+//!   way that an axis can have. At the start no unit is counted and no bit is known. At the end every unit is
+//!   counted that the time is enough for, and no tick is lost.
+//! * An axis moves by this number of units, but no further than its target ([`axis_stops_at_its_target`]). For
+//!   less time than two units take, one harness checks the division and the move together
+//!   ([`axis_moves_at_its_rate`]).
+//! * `parked_after` is the time to park, for some rates ([`parked_in_time`]).
+//! * The ticks between two polls move the axis towards the demand until the hold begins, and towards park after
+//!   the ramp begins. The ticks between hold and ramp move it nowhere ([`ticks_are_shared_out`]). Each axis
+//!   uses its own rate and target ([`each_axis_has_its_rate`]).
 //!
-//! Each for demands of 8 bits on three axes, as a setpoint has them, and of 16 bits. No axis looks at another:
-//! with any number of them each does what it does among these.
+//! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands
+//! of 16 bits. No axis reads the state of another, so each behaves the same among any number of axes.
 
 use super::{Axis, Demand, Failsafe, FailsafeParameters, NonZeroU32, Phase, division_step};
 
@@ -33,7 +35,7 @@ fn any_axis<D: Demand + kani::Arbitrary>(ticks_per_unit: NonZeroU32) -> Axis<D> 
     }
 }
 
-/// Any state and parameters, at these rates.
+/// Returns a failsafe with these rates, in any state and with any other parameters.
 fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>(
     ticks_per_unit: [NonZeroU32; AXES],
 ) -> Failsafe<D, AXES> {
@@ -52,7 +54,8 @@ fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>(
     }
 }
 
-/// Silence, and the ticks for the way to the demand and for the one to park, after so many ticks more.
+/// Returns the silence after `elapsed` more ticks, the ticks for the way to the demand, and the ticks for the
+/// way to park.
 fn shared_out<D, const AXES: usize>(failsafe: &Failsafe<D, AXES>, elapsed: u32) -> (u64, u32, u32) {
     let FailsafeParameters {
         hold_after,
@@ -83,7 +86,7 @@ fn division_is_exact_to<const BITS: u32>() {
             && (left < unit << bit || is_all)
     };
     let units: u16 = kani::any_where(|&units| units <= all(0));
-    // Time is less than two counters of 32 bits.
+    // The time is the sum of at most two 32-bit counters.
     let left: u64 = kani::any_where(|&left| left < 2 << u32::BITS);
     kani::assume(holds(units, left, bit + 1));
 
@@ -149,7 +152,7 @@ fn moves_at_its_rate<D: Demand + kani::Arbitrary>() {
     kani::cover!(moved == 2 && to != goal, "it moves");
 }
 
-/// A harness for demands of 8 and of 16 bits.
+/// Defines one harness for demands of 8 bits and one for 16 bits.
 macro_rules! for_demands {
     ($module:ident, $of_8:expr, $of_16:expr) => {
         mod $module {
@@ -186,8 +189,8 @@ for_demands!(
     moves_at_its_rate::<u16>()
 );
 
-/// Shown by the ticks of an axis so slow that these make no unit, on its way both times. The others are
-/// where they are to be.
+/// Observes the ticks of one axis. Its rate is so slow that the ticks make no whole unit on either way. All
+/// other axes are already at their targets.
 fn ticks_are_shared<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut failsafe = any_failsafe::<D, AXES>([NonZeroU32::MAX; AXES]);
     let first = failsafe.axes[0];
@@ -263,7 +266,7 @@ for_demands!(
     axes_have_their_rates::<u16, 2>([2, 3])
 );
 
-/// A frame moves nothing at once unless the output was live; nor does a start from any output.
+/// A frame causes no jump unless the output was live. A start from any output causes no jump either.
 fn a_frame_is_no_step<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut rates = [NonZeroU32::MIN; AXES];
     rates[0] = kani::any();
@@ -306,8 +309,8 @@ fn parked_is_parked() {
     kani::cover!(rate.get() > 1, "a slow axis");
 }
 
-/// Whatever the demand was and wherever the output is, [`FailsafeParameters::parked_after`] ticks after a frame
-/// every axis is at park; and not one tick earlier, if all were as far from it as they can be.
+/// Every axis is at park [`FailsafeParameters::parked_after`] ticks after a frame, from any demand and any
+/// output. If all axes began as far away as possible, they are not there one tick earlier.
 fn parks_in_time<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
     let rates = rates.map(|rate| NonZeroU32::new(rate.into()).unwrap());
     let mut failsafe = any_failsafe::<D, AXES>(rates);
@@ -339,7 +342,7 @@ for_demands!(
     parks_in_time::<u16, 1>([2])
 );
 
-/// Any parameters, state and times. `frame` begins with a `poll`.
+/// Uses any parameters, states and times. `frame` calls `poll` first, so this covers `poll`.
 fn nothing_panics<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let parameters = FailsafeParameters::<D, AXES> {
         hold_after: kani::any(),
@@ -362,7 +365,7 @@ fn nothing_panics<D: Demand + kani::Arbitrary, const AXES: usize>() {
             since_unit: kani::any(),
         }),
     };
-    // At reset, or in any state.
+    // Either at reset, or in any state.
     let mut failsafe = built.unwrap_or(state);
     if kani::any() {
         failsafe = state;
