@@ -1,5 +1,5 @@
-//! The figures of the report. What each measures, as options of `framelock simulate`, and how it is
-//! drawn is in `figures.json`.
+//! The figures of the report. `figures.json` has, for each figure, the options of `framelock simulate`
+//! and the chart.
 
 use std::time::Duration;
 
@@ -12,12 +12,12 @@ use serde_json::{Value, json};
 
 use crate::plot::{Axis, Band, Chart, Place, Series};
 
-/// A figure: its runs, and its chart without values.
+/// A figure: its runs, and its chart, which has no values yet.
 #[derive(Deserialize)]
 pub(crate) struct Figure {
     pub(crate) name: String,
     runs: Vec<String>,
-    /// The outputs in the course of a single trial are drawn, and not what came of many.
+    /// Whether the figure shows the outputs during a single trial, instead of the results of many trials.
     #[serde(default)]
     is_watched: bool,
     chart: Chart,
@@ -29,14 +29,14 @@ pub(crate) fn all() -> Result<Vec<Figure>> {
 }
 
 impl Figure {
-    /// Measures it with `effort` per cent of the trials, and draws it.
+    /// Runs the simulations with `effort` per cent of the trials, and draws the figure.
     pub(crate) fn measure(mut self, seed: u64, effort: u32) -> Result<(Vec<Point>, Chart)> {
         let mut runs = Vec::new();
         let mut all = Vec::new();
         for (number, options) in self.runs.iter().enumerate() {
             for point in parameters(options)? {
                 runs.push(number);
-                // At least two: one has no interval.
+                // At least two trials are needed, since one has no confidence interval.
                 let trials = (point.trials.saturating_mul(effort) / 100).max(2.min(point.trials));
                 all.push(Parameters {
                     seed,

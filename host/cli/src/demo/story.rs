@@ -1,4 +1,4 @@
-//! What happens, told to somebody who has never heard of it.
+//! Explains the demonstration to somebody who has never heard of it.
 
 use super::demonstration::Demonstration;
 use super::script::Passage;
@@ -10,7 +10,7 @@ pub(super) struct Story {
     pub(super) text: String,
 }
 
-/// The story of the passage, as far as it has come.
+/// Returns the story of the current passage.
 pub(super) fn story(demonstration: &Demonstration) -> Story {
     let arguments = &demonstration.arguments;
     let is_faulty = arguments.drop > 0.0 || arguments.flip > 0.0;

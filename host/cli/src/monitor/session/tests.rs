@@ -22,7 +22,7 @@ pub(in super::super) fn session_of(frame: &str, directory: &Path, with_marks: bo
 }
 
 impl Session {
-    /// A key without Ctrl; gives false if that is the end.
+    /// Presses a key without Ctrl. Returns false if the key quits.
     pub(in super::super) fn press(&mut self, key: char) -> bool {
         self.key(KeyCode::Char(key).into())
     }
@@ -129,7 +129,7 @@ fn marks_are_line_errors_and_not_data() {
     let directory = tempfile::tempdir().unwrap();
     let mut session = session(directory.path(), true);
     session.press('r');
-    // A frame with FF doubled, cut within a mark; then a byte that came with an error, and a break.
+    // The bytes are a frame with FF doubled, cut within a mark, then a byte with an error, then a break.
     session.receive(ms(1), b"AB\0\xFF\xFF\xFF");
     session.receive(ms(2), b"\xFF\0\rAB\0\xFF\0?\x10\xFF\0\0");
     session.receive(ms(3), FRAME);
