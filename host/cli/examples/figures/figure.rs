@@ -73,7 +73,7 @@ impl Figure {
         Ok((points, self.chart))
     }
 
-    /// The demand sent and the output of the failsafe behind the receiver, at each look.
+    /// Returns the setpoint that was sent and the failsafe's output, each time that the failsafe was polled.
     fn looks(&mut self, point: &Point) -> Result<Vec<Value>> {
         let trial = run(&point.parameters, 0, true)?;
         let looks = trial.events.iter().flatten().filter_map(|event| {
@@ -129,13 +129,13 @@ fn rows_of_run(run: usize, point: &Point) -> Vec<Value> {
     rows
 }
 
-/// How long the sender sent.
+/// Returns the time for which the sender sent, in hours.
 #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
 fn hours(point: &Point) -> f64 {
     point.tally.line.frames_sent as f64 / point.parameters.rate / 3_600.0
 }
 
-/// Wrong setpoints by bit error rate, as theory has them: at twenty places in each decade.
+/// Returns the theoretical share of wrong setpoints by bit error rate, at twenty points per decade.
 fn expected(format: FrameFormat) -> Vec<Place> {
     let places = (-100..=-30).map(|step| {
         let flip = 10_f64.powf(f64::from(step) / 20.0);
@@ -144,7 +144,8 @@ fn expected(format: FrameFormat) -> Vec<Place> {
     places.filter(|place| place.y > 1e-8).collect()
 }
 
-/// What a series shows of the rows that it selects. Where it reaches zero on a logarithmic axis it ends.
+/// Returns the points of a series from the rows that it selects. On a logarithmic axis, the series ends at the first
+/// zero.
 fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
     let pointer = series.value.as_ref().unwrap_or(&y.value);
     let is_selected = |row: &&Value| {
@@ -177,8 +178,8 @@ fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
         .collect()
 }
 
-/// Of a hundred losses, after how many a frame is delivered again when at most so many intact ones have
-/// been lost.
+/// Returns the percentage of losses after which at most `x` intact frames are lost before a frame is
+/// delivered again, for each `x`.
 fn shares_by_frames_lost(back: &Value, most: f64) -> Vec<Place> {
     let counts = back["by_intact_frames_lost"].as_object();
     let counts: Vec<(f64, f64)> = counts
