@@ -220,7 +220,7 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Receives bytes or the end of a pause, and writes the completed frames.
+    /// Takes a step, and writes the frames that it completes.
     fn take(&mut self, step: Step) -> Result<()> {
         let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());

@@ -41,9 +41,9 @@ pub(crate) struct OpenPort {
 /// The notation of the input's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Spelling {
-    /// As they are
+    /// Raw bytes
     Bytes,
-    /// As text in hex, the way loggers print it
+    /// Text in hex, as loggers print it
     Hex,
 }
 

@@ -23,7 +23,7 @@ use crate::options::whole;
 use crate::output::Output;
 use crate::screen;
 use crate::serial::PortOptions;
-use session::{Recording, Session};
+use session::{MonitorSession, Recording};
 use watch::Watch;
 
 /// Watch a line live: the receiver's state, values, rates, counters and discarded bytes
@@ -94,7 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         Recording::begin(path, &frame).context(cannot)
     });
     let title = arguments.title(&input);
-    let mut session = Session::new(title, watch, recording.transpose()?);
+    let mut session = MonitorSession::new(title, watch, recording.transpose()?);
     if let Some(port) = &input.port {
         session.mark_errors(port.device.clone(), arguments.port.has_parity());
     }

@@ -37,15 +37,15 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
     input: Spelling,
     /// Write text (a table for people) or jsonl (one object per byte and receiver)
-    #[arg(long, value_enum, default_value_t = Format::Text, hide_possible_values = true)]
-    format: Format,
+    #[arg(long, value_enum, default_value_t = TraceFormat::Text, hide_possible_values = true)]
+    format: TraceFormat,
     #[command(flatten)]
     port: PortOptions,
 }
 
 /// The format of the output.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
-enum Format {
+enum TraceFormat {
     /// A table for people
     Text,
     /// One JSON object per line
@@ -79,14 +79,14 @@ impl Machines {
     fn print(
         self,
         protocol: &Protocol,
-        format: Format,
+        format: TraceFormat,
         input: Input,
         out: &mut impl Write,
     ) -> Result<()> {
         let policies = self.policies(protocol).iter();
         let machines = policies.map(|&policy| Traced::new(protocol, policy));
         let mut machines = machines.collect::<Result<Vec<_>>>()?;
-        if let (Format::Text, Some(first)) = (format, machines.first()) {
+        if let (TraceFormat::Text, Some(first)) = (format, machines.first()) {
             writeln!(out, "offset  byte{}  what happened", first.columns())?;
             out.flush()?;
         }
@@ -97,8 +97,8 @@ impl Machines {
                 let steps: Vec<Step> = steps.collect();
                 let steps: Vec<(&Traced, Step)> = machines.iter().zip(steps).collect();
                 match format {
-                    Format::Text => write_rows(out, &steps, Traced::row)?,
-                    Format::Jsonl => {
+                    TraceFormat::Text => write_rows(out, &steps, Traced::row)?,
+                    TraceFormat::Jsonl => {
                         rows.clear();
                         for (machine, step) in &steps {
                             machine.json(step, &mut rows)?;
@@ -109,7 +109,7 @@ impl Machines {
             }
             Ok(out.flush()?)
         })?;
-        if format == Format::Text {
+        if format == TraceFormat::Text {
             writeln!(out)?;
             let machines: Vec<(&Traced, ())> = machines.iter().map(|one| (one, ())).collect();
             write_rows(out, &machines, |machine, (), policy| {
@@ -141,11 +141,13 @@ fn write_rows<T>(
 
 /// Returns the trace of a stream in each format.
 pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
-    let rows = [Format::Text, Format::Jsonl].into_iter().map(|format| {
-        let mut out = Vec::new();
-        Machines::Both.print(protocol, format, Input::new("", stream), &mut out)?;
-        Ok(out)
-    });
+    let rows = [TraceFormat::Text, TraceFormat::Jsonl]
+        .into_iter()
+        .map(|format| {
+            let mut out = Vec::new();
+            Machines::Both.print(protocol, format, Input::new("", stream), &mut out)?;
+            Ok(out)
+        });
     rows.collect()
 }
 
@@ -166,7 +168,7 @@ const EXAMPLES: [[&str; 3]; 2] = [
 /// Runs `framelock trace`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut output = Output::standard()?;
-    if arguments.format == Format::Text {
+    if arguments.format == TraceFormat::Text {
         output = output.of_rows();
     }
     let mut out = BufWriter::new(output);
@@ -180,7 +182,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             if let Some(input) = arguments.piped()? {
                 return print("", input);
             }
-            if arguments.format != Format::Text || arguments.frame.name != "bin" {
+            if arguments.format != TraceFormat::Text || arguments.frame.name != "bin" {
                 bail!(
                     "nothing to trace: the examples are a table of bin frames; for anything else \
                      give HEX|FILE|PORT|-, for example framelock trace --frame crsf capture.bin"

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn still_means_the_one_payload_and_one_lost_byte() {
+    fn while_the_seat_stands_still_one_payload_repeats_and_one_byte_is_lost() {
         let script = Script { slots: 1000 };
         let still = (0..1000)
             .zip(motion(1000, 50, 1))

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-use super::session::Session;
+use super::session::MonitorSession;
 use super::view;
 use crate::input::{Arrival, Input, for_each_arrival};
 use crate::screen::{DRAW_EVERY, Screen, key_within};
@@ -29,7 +29,7 @@ enum News {
 
 /// Shows the line until the user quits or reading fails. Restores the terminal afterwards, even after
 /// an error or a panic.
-pub(super) fn run(session: &mut Session, input: Input<'static>) -> Result<()> {
+pub(super) fn run(session: &mut MonitorSession, input: Input<'static>) -> Result<()> {
     let mut screen = Screen::take()?;
     let beginning = Instant::now();
     let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);

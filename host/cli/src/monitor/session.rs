@@ -63,7 +63,7 @@ impl Recording {
 }
 
 /// A running monitor.
-pub(super) struct Session {
+pub(super) struct MonitorSession {
     /// The name of the line, its settings, and the receiver.
     pub(super) title: String,
     watch: Watch,
@@ -83,7 +83,7 @@ pub(super) struct Session {
     pub(super) is_gone: bool,
 }
 
-impl Session {
+impl MonitorSession {
     pub(super) fn new(title: String, watch: Watch, recording: Option<Recording>) -> Self {
         Self {
             title,

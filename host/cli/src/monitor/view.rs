@@ -13,7 +13,7 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph, Wrap};
 
-use super::session::Session;
+use super::session::MonitorSession;
 use super::watch::{Lock, Watch};
 use crate::line_errors::Marks;
 use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, emphasised, phase_style};
@@ -32,7 +32,7 @@ const AXES: [(&str, Color); 3] = [
 ];
 
 /// Draws the view.
-pub(super) fn draw(frame: &mut Frame, session: &Session) {
+pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
     let area = frame.area();
     let mut rows_left = RowsLeft::new(area.height, TITLE_ROWS + BOX_ROWS + KEY_ROWS);
     let discarded = rows_left.exactly(DISCARDED_ROWS);
@@ -81,7 +81,7 @@ pub(super) fn draw(frame: &mut Frame, session: &Session) {
     }
 }
 
-fn title_lines(session: &Session) -> Vec<Line<'static>> {
+fn title_lines(session: &MonitorSession) -> Vec<Line<'static>> {
     let watch = session.shown();
     let mut title = vec![" framelock monitor ".bold().reversed()];
     if session.is_paused() {
@@ -155,7 +155,7 @@ fn fields(watch: &Watch) -> Vec<Line<'static>> {
     lines
 }
 
-fn counters(session: &Session) -> Vec<Line<'static>> {
+fn counters(session: &MonitorSession) -> Vec<Line<'static>> {
     let counters = session.shown().line.counters();
     let (discarded, events) = (&counters.discarded, &counters.events);
     let of_note = |counts: &[(&str, u32)]| {

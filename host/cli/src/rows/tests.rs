@@ -29,7 +29,7 @@ fn row(time: Option<u64>, setpoint: [u8; 3]) -> Row {
 }
 
 #[test]
-fn setpoints_are_spelled_in_many_ways_and_come_in_pieces() {
+fn setpoints_may_have_many_notations_and_arrive_in_pieces() {
     let two = [row(None, [1, 2, 3]), row(None, [4, 5, 6])];
     for text in [
         "1,2,3\n4,5,6\n",

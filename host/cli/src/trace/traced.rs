@@ -290,7 +290,7 @@ mod tests {
 
     /// The streams contain many starts of frames and many false starts.
     #[test]
-    fn what_is_said_is_what_the_bytes_are() {
+    fn the_described_events_match_the_bytes() {
         let bin = Protocol::named("bin").unwrap();
         for policy in [Policy::Lecture, Policy::Framelock] {
             let (mut starts, mut frames) = ([0; 7], 0);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime};
 use crate::process::{CLEAN, complaint, run, shown, signal, start};
 
 #[test]
-fn a_time_stands_beside_each_frame_of_a_stream_and_not_of_a_file() {
+fn frames_of_a_stream_have_times_and_frames_of_a_file_have_none() {
     let mut child = start(&["decode", "--timestamps", "--format=csv"]);
     let mut input = child.stdin.take().unwrap();
     let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
@@ -65,7 +65,7 @@ fn offsets_count_from_the_beginning_of_the_stream() {
 
 #[test]
 #[cfg(unix)]
-fn setpoints_come_out_while_the_stream_goes_on_and_ctrl_c_ends_it_with_the_summary() {
+fn setpoints_are_written_before_the_stream_ends_and_ctrl_c_writes_the_summary() {
     let mut child = start(&["decode", "--summary=-"]);
     let mut input = child.stdin.take().unwrap();
     let mut output = BufReader::new(child.stdout.take().unwrap());
@@ -148,7 +148,7 @@ mod at_a_serial_port {
     }
 
     #[test]
-    fn setpoints_come_as_the_line_brings_them_until_ctrl_c() {
+    fn setpoints_are_written_as_they_arrive_until_ctrl_c() {
         let mut session = decoding(&["--summary=-", "--baud=57600"]);
         for offset in [13, 20, 27] {
             // Every byte must arrive unchanged, although a terminal would alter some bytes.
@@ -184,7 +184,7 @@ mod at_a_serial_port {
     }
 
     #[test]
-    fn a_disconnection_is_told_with_its_place() {
+    fn a_disconnection_is_reported_with_its_offset() {
         let mut session = decoding(&[]);
         drop(session.far_end);
         let mut rest = String::new();
@@ -235,7 +235,7 @@ mod at_a_serial_port {
     }
 
     #[test]
-    fn a_port_that_is_not_there_yet_is_waited_for() {
+    fn the_option_wait_waits_for_a_port_that_does_not_exist_yet() {
         let folder = tempfile::tempdir().unwrap();
         let name = folder.path().join("port");
         let path = name.to_str().unwrap();
@@ -267,7 +267,7 @@ mod at_a_serial_port {
     }
 
     #[test]
-    fn a_port_in_use_is_told() {
+    fn a_port_in_use_is_an_error() {
         let mut session = decoding(&[]);
         let told = complaint(feed(start(&["decode", &session.port]), b""));
         assert!(

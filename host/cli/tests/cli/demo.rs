@@ -21,7 +21,7 @@ fn row(shown: &str, name: &str) -> [u64; 2] {
 }
 
 #[test]
-fn by_default_the_difference_is_to_be_seen() {
+fn the_default_demo_shows_the_difference() {
     let shown = shown(&[]);
     let [lecture, framelock] = row(&shown, "lost");
     assert!(lecture > framelock + 55);
@@ -51,7 +51,7 @@ fn the_same_seed_gives_the_same_lines() {
 }
 
 #[test]
-fn without_faults_it_speaks_of_none() {
+fn without_faults_the_story_mentions_none() {
     let shown = shown(&["--drop", "0", "--flip", "0"]);
     assert!(shown.contains("\nA GOOD LINE\n") && !shown.contains("lost, and one frame"));
     assert!(

@@ -20,7 +20,7 @@ fn frames(setpoints: &[[u8; 3]]) -> Vec<u8> {
 }
 
 #[test]
-fn what_is_decoded_can_be_encoded_again() {
+fn decoded_rows_can_be_encoded_again() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     // The input is longer than any buffer, in every format.
     let setpoints: Vec<[u8; 3]> = (0..20_000).map(|_| random.random()).collect();
@@ -36,7 +36,7 @@ fn what_is_decoded_can_be_encoded_again() {
 
 /// Clause F1: the reserved byte has no meaning, so no row contains it. A user's description may contain it.
 #[test]
-fn the_reserved_byte_is_taken_whatever_it_is_and_sent_as_zero() {
+fn any_reserved_byte_is_accepted_and_zero_is_sent() {
     let reserved = |byte: u8| [b'A', b'B', byte, 0x7F, 0xC8, 0x4A, b'\r'];
     let stream = (0..=255).flat_map(reserved).collect::<Vec<u8>>();
     let rows = shown(&["decode"], &stream);
@@ -54,7 +54,7 @@ fn the_reserved_byte_is_taken_whatever_it_is_and_sent_as_zero() {
 }
 
 #[test]
-fn frames_come_out_while_rows_go_on() {
+fn frames_are_written_before_the_rows_end() {
     let row = |demand| format!("{{\"pitch\":{demand},\"roll\":2,\"yaw\":3}}\n");
     for rows in [
         [1, 2, 3].map(|demand| format!("{demand},2,3\n")),
@@ -104,7 +104,7 @@ fn a_terminal_gets_frames_only_if_it_is_named() {
 
 /// Decodes frames that other programs have made or that were published.
 #[test]
-fn what_others_have_made_is_decoded_and_encoded_again() {
+fn frames_of_other_programs_are_decoded_and_encoded_again() {
     let recordings = include_str!("../recordings.txt").lines();
     let mut recordings = recordings.filter(|line| !line.is_empty() && !line.starts_with('#'));
     let mut count = 0;

@@ -85,7 +85,7 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
 }
 
 #[test]
-fn a_port_that_is_not_there_yet_is_waited_for() {
+fn the_option_wait_waits_for_a_port_that_does_not_exist_yet() {
     let directory = tempfile::tempdir().unwrap();
     let (mut far_end, _near_end, port) = line();
     let arguments = [
@@ -192,7 +192,7 @@ fn shown(arguments: &[&str], directory: &Path) -> String {
 }
 
 #[test]
-fn what_is_sent_over_a_serial_line_is_watched_and_recorded() {
+fn sent_frames_are_watched_and_recorded_over_a_serial_line() {
     let directory = tempfile::tempdir().unwrap();
     let directory = directory.path();
     let mut profile = String::from("pitch,roll,yaw\n");

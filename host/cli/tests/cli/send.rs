@@ -43,7 +43,7 @@ fn csv(setpoints: &[[u8; 3]], time: impl Fn(usize) -> String) -> String {
 }
 
 #[test]
-fn a_profile_arrives_as_it_is_and_then_the_axes_park() {
+fn a_profile_arrives_unchanged_and_then_the_axes_park() {
     let rows = csv(&profile(), |_| String::new());
     let (setpoints, told) = sent(&["--profile=-", "--rate=2000"], &rows);
     assert_eq!(setpoints[..256], profile());
@@ -141,7 +141,7 @@ fn every_byte_arrives_at_the_other_end_of_a_serial_line() {
 }
 
 #[test]
-fn a_line_that_is_cut_is_told() {
+fn a_line_that_is_cut_is_an_error() {
     let (mut far_end, _near_end, port) = line();
     let child = start(&[
         "send",
@@ -199,7 +199,7 @@ fn a_port_that_comes_back_is_sent_to_again_and_ctrl_c_ends_the_wait() {
 }
 
 #[test]
-fn what_the_line_cannot_carry_is_not_begun() {
+fn a_transmission_that_the_line_cannot_carry_does_not_start() {
     let (_far_end, _near_end, port) = line();
     // Each frame takes 7.29 ms, and a frame is due every millisecond.
     let times = csv(&[[1; 3]; 60], |row| format!("0.{row:03},"));
@@ -268,7 +268,7 @@ fn datagrams_of_every_form_arrive_as_frames() {
 }
 
 #[test]
-fn without_a_datagram_nothing_is_sent_and_an_address_in_use_is_told() {
+fn without_a_datagram_nothing_is_sent_and_an_address_in_use_is_an_error() {
     let udp = ["send", "-", "--rate=1000", "--seconds=0.05", "--no-park"];
     let ended = run(&[&udp[..], &["--udp=127.0.0.1:0"]].concat(), "");
     assert_eq!((ended.status.code(), ended.stdout), (Some(0), vec![]));
@@ -300,7 +300,7 @@ fn a_recording_with_equal_times_is_sent() {
 
 /// 40 frames of 130 bytes per second fit into 115 200 baud, although UBX frames may be longer.
 #[test]
-fn a_line_carries_the_frames_that_there_are() {
+fn a_line_carries_frames_by_their_actual_length() {
     let rows = format!(
         "class,id,payload\n{}",
         format!("1,7,{}\n", "00".repeat(122)).repeat(4)

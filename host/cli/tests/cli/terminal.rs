@@ -23,7 +23,7 @@ fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
 
 /// Runs the fuzz target on the fuzzer's corpus and on random bytes, with every frame in every text format.
 #[test]
-fn no_text_that_is_made_of_a_stream_is_acted_on() {
+fn no_text_of_a_stream_controls_the_terminal() {
     let all = TextOutputs::all(LINES).unwrap();
     let (mut longest, mut escapes) = (0, 0);
     let mut check = |bytes: &[u8]| {
@@ -49,7 +49,7 @@ fn no_text_that_is_made_of_a_stream_is_acted_on() {
 }
 
 #[test]
-fn nothing_from_the_wire_reaches_the_terminal_as_it_came() {
+fn control_characters_from_the_line_never_reach_the_terminal() {
     let (_folder, frame) = described(LINES);
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let frames = 500;

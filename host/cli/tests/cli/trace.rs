@@ -37,7 +37,7 @@ fn rows_of_any_frames_fit_the_terminal_and_a_pipe_gets_all_of_them() {
 }
 
 #[test]
-fn rows_come_as_the_bytes_do() {
+fn rows_are_written_as_the_bytes_arrive() {
     let mut child = process::start(&["trace", "-", "--policy", "framelock"]);
     let mut input = child.stdin.take().unwrap();
     let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();

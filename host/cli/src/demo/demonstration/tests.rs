@@ -111,7 +111,7 @@ fn without_faults_nothing_is_lost_wrong_or_discarded() {
 }
 
 #[test]
-fn what_comes_of_it_depends_on_the_arguments_only() {
+fn the_results_depend_only_on_the_arguments() {
     let at_once = finished(DEFAULT);
     for step in [1, 33, 700, 5_000] {
         let mut in_steps = demonstration(DEFAULT);
@@ -162,7 +162,7 @@ fn every_frame_and_every_byte_is_accounted_for() {
 }
 
 #[test]
-fn the_difference_is_to_be_seen_with_any_seed() {
+fn every_seed_shows_the_difference() {
     for seed in 0..20 {
         let [lecture, framelock] = reports(&finished(Arguments { seed, ..DEFAULT }));
         assert!(lecture.lost > framelock.lost + 55, "{seed}");

@@ -84,7 +84,7 @@ fn the_close_up_marks_the_lost_byte_and_shows_both_machines() {
 
 /// After the failsafe has moved only one of the seats, the bars differ.
 #[test]
-fn the_seats_are_where_the_failsafes_have_them() {
+fn the_seats_show_the_outputs_of_the_failsafes() {
     let screen = screen(&demonstration(7_000), 80, 24);
     let seat = |name| &screen[row(&screen, name) + 3];
     let blocks = |row: &str| row.matches('█').count();
@@ -118,7 +118,7 @@ fn every_story_is_told_to_its_end_on_every_terminal_that_has_room() {
 }
 
 #[test]
-fn a_low_terminal_goes_without_the_bytes_and_then_without_the_seats() {
+fn a_low_terminal_omits_the_bytes_and_then_the_seats() {
     let demonstration = demonstration(10_000);
     let has = |height, start| {
         let screen = screen(&demonstration, 80, height);

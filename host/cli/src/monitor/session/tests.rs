@@ -9,19 +9,23 @@ use framelock_receiving::Protocol;
 
 use super::*;
 
-pub(in super::super) fn session(directory: &Path, with_marks: bool) -> Session {
+pub(in super::super) fn session(directory: &Path, with_marks: bool) -> MonitorSession {
     session_of("bin", directory, with_marks)
 }
 
-pub(in super::super) fn session_of(frame: &str, directory: &Path, with_marks: bool) -> Session {
+pub(in super::super) fn session_of(
+    frame: &str,
+    directory: &Path,
+    with_marks: bool,
+) -> MonitorSession {
     let title = format!("/dev/ttyACM0, 115200 baud, {frame}, framelock");
-    let mut session = Session::new(title, watch_frames(frame, None), None);
+    let mut session = MonitorSession::new(title, watch_frames(frame, None), None);
     session.marks = with_marks.then(|| Marks::new(false));
     session.directory = directory.to_owned();
     session
 }
 
-impl Session {
+impl MonitorSession {
     /// Presses a key without Ctrl. Returns false if the key quits.
     pub(in super::super) fn press(&mut self, key: char) -> bool {
         self.key(KeyCode::Char(key).into())
@@ -74,7 +78,7 @@ fn a_paused_view_stands_still_while_the_line_is_counted_and_recorded() {
 }
 
 #[test]
-fn a_recording_holds_what_came_between_the_two_keys_and_replaces_nothing() {
+fn a_recording_contains_the_bytes_between_two_keys_and_replaces_no_file() {
     let directory = tempfile::tempdir().unwrap();
     let path = |name: &str| directory.path().join(name);
     std::fs::write(path("framelock-1.bin"), "precious").unwrap();
@@ -146,7 +150,7 @@ fn marks_are_line_errors_and_not_data() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_recording_that_cannot_be_is_told_and_the_line_is_watched_all_the_same() {
+fn a_failed_recording_is_reported_and_watching_goes_on() {
     for (is_full, told) in [
         (false, "cannot record in no/such/directory"),
         (true, "recording in /dev/full ended behind byte 7"),
@@ -173,7 +177,7 @@ fn a_recording_that_cannot_be_is_told_and_the_line_is_watched_all_the_same() {
 }
 
 #[test]
-fn the_end_tells_what_was_counted() {
+fn the_end_prints_the_counters() {
     let mut session = session(Path::new(""), false);
     session.receive(ms(1), b"??");
     session.receive(ms(1), FRAME);

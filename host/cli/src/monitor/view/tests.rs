@@ -9,14 +9,14 @@ use std::path::Path;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-use super::super::session::Session;
+use super::super::session::MonitorSession;
 use super::super::session::tests::{session, session_of};
 use super::super::watch::tests::ms;
 use super::*;
 
 /// Receives three seconds of a motion at 50 frames per second, then three bytes of noise and the first
 /// four bytes of a frame.
-fn watched(with_marks: bool) -> Session {
+fn watched(with_marks: bool) -> MonitorSession {
     let mut session = session(Path::new("no/such/directory"), with_marks);
     for frame in 0..150_u8 {
         let bytes = [b'A', b'B', 0, frame, 0x40, 0xC0, b'\r'];
@@ -28,7 +28,7 @@ fn watched(with_marks: bool) -> Session {
 }
 
 /// Returns the rows of the screen as text.
-fn screen(session: &mut Session, width: u16, height: u16) -> Vec<String> {
+fn screen(session: &mut MonitorSession, width: u16, height: u16) -> Vec<String> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal.draw(|frame| draw(frame, session)).unwrap();
     let buffer = terminal.backend().buffer();
@@ -39,7 +39,7 @@ fn screen(session: &mut Session, width: u16, height: u16) -> Vec<String> {
 }
 
 /// Checks that rows contain texts. Each line of `expected` has a row's number and its text.
-fn shows(session: &mut Session, width: u16, expected: &str) {
+fn shows(session: &mut MonitorSession, width: u16, expected: &str) {
     let rows = screen(session, width, 24);
     for line in expected.lines().filter(|line| !line.trim().is_empty()) {
         let (row, text) = line.trim().split_once(": ").unwrap();
@@ -49,7 +49,7 @@ fn shows(session: &mut Session, width: u16, expected: &str) {
 }
 
 #[test]
-fn the_screen_is_what_was_watched() {
+fn the_screen_shows_the_watched_line() {
     let expected = [
         " framelock monitor  /dev/ttyACM0, 115200 baud, bin, framelock                   ",
         " SEARCHING   50.0 frames/s      350 bytes/s   last frame 0.0 s ago              ",
@@ -110,7 +110,7 @@ fn described_frames_are_shown_with_their_fields() {
 }
 
 #[test]
-fn what_happens_is_shown() {
+fn events_of_the_line_are_shown() {
     let mut with_errors = watched(true);
     with_errors.receive(ms(3_020), b"\xFF\0\x55\xFF\0\0\xFF\0\0");
     // The bytes that were pending are now discarded too.
@@ -184,7 +184,7 @@ fn keys_change_what_is_shown() {
 }
 
 #[test]
-fn a_low_terminal_goes_without_the_chart_and_then_without_the_bytes() {
+fn a_low_terminal_omits_the_chart_and_then_the_bytes() {
     let has = |height, text| {
         let rows = screen(&mut watched(false), 80, height);
         rows.iter().any(|row| row.contains(text))
@@ -197,7 +197,7 @@ fn a_low_terminal_goes_without_the_chart_and_then_without_the_bytes() {
 }
 
 #[test]
-fn no_terminal_is_too_small_and_no_time_too_early() {
+fn the_view_can_be_drawn_at_any_size_and_time() {
     for (width, height) in [(1, 1), (10, 3), (40, 12), (79, 23), (300, 100)] {
         screen(&mut session(Path::new(""), false), width, height);
         let mut watched = watched(true);

@@ -45,7 +45,7 @@ fn discarded(watch: &Watch) -> String {
 }
 
 #[test]
-fn the_bytes_shown_as_discarded_are_those_that_were() {
+fn the_view_shows_exactly_the_discarded_bytes() {
     let mut watch = watch(None);
     feed(&mut watch, ms(1), b"??");
     feed(&mut watch, ms(1), FRAME);
@@ -118,7 +118,7 @@ fn the_failsafe_follows_holds_and_parks() {
 }
 
 #[test]
-fn an_idle_gap_drops_the_frame_under_way_if_asked_for() {
+fn an_idle_gap_drops_the_incomplete_frame_if_the_option_is_given() {
     for (gap, frames, dropped) in [
         (None, 1, ""),
         (Some(ms(5)), 0, "|AB\\x00\\x01\\x02\\x03\\r"),
@@ -141,7 +141,7 @@ fn an_idle_gap_drops_the_frame_under_way_if_asked_for() {
 }
 
 #[test]
-fn an_idle_gap_delivers_the_frame_behind_a_false_beginning() {
+fn an_idle_gap_delivers_the_frame_after_a_false_start() {
     let frame = [0xC8, 0x02, 0x14, 0xAC];
     let mut watch = watch_frames("crsf", Some(ms(5)));
     feed(&mut watch, ms(10), &[0xC8, 0x3E]);
@@ -175,7 +175,7 @@ fn a_reset_counts_from_zero_and_keeps_the_frame_under_way() {
 }
 
 #[test]
-fn rates_are_those_of_the_last_two_seconds_and_the_history_is_of_ten() {
+fn rates_cover_two_seconds_and_the_history_covers_ten() {
     let mut watch = watch(None);
     for frame in 0..150 {
         feed(&mut watch, ms(10 + 20 * frame), FRAME);

@@ -104,7 +104,7 @@ fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
 }
 
 #[test]
-fn the_end_is_in_a_straight_line_to_park_and_stays_there() {
+fn the_axes_park_in_a_straight_line_and_stay_there() {
     let mut clock = TestClock::default();
     let (pitches, counts) = run(&mut clock, ten("bin", |_| false), None, Some(PARKING));
     assert_eq!((pitches[9], &pitches[10..]), (9, &PARKED[..]));
@@ -178,7 +178,7 @@ impl Write for Cut {
 }
 
 #[test]
-fn a_line_that_is_cut_ends_it_with_what_was_sent() {
+fn an_error_of_the_line_ends_the_transmission_and_keeps_the_count() {
     let (mut clock, mut line) = (TestClock::default(), Cut(3));
     let frame = named("bin");
     let mut transmission = Transmission::new(&mut clock, &mut line, &frame, None);
