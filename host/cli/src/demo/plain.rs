@@ -71,7 +71,7 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
     if let Some(gap) = arguments.idle_gap {
         writeln!(
             out,
-            "idle gap: more than {gap} byte times drop the frame under way"
+            "idle gap: more than {gap} byte times without a byte drop the incomplete frame"
         )?;
     }
     if !demonstration.is_over() {

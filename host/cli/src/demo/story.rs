@@ -54,15 +54,15 @@ pub(super) fn story(demonstration: &Demonstration) -> Story {
         ),
         Passage::Silence => (
             "SILENCE",
-            "The PC sends nothing, so there is nothing to hear. Behind each receiver is\n\
-             framelock's failsafe: it holds the seat where it is, then moves it slowly to\n\
+            "The PC sends nothing, so no frame can arrive. After each receiver comes\n\
+             framelock's failsafe: it holds the seat in its place, then moves it slowly to\n\
              the middle and parks it there."
                 .to_owned(),
         ),
         Passage::Again => (
             "BACK AGAIN",
-            "Frames come again. The failsafe moves the seat slowly to where the PC wants\n\
-             it, then lets it follow."
+            "Frames arrive again. The failsafe moves the seat slowly to the position that\n\
+             the PC sends, then lets it follow."
                 .to_owned(),
         ),
     };

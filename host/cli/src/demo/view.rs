@@ -28,7 +28,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
     if area.width < LEAST_WIDTH || area.height < LEAST_HEIGHT {
         let text = format!(
             "The demo needs {LEAST_WIDTH} columns and {LEAST_HEIGHT} rows; this terminal has {} and {}. \
-             Enlarge the terminal to start the demo, or press q and run: framelock demo --plain",
+             Enlarge the terminal, or press q and run: framelock demo --plain",
             area.width, area.height
         );
         frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);

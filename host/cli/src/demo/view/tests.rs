@@ -140,7 +140,7 @@ fn a_low_terminal_omits_the_bytes_and_then_the_seats() {
 fn on_a_terminal_that_is_too_small_it_says_what_it_needs() {
     let demonstration = demonstration(3_000);
     let shown = screen(&demonstration, 50, 12).join("");
-    assert!(shown.starts_with("The demo needs 60 columns and 16 rows; this termin"));
+    assert!(shown.starts_with("The demo needs 60 columns and 16 rows; this"));
     assert!(shown.contains("framelock demo --plain"));
     for (width, height) in [(1, 1), (59, 16), (60, 15)] {
         let shown = screen(&demonstration, width, height).join("");

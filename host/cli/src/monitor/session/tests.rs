@@ -153,7 +153,7 @@ fn marks_are_line_errors_and_not_data() {
 fn a_failed_recording_is_reported_and_watching_goes_on() {
     for (is_full, told) in [
         (false, "cannot record in no/such/directory"),
-        (true, "recording in /dev/full ended behind byte 7"),
+        (true, "recording in /dev/full ended after byte 7"),
     ] {
         let mut session = session(Path::new("no/such/directory"), false);
         if is_full {

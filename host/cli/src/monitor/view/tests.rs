@@ -168,7 +168,7 @@ fn keys_change_what_is_shown() {
     shows(
         &mut session,
         80,
-        "7: z             set the counters to zero",
+        "6: z             set the counters to zero",
     );
     session.has_ended = true;
     shows(&mut session, 80, "0: THE INPUT HAS ENDED");
