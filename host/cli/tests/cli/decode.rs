@@ -42,7 +42,10 @@ fn frames_of_a_stream_have_times_and_frames_of_a_file_have_none() {
     file.write_all(&CLEAN).unwrap();
     let name = file.path().to_str().unwrap();
     let told = complaint(run(&["decode", "--timestamps", name], ""));
-    assert!(told.contains("does not record when its bytes arrived"), "{told}");
+    assert!(
+        told.contains("does not record when its bytes arrived"),
+        "{told}"
+    );
 }
 
 #[test]
