@@ -51,7 +51,7 @@ impl Output {
         self
     }
 
-    /// Creates `path`, where `-` is standard output; a file is replaced.
+    /// Creates the file `path`, or replaces it. `-` is standard output.
     pub(crate) fn create(path: &Path) -> Result<Self> {
         if path.as_os_str() == "-" {
             return Self::standard();

@@ -26,10 +26,10 @@ pub(crate) enum InputFormat {
     Jsonl,
 }
 
-/// A row of a text.
+/// A row of the input.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Row {
-    /// When it is due, if the text says so and times are read.
+    /// The due time, if the text has times and times are read.
     pub(crate) time: Option<Duration>,
     /// The frame with its values.
     pub(crate) frame: Vec<u8>,
@@ -41,7 +41,7 @@ struct Fields<'a> {
     /// The unknown names in the row.
     others: Vec<String>,
     time: Option<Value>,
-    /// In the order of the columns.
+    /// The values, in the order of the columns.
     values: Vec<Option<Value>>,
 }
 

@@ -56,7 +56,7 @@ pub(crate) struct Arguments {
 pub(crate) enum OutputFormat {
     /// Tables for people to read
     Text,
-    /// Comma-separated values under a header: a row for each point and receiver
+    /// Comma-separated values with a header, and a row for each point and receiver
     Csv,
     /// One JSON object
     Json,

@@ -57,9 +57,9 @@ enum TraceFormat {
 enum Machines {
     /// The lecture's machine, which discards a broken frame
     Lecture,
-    /// framelock, which searches a broken frame for the start of the next
+    /// framelock's receiver, which searches a broken frame for the start of the next frame
     Framelock,
-    /// Both
+    /// Both receivers
     Both,
 }
 

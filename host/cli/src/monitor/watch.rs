@@ -69,7 +69,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Makes a watch of a line on which no byte has arrived. The ticks of `parameters` are microseconds.
+    /// Starts to watch a line on which no byte has arrived. The ticks of `parameters` are microseconds.
     /// A pause of more than `idle_gap` between bytes is reported to the receiver.
     pub(super) fn new(
         frame: FrameWriter,
