@@ -83,7 +83,7 @@ def number(cell):
 
 def same(expected, read, where):
     if expected is None or read is None or read is pandas.NA:
-        # pandas has the same value for both.
+        # pandas has the same value for a missing value and for NaN.
         gone = read is None or read is pandas.NA or isinstance(read, float) and math.isnan(read)
         assert gone and (expected is None or isinstance(expected, float) and math.isnan(expected)), where
     elif isinstance(expected, float) and isinstance(read, float) and math.isnan(expected):
