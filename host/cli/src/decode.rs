@@ -37,17 +37,17 @@ pub(crate) struct Arguments {
     /// Read a file, a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
     #[arg(value_name = "FILE|PORT", default_value = "-")]
     source: PathBuf,
-    /// Receive with framelock (searches the bytes of a broken frame again) or with lecture (the
-    /// lecture's machine, which discards them; bin only)
+    /// Receive with framelock (searches a broken frame again) or lecture (the lecture's machine, which
+    /// discards it; bin only)
     #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
     policy: Policy,
-    /// Receive these frames: a name, or a file that describes them [default: bin]
+    /// Receive these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
     /// Write the description of the frames, and decode nothing
     #[arg(long)]
     describe: bool,
-    /// Read the input as bytes, or as hex: text such as 41 42 00 or 0x41,0x42
+    /// Read bytes, or hex such as 41 42 00 or 0x41,0x42
     #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
     input: Spelling,
     /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none
@@ -72,11 +72,11 @@ pub(crate) struct Arguments {
     summary: Option<String>,
     #[command(flatten)]
     port: PortOptions,
-    /// If the port disappears, wait for it and continue, instead of ending with an error
+    /// If the port disappears, wait for it instead of ending with an error
     #[arg(long)]
     reconnect: bool,
-    /// After a pause of this length, drop the incomplete frame and write the whole frames that follow its
-    /// start. Off by default, because USB adapters deliver bytes in batches
+    /// After a pause of this length, drop the incomplete frame, and write whole frames inside it. Off by
+    /// default: USB adapters send in bursts
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
     idle_gap: Option<u64>,
 }

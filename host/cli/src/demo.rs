@@ -63,8 +63,8 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 10, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 1, 100_000))]
     rate: u32,
 
-    /// After a pause of this many byte times, drop the incomplete frame. Off by default, because DMA
-    /// and USB adapters deliver bytes in batches
+    /// After a pause of this many byte times, drop the incomplete frame. Off by default: DMA and USB
+    /// adapters send in bursts
     #[arg(long, value_name = "BYTES", value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     idle_gap: Option<u32>,
 

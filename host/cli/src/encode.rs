@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
     /// Read rows from a file, or from - for standard input
     #[arg(value_name = "FILE", default_value = "-")]
     input: PathBuf,
-    /// Make these frames: a name, or a file that describes them [default: bin]
+    /// Make these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
     /// Read rows as csv or as jsonl (JSON: one object per line, or an array of objects); auto

@@ -15,7 +15,7 @@ use crate::output::Output;
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/generate.txt"))]
 pub(crate) struct Arguments {
-    /// Generate code for these frames: a name, or a file that describes them
+    /// Generate code for these frames: a name, or a description file
     #[arg(long, value_name = "NAME|FILE", value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
     /// Generate rust (no_std) or c (C99 that is also valid C++17)

@@ -34,11 +34,11 @@ pub(crate) struct Arguments {
     /// Keys are always read from the terminal
     #[arg(value_name = "PORT|PTY|-")]
     line: PathBuf,
-    /// Receive with framelock (searches the bytes of a broken frame again) or with lecture (the
-    /// lecture's machine, which discards them; bin only)
+    /// Receive with framelock (searches a broken frame again) or lecture (the lecture's machine, which
+    /// discards it; bin only)
     #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
     policy: Policy,
-    /// Receive these frames: a name, or a file that describes them [default: bin]
+    /// Receive these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
     /// Show numbers in hex, as trace does
@@ -53,8 +53,8 @@ pub(crate) struct Arguments {
     /// if FILE ends in .csv
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// After a pause of this length, drop the incomplete frame. Off by default, because USB adapters
-    /// deliver bytes in batches
+    /// After a pause of this length, drop the incomplete frame. Off by default: USB adapters send in
+    /// bursts
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
     idle_gap: Option<u64>,
     /// After a silence of this length, the failsafe holds its output

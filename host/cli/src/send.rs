@@ -63,21 +63,20 @@ pub(crate) struct Arguments {
     /// Stop after this time [default: at the end of the profile, or never]
     #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
     seconds: Option<f64>,
-    /// Send these frames: a name, or a file that describes them [default: bin]. Frames other than bin
-    /// and bin-crc8 need a profile and are not parked
+    /// Send these frames: a name, or a description file; all but bin and bin-crc8 need --profile
+    /// [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
-    /// If the port disappears, end with an error instead of waiting for it
+    /// If the port disappears, end with an error
     #[arg(long)]
     no_reconnect: bool,
 
     #[command(flatten)]
     shape: ShapeArguments,
 
-    /// Send nothing while the last datagram is older than this, in milliseconds; the board's failsafe
-    /// then takes over
+    /// Send nothing while the last datagram is older than this; the board's failsafe takes over
     #[arg(long, value_name = "MS", default_value_t = 200, value_parser = |text: &str| whole::<u64>(text, 1, u64::MAX), help_heading = "Datagrams")]
     stale_after: u64,
 
@@ -98,10 +97,10 @@ struct ShapeArguments {
     /// Repeat the motion after this time [default: 20 for the sweep, 4 for the others]
     #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
     period: Option<f64>,
-    /// Start the sweep at this frequency, its lowest
+    /// Set the sweep's lowest frequency
     #[arg(long, value_name = "HZ", default_value_t = 0.1, value_parser = |text: &str| number(text, 0.001, 1000.0))]
     from: f64,
-    /// End the sweep at this frequency, its highest
+    /// Set the sweep's highest frequency
     #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = |text: &str| number(text, 0.001, 1000.0))]
     to: f64,
     /// Move only these axes; the others stay level
@@ -120,10 +119,10 @@ struct ShapeArguments {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Parking")]
 struct End {
-    /// Move the axes to this setpoint at the end
+    /// Park at this setpoint
     #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoint)]
     park: Setpoint,
-    /// Take this long to move there
+    /// Take this long to move to park
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = |text: &str| number(text, 0.0, 3600.0))]
     park_seconds: f64,
     /// Stop where the axes are, without parking
@@ -149,7 +148,7 @@ struct FaultArguments {
     /// Send a random byte before the byte
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     insert: f64,
-    /// Seed the random faults; the same seed makes the same faults
+    /// Seed the faults; the same seed repeats them
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
 }

@@ -30,7 +30,7 @@ pub(crate) const NO_PERMISSION: &str = "this user has no permission; on most Lin
 /// The settings of a serial port. There are always 8 data bits.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct PortOptions {
-    /// Set the serial port's rate, in bits per second [default: 115200]
+    /// Set the serial port's baud rate [default: 115200]
     #[arg(long, value_name = "RATE", value_parser = baud)]
     baud: Option<u32>,
     /// Set its parity: none, even or odd [default: none]
@@ -40,7 +40,7 @@ pub(crate) struct PortOptions {
     /// --stop-bits 2
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
     stop_bits: Option<u8>,
-    /// Wait for the serial port if it does not exist yet
+    /// Wait for the port if it does not exist yet
     #[arg(long)]
     wait: bool,
 }

@@ -24,16 +24,16 @@ pub(crate) struct Arguments {
     /// Without an argument, trace the bytes of a pipe, or else the lecture's two worked examples
     #[arg(value_name = "HEX|FILE|PORT|-")]
     source: Vec<OsString>,
-    /// Receive with lecture (the lecture's machine, which discards a broken frame), with framelock
-    /// (searches it for the next frame), or with both, in one row where they do the same
+    /// Receive with lecture (the lecture's machine, which discards a broken frame), framelock (searches
+    /// it again), or both, in one row where they do the same
     #[arg(long, value_enum, default_value_t = Machines::Both, hide_possible_values = true)]
     policy: Machines,
-    /// Receive these frames: a name, or a file that describes them [default: bin]. For frames other
-    /// than bin, a row shows the number of pending bytes, the frames with their fields, and the
-    /// discarded bytes with the reason
+    /// Receive these frames: a name, or a description file [default: bin]. For frames other than bin, a
+    /// row shows the number of pending bytes, the frames with their fields, and the discarded bytes
+    /// with the reason
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// Read a file, port or pipe as bytes, or as hex: text such as 41 42 00 or 0x41,0x42
+    /// Read a file, port or pipe as bytes or hex: text such as 41 42 00 or 0x41,0x42
     #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
     input: Spelling,
     /// Write text (a table for people) or jsonl (one object per byte and receiver)
