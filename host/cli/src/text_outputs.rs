@@ -10,7 +10,7 @@ use crate::output::message;
 use crate::rows::{InputFormat, rows};
 use crate::{decode, trace};
 
-/// Makes every text of a stream, for one protocol.
+/// Makes all texts that the command line prints for a stream of one protocol.
 pub struct TextOutputs(Protocol);
 
 impl TextOutputs {
