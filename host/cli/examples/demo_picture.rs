@@ -1,12 +1,13 @@
-//! Draws the live view of `framelock demo` as a moving picture, `docs/demo.svg`: an SVG that a browser plays without a
-//! script. `cargo run --example demo_picture` writes it.
+//! Draws the live view of `framelock demo` as a moving picture, `docs/demo.svg`. A browser plays this SVG without a
+//! script. `cargo run --example demo_picture` writes the file.
 //!
-//! Terminal recorders write down when the bytes came, so each recording differs, and no test could tell whether the
-//! committed picture is of the current view. termtosvg's has 450 KB for six seconds; this one has 140 KB for ten,
-//! follows the reader's dark or light theme, and stands still for readers who want no motion.
+//! A terminal recorder stores the arrival times of the bytes, so each recording differs, and no test could check
+//! whether the committed picture shows the current view. Also, termtosvg needs 450 KB for six seconds. This picture
+//! needs 140 KB for ten seconds, follows the reader's dark or light theme, and stands still for readers who want no
+//! motion.
 //!
 //! A cell that stays the same from one drawing to the next is written once. All cells that are visible in the same
-//! drawings are one group, whose classes name its first drawing and their number.
+//! drawings form one group, whose classes name its first drawing and the number of its drawings.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -21,14 +22,14 @@ use ratatui::style::{Color, Modifier};
 const COLUMNS: u16 = 80;
 const ROWS: u16 = 23;
 
-/// How many drawings, and how far apart: a hundred, so that each is one per cent of the time.
+/// The number of drawings and the time between them. There are a hundred, so that each is one per cent of the time.
 const DRAWINGS: usize = 100;
 const STEP: Duration = Duration::from_millis(100);
 
-/// The drawing that is seen where nothing moves.
+/// The drawing that readers see who want no motion.
 const STILL: usize = 70;
 
-/// A cell's width and height, and the margin around all cells, in pixels.
+/// The width and height of a cell, and the margin around all cells, in pixels.
 const WIDTH: u16 = 10;
 const HEIGHT: u16 = 21;
 const MARGIN: u16 = 12;
@@ -59,17 +60,17 @@ const fn class(color: Color) -> &'static str {
     }
 }
 
-/// The first drawing of something, and the first that is without it.
+/// The first drawing that contains a cell, and the first drawing after it that does not.
 type Seen = (usize, usize);
 
-/// What is seen together: bars, and by row and classes the columns and symbols of the text.
+/// The content of a group: bars, and the columns and symbols of the text by row and classes.
 #[derive(Default)]
 struct Group {
     bars: String,
     texts: BTreeMap<(u16, String), Vec<(u16, String)>>,
 }
 
-/// Where the README shows it from.
+/// The path of the picture, which the README shows.
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/demo.svg");
 
 fn main() -> Result<()> {
@@ -118,7 +119,7 @@ impl Group {
         if is_reversed || paper != Color::Reset {
             bar(WIDTH, paper)?;
         }
-        // Blanks too are parts of bars, of no width.
+        // A blank is a part of a bar, too, with width zero.
         let symbol = cell.symbol();
         let mut parts = (0..).zip(EIGHTHS);
         if let Some((eighths, _)) = parts.find(|(_, part)| symbol.starts_with(*part)) {
@@ -133,7 +134,7 @@ impl Group {
         Ok(())
     }
 
-    /// Word by word, each as wide as its cells in any font.
+    /// Writes each word separately, with the width of its cells, whatever the font.
     fn write_texts(&self, svg: &mut String) -> fmt::Result {
         for ((row, classes), text) in &self.texts {
             for word in text.chunk_by(|(before, _), (after, _)| before + 1 == *after) {
@@ -161,7 +162,7 @@ fn svg(groups: &BTreeMap<Seen, Group>) -> Result<String, fmt::Error> {
             svg,
             "@keyframes n{number}{{0%{{visibility:visible}}{number}%{{visibility:hidden}}}}"
         )?;
-        // A millisecond more, so that the beginning is not just where one drawing becomes another.
+        // Start a millisecond later, so that the start is not exactly at the change between two drawings.
         let begin = STEP.as_millis() * (DRAWINGS - number) as u128 + 1;
         writeln!(
             svg,

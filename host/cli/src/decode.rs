@@ -1,4 +1,4 @@
-//! Frames from a stream: a file, standard input or a serial port.
+//! Decodes frames from a file, standard input or a serial port.
 
 mod hints;
 mod rejected_headers;
@@ -26,61 +26,62 @@ use crate::serial::PortOptions;
 use rejected_headers::RejectedHeaders;
 use totals::{DiscardedTotals, Totals};
 
-/// The time and the number of bytes after which a stream that goes on is judged.
+/// The time and the number of bytes after which a live stream is checked for a hint.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
 
-/// Frames from a stream: a file, standard input or a serial port.
+/// Decode frames from a file, standard input or a serial port
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/decode.txt"))]
 pub(crate) struct Arguments {
-    /// A file, a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
+    /// Read a file, a serial port such as /dev/ttyUSB0 or COM3, or - for standard input
     #[arg(value_name = "FILE|PORT", default_value = "-")]
     source: PathBuf,
-    /// Which machine receives: framelock (searches the bytes of a broken frame again) or lecture (the
-    /// lecture's machine, which throws them away; bin only)
+    /// Receive with framelock (searches a broken frame again) or lecture (the lecture's machine, which
+    /// discards it; bin only)
     #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
     policy: Policy,
-    /// The frames: a name, or a file that describes them [default: bin]
+    /// Receive these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// Write the frames' description and nothing else
+    /// Write the description of the frames, and decode nothing
     #[arg(long)]
     describe: bool,
-    /// How the input is written: bytes, or hex: text such as 41 42 00 or 0x41,0x42
+    /// Read bytes, or hex such as 41 42 00 or 0x41,0x42
     #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
     input: Spelling,
-    /// How frames are written: jsonl (an object per line), csv, text (columns) or none
+    /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none
     #[arg(long, value_enum, default_value_t = OutputFormat::Jsonl, hide_possible_values = true)]
     format: OutputFormat,
-    /// Write only frames of these kinds, and their columns: names from the column kind, with commas between
+    /// Write only frames of these kinds, and only their columns. The column kind has the names;
+    /// separate several by commas
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
-    /// When each frame came, in seconds since the start; =unix counts from 1970
+    /// Write the time of each frame, in seconds since the start of the program; with =unix, since 1970
     #[arg(long, value_enum, value_name = "start|unix", num_args = 0..=1, require_equals = true, default_missing_value = "start", hide_possible_values = true)]
     timestamps: Option<Timestamps>,
-    /// Where they go, a file being replaced [default: standard output]
+    /// Write frames to FILE, replacing it, instead of standard output
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Numbers in hex, of --format text
+    /// Print numbers in hex (with --format text)
     #[arg(long)]
     hex: bool,
-    /// At the end, or at Ctrl-C, write what became of every byte as a JSON object: to standard error,
-    /// or to FILE, where - is standard output
+    /// At the end, or at Ctrl-C, write a JSON object that accounts for every byte: to standard error,
+    /// or to FILE (- is standard output)
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     summary: Option<String>,
     #[command(flatten)]
     port: PortOptions,
-    /// When the port is gone wait for it, and go on when it is back
+    /// If the port disappears, wait for it instead of ending with an error
     #[arg(long)]
     reconnect: bool,
-    /// After a pause of this length drop the frame under way, and write what lies whole behind its beginning;
-    /// not done unless given, since USB adapters deliver in batches
+    /// After a pause of this length, drop the incomplete frame, and write whole frames inside it. Off by
+    /// default: USB adapters send in bursts
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
     idle_gap: Option<u64>,
 }
 
-/// How frames are written.
+/// The format of the frames.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 enum OutputFormat {
     /// A JSON object per line
@@ -106,11 +107,11 @@ impl OutputFormat {
     }
 }
 
-/// Where every byte of a stream has gone: bytes = bytes in frames + discarded + pending.
+/// The outcomes of all bytes of a stream: bytes = bytes in frames + discarded + pending.
 #[derive(PartialEq, Debug, Serialize)]
 struct Summary {
     bytes: u64,
-    /// Where all frames have the same.
+    /// The length of a frame, if all frames have the same length.
     #[serde(skip_serializing_if = "Option::is_none")]
     frame_length: Option<usize>,
     frames: u64,
@@ -122,7 +123,7 @@ struct Summary {
     resynchronisations: u64,
 }
 
-/// What a decoder takes: bytes, or that none will come for what is pending.
+/// A step of a decoder: bytes, or the information that no byte will follow the pending bytes.
 #[derive(Clone, Copy)]
 enum Step<'b> {
     Bytes(&'b [u8]),
@@ -137,25 +138,25 @@ struct Decoder<W> {
     frame: FrameWriter,
     format: OutputFormat,
     output: W,
-    /// What is not written yet.
+    /// Rows that are not written yet.
     rows: Vec<u8>,
-    /// How many bytes have become a frame, or were discarded.
+    /// The number of bytes that have become part of a frame or were discarded.
     settled: usize,
     rejected: RejectedHeaders,
     policy: Policy,
     /// Whether only some kinds of frames are written.
     is_partial: bool,
-    /// The first bytes, until a hint is given.
+    /// The first bytes of the stream, for the hint.
     beginning: Vec<u8>,
     is_hinted: bool,
-    /// Whether the input goes on, so that a hint cannot wait for its end.
+    /// Whether the input is live, so that a hint cannot wait for its end.
     is_live: bool,
     start: Instant,
     timestamps: Option<Timestamps>,
     idle_gap: Option<Duration>,
-    /// When bytes came last, if no pause was reported since.
+    /// The time of the last arrival, if no pause was reported since.
     heard: Option<Instant>,
-    /// Where the summary goes, until it is there.
+    /// The output of the summary, until the summary is written.
     summary: Option<Output>,
 }
 
@@ -205,7 +206,7 @@ impl<W: Write> Decoder<W> {
         Ok(())
     }
 
-    /// Reports a pause if it is one by now; gives how long it is until it may be one.
+    /// Reports a pause to the receiver if the pause is long enough. Returns the time until the next check.
     fn idle(&mut self) -> Result<Duration> {
         let gap = self.idle_gap.unwrap_or(Duration::MAX);
         match self.heard.map(|heard| gap.saturating_sub(heard.elapsed())) {
@@ -219,7 +220,7 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Receives, and writes the frames that there are.
+    /// Takes a step, and writes the frames that it completes.
     fn take(&mut self, step: Step) -> Result<()> {
         let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());
@@ -243,7 +244,7 @@ impl<W: Write> Decoder<W> {
             }
         };
         match step {
-            // Nobody asks where they are, nor why one is rejected: these have no header.
+            // Setpoint frames have no header that could be rejected, and no frame is written, so outcomes are not needed.
             Step::Bytes(bytes)
                 if self.format == OutputFormat::None && self.frame.protocol.has_setpoints() =>
             {
@@ -260,14 +261,14 @@ impl<W: Write> Decoder<W> {
         self.write()
     }
 
-    /// Writes what is not written yet.
+    /// Writes the rows that are not written yet.
     fn write(&mut self) -> Result<()> {
         self.output.write_all(&self.rows)?;
         self.rows.clear();
         Ok(self.output.flush()?)
     }
 
-    /// Writes what stands above the first frame.
+    /// Writes the header above the first frame, if the format has one.
     fn begin(&mut self) -> Result<()> {
         if self.format == OutputFormat::Csv {
             let has_time = self.timestamps.is_some();
@@ -276,7 +277,7 @@ impl<W: Write> Decoder<W> {
         self.write()
     }
 
-    /// Says once what to check, if no frame has come or most bytes were rejected.
+    /// Prints a hint once if no frame has arrived or most bytes were discarded.
     fn hint(&mut self) {
         let (bytes, protocol) = (self.totals.bytes, &self.frame.protocol);
         let discarded = self.totals.discarded.total();
@@ -314,7 +315,7 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Writes the hint and the summary, if they are wanted and not there already.
+    /// Writes the hint and the summary, unless they are already written or not needed.
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
         self.hint();
@@ -342,8 +343,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         .find(|(_, is_given)| *is_given && input.is_file())
     {
         bail!(
-            "{option}: {} is a file, which does not say when its bytes came: name a serial \
-             port, or pipe a stream in as it comes",
+            "{option}: {} is a file, which does not record when its bytes arrived: name a serial \
+             port, or pipe a live stream in",
             input.name
         );
     }
@@ -377,7 +378,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     if arguments.idle_gap.is_some() {
         let decoder = Arc::clone(&decoder);
-        // It ends with the process.
+        // This thread ends with the process.
         thread::spawn(move || {
             loop {
                 let waiting = lock(&decoder).idle();
@@ -401,7 +402,7 @@ impl Arguments {
         Output::create(path)
     }
 
-    /// Where the summary is to go, if there is to be one.
+    /// Opens the output of the summary, if there is one.
     fn summary(&self) -> Result<Option<Output>> {
         let path = self.summary.as_deref();
         path.map(|path| match path {
@@ -412,15 +413,15 @@ impl Arguments {
     }
 }
 
-/// Decodes `input` to its end: writes each frame no later than the next byte is waited for. At the end nothing more
-/// will come for what is pending.
+/// Decodes `input` to its end. Writes each frame before it waits for the next byte. At the end, reports that nothing
+/// will follow the pending bytes.
 fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
     lock(decoder).begin()?;
     for_each_arrival(input, |arrival| lock(decoder).arrive(&arrival))?;
     lock(decoder).take(Step::End)
 }
 
-/// The rows of a stream, in each format of text.
+/// Returns the rows of a stream in each text format.
 pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
     let formats = [OutputFormat::Text, OutputFormat::Csv, OutputFormat::Jsonl];
     let rows = formats.into_iter().map(|format| {
@@ -433,7 +434,7 @@ pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> 
     rows.collect()
 }
 
-/// What is in there is whole, even after a panic.
+/// Locks the decoder, even after a panic of another thread, since its state is always valid.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,7 +1,7 @@
-//! The main job without hardware: a simulated motion PC over a faulty line.
+//! Shows the main use without hardware: a simulated motion PC sends frames over a faulty line.
 //!
-//! The demonstration runs in virtual time and does not know who looks at it: the live view paces it,
-//! the plain lines run through it, and the same seed gives the same numbers under both.
+//! The demonstration runs in virtual time and does not depend on its display. The live view runs it in
+//! real time, and the plain text runs it at once. The same seed gives the same numbers in both.
 
 mod bytes;
 mod demonstration;
@@ -27,50 +27,52 @@ use crate::screen;
 pub use crate::view_parts::{BLUE, EIGHTHS, VERMILLION};
 use demonstration::Demonstration;
 
-/// The story of a lost byte, without hardware: a simulated PC sends a motion seat's position over a
-/// faulty line to the lecture's machine and to framelock, each with the failsafe behind it.
+/// Show the story of a lost byte, without hardware. A simulated PC sends a motion seat's position over
+/// a faulty line to the lecture's machine and to framelock, each followed by the failsafe.
 ///
-/// In turn: the seat stands still, and one lost byte makes the lecture's machine deaf; a ride, over
-/// a line that loses and changes bytes; silence, in which the failsafe holds the seat and moves it
-/// to the middle; the ride again. It ends with a table. A terminal of 80 columns and 24 rows shows
-/// all of it, one of 60 and 16 the most.
+/// The demo has four parts. First the seat stands still, and one lost byte makes the lecture's machine
+/// deaf. Then the seat moves, over a line that loses and changes bytes. Then the PC is silent, and the
+/// failsafe holds the seat and moves it to the middle. Then the seat moves again. A table of counts
+/// ends the demo. A terminal of 80 columns and 24 rows shows everything; 60 columns and 16 rows are
+/// the minimum.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = include_str!("help/demo.txt"))]
 pub(crate) struct Arguments {
-    /// Seed of the motion and of the line's faults: the same seed gives the same table
+    /// Seed the motion and the line's faults; the same seed gives the same table
     #[arg(long, default_value_t = 1, value_name = "NUMBER")]
     seed: u64,
 
-    /// How long it lasts; the passages are parts of it
+    /// Run for this time; all parts scale with it
     #[arg(long, default_value_t = 20, value_name = "SECONDS", value_parser = |text: &str| whole::<u32>(text, 1, 86_400))]
     seconds: u32,
 
-    /// Probability that the line loses a byte of the ride, 0 to 1
+    /// Lose each byte with this probability (0 to 1) while the seat moves
     #[arg(long, default_value_t = 0.02, value_name = "PROBABILITY", value_parser = probability, allow_negative_numbers = true)]
     drop: f64,
 
-    /// Probability that it inverts one bit of a byte of the ride, 0 to 1
+    /// Invert one bit of each byte with this probability (0 to 1) while the seat moves
     #[arg(long, default_value_t = 0.002, value_name = "PROBABILITY", value_parser = probability, allow_negative_numbers = true)]
     flip: f64,
 
-    /// Bits in a second on the line, ten for each byte
+    /// Set the rate of the line in bits per second; each byte takes ten bits
     #[arg(long, default_value_t = 115_200, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 300, 10_000_000))]
     baud: u32,
 
-    /// Frames in a second: few enough to watch each; motion software sends 50 and more
+    /// Send this many frames per second. The default is slow enough to watch each frame; motion
+    /// software sends 50 or more
     #[arg(long, default_value_t = 10, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 1, 100_000))]
     rate: u32,
 
-    /// Byte times without a byte after which the frame under way is dropped; not done unless given,
-    /// since DMA and USB adapters deliver in batches
+    /// After a pause of this many byte times, drop the incomplete frame. Off by default: DMA and USB
+    /// adapters send in bursts
     #[arg(long, value_name = "BYTES", value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     idle_gap: Option<u32>,
 
-    /// The live view's speed: 0.1 for a tenth of real time
+    /// Run the live view at this speed; 0.1 is a tenth of real time
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", value_parser = speed, allow_negative_numbers = true)]
     speed: f64,
 
-    /// Lines of text, without waiting: as if standard output were no terminal
+    /// Print text without waiting, as if standard output were not a terminal
     #[arg(long)]
     plain: bool,
 }
@@ -89,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     print(&mut demonstration, is_live)
 }
 
-/// The lines of text: all of them, or only what comes behind the live view.
+/// Prints the lines of text: all lines, or only the table that follows the live view.
 fn print(demonstration: &mut Demonstration, is_live: bool) -> Result<()> {
     let mut out = BufWriter::new(Output::standard()?);
     if !is_live {
@@ -99,8 +101,8 @@ fn print(demonstration: &mut Demonstration, is_live: bool) -> Result<()> {
     Ok(out.flush()?)
 }
 
-/// Draws the live view of a demonstration without options on a screen of this many columns and rows: `count` times,
-/// one `step` apart.
+/// Draws the live view of a demonstration without options on a screen of this many columns and rows. Returns `count`
+/// drawings, one `step` apart.
 ///
 /// # Errors
 /// The demonstration cannot be drawn.

@@ -1,4 +1,4 @@
-//! Frames from rows of values.
+//! Makes frames from rows of values.
 
 use std::fs;
 use std::io::{IsTerminal, Write};
@@ -13,22 +13,22 @@ use crate::output::{Output, note};
 use crate::rows::{InputFormat, rows};
 use crate::serial::PortOptions;
 
-/// Frames from rows of values: setpoints, or what a description names
+/// Make frames from rows of values: setpoints, or the fields of a description
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/encode.txt"))]
 pub(crate) struct Arguments {
-    /// A file, or - for standard input
+    /// Read rows from a file, or from - for standard input
     #[arg(value_name = "FILE", default_value = "-")]
     input: PathBuf,
-    /// The frames: a name, or a file that describes them [default: bin]
+    /// Make these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// How the values are written: csv, jsonl (JSON: an object per line, or an array of them), or
-    /// auto, which tells them apart
+    /// Read rows as csv or as jsonl (JSON: one object per line, or an array of objects); auto
+    /// recognizes both
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = InputFormat::Auto, hide_possible_values = true)]
     input_format: InputFormat,
-    /// Where frames go, - being standard output even if that is a terminal; a file is replaced when
-    /// all rows are right, and left as it is otherwise
+    /// Write frames to FILE instead of standard output; - is standard output even if it is a terminal.
+    /// FILE is replaced only if all rows are valid
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -38,8 +38,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let path = arguments.output.as_deref();
     if path.is_none() && std::io::stdout().is_terminal() {
         bail!(
-            "standard output is a terminal, and frames are binary: redirect it, or name a file \
-             with --output, where - is the terminal all the same"
+            "standard output is a terminal, and frames are binary: redirect it, name a file with \
+             --output, or write to the terminal with --output -"
         );
     }
     let input = Input::open(&arguments.input, &PortOptions::default())?;
@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         return arguments.encode(input, output);
     };
     Output::check_is_not(path, &arguments.input)?;
-    // Beside it, so that it can take its place.
+    // Write into a file in the same directory, which can then replace `path`.
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     let outcome = Output::create(Path::new(&partial))
@@ -58,19 +58,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 .with_context(|| format!("cannot write to {}", path.display()))
         });
     if outcome.is_err() {
-        // What went wrong is said already.
+        // The first error is reported; ignore errors of the cleanup.
         let _ = fs::remove_file(&partial);
     }
     outcome
 }
 
-/// Whether frames for `path` are to be a file; a device takes them as they come.
+/// Returns whether `path` is or becomes a regular file. A device receives each frame at once.
 fn becomes_a_file(path: &Path) -> bool {
     path.as_os_str() != "-" && fs::metadata(path).map_or(true, |metadata| metadata.is_file())
 }
 
 impl Arguments {
-    /// Writes each frame before the next row is waited for.
+    /// Writes a frame for each row, before it waits for the next row.
     fn encode(&self, input: Input, mut output: Output) -> Result<()> {
         if output.is_file {
             input.show_progress();
@@ -82,7 +82,7 @@ impl Arguments {
             count += 1;
         }
         if count == 0 {
-            note(&format!("{name} has no rows, so there are no frames"));
+            note(&format!("{name} has no rows, so no frames were written"));
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The option `--frame`: which frames are on the line.
+//! The option `--frame`, which selects the frames on the line.
 
 use std::ffi::OsStr;
 
@@ -8,7 +8,7 @@ use framelock_receiving::Protocol;
 
 use framelock_description::text::harmless;
 
-/// Reads the name of a shipped description, or the file of that name.
+/// Reads the shipped description of a name, or the description in a file.
 #[derive(Clone)]
 pub(crate) struct ProtocolParser;
 
@@ -26,7 +26,7 @@ impl TypedValueParser for ProtocolParser {
         parser.parse_ref(command, argument, name)
     }
 
-    /// The names that completions offer.
+    /// Returns the names that completions offer.
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
         Some(Box::new(SHIPPED.iter().map(|(name, _)| name.into())))
     }

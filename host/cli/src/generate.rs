@@ -1,4 +1,4 @@
-//! Source code that receives and makes a frame.
+//! Generates source code that receives and makes a frame.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,17 +11,17 @@ use framelock_receiving::Protocol;
 use crate::frame_option::ProtocolParser;
 use crate::output::Output;
 
-/// Source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
+/// Generate source code that receives and makes a frame: its layout, a struct of its fields, decode and encode
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/generate.txt"))]
 pub(crate) struct Arguments {
-    /// The frames: a name, or a file that describes them
+    /// Generate code for these frames: a name, or a description file
     #[arg(long, value_name = "NAME|FILE", value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// The language: rust, without std, or c, C99 that is C++17 as well
+    /// Generate rust (no_std) or c (C99 that is also valid C++17)
     #[arg(long, value_enum, value_name = "LANGUAGE")]
     language: Language,
-    /// Where it goes [default: standard output]
+    /// Write the code to FILE, replacing it, instead of standard output
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
 }

@@ -1,14 +1,14 @@
-//! Bytes that come as text in hex, the way loggers print them.
+//! Reads bytes from hex text, as loggers print it.
 
 use std::collections::VecDeque;
 use std::io::{self, BufRead, ErrorKind, Read};
 
 use framelock_description::hex::parse;
 
-/// The bytes that a text says, a line at a time.
+/// Reads the bytes of a hex text, line by line.
 pub(crate) struct Reader<R> {
     text: R,
-    /// What of a line has come.
+    /// The part of the current line that has arrived.
     line: Vec<u8>,
     number: u64,
     bytes: VecDeque<u8>,
@@ -33,7 +33,7 @@ impl<R: BufRead> Read for Reader<R> {
             }
             let number = self.number;
             let bytes = parse(&[&*String::from_utf8_lossy(&self.line)]).map_err(|why| {
-                let told = format!("line {number}: {why}; wanted are bytes such as 41 42 00 7F");
+                let told = format!("line {number}: {why}; expected bytes such as 41 42 00 7F");
                 io::Error::new(ErrorKind::InvalidData, told)
             })?;
             self.bytes = bytes.into();
@@ -55,7 +55,7 @@ mod tests {
         let mut bytes = Vec::new();
         let error = reader.read_to_end(&mut bytes).map_err(|it| it.to_string());
         assert_eq!(bytes, [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D]);
-        let told = "line 5: word 1, '4Z', has 'Z', which is no hex digit; wanted are bytes such as";
+        let told = "line 5: word 1, '4Z', has 'Z', which is no hex digit; expected bytes such as";
         assert!(error.is_err_and(|error| error.starts_with(told)));
     }
 }

@@ -1,4 +1,4 @@
-//! What a stream is read from: a file, standard input or a serial port.
+//! Inputs: a file, standard input or a serial port.
 
 use std::fs::{File, Metadata};
 use std::io::{self, BufReader, ErrorKind, IsTerminal, Read, Seek};
@@ -13,45 +13,46 @@ use crate::output::note;
 use crate::serial::{self, Device, Port, PortOptions};
 use crate::{hex, process};
 
-/// Bytes read or written at a time: enough that calls of the operating system cost little.
+/// The number of bytes that are read or written at a time. It is large enough that system calls cost
+/// little.
 pub(crate) const CHUNK_LENGTH: usize = 64 * 1024;
 
-/// An open input. Its errors say what could not be read, and where.
+/// An open input. Its errors name the input and the offset at which reading failed.
 pub(crate) struct Input<'a> {
-    /// What to call it in messages.
+    /// The input's name in messages.
     pub(crate) name: String,
     reader: Box<dyn Read + Send + 'a>,
-    /// If it is a serial port.
+    /// The port, if the input is a serial port.
     pub(crate) port: Option<OpenPort>,
-    /// If the port is opened again when it is gone.
+    /// Whether the port is opened again after it disappeared.
     pub(crate) reconnects: bool,
     spelling: Spelling,
-    /// How many bytes of it have been read, and of a regular file how many there are.
+    /// The number of bytes read so far and, for a regular file, the number of all bytes.
     pub(crate) progress: ProgressBar,
 }
 
-/// How to open a port again, and its device.
+/// A port's device, and its path and settings for opening it again.
 pub(crate) struct OpenPort {
     path: PathBuf,
     options: PortOptions,
     pub(crate) device: Device,
 }
 
-/// How bytes are written.
+/// The notation of the input's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Spelling {
-    /// As they are
+    /// Raw bytes
     Bytes,
-    /// As text in hex, the way loggers print it
+    /// Text in hex, as loggers print it
     Hex,
 }
 
-/// What an input brings.
+/// An event at an input.
 pub(crate) enum Arrival<'b> {
     Bytes(&'b [u8]),
-    /// The port is gone, for this reason. What was under way on it will not go on.
+    /// The port is gone, for this reason. An incomplete frame will not continue.
     Gone(io::Error),
-    /// The port is there again.
+    /// The port is back.
     Back(Device),
 }
 
@@ -65,7 +66,7 @@ impl Arrival<'_> {
 }
 
 impl<'a> Input<'a> {
-    /// Any reader.
+    /// Makes an input of any reader.
     pub(crate) fn new(name: &str, reader: impl Read + Send + 'a) -> Self {
         Self {
             name: name.to_owned(),
@@ -77,8 +78,8 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Opens `argument`: `-` is standard input, a terminal device a serial port, which `options`
-    /// are for, and anything else a file.
+    /// Opens `argument`: `-` is standard input, a terminal device is a serial port with the settings
+    /// of `options`, and any other name is a file.
     pub(crate) fn open(argument: &Path, options: &PortOptions) -> Result<Self> {
         let path = argument.to_string_lossy();
         let (name, file) = if path == "-" {
@@ -95,7 +96,9 @@ impl<'a> Input<'a> {
         };
         options.check_none(name)?;
         if file.is_terminal() {
-            note("reading what is typed (Ctrl-D ends it); see --help for files and ports");
+            note(
+                "reading from the terminal until Ctrl-D; --help shows how to read files and ports",
+            );
         }
         let size = remaining(&file);
         let input = Self::new(name, file);
@@ -103,24 +106,24 @@ impl<'a> Input<'a> {
         Ok(input)
     }
 
-    /// The bytes that its text says, if that is how they are written.
+    /// Makes the input parse its text as hex, if that is its notation.
     pub(crate) fn spelled(mut self, spelling: Spelling) -> Self {
         self.spelling = spelling;
         if spelling == Spelling::Hex {
             let text = std::mem::replace(&mut self.reader, Box::new(io::empty()));
             self.reader = spelled(text, spelling);
-            // How many bytes there will be is not known.
+            // The number of bytes in the text is not known in advance.
             self.progress = ProgressBar::hidden();
         }
         self
     }
 
-    /// Whether it was there before the program: when its bytes came, it does not say.
+    /// Returns whether the input is a regular file, which does not record when its bytes arrived.
     pub(crate) fn is_file(&self) -> bool {
         self.progress.length().is_some()
     }
 
-    /// Waits until the port that is gone is back; gives its device.
+    /// Waits until the port is back, and returns its device.
     fn reopen(&mut self) -> Option<Device> {
         self.reader = Box::new(io::empty());
         let OpenPort { path, options, .. } = self.port.take()?;
@@ -139,8 +142,8 @@ impl<'a> Input<'a> {
         device
     }
 
-    /// Shows how far the input has been read, if it has a size and standard error is a terminal;
-    /// until it is dropped.
+    /// Shows a progress bar until the input is dropped, if the input has a size and standard error is a
+    /// terminal.
     pub(crate) fn show_progress(&self) {
         let style = ProgressStyle::with_template("{bar:40} {bytes}/{total_bytes} {bytes_per_sec}");
         if let (Some(_), Ok(style)) = (self.progress.length(), style) {
@@ -157,8 +160,8 @@ impl Drop for Input<'_> {
 }
 
 impl Read for Input<'_> {
-    /// Tries again what passes: an interrupted read, and one that timed out, since a serial line
-    /// may be silent.
+    /// Reads, and repeats a read that was interrupted or that timed out, since a serial line may be
+    /// silent.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         loop {
             match self.reader.read(buffer) {
@@ -168,11 +171,11 @@ impl Read for Input<'_> {
                 }
                 Err(error) => match error.kind() {
                     ErrorKind::Interrupted | ErrorKind::TimedOut => {}
-                    // Some shells hand over an input that does not wait.
+                    // Some shells pass an input that is in non-blocking mode.
                     ErrorKind::WouldBlock => std::thread::sleep(Duration::from_millis(1)),
                     kind => {
                         let (name, offset) = (&self.name, self.progress.position());
-                        let told = format!("cannot read {name} behind byte {offset}: {error}");
+                        let told = format!("cannot read {name} after byte {offset}: {error}");
                         return Err(io::Error::new(kind, told));
                     }
                 },
@@ -181,7 +184,7 @@ impl Read for Input<'_> {
     }
 }
 
-/// Calls `take` with whatever `input` brings as soon as it is there, until the input ends.
+/// Calls `take` with each event at `input` as soon as it happens, until the input ends.
 pub(crate) fn for_each_arrival(
     mut input: Input,
     mut take: impl FnMut(Arrival) -> Result<()>,
@@ -203,7 +206,7 @@ pub(crate) fn for_each_arrival(
     }
 }
 
-/// What the bytes of `text` mean, if that is how they are written.
+/// Returns a reader of the bytes that `text` contains in this notation.
 fn spelled<'a>(text: impl Read + Send + 'a, spelling: Spelling) -> Box<dyn Read + Send + 'a> {
     match spelling {
         Spelling::Bytes => Box::new(text),
@@ -215,14 +218,14 @@ fn open_file(path: &Path) -> Result<File> {
     const INSTEAD: &str =
         "name a file, a serial port (`framelock ports` lists them), or - for standard input";
     let name = path.display();
-    // Opened, it is an error of another name on Windows.
+    // Opening a directory fails with a different error on Windows.
     if path.is_dir() {
         bail!("{name} is a directory; {INSTEAD}");
     }
     File::open(path).map_err(|error| anyhow!("cannot open {name}: {error}; {INSTEAD}"))
 }
 
-/// Bytes from where `file` stands to its end, if it is a regular one.
+/// Returns the number of bytes from the position of `file` to its end, if it is a regular file.
 fn remaining(mut file: &File) -> Option<u64> {
     let metadata = file.metadata().ok().filter(Metadata::is_file)?;
     Some(metadata.len().saturating_sub(file.stream_position().ok()?))
@@ -234,7 +237,7 @@ mod tests {
 
     use super::*;
 
-    /// Gives one outcome per read, then the end.
+    /// A reader that returns one outcome per read, then the end.
     struct Script(std::vec::IntoIter<io::Result<&'static [u8]>>);
 
     impl Read for Script {
@@ -243,7 +246,7 @@ mod tests {
         }
     }
 
-    /// The first pieces, `take` at most, and how reading ends.
+    /// Returns the first chunks, at most `take`, and the outcome of reading.
     fn read(script: Vec<io::Result<&'static [u8]>>, take: usize) -> (Vec<Vec<u8>>, Result<()>) {
         let mut chunks = Vec::new();
         let input = Input::new("the line", Script(script.into_iter()));
@@ -256,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_given_as_they_come_until_an_error_that_does_not_pass() {
+    fn chunks_are_taken_as_they_arrive_until_a_permanent_error() {
         let script = || {
             vec![
                 Ok(&b"A"[..]),
@@ -265,16 +268,16 @@ mod tests {
                 Err(ErrorKind::WouldBlock.into()),
                 Ok(b"B\0\x7F"),
                 Err(io::Error::other("unplugged")),
-                Ok(b"behind"),
+                Ok(b"after"),
             ]
         };
         let (chunks, outcome) = read(script(), 9);
         assert_eq!(chunks, [&b"A"[..], b"B\0\x7F"]);
         assert_eq!(
             outcome.unwrap_err().to_string(),
-            "cannot read the line behind byte 4: unplugged"
+            "cannot read the line after byte 4: unplugged"
         );
-        // Nothing more is read once it fails to be taken.
+        // After `take` fails, nothing more is read.
         let (chunks, outcome) = read(script(), 1);
         assert_eq!(chunks, [b"A"]);
         assert_eq!(outcome.unwrap_err().to_string(), "had enough");

@@ -31,7 +31,7 @@ pub mod text_outputs;
 mod trace;
 mod view_parts;
 
-/// Serial frames, received without ever going deaf: shown, decoded, watched, sent
+/// Decode, watch, send and simulate serial frames with a receiver that never goes deaf
 #[derive(Parser)]
 #[command(name = "framelock", version, after_help = include_str!("help/framelock.txt"))]
 struct CommandLine {
@@ -41,36 +41,36 @@ struct CommandLine {
 
 #[derive(Subcommand)]
 enum Command {
-    /// A faulty line, and what two receivers make of it, live
+    /// Show live what a faulty line does to two receivers
     Demo(demo::Arguments),
-    /// What the machine does with each byte: a row per byte
+    /// Show what a receiver does with each byte
     Trace(trace::Arguments),
-    /// Frames from a file, standard input or a serial port
+    /// Decode frames from a file, standard input or a serial port
     Decode(decode::Arguments),
-    /// A live view of a line: state, values, rates, counters
+    /// Watch a serial line live: state, values, rates, counters
     Monitor(monitor::Arguments),
-    /// Frames to a board, on time: a profile, a motion or UDP
+    /// Send frames to a board on time: a profile, a motion or UDP
     Send(send::Arguments),
-    /// Frames from rows of values, such as setpoints
+    /// Make frames from rows of values, such as setpoints
     Encode(encode::Arguments),
-    /// Rust or C that receives and makes a frame
+    /// Generate Rust or C code that receives and makes a frame
     Generate(generate::Arguments),
-    /// What a faulty line does to a receiver, counted
+    /// Simulate a faulty line and count what receivers lose
     Simulate(simulate::Arguments),
-    /// The serial ports that are there
+    /// List the serial ports of this computer
     Ports,
-    /// A script that completes commands in a shell
+    /// Print a script that completes commands in a shell
     #[command(after_help = include_str!("help/completions.txt"))]
     Completions { shell: clap_complete::Shell },
-    /// The manual page, of one command or of all
+    /// Print the manual page of framelock or of one command
     Man { command: Option<String> },
 }
 
-/// Does what this process's arguments say.
+/// Runs the command that this process's arguments name, and returns the exit code.
 #[must_use]
 pub fn run() -> ExitCode {
     let mut command = CommandLine::command();
-    // The short help is without examples. (Clap's own long help takes three lines for an option.)
+    // The short help has no examples. (Clap's own long help would need three lines for each option.)
     if std::env::args_os().any(|argument| argument == "-h") {
         command =
             command.mut_subcommands(|command| command.after_help(Resettable::<StyledStr>::Reset));
@@ -96,7 +96,7 @@ fn write_completions(shell: clap_complete::Shell) -> Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut CommandLine::command(), "framelock", &mut script);
     let mut script = String::from_utf8(script)?;
-    // Behind --frame a file may come too. Clap offers either names or files; bash adds files by itself.
+    // A file may follow --frame too. Clap completes either names or files, not both. Bash adds files itself.
     let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
     if let (names, Some(last)) = (names.join(" "), names.last()) {
         let of_zsh = format!("{{compadd {names}; _files -g \"*.toml\"}}");
@@ -113,22 +113,22 @@ fn write_manual(name: Option<&str>) -> Result<()> {
     command.build();
     if let Some(name) = name {
         let found = command.find_subcommand(name).cloned();
-        command =
-            found.ok_or_else(|| anyhow!("there is no command {name}: see framelock --help"))?;
+        command = found
+            .ok_or_else(|| anyhow!("there is no command {name}; `framelock --help` lists them"))?;
     }
     let mut page = Vec::new();
     let source = concat!("framelock ", env!("CARGO_PKG_VERSION"));
     clap_mangen::Man::new(command)
         .source(source)
         .render(&mut page)?;
-    // What is aligned by blanks stays as it is.
+    // `.nf` keeps text that blanks align.
     let page = String::from_utf8_lossy(&page).replace(".SH EXTRA\n", ".SH EXAMPLES\n.nf\n");
     Ok(output::Output::standard()?.write_all(page.as_bytes())?)
 }
 
 #[cfg(test)]
 mod tests {
-    /// Then the documentation's test compiles it as it stands, and so does whoever pastes it into an empty program.
+    /// A program with its own `main` compiles unchanged in the documentation's test and for a user who pastes it.
     #[test]
     fn the_readmes_rust_is_whole_programs() {
         let readme = include_str!("../../../README.md");

@@ -1,21 +1,21 @@
-//! Line errors at a serial port: the operating system marks them in the bytes that it gives.
+//! Line errors at a serial port. The operating system marks them among the bytes that it delivers.
 //!
-//! With `PARMRK` set, Unix gives a byte that came with a framing or parity error as `FF 00 byte`,
-//! a break as `FF 00 00`, and so that these can be told from data, FF as `FF FF`. It has no mark
+//! With `PARMRK` set, Unix delivers a byte with a framing or parity error as `FF 00 byte`, and a break
+//! as `FF 00 00`. A data byte FF is delivered as `FF FF`, to distinguish it from a mark. There is no mark
 //! for an overrun. A framing error whose eight bits are all 0 looks like a break, and nearly is one.
 
 use framelock::LineEvent;
 
 use crate::serial::Device;
 
-/// While it lives, line errors are marked; then the port is as before.
+/// Makes a port mark line errors until it is dropped, which restores the port's settings.
 pub(crate) struct Marking {
     #[cfg(unix)]
     before: (Device, rustix::termios::Termios),
 }
 
 impl Marking {
-    /// Begins to mark, where the operating system can. What has come until now is thrown away.
+    /// Begins to mark line errors, if the operating system can. Discards the bytes that have arrived.
     #[cfg(unix)]
     pub(crate) fn begin(device: Device) -> Option<Self> {
         use rustix::termios::{InputModes, OptionalActions, tcgetattr, tcsetattr};
@@ -24,7 +24,7 @@ impl Marking {
         let mut settings = before.clone();
         settings.input_modes |= InputModes::PARMRK | InputModes::INPCK;
         settings.input_modes -= InputModes::IGNBRK | InputModes::BRKINT | InputModes::IGNPAR;
-        // What has come so far is without marks, and would be misread.
+        // Bytes that have already arrived have no marks, and would be misread.
         tcsetattr(&device, OptionalActions::Flush, &settings).ok()?;
         Some(Self {
             before: (device, before),
@@ -41,32 +41,32 @@ impl Marking {
 impl Drop for Marking {
     fn drop(&mut self) {
         let (device, settings) = &self.before;
-        // A port that is gone has no settings either.
+        // This fails if the port is gone, and then there is nothing to restore.
         let _ = rustix::termios::tcsetattr(device, rustix::termios::OptionalActions::Now, settings);
     }
 }
 
-/// Reads the marks.
+/// Decodes the marks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Marks {
-    /// What a byte that came with an error means: with a parity bit most likely that it is wrong.
+    /// The meaning of a byte with an error. With a parity bit, it is most likely a parity error.
     pub(crate) error: LineEvent,
     state: State,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 enum State {
-    /// None is under way.
+    /// No mark has begun.
     #[default]
     Between,
-    /// FF has come.
+    /// FF has arrived.
     Begun,
-    /// FF 00 has come.
+    /// FF 00 has arrived.
     Error,
 }
 
 impl Marks {
-    /// Of a line with or without a parity bit.
+    /// Makes a decoder for a line with or without a parity bit.
     pub(crate) fn new(has_parity: bool) -> Self {
         Self {
             error: if has_parity {
@@ -78,8 +78,8 @@ impl Marks {
         }
     }
 
-    /// Takes what the operating system gave; gives `take` what the line brought: bytes, and line
-    /// errors in place of bytes.
+    /// Decodes bytes from the operating system. Calls `take` with each byte of the line, and with a line
+    /// error in place of each byte that had one.
     pub(crate) fn feed(&mut self, bytes: &[u8], mut take: impl FnMut(Result<u8, LineEvent>)) {
         for &byte in bytes {
             let before = std::mem::take(&mut self.state);
@@ -88,7 +88,7 @@ impl Marks {
                 (State::Between, byte) => take(Ok(byte)),
                 (State::Begun, 0x00) => self.state = State::Error,
                 (State::Begun, 0xFF) => take(Ok(0xFF)),
-                // No mark that there is: nothing is lost.
+                // This is not a mark; pass both bytes on, so that nothing is lost.
                 (State::Begun, byte) => [0xFF, byte].map(Ok).into_iter().for_each(&mut take),
                 (State::Error, 0x00) => take(Err(LineEvent::Break)),
                 (State::Error, _) => take(Err(self.error)),

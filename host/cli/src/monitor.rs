@@ -1,4 +1,4 @@
-//! A live view of a line: the machine's state, values, rates, counters and what was discarded.
+//! Shows a live view of a line: the receiver's state, values, rates, counters and discarded bytes.
 
 mod live;
 mod session;
@@ -23,49 +23,50 @@ use crate::options::whole;
 use crate::output::Output;
 use crate::screen;
 use crate::serial::PortOptions;
-use session::{Recording, Session};
+use session::{MonitorSession, Recording};
 use watch::Watch;
 
-/// A live view of a line: the machine's state, values, rates, counters, what was discarded
+/// Watch a line live: the receiver's state, values, rates, counters and discarded bytes
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/monitor.txt"))]
 pub(crate) struct Arguments {
-    /// A serial port such as /dev/ttyUSB0 or COM3, a pseudo-terminal, or - for standard input;
-    /// keys are then read from the terminal all the same
+    /// Read a serial port such as /dev/ttyUSB0 or COM3, a pseudo-terminal, or - for standard input.
+    /// Keys are always read from the terminal
     #[arg(value_name = "PORT|PTY|-")]
     line: PathBuf,
-    /// Which machine receives: framelock (searches the bytes of a broken frame again) or lecture (the
-    /// lecture's machine, which throws them away; bin only)
+    /// Receive with framelock (searches a broken frame again) or lecture (the lecture's machine, which
+    /// discards it; bin only)
     #[arg(long, value_enum, default_value_t = Policy::Framelock, hide_possible_values = true)]
     policy: Policy,
-    /// The frames: a name, or a file that describes them [default: bin]
+    /// Receive these frames: a name, or a description file [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// Numbers in hex, as trace has them
+    /// Show numbers in hex, as trace does
     #[arg(long)]
     hex: bool,
     #[command(flatten)]
     port: PortOptions,
-    /// End with an error when the port is gone, instead of waiting for it
+    /// If the port disappears, end with an error instead of waiting for it
     #[arg(long)]
     no_reconnect: bool,
-    /// Record the line in this new file from the start: its bytes, or in a file called .csv its
-    /// frames with their times
+    /// Record from the start in FILE, which must not exist: the bytes, or the frames with their times
+    /// if FILE ends in .csv
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Drop the current frame after a pause of this length; not done unless given, since USB adapters
-    /// deliver in batches
+    /// After a pause of this length, drop the incomplete frame. Off by default: USB adapters send in
+    /// bursts
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
     idle_gap: Option<u64>,
-    /// Silence after which the failsafe holds
+    /// After a silence of this length, the failsafe holds its output
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     hold_after: u32,
-    /// Silence after which it moves to park, 128 on every axis, the full travel in a second
+    /// After a silence of this length, the failsafe moves to park: 128 on every axis, at the full
+    /// travel per second
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 500, value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     ramp_after: u32,
 }
 
-/// The full travel in one second, as the firmware has it.
+/// The failsafe's rate: the full travel in one second, as in the firmware.
 const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
 
 /// Runs `framelock monitor`.
@@ -86,16 +87,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut input = Input::open(&arguments.line, &arguments.port)?;
     input.reconnects = !arguments.no_reconnect;
     let recording = arguments.record.clone().map(|path| {
-        let cannot = format!("cannot record in {}: a new file is wanted", path.display());
+        let cannot = format!(
+            "cannot record in {}: name a file that does not exist",
+            path.display()
+        );
         Recording::begin(path, &frame).context(cannot)
     });
     let title = arguments.title(&input);
-    let mut session = Session::new(title, watch, recording.transpose()?);
+    let mut session = MonitorSession::new(title, watch, recording.transpose()?);
     if let Some(port) = &input.port {
         session.mark_errors(port.device.clone(), arguments.port.has_parity());
     }
     let outcome = live::run(&mut session, input);
-    // However it ended, this was seen.
+    // Print the counters even if the view ended with an error.
     let told = session.finish();
     let told: String = told.iter().map(|line| harmless(line) + "\n").collect();
     let is_told = Output::standard()?.write_all(told.as_bytes());
@@ -104,26 +108,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
-    /// That there is one for the view, and one for keys beside the stream.
+    /// Checks that there is a terminal for the view, and one to read keys from.
     fn check_terminal(&self) -> Result<()> {
         let line = self.line.display();
         if !screen::is_there() {
             bail!(
-                "standard output is no terminal that can show a view; \
-                 `framelock decode {line} --format text` writes lines"
+                "standard output is not a terminal that can show a view; \
+                 `framelock decode {line} --format text` writes lines instead"
             );
         }
         let types_at_input = io::stdin().is_terminal();
         if self.line.as_os_str() == "-" && types_at_input {
             bail!(
-                "standard input is the terminal that keys are typed at, no stream: name a serial \
-                 port, or pipe a stream in"
+                "standard input is the terminal, which is needed for keys: name a serial port, or \
+                 pipe a stream in"
             );
         }
         if !types_at_input && !screen::has_keys() {
             bail!(
                 "there is no terminal to read keys from: neither standard input nor /dev/tty is \
-                 one; `framelock decode {line} --format text` needs none"
+                 one; use `framelock decode {line} --format text` instead"
             );
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Where a stream goes: a file, standard output or a serial port.
+//! Outputs: a file, standard output or a serial port. Also the messages on standard error.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -11,19 +11,20 @@ use unicode_truncate::UnicodeTruncateStr;
 
 use crate::process;
 
-/// An open output. Its errors say what could not be written; that its reader has gone is left as it
-/// is, for [`exit_code`].
+/// An open output. Its errors name the output that could not be written. A broken pipe is passed on
+/// unchanged, for [`exit_code`].
 pub(crate) struct Output {
-    /// What to call it in messages.
+    /// The output's name in messages.
     pub(crate) name: String,
     writer: Box<dyn Write + Send>,
-    /// What is written to a terminal, or a pipe to one, is torn by what is shown meanwhile.
+    /// Whether the output is a file. A progress bar is shown only then, because it would disturb the
+    /// rows on a terminal.
     pub(crate) is_file: bool,
     is_terminal: bool,
 }
 
 impl Output {
-    /// Any writer.
+    /// Makes an output of any writer.
     pub(crate) fn new(name: &str, writer: impl Write + Send + 'static) -> Self {
         Self {
             name: name.to_owned(),
@@ -41,7 +42,7 @@ impl Output {
         }
     }
 
-    /// For rows of text: a terminal is given no more of one than it is wide.
+    /// Makes this an output for rows of text. On a terminal, rows are cut to the terminal's width.
     pub(crate) fn of_rows(mut self) -> Self {
         if self.is_terminal {
             let (terminal, row) = (self.writer, Vec::new());
@@ -50,22 +51,23 @@ impl Output {
         self
     }
 
-    /// Creates `path`, where `-` is standard output; a file is replaced.
+    /// Creates the file `path`, or replaces it. `-` is standard output.
     pub(crate) fn create(path: &Path) -> Result<Self> {
         if path.as_os_str() == "-" {
             return Self::standard();
         }
         let name = path.display().to_string();
-        let file = File::create(path)
-            .map_err(|error| anyhow!("cannot write to {name}: {error}; name a file to write"))?;
+        let file = File::create(path).map_err(|error| {
+            anyhow!("cannot write to {name}: {error}; name a file that can be written")
+        })?;
         Ok(Self::file(&name, file))
     }
 
-    /// That a file to be written is not what is read from.
+    /// Checks that the file to be written is not the input.
     pub(crate) fn check_is_not(path: &Path, input: &Path) -> Result<()> {
         if path.exists() && fs::canonicalize(path).ok() == fs::canonicalize(input).ok() {
             let name = path.display();
-            bail!("{name} is the input: give --output another name");
+            bail!("{name} is the input too: give --output another name");
         }
         Ok(())
     }
@@ -76,10 +78,10 @@ impl Output {
     }
 }
 
-/// Rows on their way to a terminal.
+/// Cuts rows to the width of a terminal.
 struct Rows {
     terminal: Box<dyn Write + Send>,
-    /// What of the next one has come.
+    /// The beginning of a row whose end has not been written yet.
     row: Vec<u8>,
 }
 
@@ -104,7 +106,8 @@ impl Write for Rows {
     }
 }
 
-/// A row within so many columns; `>` says that it goes on. A terminal without any does not say how wide it is.
+/// Cuts a row to a number of columns; `>` marks a row that was cut. With 0 columns, the width is unknown and
+/// the row is not cut.
 fn cut(row: &str, columns: usize) -> String {
     let (beginning, _) = row.unicode_truncate(columns.saturating_sub(1));
     match row.unicode_truncate(columns).0 {
@@ -130,14 +133,14 @@ impl Write for Output {
 fn failure(error: io::Error, name: &str) -> io::Error {
     let remedy = match error.kind() {
         ErrorKind::BrokenPipe | ErrorKind::Interrupted => return error,
-        ErrorKind::StorageFull => "; make room there or write elsewhere",
+        ErrorKind::StorageFull => "; make room there or write to another place",
         _ => "",
     };
     let told = format!("cannot write to {name}: {error}{remedy}");
     io::Error::new(error.kind(), told)
 }
 
-/// Says something on standard error, which may be closed.
+/// Writes a message to standard error. Ignores errors, because standard error may be closed.
 pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{}", message(text));
 }
@@ -146,8 +149,8 @@ pub(crate) fn message(text: &str) -> String {
     format!("framelock: {}", harmless(text))
 }
 
-/// Says on standard error what went wrong, if something did. It is nothing wrong if the reader of
-/// standard output has gone, as `head` does.
+/// Returns the exit code, and writes the error, if any, to standard error. It is not an error if the
+/// reader of standard output has gone, as with `head`.
 pub(crate) fn exit_code(outcome: Result<()>) -> u8 {
     let Err(error) = outcome else { return 0 };
     let io_error = error.downcast_ref::<io::Error>();
@@ -169,7 +172,7 @@ mod tests {
             ("payload 0102", 11, "payload 01>"),
             ("payload 0102", 0, "payload 0102"),
             ("µ°ééé", 4, "µ°é>"),
-            // Two columns each.
+            // Each of these characters is two columns wide.
             ("速度速度", 8, "速度速度"),
             ("速度速度", 6, "速度>"),
             ("payload", 1, ">"),

@@ -1,4 +1,4 @@
-//! The serial ports that are there.
+//! Lists the serial ports of this computer.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::serial::NO_PERMISSION;
 
 /// Runs `framelock ports`.
 pub(crate) fn run() -> Result<()> {
-    // The library panics on a Linux without this folder, as containers may be.
+    // The library panics on Linux if this folder is missing, as in some containers.
     let can_list = !cfg!(target_os = "linux") || Path::new("/sys/class/tty").is_dir();
     let mut ports = if can_list {
         serialport::available_ports().context("cannot list the serial ports")?
@@ -22,8 +22,8 @@ pub(crate) fn run() -> Result<()> {
     ports.sort_by(|one, other| one.port_name.cmp(&other.port_name));
     if ports.is_empty() {
         note(
-            "there is no serial port: is the board connected, by a cable that carries data, and its \
-             driver there?",
+            "there is no serial port: check that the board is connected, that its cable carries data, \
+             and that its driver is installed",
         );
     }
     let mut output = Output::standard()?;
@@ -31,12 +31,12 @@ pub(crate) fn run() -> Result<()> {
         writeln!(output, "{}", description(port))?;
     }
     if ports.iter().any(|port| is_forbidden(&port.port_name)) {
-        note(&format!("not all can be opened: {NO_PERMISSION}"));
+        note(&format!("some ports cannot be opened: {NO_PERMISSION}"));
     }
     Ok(())
 }
 
-/// Its name, and what it is.
+/// Returns the port's name and the kind of its hardware.
 fn description(port: &SerialPortInfo) -> String {
     let what = match &port.port_type {
         SerialPortType::UsbPort(usb) => {
@@ -52,7 +52,7 @@ fn description(port: &SerialPortInfo) -> String {
         SerialPortType::PciPort => "PCI".into(),
         SerialPortType::Unknown => "built in".into(),
     };
-    // What it calls itself may be anything.
+    // A device may send any text as its name.
     harmless(&format!("{:<14}  {what}", port.port_name))
 }
 

@@ -1,4 +1,4 @@
-//! This process: its clock, its standard streams, and its end by Ctrl-C.
+//! This process: its clock, its standard streams, and its reaction to Ctrl-C.
 
 use std::fs::File;
 use std::io;
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-/// What the times of frames count from.
+/// The origin of the frames' times.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Timestamps {
     /// The start of the program
@@ -17,7 +17,7 @@ pub(crate) enum Timestamps {
 }
 
 impl Timestamps {
-    /// The time now, of a program that was started then.
+    /// Returns the current time; `start` is the start of the program.
     pub(crate) fn now(self, start: Instant) -> Duration {
         match self {
             Self::Start => start.elapsed(),
@@ -30,30 +30,30 @@ fn since_1970() -> Duration {
     SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default()
 }
 
-/// The time of day, for messages: `09:30:05 UTC`.
+/// Returns the time of day for messages, such as `09:30:05 UTC`.
 pub(crate) fn time_of_day() -> String {
     let seconds = since_1970().as_secs();
     let [hours, minutes] = [seconds / 3600 % 24, seconds / 60 % 60];
     format!("{hours:02}:{minutes:02}:{:02} UTC", seconds % 60)
 }
 
-/// Standard input or output as a file: its size can be asked for, and nothing is buffered twice.
+/// Returns standard input or output as a file, which can report its size and is not buffered twice.
 #[cfg(unix)]
 pub(crate) fn standard_stream(stream: impl std::os::fd::AsFd) -> io::Result<File> {
     stream.as_fd().try_clone_to_owned().map(File::from)
 }
 
-/// Standard input or output as a file.
+/// Returns standard input or output as a file.
 #[cfg(windows)]
 pub(crate) fn standard_stream(stream: impl std::os::windows::io::AsHandle) -> io::Result<File> {
     stream.as_handle().try_clone_to_owned().map(File::from)
 }
 
-/// What the shell reports for a program that Ctrl-C ended.
+/// The exit code that a shell reports for a program that Ctrl-C ended.
 const EXIT_CODE_INTERRUPTED: i32 = 130;
 
-/// Calls `first` at the first Ctrl-C, SIGTERM or SIGHUP, on a thread of its own. The second one ends the process, in
-/// case `first` has to wait.
+/// Calls `first` on a thread of its own at the first Ctrl-C, SIGTERM or SIGHUP. The second signal ends the process,
+/// in case `first` takes long.
 pub(crate) fn on_interrupt(first: impl FnOnce() + Send + 'static) -> Result<()> {
     let mut first = Some(first);
     ctrlc::set_handler(move || match first.take() {

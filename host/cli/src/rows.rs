@@ -1,4 +1,4 @@
-//! Frames from text, comma-separated values or JSON: a row for each.
+//! Makes frames from rows of separated values or JSON, one frame per row.
 
 mod json;
 mod separated;
@@ -15,10 +15,10 @@ use serde_json::Value;
 
 use crate::input::Input;
 
-/// How rows are written.
+/// The format of the rows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum InputFormat {
-    /// JSON if the first thing in it is a brace or a bracket, else separated values
+    /// JSON if the text begins with a brace or a bracket, otherwise separated values
     Auto,
     /// Values separated by commas, semicolons or tabs, with or without a header
     Csv,
@@ -26,32 +26,32 @@ pub(crate) enum InputFormat {
     Jsonl,
 }
 
-/// A row of a text.
+/// A row of the input.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Row {
-    /// When it is due, if the text says so and times are read.
+    /// The due time, if the text has times and times are read.
     pub(crate) time: Option<Duration>,
     /// The frame with its values.
     pub(crate) frame: Vec<u8>,
 }
 
-/// What a row says, of whatever type; further columns or fields mean nothing.
+/// The values of a row, of any type. Unknown columns or fields are ignored.
 struct Fields<'a> {
     columns: &'a [Column],
-    /// Names that mean nothing.
+    /// The unknown names in the row.
     others: Vec<String>,
     time: Option<Value>,
-    /// In the order of the columns.
+    /// The values, in the order of the columns.
     values: Vec<Option<Value>>,
 }
 
-/// The number of a row's line, and its fields or what is wrong with them.
+/// The line number of a row, and its fields or an error.
 type NumberedFields<'a> = (u64, Result<Fields<'a>, String>);
 
-/// The rows of a text, each as soon as its line has come.
+/// Returns the rows of a text, each as soon as its line has arrived.
 ///
-/// With `reads_times`, times in seconds are read too: a column or field `time`, or the first of one
-/// column more than there are values without a header. They may not go back.
+/// With `reads_times`, times in seconds are read too: from a column or field `time` or, without a
+/// header, from the first column if there is one column more than values. Times may not decrease.
 pub(crate) fn rows<'a>(
     input: Input<'a>,
     format: InputFormat,
@@ -105,13 +105,14 @@ pub(crate) fn rows<'a>(
     }))
 }
 
-/// The first lines of a text, up to the first that is neither blank nor a comment, and that one.
+/// Returns the first lines of a text, up to the first line that is neither blank nor a comment, and
+/// also that line alone.
 fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, Vec<u8>)> {
     let mut beginning = Vec::new();
     loop {
         let from = beginning.len();
         let is_end = input.read_until(b'\n', &mut beginning)? == 0;
-        // Some spreadsheets put it in front.
+        // Some spreadsheets begin a file with a byte order mark.
         if let Some(text) = beginning.strip_prefix("\u{FEFF}".as_bytes()) {
             beginning = text.to_vec();
         }
@@ -133,7 +134,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Where the values of that name go, an array's all; nowhere if it means nothing.
+    /// Returns the places of the values with this name: several for an array, none for an unknown name.
     fn places(&mut self, name: &str) -> Result<&mut [Option<Value>], String> {
         let is_it = |column: &Column| column.name == name || column.array.as_deref() == Some(name);
         let from = self.columns.iter().position(is_it).unwrap_or_default();
@@ -154,7 +155,7 @@ impl<'a> Fields<'a> {
         Ok(places)
     }
 
-    /// What is wrong; if a field is missing, with the name among the others that it resembles.
+    /// Returns the error. If a field is missing, adds the unknown name that resembles its name most.
     fn told(&self, why: String) -> String {
         let missing = why.strip_prefix("missing field `");
         let missing = missing.and_then(|name| name.strip_suffix('`'));
@@ -164,7 +165,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Puts a value, or those of an array, in its places.
+/// Stores a value, or the values of an array, in their places.
 fn fill(places: &mut [Option<Value>], name: &str, value: Value) -> Result<(), String> {
     let values = match value {
         Value::Array(values) => values,
@@ -172,9 +173,7 @@ fn fill(places: &mut [Option<Value>], name: &str, value: Value) -> Result<(), St
     };
     let (given, wanted) = (values.len(), places.len());
     if given != wanted {
-        return Err(format!(
-            "{name} has {given} values, and {wanted} are wanted"
-        ));
+        return Err(format!("{name} has {given} values, but needs {wanted}"));
     }
     for (place, value) in places.iter_mut().zip(values) {
         *place = Some(value);
@@ -191,14 +190,14 @@ fn seconds(value: &Value) -> Result<Duration, String> {
     })
 }
 
-/// That a time is not before that of the row above, if there is one.
+/// Checks that a time is not earlier than the time of the row before.
 fn check_order(before: Option<&Row>, time: Option<Duration>) -> Result<(), String> {
     match before.map(|before| (before.time, time)) {
         Some((Some(before), Some(time))) if time < before => Err(format!(
-            "the time {time:?} is before that of the row above, {before:?}; times may not go back"
+            "the time {time:?} is earlier than {before:?}, the time of the row above; times may not decrease"
         )),
-        Some((Some(_), None)) => Err("no time, but the rows above have one".into()),
-        Some((None, Some(_))) => Err("a time, but the rows above have none".into()),
+        Some((Some(_), None)) => Err("this row has no time, but the rows above have times".into()),
+        Some((None, Some(_))) => Err("this row has a time, but the rows above have none".into()),
         _ => Ok(()),
     }
 }

@@ -1,4 +1,4 @@
-//! A live view's terminal: taken over, its keys, and given back whatever happens.
+//! The terminal of a live view: taking it over, reading its keys, and restoring it after any outcome.
 
 use std::io::{self, IsTerminal};
 use std::sync::Arc;
@@ -9,33 +9,33 @@ use anyhow::{Context, Result};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::{DefaultTerminal, Frame};
 
-/// Between two drawings: some thirty in a second.
+/// The time between two drawings, for about thirty drawings per second.
 pub(crate) const DRAW_EVERY: Duration = Duration::from_millis(33);
 
-/// Whether standard output is a terminal that can show a view: those inside editors say that they
-/// can only show lines.
+/// Returns whether standard output is a terminal that can show a view. Terminals inside editors report
+/// with `TERM=dumb` that they can only show lines.
 pub(crate) fn is_there() -> bool {
     io::stdout().is_terminal() && std::env::var_os("TERM").is_none_or(|name| name != "dumb")
 }
 
-/// Whether keys can be read although standard input is something else.
+/// Returns whether keys can be read even if standard input is not a terminal.
 pub(crate) fn has_keys() -> bool {
     cfg!(windows) || std::fs::File::open("/dev/tty").is_ok()
 }
 
-/// The terminal while a view has it. As long as it lives, nothing else may be written there.
+/// The terminal while a view uses it. Nothing else may write to the terminal during that time.
 pub struct Screen {
     terminal: DefaultTerminal,
     is_ended: Arc<AtomicBool>,
 }
 
 impl Screen {
-    /// Takes the terminal over, and Ctrl-C and its relatives as the end.
+    /// Takes the terminal over, and watches for the signals that end a process.
     ///
     /// # Errors
     /// There is no terminal, or signals cannot be watched for.
     pub fn take() -> Result<Self> {
-        // On a terminal in raw mode Ctrl-C is a key; this is for signals from elsewhere.
+        // In raw mode, Ctrl-C is a key. This handler is for signals from other processes.
         let is_ended = Arc::new(AtomicBool::new(false));
         let end = Arc::clone(&is_ended);
         ctrlc::set_handler(move || end.store(true, Ordering::Relaxed))
@@ -46,13 +46,13 @@ impl Screen {
         Ok(Self { terminal, is_ended })
     }
 
-    /// Whether a signal has asked for the end.
+    /// Returns whether a signal has asked the process to end.
     #[must_use]
     pub fn is_ended(&self) -> bool {
         self.is_ended.load(Ordering::Relaxed)
     }
 
-    /// Draws the view anew.
+    /// Redraws the view.
     ///
     /// # Errors
     /// The terminal cannot be written to.
@@ -61,8 +61,8 @@ impl Screen {
     }
 }
 
-/// Gives the terminal back. After a panic it is given back already, and once more would put the
-/// prompt over the panic's message.
+/// Restores the terminal. After a panic, the terminal is already restored, and restoring it again would
+/// put the prompt over the panic's message.
 impl Drop for Screen {
     fn drop(&mut self) {
         if !std::thread::panicking() {
@@ -71,7 +71,7 @@ impl Drop for Screen {
     }
 }
 
-/// Waits for the time to pass or for a key; only while a [`Screen`] lives.
+/// Waits for a key, at most for this time. Call it only while a [`Screen`] exists.
 pub(crate) fn key_within(time: Duration) -> io::Result<Option<KeyEvent>> {
     let until = Instant::now() + time;
     loop {
@@ -81,14 +81,14 @@ pub(crate) fn key_within(time: Duration) -> io::Result<Option<KeyEvent>> {
         }
         match event::read()? {
             Event::Key(key) if key.kind != KeyEventKind::Release => return Ok(Some(key)),
-            // To be drawn anew at once.
+            // Return at once, so that the view is redrawn.
             Event::Resize(..) => return Ok(None),
             _ => {}
         }
     }
 }
 
-/// Whether the key ends every view.
+/// Returns whether the key quits. It is the same in every view.
 pub(crate) fn quits(key: KeyEvent) -> bool {
     match key.code {
         KeyCode::Char('c') => key.modifiers.contains(KeyModifiers::CONTROL),

@@ -1,4 +1,4 @@
-//! Frames to a board: from a motion profile, a built-in motion or UDP datagrams, on time.
+//! Sends frames to a board on time: from a motion profile, a built-in motion or UDP datagrams.
 
 mod datagrams;
 mod pacer;
@@ -31,52 +31,52 @@ use pacer::{Clock, Rate, RealClock};
 use profile::Profile;
 use transmission::{Parking, Source, Transmission};
 
-/// Frames to a board: from a motion profile, a built-in motion or UDP datagrams, on time
+/// Send frames to a board on time: from a motion profile, a built-in motion or UDP datagrams
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/send.txt"))]
 #[command(group(clap::ArgGroup::new("source").required(true).args(["motion", "profile", "udp"])))]
 pub(crate) struct Arguments {
-    /// A serial port such as /dev/ttyUSB0 or COM3, a pseudo-terminal, or - for standard output
+    /// Send to a serial port such as /dev/ttyUSB0 or COM3, a pseudo-terminal, or - for standard output
     #[arg(value_name = "PORT|PTY|-")]
     line: PathBuf,
 
-    /// A built-in motion, around level: sine-sweep, step or figure-of-eight
+    /// Send a built-in motion around level: sine-sweep, step or figure-of-eight
     #[arg(
         long,
         value_enum,
         value_name = "MOTION",
         hide_possible_values = true,
-        help_heading = "What is sent"
+        help_heading = "Source"
     )]
     motion: Option<Shape>,
-    /// Rows from a file, or - for standard input; read to its end before any is sent
-    #[arg(long, value_name = "FILE", help_heading = "What is sent")]
+    /// Send rows from a file, or from - for standard input. The whole input is read before the first
+    /// row is sent
+    #[arg(long, value_name = "FILE", help_heading = "Source")]
     profile: Option<PathBuf>,
-    /// Setpoints from datagrams that come to this address; port 0 is any that is free
-    #[arg(long, value_name = "ADDRESS:PORT", value_parser = address, help_heading = "What is sent")]
+    /// Send setpoints from the datagrams that arrive at this address; port 0 takes any free port
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = address, help_heading = "Source")]
     udp: Option<SocketAddr>,
 
-    /// Frames in a second [default: 50, or the profile's own times]
+    /// Send this many frames per second [default: 50, or the profile's own times]
     #[arg(long, value_name = "HZ", value_parser = |text: &str| whole::<u32>(text, 1, 100_000))]
     rate: Option<u32>,
-    /// End after this time; without it, where the profile ends, or never
+    /// Stop after this time [default: at the end of the profile, or never]
     #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
     seconds: Option<f64>,
-    /// The frames: a name, or a file that describes them [default: bin]. Those other than bin and
-    /// bin-crc8 are sent from a profile, and do not park
+    /// Send these frames: a name, or a description file; all but bin and bin-crc8 need --profile
+    /// [default: bin]
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
-    /// End with an error when the port is gone, instead of waiting for it
+    /// If the port disappears, end with an error
     #[arg(long)]
     no_reconnect: bool,
 
     #[command(flatten)]
     shape: ShapeArguments,
 
-    /// How old the last datagram may be, in milliseconds; then nothing is sent, and the board's
-    /// failsafe takes over
+    /// Send nothing while the last datagram is older than this; the board's failsafe takes over
     #[arg(long, value_name = "MS", default_value_t = 200, value_parser = |text: &str| whole::<u64>(text, 1, u64::MAX), help_heading = "Datagrams")]
     stale_after: u64,
 
@@ -87,23 +87,23 @@ pub(crate) struct Arguments {
     faults: FaultArguments,
 }
 
-/// Of a built-in motion.
+/// The options of the built-in motions.
 #[derive(clap::Args)]
-#[command(next_help_heading = "The built-in motions")]
+#[command(next_help_heading = "Built-in motions")]
 struct ShapeArguments {
-    /// The way from level to either end, in units of demand
+    /// Move this far from level to either side, in units of the setpoint
     #[arg(long, value_name = "UNITS", default_value_t = 100, value_parser = |text: &str| whole::<u8>(text, 1, 127))]
     amplitude: u8,
-    /// How long until it repeats [default: 20 for the sweep, 4 for the others]
+    /// Repeat the motion after this time [default: 20 for the sweep, 4 for the others]
     #[arg(long, value_name = "SECONDS", value_parser = |text: &str| number(text, 0.001, 1e9))]
     period: Option<f64>,
-    /// The sweep's lowest frequency
+    /// Set the sweep's lowest frequency
     #[arg(long, value_name = "HZ", default_value_t = 0.1, value_parser = |text: &str| number(text, 0.001, 1000.0))]
     from: f64,
-    /// The sweep's highest frequency
+    /// Set the sweep's highest frequency
     #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = |text: &str| number(text, 0.001, 1000.0))]
     to: f64,
-    /// Which axes move; the others stay level
+    /// Move only these axes; the others stay level
     #[arg(
         long,
         value_enum,
@@ -115,51 +115,51 @@ struct ShapeArguments {
     axes: Vec<Axis>,
 }
 
-/// Where it ends.
+/// The options of the end of a transmission.
 #[derive(clap::Args)]
-#[command(next_help_heading = "The end")]
+#[command(next_help_heading = "Parking")]
 struct End {
-    /// Where the axes go at the end
+    /// Park at this setpoint
     #[arg(long, value_name = "PITCH,ROLL,YAW", default_value = "128,128,128", value_parser = setpoint)]
     park: Setpoint,
-    /// How long the way there takes
+    /// Take this long to move to park
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = |text: &str| number(text, 0.0, 3600.0))]
     park_seconds: f64,
-    /// Just stop
+    /// Stop where the axes are, without parking
     #[arg(long, conflicts_with_all = ["park", "park_seconds"])]
     no_park: bool,
 }
 
-/// Faults on purpose.
+/// The probabilities of faults that are made on purpose.
 #[derive(clap::Args)]
 #[command(
-    next_help_heading = "Faults on purpose, with probability P (0 to 1) for each byte not of parking"
+    next_help_heading = "Deliberate faults, with probability P (0 to 1) for each byte before parking"
 )]
 struct FaultArguments {
-    /// It is not sent
+    /// Drop the byte
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     drop: f64,
-    /// One bit of it is inverted
+    /// Invert one bit of the byte
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     flip: f64,
-    /// It is sent twice
+    /// Send the byte twice
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     duplicate: f64,
-    /// A random byte is sent in front of it
+    /// Send a random byte before the byte
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = probability, hide_default_value = true, allow_negative_numbers = true)]
     insert: f64,
-    /// The same seed makes the same faults
+    /// Seed the faults; the same seed repeats them
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
 }
 
-/// Where datagrams come to.
+/// Parses the address at which datagrams arrive.
 fn address(text: &str) -> Result<SocketAddr, String> {
     text.parse()
-        .map_err(|_| "an address and a port are wanted, for example 127.0.0.1:4123".into())
+        .map_err(|_| "expected an address and a port, for example 127.0.0.1:4123".into())
 }
 
-/// What is sent unless a rate is asked for, in hertz.
+/// The rate of frames unless `--rate` says otherwise, in hertz.
 const USUAL_RATE: Rate = Rate(NonZeroU32::new(50).unwrap());
 
 /// Runs `framelock send`.
@@ -176,7 +176,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let (stop, stopped) = mpsc::channel();
     on_interrupt(move || {
         is_stopped.store(true, Ordering::Relaxed);
-        // It may just have ended by itself.
+        // The transmission may just have ended.
         let _ = stop.send(());
     })?;
     let clock = RealClock::new(stopped);
@@ -190,12 +190,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     outcome?;
     if let Some(failure) = heard.and_then(|heard| heard.failure) {
-        bail!("cannot hear datagrams any more: {failure}");
+        bail!("cannot receive datagrams any more: {failure}");
     }
     Ok(())
 }
 
-/// What was sent, and how well.
+/// Returns the lines of the final report: the frames sent, their lateness, faults and datagrams.
 fn report(
     transmission: &Transmission<RealClock, Output>,
     line: &str,
@@ -211,26 +211,28 @@ fn report(
             transmission.frames,
             transmission.park_frames
         ),
-        format!("the latest was {:.2} ms late", seconds(pacer.worst) * 1e3),
+        format!(
+            "the most delayed frame was {:.2} ms late",
+            seconds(pacer.worst) * 1e3
+        ),
     ];
     if pacer.hold_ups > 0 {
         report.push(format!(
-            "held up {} times, {:.2} s in all, by which what was left was sent later",
+            "held up {} times, {:.2} s in all; later frames were moved back by that time",
             pacer.hold_ups,
             seconds(pacer.held_up)
         ));
     }
     if let Some(faults) = transmission.faults.as_ref().map(ByteFaults::counts) {
         report.push(format!(
-            "faults (seed {seed}): of {} bytes {} dropped, {} with a bit inverted, {} sent twice; \
+            "faults (seed {seed}): of {} bytes, {} dropped, {} with a bit inverted, {} sent twice; \
              {} inserted",
             faults.bytes, faults.dropped, faults.flipped, faults.duplicated, faults.inserted
         ));
     }
     if let Some(heard) = heard {
         report.push(format!(
-            "datagrams heard: {}, bad ones among them: {}; frames not sent for want of a fresh \
-             one: {}",
+            "datagrams received: {}, of which bad: {}; frames not sent for lack of a fresh datagram: {}",
             heard.count, heard.bad, transmission.silent
         ));
     }
@@ -238,22 +240,22 @@ fn report(
 }
 
 impl Arguments {
-    /// The rate that was asked for, or else the usual one.
+    /// Returns the rate of `--rate`, or the usual rate.
     fn rate(&self) -> Rate {
         self.rate.and_then(NonZeroU32::new).map_or(USUAL_RATE, Rate)
     }
 
-    /// What is behind standard output may be of any speed.
+    /// Returns whether the line is a port. Standard output has no known speed.
     fn is_port(&self) -> bool {
         self.line.as_os_str() != "-"
     }
 
-    /// That the line carries what is sent.
+    /// Checks that the line is fast enough for the frames.
     fn check_line(&self, profile: Option<&Profile>) -> Result<()> {
         let (rate, baud) = (self.rate(), self.port.usual_baud());
         let is_held = profile.is_some_and(Profile::has_times) && self.rate.is_some();
         if self.frame.has_setpoints() {
-            // Whatever the times of a profile are, it parks at the rate.
+            // Parking always uses the rate, whatever times the profile has.
             check_rate(rate.0.get().into(), self.frame.longest(), 0, baud, 1.0)?;
         }
         let time_of = |bytes| time_on_line(bytes, baud);
@@ -262,21 +264,21 @@ impl Arguments {
         })
     }
 
-    /// The profile, if there is one.
+    /// Reads the profile, if there is one.
     fn profile(&self) -> Result<Option<Profile>> {
         let path = self.profile.as_ref();
         path.map(|path| Profile::read(Input::open(path, &PortOptions::default())?, &self.frame))
             .transpose()
     }
 
-    /// How it ends. Frames without setpoints just stop.
+    /// Returns how to park at the end. Frames without setpoints are not parked.
     fn parking(&self) -> Result<Option<Parking>> {
         if self.frame.has_setpoints() {
             return Ok(self.end.parking(self.rate()));
         }
         if self.profile.is_none() {
             bail!(
-                "--motion and --udp bring pitch, roll and yaw, which --frame {} does not have: give \
+                "--motion and --udp send pitch, roll and yaw, which --frame {} does not have: give \
                  its fields by --profile, a row for each frame",
                 self.frame
             );
@@ -284,7 +286,7 @@ impl Arguments {
         Ok(None)
     }
 
-    /// What is sent; and where it is heard, if it comes in datagrams.
+    /// Returns the source of the frames, and the receiver of datagrams if they are the source.
     fn source(&self, profile: Option<Profile>) -> Result<(Source, Option<Datagrams>)> {
         let rate = self.rate();
         if let Some(profile) = profile {
@@ -326,8 +328,8 @@ impl Arguments {
                     Ok(Output::new(&name, lasting))
                 }
                 None if self.line.exists() => bail!(
-                    "{name} is no serial port: name one, or - for standard output; frames go to a \
-                     file by `framelock encode`"
+                    "{name} is not a serial port: name one, or - for standard output; `framelock \
+                     encode` writes frames to a file"
                 ),
                 None => bail!(
                     "there is no {name}: name a serial port (`framelock ports` lists them), or - for \
@@ -369,7 +371,7 @@ impl ShapeArguments {
 }
 
 impl FaultArguments {
-    /// Nothing if every probability is 0.
+    /// Returns the faults, or `None` if every probability is 0.
     fn byte_faults(&self) -> Option<ByteFaults> {
         let rates = FaultRates {
             drop: self.drop,

@@ -1,4 +1,4 @@
-//! Serial ports: how they are set, opened, and opened again when they come back.
+//! Serial ports: their settings, opening them, and opening them again after they disappeared.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
@@ -13,33 +13,34 @@ use crate::options::whole;
 use crate::output::note;
 use crate::process::time_of_day;
 
-/// What most UARTs start at.
+/// The rate without `--baud`: most firmware uses it.
 const DEFAULT_BAUD: u32 = 115_200;
 
-/// How long a read or a write waits. A silent line is read again; a port that takes nothing for this
-/// long has no reader at its other end.
+/// The longest time that a read or a write waits. A read of a silent line is repeated. A port that
+/// accepts no byte for this long has no reader at its other end.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// How often a port that is gone is looked for.
+/// The time between two attempts to find a port that disappeared.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
-/// What to do where a port may not be opened.
-pub(crate) const NO_PERMISSION: &str = "this user may not; on most Linux systems \
-     `sudo usermod -aG dialout $USER` allows it from the next login on (or the group uucp: see ls -l)";
+/// The advice for a port that this user has no permission to open.
+pub(crate) const NO_PERMISSION: &str = "this user has no permission; on most Linux systems \
+     `sudo usermod -aG dialout $USER` grants it from the next login on (on some, the group is uucp: see ls -l)";
 
-/// How a serial port is set. There are always 8 data bits.
+/// The settings of a serial port. There are always 8 data bits.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct PortOptions {
-    /// The serial port's rate [default: 115200]
+    /// Set the serial port's baud rate [default: 115200]
     #[arg(long, value_name = "RATE", value_parser = baud)]
     baud: Option<u32>,
-    /// Its parity bit: none, even or odd [default: none]
+    /// Set its parity: none, even or odd [default: none]
     #[arg(long, value_name = "PARITY", value_parser = parity(), hide_possible_values = true)]
     parity: Option<Parity>,
-    /// Its stop bits: 1 or 2 [default: 1]. SBUS has even parity and 2, at 100000
+    /// Set its number of stop bits: 1 or 2 [default: 1]. SBUS needs --baud 100000 --parity even
+    /// --stop-bits 2
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
     stop_bits: Option<u8>,
-    /// Wait for a port that is not there yet
+    /// Wait for the port if it does not exist yet
     #[arg(long)]
     wait: bool,
 }
@@ -54,11 +55,11 @@ fn parity() -> impl TypedValueParser<Value = Parity> {
 
 fn baud(text: &str) -> Result<u32, String> {
     whole(text, 1, u32::MAX.into())
-        .map_err(|_| "a rate in bits per second is wanted, for example 115200".into())
+        .map_err(|_| "expected a rate in bits per second, for example 115200".into())
 }
 
 impl PortOptions {
-    /// That none is given where `name` is no port.
+    /// Checks that no option is given for `name`, which is not a port.
     pub(crate) fn check_none(&self, name: &str) -> Result<()> {
         let given = [
             ("--baud", self.baud.is_some()),
@@ -69,7 +70,7 @@ impl PortOptions {
         match given.iter().find(|(_, is_given)| *is_given) {
             None => Ok(()),
             Some((option, _)) => Err(anyhow!(
-                "{option} is for serial ports, and {name} is none: leave it out, or name a port"
+                "{option} is for serial ports, and {name} is not one: leave {option} out, or name a port"
             )),
         }
     }
@@ -78,7 +79,8 @@ impl PortOptions {
         self.baud.unwrap_or(DEFAULT_BAUD)
     }
 
-    /// The rate at which bytes without parity and with one stop bit take as long as these.
+    /// Returns the rate at which a byte without parity and with one stop bit takes as long as a byte
+    /// with these settings.
     pub(crate) fn usual_baud(&self) -> u32 {
         let more = u64::from(self.has_parity()) + u64::from(self.stop_bits == Some(2));
         let baud = u64::from(self.baud()) * 10 / (10 + more);
@@ -94,7 +96,7 @@ impl PortOptions {
     }
 }
 
-/// As `115200 baud`, or `100000 baud 8E2`.
+/// Writes `115200 baud`, or `100000 baud 8E2`.
 impl fmt::Display for PortOptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} baud", self.baud())?;
@@ -110,16 +112,17 @@ impl fmt::Display for PortOptions {
     }
 }
 
-/// An open serial port. It ends with an error only: a line has no end, but can be cut.
+/// An open serial port. Reading it never reports the end of the stream. It ends only with an error,
+/// for example when the port is unplugged.
 pub(crate) struct Port {
     port: Box<dyn serialport::SerialPort>,
     pub(crate) device: Device,
 }
 
-/// The device that a port is, for its settings.
+/// The device of a port, for its settings.
 #[cfg(unix)]
 pub(crate) type Device = std::sync::Arc<std::fs::File>;
-/// The device that a port is: elsewhere it has no settings of use.
+/// The device of a port. On Windows no settings of it are needed.
 #[cfg(windows)]
 pub(crate) type Device = ();
 
@@ -137,7 +140,7 @@ impl Write for Port {
         self.port.write(bytes).map_err(|error| match error.kind() {
             ErrorKind::TimedOut => io::Error::new(
                 ErrorKind::TimedOut,
-                "it takes no more bytes; does nobody read them at the other end?",
+                "the port accepts no more bytes; check that a program or board reads them at the other end",
             ),
             _ => gone(error),
         })
@@ -149,7 +152,7 @@ impl Write for Port {
     }
 }
 
-/// What an error means, unless it passes.
+/// Turns a permanent error into the error that the port is gone. Keeps temporary errors.
 fn gone(error: io::Error) -> io::Error {
     match error.kind() {
         ErrorKind::TimedOut | ErrorKind::Interrupted => error,
@@ -160,13 +163,13 @@ fn gone(error: io::Error) -> io::Error {
     }
 }
 
-/// Whether an error is that the port is gone: then it may come back.
+/// Returns whether the error means that the port is gone. The port may then come back.
 pub(crate) fn is_gone(error: &io::Error) -> bool {
     error.kind() == ErrorKind::NotConnected
 }
 
-/// Waits until the port can be opened again, or there is a reason to stop. The one that is gone must be
-/// closed by then: as long as it is open, its name may not be used again.
+/// Waits until the port can be opened again, or until `is_stopped` returns true. Close the port that
+/// is gone before this call: the operating system may not use its name again while it is open.
 pub(crate) fn reopen(
     path: &Path,
     options: &PortOptions,
@@ -181,18 +184,19 @@ pub(crate) fn reopen(
     None
 }
 
-/// A port to write to that is opened again when it is gone.
+/// A port for writing that is opened again after it disappeared.
 pub(crate) struct LastingPort<S> {
     pub(crate) path: PathBuf,
     pub(crate) options: PortOptions,
     pub(crate) port: Option<Port>,
-    /// A reason to wait for it no longer.
+    /// Returns true to stop waiting for the port.
     pub(crate) is_stopped: S,
 }
 
 impl<S: Fn() -> bool> Write for LastingPort<S> {
-    /// What was being written when the port went is lost, as everything on the line was: half a frame
-    /// is not sent later.
+    /// Writes to the port, and waits for it if it is gone. The bytes that were being written when the
+    /// port disappeared are lost, like all bytes on the line. So the rest of a frame is never sent
+    /// later.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let port = self.port.as_mut().ok_or(ErrorKind::NotConnected)?;
         let error = match port.write(bytes) {
@@ -218,17 +222,17 @@ impl<S: Fn() -> bool> Write for LastingPort<S> {
     }
 }
 
-/// Opens `path` if it is a serial port; if it is not there yet, and that is asked for, as soon as it is.
+/// Opens `path` if it is a serial port. With `--wait`, first waits until `path` exists.
 pub(crate) fn open_or_wait(path: &Path, options: &PortOptions) -> Result<Option<Port>> {
     if options.wait && !is_there(path) {
         let name = path.display();
         note(&format!(
-            "waiting for {name}; `framelock ports` lists those that are there"
+            "waiting for {name}; `framelock ports` lists the ports that exist"
         ));
         while !is_there(path) {
             std::thread::sleep(LOOK_EVERY);
         }
-        // It is there before the system has said who may open it.
+        // A port exists a moment before the system grants permission to open it.
         std::thread::sleep(LOOK_EVERY);
     }
     open_if_port(path, options)
@@ -239,7 +243,7 @@ fn is_there(path: &Path) -> bool {
     path.exists()
 }
 
-/// A name means a port only while there is one.
+/// Returns whether the port exists. On Windows a name belongs to a port only while the port exists.
 #[cfg(windows)]
 fn is_there(path: &Path) -> bool {
     let name = path.to_string_lossy();
@@ -262,21 +266,21 @@ pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<
             _ => StopBits::One,
         })
         .timeout(TIMEOUT)
-        // Debug probes connect their UART only then. Linux does it by itself, Windows does not.
+        // Debug probes connect their UART only while DTR is set. Linux sets it by itself, Windows does not.
         .dtr_on_open(true)
         .open();
     let port = port.map_err(|error| {
         anyhow!(
             "cannot open the serial port {name} at {options}: {error}; \
-             is it connected (`framelock ports` lists those that are), not in use elsewhere, and the rate one that it \
-             can do?"
+             check that it is connected (`framelock ports` lists the ports that are), that no other program uses it, \
+             and that it supports this rate"
         )
     })?;
     Ok(Some(Port { port, device }))
 }
 
-/// The device, if `path` is a serial port: on Unix, a terminal device that is not the user's own
-/// terminal.
+/// Returns the device if `path` is a serial port. On Unix, a serial port is a terminal device that is
+/// not the user's own terminal.
 #[cfg(unix)]
 fn device(path: &Path) -> Result<Option<Device>> {
     use rustix::fs::{FileType, Mode, OFlags, Stat, open, stat};
@@ -287,7 +291,7 @@ fn device(path: &Path) -> Result<Option<Device>> {
         return Ok(None);
     }
     let name = path.display();
-    // Neither wait for a modem's carrier, nor let the port become the terminal of this process.
+    // Do not wait for a modem's carrier, and do not make the port the terminal of this process.
     let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
     let device = open(path, flags, Mode::empty()).map_err(|error| match error {
         rustix::io::Errno::ACCESS => anyhow!("cannot open {name}: {NO_PERMISSION}"),
@@ -296,16 +300,16 @@ fn device(path: &Path) -> Result<Option<Device>> {
     if !isatty(&device) {
         return Ok(None);
     }
-    // Of others' terminals this process is not told.
+    // The system reveals the session of this process's own terminal only.
     if tcgetsid(&device).is_ok() {
         anyhow::bail!(
-            "{name} is the terminal that you type at, no serial port; to type bytes, give -"
+            "{name} is the terminal that you type at, not a serial port; to type bytes, name - instead"
         );
     }
     Ok(Some(Device::new(device.into())))
 }
 
-/// The device, if `path` is a serial port: on Windows, `COM` and a number.
+/// Returns the device if `path` is a serial port. On Windows, a serial port is `COM` and a number.
 #[cfg(windows)]
 fn device(path: &Path) -> Result<Option<Device>> {
     let name = path.to_string_lossy().to_ascii_uppercase();

@@ -1,5 +1,5 @@
-//! What a faulty line does to the system: many trials of `framelock_simulation`, in numbers. What is public is for the
-//! figures of docs/line-faults.md, which `examples/figures` draws.
+//! Runs many trials of `framelock_simulation` and prints how a faulty line affects the receivers. The public items are
+//! for `examples/figures`, which draws the figures of docs/line-faults.md.
 
 mod arguments;
 mod experiment;
@@ -18,9 +18,9 @@ use arguments::Experiment;
 pub use experiment::{Point, run_all};
 pub use output::{rows, write_csv};
 
-/// What a faulty line does: a line simulated bit by bit, the lecture's machine at its end
-/// (lecture, which keeps nothing of a broken frame) and framelock (which searches it), each with
-/// and without an idle-gap rule, a failsafe behind each.
+/// Simulate a faulty line bit by bit, and count the frames that receivers lose. The receivers are the
+/// lecture's machine (lecture, which discards a broken frame) and framelock (which searches a broken
+/// frame again), each with and without an idle-gap rule. A failsafe follows each receiver.
 #[derive(clap::Args)]
 #[command(
     after_help = include_str!("help/simulate.txt"),
@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     experiment: Experiment,
 
-    /// Tables as text, csv or json
+    /// Write the tables as text, csv or json
     #[arg(
         long,
         value_enum,
@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     )]
     format: OutputFormat,
 
-    /// A file for them; - is standard output
+    /// Write the tables to FILE, replacing it; - is standard output
     #[arg(
         long,
         short,
@@ -51,21 +51,21 @@ pub(crate) struct Arguments {
     output: PathBuf,
 }
 
-/// How results are written.
+/// The format of the results.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum OutputFormat {
     /// Tables for people to read
     Text,
-    /// Comma-separated values under a header: a row for each point and receiver
+    /// Comma-separated values with a header, and a row for each point and receiver
     Csv,
     /// One JSON object
     Json,
 }
 
-/// The parameters that options of `framelock simulate` mean.
+/// Returns the parameters for options of `framelock simulate`.
 ///
 /// # Errors
-/// They are none, or contradict each other.
+/// An option is unknown or invalid, or the parameters contradict each other.
 pub fn parameters(options: &str) -> Result<Vec<Parameters>> {
     let command = Experiment::augment_args(clap::Command::new("run").no_binary_name(true));
     let matches = command.try_get_matches_from(options.split_whitespace())?;
@@ -75,7 +75,7 @@ pub fn parameters(options: &str) -> Result<Vec<Parameters>> {
 /// Runs `framelock simulate`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let points = arguments.experiment.points()?;
-    // Before the work, so that it is not in vain.
+    // Create the output before the simulation, so that an error does not waste the work.
     let mut out = BufWriter::new(Output::create(&arguments.output)?);
     let points = run_all(points)?;
     match arguments.format {

@@ -1,5 +1,5 @@
-//! Every text that the command line makes of a stream, for tests and the fuzzer: no sender may be able to control the
-//! user's terminal.
+//! Collects every text that the command line makes from a stream, for tests and the fuzzer. They check that no sender
+//! can control the user's terminal.
 
 use anyhow::{Error, Result};
 use framelock_description::SHIPPED;
@@ -10,14 +10,14 @@ use crate::output::message;
 use crate::rows::{InputFormat, rows};
 use crate::{decode, trace};
 
-/// Frames, and every text that is made of a stream of them.
+/// Makes all texts that the command line prints for a stream of one protocol.
 pub struct TextOutputs(Protocol);
 
 impl TextOutputs {
-    /// Those that `description` describes, and each of the shipped.
+    /// Returns the outputs for the frames of `description` and for each shipped description.
     ///
     /// # Errors
-    /// What is wrong with the description.
+    /// The description is invalid.
     pub fn all(description: &str) -> Result<Vec<Self>> {
         let own = [("described", description)];
         let all = own.iter().chain(SHIPPED);
@@ -26,10 +26,11 @@ impl TextOutputs {
         all.collect()
     }
 
-    /// What `decode` and `trace` write of the stream, and what errors say of it as hex and as rows of values.
+    /// Returns the texts that `decode` and `trace` write for the stream, and the errors of reading it as hex and as
+    /// rows of values.
     ///
     /// # Errors
-    /// There is a text that cannot be written.
+    /// A text cannot be written.
     pub fn of(&self, stream: &[u8]) -> Result<Vec<String>> {
         let mut texts = decode::texts(&self.0, stream)?;
         texts.append(&mut trace::texts(&self.0, stream)?);

@@ -1,4 +1,4 @@
-//! What the state machine does with each byte: the lecture's table, a row per byte.
+//! Shows what a receiver does with each byte: the lecture's table, one row per byte.
 
 mod traced;
 
@@ -16,54 +16,56 @@ use crate::output::{Output, note};
 use crate::serial::PortOptions;
 use traced::{Step, Traced};
 
-/// What the machine does with each byte: the lecture's table, a row per byte
+/// Show what a receiver does with each byte: the lecture's table, one row per byte
 #[derive(clap::Args)]
 #[command(after_help = include_str!("help/trace.txt"))]
 pub(crate) struct Arguments {
-    /// Bytes in hex, separate or glued; or one file or serial port; or - for standard input, which is
-    /// read too if bytes are piped in. Else: the lecture's two worked examples
+    /// Trace bytes in hex (with or without spaces), a file, a serial port, or - for standard input.
+    /// Without an argument, trace the bytes of a pipe, or else the lecture's two worked examples
     #[arg(value_name = "HEX|FILE|PORT|-")]
     source: Vec<OsString>,
-    /// Which machine: lecture (which throws a broken frame away), framelock (which searches it for the
-    /// next), or both, with one row where they do the same
+    /// Receive with lecture (the lecture's machine, which discards a broken frame), framelock (searches
+    /// it again), or both, in one row where they do the same
     #[arg(long, value_enum, default_value_t = Machines::Both, hide_possible_values = true)]
     policy: Machines,
-    /// The frames: a name, or a file that describes them [default: bin]. Of others than bin each row has
-    /// how many bytes are pending, the frames with their fields, and why bytes are discarded
+    /// Receive these frames: a name, or a description file [default: bin]. For frames other than bin, a
+    /// row shows the number of pending bytes, the frames with their fields, and the discarded bytes
+    /// with the reason
     #[arg(long, value_name = "NAME|FILE", default_value = "bin", hide_default_value = true, value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// How a file, port or pipe is written: bytes, or hex: text such as 41 42 00 or 0x41,0x42
+    /// Read a file, port or pipe as bytes or hex: text such as 41 42 00 or 0x41,0x42
     #[arg(long, value_name = "SPELLING", value_enum, default_value_t = Spelling::Bytes, hide_possible_values = true)]
     input: Spelling,
-    /// What to write: text (a table to read) or jsonl (an object per byte and machine)
-    #[arg(long, value_enum, default_value_t = Format::Text, hide_possible_values = true)]
-    format: Format,
+    /// Write text (a table for people) or jsonl (one object per byte and receiver)
+    #[arg(long, value_enum, default_value_t = TraceFormat::Text, hide_possible_values = true)]
+    format: TraceFormat,
     #[command(flatten)]
     port: PortOptions,
 }
 
-/// How the steps are written.
+/// The format of the output.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
-enum Format {
-    /// A table to read
+enum TraceFormat {
+    /// A table for people
     Text,
     /// One JSON object per line
     Jsonl,
 }
 
-/// Whose steps are shown.
+/// The receivers whose steps are shown.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
 enum Machines {
-    /// The lecture's machine, which throws a broken frame away
+    /// The lecture's machine, which discards a broken frame
     Lecture,
-    /// framelock, which searches a broken frame for the start of the next
+    /// framelock's receiver, which searches a broken frame for the start of the next frame
     Framelock,
-    /// Both
+    /// Both receivers
     Both,
 }
 
 impl Machines {
-    /// The lecture's machine knows BIN alone, so for all other frames both are framelock.
+    /// Returns the policies of the receivers. The lecture's machine receives only BIN, so for all other
+    /// frames `Both` means framelock alone.
     const fn policies(self, protocol: &Protocol) -> &'static [Policy] {
         match (self, protocol.setpoints) {
             (Self::Lecture, _) => &[Policy::Lecture],
@@ -72,19 +74,19 @@ impl Machines {
         }
     }
 
-    /// Writes the rows as the bytes come: whatever is there is shown before more is waited for. Memory does not grow
-    /// with their number.
+    /// Writes the rows as the bytes arrive. Flushes all rows before it waits for more bytes. The memory in use does
+    /// not grow with the number of bytes.
     fn print(
         self,
         protocol: &Protocol,
-        format: Format,
+        format: TraceFormat,
         input: Input,
         out: &mut impl Write,
     ) -> Result<()> {
         let policies = self.policies(protocol).iter();
         let machines = policies.map(|&policy| Traced::new(protocol, policy));
         let mut machines = machines.collect::<Result<Vec<_>>>()?;
-        if let (Format::Text, Some(first)) = (format, machines.first()) {
+        if let (TraceFormat::Text, Some(first)) = (format, machines.first()) {
             writeln!(out, "offset  byte{}  what happened", first.columns())?;
             out.flush()?;
         }
@@ -95,8 +97,8 @@ impl Machines {
                 let steps: Vec<Step> = steps.collect();
                 let steps: Vec<(&Traced, Step)> = machines.iter().zip(steps).collect();
                 match format {
-                    Format::Text => write_rows(out, &steps, Traced::row)?,
-                    Format::Jsonl => {
+                    TraceFormat::Text => write_rows(out, &steps, Traced::row)?,
+                    TraceFormat::Jsonl => {
                         rows.clear();
                         for (machine, step) in &steps {
                             machine.json(step, &mut rows)?;
@@ -107,7 +109,7 @@ impl Machines {
             }
             Ok(out.flush()?)
         })?;
-        if format == Format::Text {
+        if format == TraceFormat::Text {
             writeln!(out)?;
             let machines: Vec<(&Traced, ())> = machines.iter().map(|one| (one, ())).collect();
             write_rows(out, &machines, |machine, (), policy| {
@@ -118,7 +120,7 @@ impl Machines {
     }
 }
 
-/// A row for each machine, or one for both if they do the same.
+/// Writes a row for each receiver, or one row for both if the rows are equal.
 fn write_rows<T>(
     out: &mut impl Write,
     machines: &[(&Traced, T)],
@@ -137,17 +139,19 @@ fn write_rows<T>(
     }
 }
 
-/// The rows of a stream, in each format.
+/// Returns the trace of a stream in each format.
 pub(crate) fn texts(protocol: &Protocol, stream: &[u8]) -> Result<Vec<Vec<u8>>> {
-    let rows = [Format::Text, Format::Jsonl].into_iter().map(|format| {
-        let mut out = Vec::new();
-        Machines::Both.print(protocol, format, Input::new("", stream), &mut out)?;
-        Ok(out)
-    });
+    let rows = [TraceFormat::Text, TraceFormat::Jsonl]
+        .into_iter()
+        .map(|format| {
+            let mut out = Vec::new();
+            Machines::Both.print(protocol, format, Input::new("", stream), &mut out)?;
+            Ok(out)
+        });
     rows.collect()
 }
 
-/// The lecture's two worked examples: what the line does, what is sent and what is received.
+/// The lecture's two worked examples: a title, the bytes sent and the bytes received.
 const EXAMPLES: [[&str; 3]; 2] = [
     [
         "The lecture's first example: one frame, and the line loses nothing.",
@@ -164,7 +168,7 @@ const EXAMPLES: [[&str; 3]; 2] = [
 /// Runs `framelock trace`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut output = Output::standard()?;
-    if arguments.format == Format::Text {
+    if arguments.format == TraceFormat::Text {
         output = output.of_rows();
     }
     let mut out = BufWriter::new(output);
@@ -178,7 +182,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             if let Some(input) = arguments.piped()? {
                 return print("", input);
             }
-            if arguments.format != Format::Text || arguments.frame.name != "bin" {
+            if arguments.format != TraceFormat::Text || arguments.frame.name != "bin" {
                 bail!(
                     "nothing to trace: the examples are a table of bin frames; for anything else \
                      give HEX|FILE|PORT|-, for example framelock trace --frame crsf capture.bin"
@@ -194,21 +198,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             }
             Ok(())
         }
-        (Ok(bytes), _) if bytes.is_empty() => bail!("no bytes in the arguments"),
+        (Ok(bytes), _) if bytes.is_empty() => {
+            bail!("there are no bytes in the arguments: give bytes in hex such as 41 42 00 7F")
+        }
         (Ok(bytes), words) => {
             if let [only] = words
                 && Path::new(only).exists()
             {
                 let name = only.display();
                 note(&format!(
-                    "{name} is taken as hex; for the file write ./{name}"
+                    "tracing the hex bytes {name}; to trace the file of that name, write ./{name}"
                 ));
             }
             print("", Input::new("", Cursor::new(bytes)))
         }
         (Err(why), [only]) => {
-            let input = Input::open(Path::new(only), &arguments.port)
-                .map_err(|error| anyhow!("not hex: {why}; and no file: {error:#}"))?;
+            let input = Input::open(Path::new(only), &arguments.port).map_err(|error| {
+                anyhow!("the argument is not hex: {why}; nor is it a file: {error:#}")
+            })?;
             print("", input.spelled(arguments.input))
         }
         (Err(why), _) => bail!(why),
@@ -216,7 +223,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
-    /// Standard input, if something is piped in.
+    /// Returns standard input if bytes are piped in.
     fn piped(&self) -> Result<Option<Input<'static>>> {
         if io::stdin().is_terminal() {
             return Ok(None);

@@ -1,19 +1,19 @@
-//! What live views are made of: bars, counts and phases.
+//! The parts of live views: bars, counts and phases.
 
 use framelock::motion::Phase;
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
-/// The colour of what is well. With [`VERMILLION`] it is a pair that colour-blind people tell apart, chosen by Okabe and Ito,
-/// on light and on dark; each is the nearest of the 256 colours that every terminal has.
+/// The colour for good states. Colour-blind people can distinguish it from [`VERMILLION`], on light and on dark
+/// backgrounds; Okabe and Ito chose the pair. Each is the nearest of the 256 colours of every terminal.
 pub const BLUE: Color = Color::Indexed(32);
-/// The colour of what is not well.
+/// The colour for bad states.
 pub const VERMILLION: Color = Color::Indexed(166);
 
-/// Eighths of a cell, from none to all.
+/// The eighths of a cell, from empty to full.
 pub const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 
-/// A bar of `width` cells for the output; a mark stands where the axis was sent.
+/// Returns a bar of `width` cells for the output, with a mark at the value that was sent.
 pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
     let cells = usize::from(width);
     let eighths = usize::from(output) * cells * 8 / usize::from(u8::MAX);
@@ -32,29 +32,29 @@ pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
         .collect()
 }
 
-/// The rows of a terminal that are not given to anything yet.
+/// The number of a terminal's rows that are still free.
 pub(crate) struct RowsLeft(u16);
 
 impl RowsLeft {
-    /// Those of `height` that are not `taken`.
+    /// Makes the count from the terminal's height and the number of rows that are taken.
     pub(crate) fn new(height: u16, taken: u16) -> Self {
         Self(height.saturating_sub(taken))
     }
 
-    /// That many rows if there are as many, else none.
+    /// Takes `height` rows if so many are free, otherwise none.
     pub(crate) fn exactly(&mut self, height: u16) -> u16 {
         let granted = if self.0 < height { 0 } else { height };
         self.0 -= granted;
         granted
     }
 
-    /// All that are left if there are at least that many, else none.
+    /// Takes all free rows if there are at least `least`, otherwise none.
     pub(crate) fn all_of(self, least: u16) -> u16 {
         if self.0 < least { 0 } else { self.0 }
     }
 }
 
-/// A count to which something happened, if it is not zero.
+/// Formats a count, and emphasises it if it is not zero.
 pub(crate) fn emphasised(count: u64, color: Color) -> Span<'static> {
     let span = Span::from(format!("{count:<5}"));
     if count > 0 {
@@ -64,7 +64,7 @@ pub(crate) fn emphasised(count: u64, color: Color) -> Span<'static> {
     }
 }
 
-/// How a phase is shown.
+/// Returns the style of a phase.
 pub(crate) fn phase_style(phase: Phase) -> Style {
     let color = match phase {
         Phase::Live | Phase::Approach => BLUE,
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bar_is_as_long_as_the_output_and_the_mark_where_it_was_sent() {
+    fn the_bar_shows_the_output_and_the_mark_shows_the_value_sent() {
         assert_eq!(text(0, None), "          ");
         assert_eq!(text(255, None), "██████████");
         assert_eq!(text(128, None), "█████     ");

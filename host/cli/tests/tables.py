@@ -17,7 +17,8 @@ import polars
 
 FRAMELOCK, RECORDINGS = sys.argv[1:]
 
-# Values that readers misread: hex like a number, NaN, infinities, -0.0, numbers of 64 bits, gaps of two kinds.
+# Values that programs tend to misread: hex that looks like a number, NaN, infinities, -0.0, numbers of 64 bits, and two
+# kinds of missing values.
 ODD = """
 sync = "24"
 length_field = { at = 1, type = "u8" }
@@ -82,7 +83,7 @@ def number(cell):
 
 def same(expected, read, where):
     if expected is None or read is None or read is pandas.NA:
-        # pandas has one value for both.
+        # pandas has the same value for a missing value and for NaN.
         gone = read is None or read is pandas.NA or isinstance(read, float) and math.isnan(read)
         assert gone and (expected is None or isinstance(expected, float) and math.isnan(expected)), where
     elif isinstance(expected, float) and isinstance(read, float) and math.isnan(expected):
@@ -125,7 +126,7 @@ def check(frame, stream):
         ("polars", inferred),
     ]:
         compare(rows, columns, records(read), (frame, name, "csv"))
-    # What polars writes is read again. A float has fewer digits than a number of 64 bits.
+    # framelock encodes the table that polars writes. A float of 64 bits has fewer digits than an integer of 64 bits.
     if frame != "large.toml":
         back = framelock(["encode", "--frame", frame], inferred.write_csv().encode())
         assert back == stream, frame
@@ -157,7 +158,7 @@ def check(frame, stream):
         cells = [row[column] for row in rows if row[column] is not None]
         is_text = any(isinstance(cell, str) for cell in cells)
         for kind in (str(nullable[column].dtype).lower(), str(inferred[column].dtype).lower()):
-            # A column without a value has no type.
+            # A column without values has no type.
             assert not cells or is_text == (kind in ("str", "string")), (frame, column, kind)
     return len(rows)
 
@@ -179,7 +180,7 @@ def main():
         streams["odd.toml"] = framelock(["encode", "--frame", "odd.toml"], odd_rows())
         with open("large.toml", "w") as file:
             file.write("sync='24'\nlength=17\nfields=[{ name='large', at=1, type='u64le' }, { name='scaled', at=9, type='i64le', scale=0.001, offset=-1000 }]")
-        # In one column with gaps pandas would read it as text.
+        # This stream has no missing values, since pandas would read a column of such numbers with gaps as text.
         streams["large.toml"] = framelock(["encode", "--frame", "large.toml"], b"18446744073709551615,9223372036853775.807\n0,-9223372036855775.808\n")
         rows = sum(check(frame, stream) for frame, stream in streams.items())
     print(f"{rows} rows of {len(streams)} kinds of frames, by pandas {pandas.__version__} and polars {polars.__version__}")

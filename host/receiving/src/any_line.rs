@@ -1,4 +1,4 @@
-//! A line with any of the receivers at its end.
+//! A line with a receiver that is chosen at run time.
 
 use std::fmt;
 
@@ -13,14 +13,14 @@ use serde::Serialize;
 use crate::protocol::{FrameFormat, Protocol};
 use crate::stream_receiver::StreamReceiver;
 
-/// Which machine receives: they differ in what they do with the bytes of a broken frame.
+/// The choice of the receiver. The receivers differ in their handling of the bytes of a broken frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Policy {
-    /// The lecture's machine, which throws the bytes of a broken frame away; bin only
+    /// The lecture's machine, which discards the bytes of a broken frame; bin only
     Lecture,
-    /// framelock's receiver, which searches the bytes of a broken frame for the next
+    /// framelock's receiver, which searches the bytes of a broken frame for the next frame
     #[default]
     Framelock,
 }
@@ -35,7 +35,7 @@ impl fmt::Display for Policy {
     }
 }
 
-/// A line with any of the receivers at its end.
+/// A line with a receiver that is chosen at run time.
 #[derive(Clone, Debug)]
 pub enum AnyLine {
     /// The lecture's machine.
@@ -46,11 +46,11 @@ pub enum AnyLine {
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of frames that a description describes.
     Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
-    /// The same for recordings: as fast in streams of false starts as elsewhere.
+    /// The same receiver for recordings. Streams of false starts do not slow it down.
     Recorded(Line<StreamReceiver>),
 }
 
-/// Does the same with any of them.
+/// Evaluates an expression with the line of any variant.
 macro_rules! for_any {
     ($any:expr, $line:ident => $does:expr) => {
         match $any {
@@ -64,7 +64,7 @@ macro_rules! for_any {
 }
 
 impl AnyLine {
-    /// Makes the machine for these frames under this policy. Nothing has been received yet.
+    /// Makes the receiver for these frames under this policy, before the first byte.
     ///
     /// # Errors
     /// The lecture's machine does not receive these frames, or they have no bytes.
@@ -81,10 +81,11 @@ impl AnyLine {
         }
     }
 
-    /// Makes the machine of [`new`](Self::new) for recordings: described frames are received by a [`StreamReceiver`].
+    /// Makes the receiver for recordings. It is the receiver of [`new`](Self::new), except that a [`StreamReceiver`]
+    /// receives described frames.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// The errors of [`new`](Self::new).
     pub fn for_recordings(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
         match (policy, protocol.setpoints) {
             (Policy::Framelock, None) => {
@@ -96,7 +97,7 @@ impl AnyLine {
         }
     }
 
-    /// Makes the machine for frames of setpoints under this policy, without their description.
+    /// Makes the receiver for frames of setpoints under this policy. No description is needed.
     ///
     /// # Errors
     /// The lecture's machine does not receive these frames.
@@ -109,8 +110,8 @@ impl AnyLine {
         }
     }
 
-    /// Takes bytes; reports the outcome of each byte except those pending, in the order of the stream. A message
-    /// is the frame's bytes. The reserved byte of a frame of setpoints is reported as 0.
+    /// Takes bytes. Calls `found` with the outcome of each byte that is not pending, in the order of the stream. The
+    /// message of a frame is the frame's bytes. The reserved byte of a frame of setpoints is reported as 0.
     pub fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<&[u8]>)) {
         match self {
             Self::Lecture(line) => line.feed(bytes, encoded(Bin::encode, found)),
@@ -121,7 +122,7 @@ impl AnyLine {
         }
     }
 
-    /// Takes a line event; reports the outcome of each pending byte. Then nothing is pending.
+    /// Takes a line event. Calls `found` with the outcome of each pending byte. Afterwards no byte is pending.
     pub fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<&[u8]>)) {
         match self {
             Self::Lecture(line) => line.line_event(event, encoded(Bin::encode, found)),
@@ -132,19 +133,19 @@ impl AnyLine {
         }
     }
 
-    /// The line's counters.
+    /// Returns the line's counters.
     #[must_use]
     pub fn counters(&self) -> &Counters {
         for_any!(self, line => line.counters())
     }
 
-    /// The number of the last bytes that may yet be part of a frame.
+    /// Returns the number of pending bytes, which may still become part of a frame.
     #[must_use]
     pub fn pending(&self) -> usize {
         for_any!(self, line => line.pending())
     }
 
-    /// The lecture's machine, if it is the one that receives.
+    /// Returns the lecture's machine, if it is the receiver.
     #[must_use]
     pub fn lecture(&self) -> Option<&Lecture> {
         match self {
@@ -160,17 +161,17 @@ fn lecture_receives_bin() -> String {
 }
 
 fn no_bytes(protocol: &Protocol) -> String {
-    format!("--frame {protocol}: its frames have no bytes")
+    format!("--frame {protocol} describes frames of 0 bytes: describe frames of at least one byte")
 }
 
-/// Gives `found` the bytes of each frame.
+/// Converts each frame to its bytes, for `found`.
 fn frame_alone(
     mut found: impl FnMut(Found<&[u8]>),
 ) -> impl FnMut(Found<Frame<'_, AnyOf<'static>>>) {
     move |one| found(one.map(|frame| frame.bytes()))
 }
 
-/// Gives `found` each setpoint as the frame that means it.
+/// Converts each setpoint to its frame, for `found`.
 fn encoded<const N: usize>(
     encode: impl Fn(Setpoint) -> [u8; N],
     mut found: impl FnMut(Found<&[u8]>),

@@ -1,9 +1,9 @@
-//! Whether a receiver delivers each frame that arrives whole. Only who knows what was sent can check that.
+//! Checks whether a receiver delivers each frame that arrives whole. This needs the frames that were sent.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// The sent frames that have arrived whole and may yet be delivered, each with what the caller knows of it.
+/// The sent frames that have arrived whole and may still be delivered, each with a value of the caller.
 #[derive(Clone, Debug)]
 pub struct DeliveryCheck<T> {
     open: VecDeque<(Range<usize>, T)>,
@@ -24,7 +24,7 @@ impl<T> DeliveryCheck<T> {
     }
 
     /// Notes that the receiver delivers a frame of these bytes. Returns the sent frame that arrived in exactly
-    /// these bytes; none if nobody sent such a frame. Call [`missed`](Self::missed) before.
+    /// these bytes, or `None` if no such frame was sent. Call [`missed`](Self::missed) before this method.
     pub fn delivered(&mut self, bytes: &Range<usize>) -> Option<T> {
         self.oldest_if(|arrived| arrived == bytes)
     }
@@ -58,7 +58,7 @@ mod tests {
         assert_eq!(check.delivered(&(2..9)), Some(0));
         assert_eq!(check.missed(10), Some(1));
         assert_eq!(check.missed(10), None);
-        // The beginning is right, the length is not.
+        // The start is right, but the length is wrong.
         assert_eq!(check.delivered(&(16..24)), None);
         assert_eq!(check.missed(24), Some(2));
         assert_eq!(check.missed(usize::MAX), None);

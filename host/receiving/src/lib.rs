@@ -1,4 +1,5 @@
-//! Any receiver of any frames, for programs on a computer: the command line, the simulation and the page.
+//! Receivers for programs on a computer: the command line, the simulation and the page. The frames and the receiver are
+//! chosen at run time.
 //!
 //! ```text
 //!  name or description ─► Protocol ─┐

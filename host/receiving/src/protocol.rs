@@ -1,4 +1,4 @@
-//! The frames on a line, by the name of a shipped description or by the text of another.
+//! The frames on a line: a shipped description by its name, or a user's description by its text.
 
 use std::fmt;
 use std::path::Path;
@@ -20,7 +20,7 @@ pub enum FrameFormat {
 }
 
 impl FrameFormat {
-    /// The format of the shipped description with this name.
+    /// Returns the format of the shipped description with this name.
     fn named(name: &str) -> Option<Self> {
         match name {
             "bin" => Some(Self::Bin),
@@ -29,13 +29,13 @@ impl FrameFormat {
         }
     }
 
-    /// Bytes in a frame.
+    /// Returns the number of bytes in a frame.
     #[must_use]
     pub const fn length(self) -> usize {
         self.states().len()
     }
 
-    /// The lecture's names of the states in which a receiver waits for each byte of a frame.
+    /// Returns the lecture's names of the states. A receiver is in state `i` while it waits for byte `i` of a frame.
     #[must_use]
     pub const fn states(self) -> &'static [&'static str] {
         match self {
@@ -53,7 +53,7 @@ impl FrameFormat {
         }
     }
 
-    /// Returns the setpoint in a frame; none if the bytes are too few.
+    /// Returns the setpoint in a frame, or `None` if there are too few bytes.
     #[must_use]
     pub fn setpoint(self, frame: &[u8]) -> Option<Setpoint> {
         match frame {
@@ -70,9 +70,9 @@ pub struct Protocol {
     pub name: String,
     /// The description's text, in TOML.
     pub text: String,
-    /// What the text says.
+    /// The parsed description.
     pub description: Description,
-    /// The format, if the frames carry setpoints: then there are a failsafe and motions for them.
+    /// The format, if the frames carry setpoints. Only these frames work with the failsafe and the motions.
     pub setpoints: Option<FrameFormat>,
 }
 
@@ -80,12 +80,12 @@ impl Protocol {
     /// Looks up a shipped description, or reads the file of that name.
     ///
     /// # Errors
-    /// There is neither, the file cannot be read, or it does not describe frames.
+    /// There is no such description or file, the file cannot be read, or it does not describe frames.
     pub fn named(name: &str) -> Result<Self, String> {
         match shipped(name) {
             Some(text) => Self::described(name, text.to_owned()),
             None if !Path::new(name).exists() => Err(format!(
-                "{}; a file describes another, see docs/own-frame.md",
+                "{}; for another frame, name a file that describes it (see docs/own-frame.md)",
                 no_such_shipped(name)
             )),
             None => Self::described(name, read(Path::new(name))?),
@@ -95,7 +95,7 @@ impl Protocol {
     /// Parses a description.
     ///
     /// # Errors
-    /// What is wrong with the text: `name:line:column: …`.
+    /// The text is not a valid description. The error begins with its place, `name:line:column: …`.
     pub fn described(name: &str, text: String) -> Result<Self, String> {
         Ok(Self {
             name: name.to_owned(),
@@ -105,20 +105,20 @@ impl Protocol {
         })
     }
 
-    /// Bytes in the longest frame.
+    /// Returns the number of bytes in the longest frame.
     #[must_use]
     pub fn longest(&self) -> usize {
         self.description.format().longest()
     }
 
-    /// Whether the frames carry pitch, roll and yaw.
+    /// Returns whether the frames carry pitch, roll and yaw.
     #[must_use]
     #[inline]
     pub fn has_setpoints(&self) -> bool {
         self.setpoints.is_some()
     }
 
-    /// Returns the frame of a setpoint: a BIN frame if the frames carry no setpoints.
+    /// Returns the frame of a setpoint, or a BIN frame if this protocol's frames carry no setpoints.
     #[must_use]
     pub fn encode_setpoint(&self, setpoint: Setpoint) -> Vec<u8> {
         self.setpoints.unwrap_or(FrameFormat::Bin).encode(setpoint)

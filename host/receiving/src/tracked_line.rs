@@ -1,4 +1,4 @@
-//! A line byte by byte: which bytes are pending, and the outcome of the others.
+//! A line that keeps its pending bytes, and reports the outcome of all other bytes.
 
 use framelock::{Counters, DiscardReason, Found, LineEvent};
 
@@ -11,14 +11,14 @@ pub struct Piece {
     pub from: usize,
     /// The bytes, at least one.
     pub bytes: Vec<u8>,
-    /// Why the bytes were discarded; none if they are a frame.
+    /// The reason for which the bytes were discarded, or `None` if they are a frame.
     pub discarded: Option<DiscardReason>,
 }
 
-/// A line that knows its pending bytes.
+/// A line that keeps its pending bytes.
 #[derive(Clone, Debug)]
 pub struct TrackedLine {
-    /// The line before it received anything.
+    /// A copy of the line from before the first byte.
     fresh: AnyLine,
     line: AnyLine,
     pending: Vec<u8>,
@@ -37,13 +37,13 @@ impl TrackedLine {
         }
     }
 
-    /// Takes a byte; returns the bytes that it decides about, oldest first.
+    /// Takes a byte. Returns the bytes that now have an outcome, oldest first.
     pub fn push(&mut self, byte: u8) -> Vec<Piece> {
         self.pending.push(byte);
         self.decide(|line, found| line.feed(&[byte], found))
     }
 
-    /// Takes a line event; returns what was pending, oldest first.
+    /// Takes a line event. Returns the bytes that were pending, oldest first.
     pub fn line_event(&mut self, event: LineEvent) -> Vec<Piece> {
         self.decide(|line, found| line.line_event(event, found))
     }
@@ -68,31 +68,32 @@ impl TrackedLine {
         pieces
     }
 
-    /// The bytes that may yet be part of a frame. Their number is the machine's state.
+    /// Returns the pending bytes, which may still become part of a frame. Their number is the receiver's state.
     #[must_use]
     pub fn pending(&self) -> &[u8] {
         &self.pending
     }
 
-    /// The number of bytes that have become a frame or were discarded: the offset of the first pending byte.
+    /// Returns the number of bytes that are part of a frame or were discarded. It is the offset of the first pending
+    /// byte.
     #[must_use]
     pub const fn decided(&self) -> usize {
         self.decided
     }
 
-    /// The line's counters.
+    /// Returns the line's counters.
     #[must_use]
     pub fn counters(&self) -> &Counters {
         self.line.counters()
     }
 
-    /// Sets the counters to zero. The pending bytes have been received already, and count.
+    /// Sets the counters to zero, then counts the pending bytes again.
     pub fn reset_counters(&mut self) {
         self.line = self.fresh.clone();
         self.line.feed(&self.pending, |_| ());
     }
 
-    /// The line.
+    /// Returns the line.
     #[must_use]
     pub const fn line(&self) -> &AnyLine {
         &self.line
@@ -115,7 +116,7 @@ mod tests {
     use super::*;
     use crate::{FrameFormat, Policy, Protocol};
 
-    /// Noise that is full of beginnings of frames, some frames, and an end anywhere.
+    /// Returns noise with many starts of frames and with some frames. The stream may end inside a frame.
     fn noise(format: FrameFormat, random: &mut ChaCha8Rng) -> Vec<u8> {
         let mut stream = Vec::new();
         for _ in 0..random.random_range(0..60) {
@@ -130,8 +131,8 @@ mod tests {
         stream
     }
 
-    /// Against the reference: the outcome of every byte, with counters that are set to zero somewhere. A line event
-    /// ends the stream.
+    /// Compares the outcome of every byte with the reference. The counters are set to zero at a random byte. A line
+    /// event ends the stream.
     fn agrees<F: reference::Format>(name: &str, policy: Policy) {
         let protocol = Protocol::named(name).unwrap();
         let format = protocol.setpoints.unwrap();

@@ -1,5 +1,5 @@
-//! The figures of the report. What each measures, as options of `framelock simulate`, and how it is
-//! drawn is in `figures.json`.
+//! The figures of the report. `figures.json` has, for each figure, the options of `framelock simulate`
+//! and the chart.
 
 use std::time::Duration;
 
@@ -12,12 +12,12 @@ use serde_json::{Value, json};
 
 use crate::plot::{Axis, Band, Chart, Place, Series};
 
-/// A figure: its runs, and its chart without values.
+/// A figure: its runs, and its chart, which has no values yet.
 #[derive(Deserialize)]
 pub(crate) struct Figure {
     pub(crate) name: String,
     runs: Vec<String>,
-    /// The outputs in the course of a single trial are drawn, and not what came of many.
+    /// Whether the figure shows the outputs during a single trial, instead of the results of many trials.
     #[serde(default)]
     is_watched: bool,
     chart: Chart,
@@ -29,14 +29,14 @@ pub(crate) fn all() -> Result<Vec<Figure>> {
 }
 
 impl Figure {
-    /// Measures it with `effort` per cent of the trials, and draws it.
+    /// Runs the simulations with `effort` per cent of the trials, and draws the figure.
     pub(crate) fn measure(mut self, seed: u64, effort: u32) -> Result<(Vec<Point>, Chart)> {
         let mut runs = Vec::new();
         let mut all = Vec::new();
         for (number, options) in self.runs.iter().enumerate() {
             for point in parameters(options)? {
                 runs.push(number);
-                // At least two: one has no interval.
+                // At least two trials are needed, since one has no confidence interval.
                 let trials = (point.trials.saturating_mul(effort) / 100).max(2.min(point.trials));
                 all.push(Parameters {
                     seed,
@@ -73,7 +73,7 @@ impl Figure {
         Ok((points, self.chart))
     }
 
-    /// The demand sent and the output of the failsafe behind the receiver, at each look.
+    /// Returns the setpoint that was sent and the failsafe's output, each time that the failsafe was polled.
     fn looks(&mut self, point: &Point) -> Result<Vec<Value>> {
         let trial = run(&point.parameters, 0, true)?;
         let looks = trial.events.iter().flatten().filter_map(|event| {
@@ -129,13 +129,13 @@ fn rows_of_run(run: usize, point: &Point) -> Vec<Value> {
     rows
 }
 
-/// How long the sender sent.
+/// Returns the time for which the sender sent, in hours.
 #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
 fn hours(point: &Point) -> f64 {
     point.tally.line.frames_sent as f64 / point.parameters.rate / 3_600.0
 }
 
-/// Wrong setpoints by bit error rate, as theory has them: at twenty places in each decade.
+/// Returns the theoretical share of wrong setpoints by bit error rate, at twenty points per decade.
 fn expected(format: FrameFormat) -> Vec<Place> {
     let places = (-100..=-30).map(|step| {
         let flip = 10_f64.powf(f64::from(step) / 20.0);
@@ -144,7 +144,8 @@ fn expected(format: FrameFormat) -> Vec<Place> {
     places.filter(|place| place.y > 1e-8).collect()
 }
 
-/// What a series shows of the rows that it selects. Where it reaches zero on a logarithmic axis it ends.
+/// Returns the points of a series from the rows that it selects. On a logarithmic axis, the series ends at the first
+/// zero.
 fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
     let pointer = series.value.as_ref().unwrap_or(&y.value);
     let is_selected = |row: &&Value| {
@@ -177,8 +178,8 @@ fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
         .collect()
 }
 
-/// Of a hundred losses, after how many a frame is delivered again when at most so many intact ones have
-/// been lost.
+/// Returns the percentage of losses after which at most `x` intact frames are lost before a frame is
+/// delivered again, for each `x`.
 fn shares_by_frames_lost(back: &Value, most: f64) -> Vec<Place> {
     let counts = back["by_intact_frames_lost"].as_object();
     let counts: Vec<(f64, f64)> = counts

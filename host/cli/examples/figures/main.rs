@@ -1,4 +1,4 @@
-//! Every figure of docs/line-faults.md, as SVG and CSV, by one command.
+//! Makes every figure of docs/line-faults.md, as SVG and CSV.
 
 mod figure;
 mod plot;
@@ -13,18 +13,18 @@ use framelock_host::simulate::write_csv;
 
 use crate::plot::Chart;
 
-/// Every figure of docs/line-faults.md, as SVG and CSV
+/// Make every figure of docs/line-faults.md, as SVG and CSV
 #[derive(Parser)]
 struct Arguments {
-    /// Where to write them; made if it is not there
+    /// Write the figures into this directory, which is created if it does not exist
     #[arg(value_name = "DIRECTORY")]
     directory: PathBuf,
 
-    /// Seed of everything random
+    /// Seed the random numbers
     #[arg(long, default_value_t = 1, value_name = "NUMBER")]
     seed: u64,
 
-    /// Per cent of the trials: fewer for a quick look
+    /// Run this percentage of the trials; less than 100 for a quick look
     #[arg(long, default_value_t = 100, value_name = "PERCENT")]
     effort: u32,
 }
@@ -34,7 +34,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Writes them, and returns what it has drawn.
+/// Writes all figures, and returns their charts.
 fn write(arguments: &Arguments) -> Result<Vec<Chart>> {
     let directory = &arguments.directory;
     fs::create_dir_all(directory)
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
     use crate::plot::Place;
 
-    /// With a hundredth of the trials: the files, in which every series shows something on its axes.
+    /// With a hundredth of the trials, the command writes all files, and every series has a visible point.
     #[test]
     fn one_command_writes_every_figure_of_the_report() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Charts as SVG, for light pages and dark ones.
+//! Draws charts as SVG, for light and dark pages.
 
 use std::fs;
 use std::path::Path;
@@ -17,11 +17,11 @@ use plotters::style::{BLACK, FontDesc, FontFamily, FontStyle, WHITE};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-/// Pixels: narrow, so that words can be read on a telephone.
+/// The size in pixels. It is narrow, so that words can be read on a telephone.
 const SIZE: (u32, u32) = (640, 440);
 
-/// Colours that people with any colour vision can tell apart (Okabe and Ito); those of the machines
-/// mean nothing else in any figure.
+/// The colour of a name. People with any colour vision can distinguish these colours (Okabe and Ito).
+/// The colours of the two receivers have no other meaning in any figure.
 fn colour(name: &str) -> RGBColor {
     match name {
         "framelock" => RGBColor(0, 114, 178),
@@ -33,36 +33,36 @@ fn colour(name: &str) -> RGBColor {
     }
 }
 
-/// One axis, from one value to another.
+/// An axis, from one value to another.
 #[derive(Deserialize)]
 pub(crate) struct Axis {
     pub(crate) label: String,
     pub(crate) from: f64,
     pub(crate) to: f64,
-    /// Powers of ten are equally far apart.
+    /// Whether the axis is logarithmic.
     #[serde(default)]
     pub(crate) is_logarithmic: bool,
-    /// What stands where a logarithmic axis begins, if that is where zero is drawn.
+    /// The label at the start of a logarithmic axis, if zero is drawn there.
     zero: Option<String>,
-    /// A value holds to the middle between it and the next.
+    /// Whether each value holds up to the middle between it and the next value.
     #[serde(default)]
     is_stepped: bool,
-    /// At most this many labels.
+    /// The largest number of labels.
     labels: usize,
-    /// Where in a row of results its values are, and by how much they are multiplied.
+    /// The path of the values in a row of results. `scale` is a factor for the values.
     pub(crate) value: String,
     pub(crate) scale: Option<f64>,
 }
 
-/// How a series is drawn.
+/// The style of a series.
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Mark {
     Line,
     Dashes,
-    /// With the interval.
+    /// Dots with their confidence intervals.
     Dots,
-    /// Beside the bars of the other series, with their values above.
+    /// Bars next to the bars of the other series, with their values above them.
     Bars,
 }
 
@@ -70,16 +70,16 @@ enum Mark {
 pub(crate) struct Series {
     colour: String,
     mark: Mark,
-    /// Where in a row its values are, if not where the axis says.
+    /// The path of the values in a row, if it differs from the axis's path.
     pub(crate) value: Option<String>,
-    /// The values that a row must have to be of this series.
+    /// The values that a row of this series must have.
     #[serde(flatten)]
     pub(crate) select: Map<String, Value>,
     #[serde(skip)]
     pub(crate) places: Vec<Place>,
 }
 
-/// Words in the chart, which begin at a place; behind a line if they have a colour.
+/// Words in the chart. A label with a colour has a line of that colour before it.
 #[derive(Deserialize)]
 struct Label {
     at: (f64, f64),
@@ -89,7 +89,7 @@ struct Label {
     is_dashed: bool,
 }
 
-/// A place in the chart, and the interval of its value.
+/// A point in the chart, and the interval of its value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) x: f64,
@@ -98,7 +98,7 @@ pub(crate) struct Place {
     pub(crate) high: f64,
 }
 
-/// A part of the x axis with a name of its own, at the upper or the lower end of the chart.
+/// A named part of the x axis. Its name is at the upper or the lower end of the chart.
 #[derive(Clone)]
 pub(crate) struct Band {
     pub(crate) from: f64,
@@ -111,7 +111,7 @@ pub(crate) struct Band {
 #[derive(Deserialize)]
 pub(crate) struct Chart {
     title: String,
-    /// What it was measured with.
+    /// The parameters of the measurement.
     pub(crate) subtitle: String,
     pub(crate) x: Axis,
     pub(crate) y: Axis,
@@ -119,7 +119,7 @@ pub(crate) struct Chart {
     labels: Vec<Label>,
     #[serde(skip)]
     pub(crate) bands: Vec<Band>,
-    /// Names of the places 0, 1, 2, ... of the x axis, if they have names instead of numbers.
+    /// The names of the values 0, 1, 2, ... of the x axis, if it has names instead of numbers.
     #[serde(default)]
     places: Vec<String>,
 }
@@ -136,7 +136,7 @@ impl Place {
 }
 
 impl Axis {
-    /// Where a value is on it; 0 is where a logarithmic axis begins.
+    /// Returns the position of a value on the axis. On a logarithmic axis, 0 is at the start.
     fn place(&self, value: f64) -> f64 {
         if self.is_logarithmic {
             value.max(self.from).log10()
@@ -150,7 +150,7 @@ impl Axis {
     }
 
     fn name(&self, place: f64) -> String {
-        // Without what rounding leaves.
+        // Remove rounding errors.
         let place = (place * 1e6).round() / 1e6 + 0.0;
         match &self.zero {
             Some(zero) if place <= self.range().start => zero.clone(),
@@ -174,7 +174,7 @@ impl Chart {
     pub(crate) fn write(&self, path: &Path) -> Result<()> {
         let mut svg = String::new();
         self.draw(&SVGBackend::with_string(&mut svg, SIZE).into_drawing_area())?;
-        // The style replaces colours where the reader's pages are dark.
+        // On dark pages, the style replaces the colours.
         let style = concat!(">\n", include_str!("figures.css"));
         Ok(fs::write(path, svg.replacen('>', style, 1))?)
     }
@@ -192,7 +192,7 @@ impl Chart {
         let (_, area) = page.split_vertically(top);
         let mut chart = ChartBuilder::on(&area)
             .margin_right(24)
-            // Room for the value above a bar of full height.
+            // Leave room for the value above a bar of full height.
             .margin_top(22)
             .margin_left(6)
             .margin_bottom(4)
@@ -228,7 +228,7 @@ impl Chart {
         Ok(())
     }
 
-    /// The bands, and the names of the places.
+    /// Draws the bands and the names of the values.
     fn draw_names(&self, chart: &mut Drawing) -> Result<()> {
         let y = self.y.range();
         for band in &self.bands {
@@ -302,7 +302,7 @@ impl Chart {
                     chart.draw_series([EmptyElement::at((left + width / 2.0, top)) + text])?;
                     let bar = Rectangle::new([(left, bottom), (right, top)], colour.filled());
                     chart.draw_series([bar])?;
-                    // Zero is to be seen as well.
+                    // A bar of zero must be visible too.
                     let foot = PathElement::new([(left, bottom), (right, bottom)], thick);
                     chart.draw_series([foot])?;
                 }
@@ -331,7 +331,7 @@ impl Label {
     }
 }
 
-/// The font in that size in pixels, of which the drawing library makes a 1.24th.
+/// Returns the font of a size in pixels. The factor compensates for the drawing library, which divides the size by 1.24.
 fn font(pixels: f64) -> FontDesc<'static> {
     FontDesc::new(FontFamily::SansSerif, pixels * 1.24, FontStyle::Normal)
 }

@@ -1,4 +1,4 @@
-//! The bytes to be shown: a fault from close up, a column for each byte.
+//! The close-up of a fault: a column for each byte.
 
 use std::time::Duration;
 
@@ -8,43 +8,43 @@ use ratatui::text::{Line, Span};
 
 use crate::view_parts::{BLUE, VERMILLION};
 
-/// One byte on the line, and what it made of each receiver.
+/// One byte on the line, and the outcome at each receiver.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct ByteOnLine {
     pub(super) sent: u8,
-    /// Its place in its frame: 0 to 6.
+    /// The byte's index in its frame, 0 to 6.
     pub(super) place: usize,
     pub(super) received: Option<u8>,
-    /// What it made of the lecture's machine and of framelock; nothing if it was lost.
+    /// The outcomes at the lecture's machine and at framelock; empty if the byte was lost.
     pub(super) outcomes: Vec<Outcome>,
 }
 
 impl ByteOnLine {
-    /// Whether the line lost or changed it.
+    /// Returns whether the line lost or changed the byte.
     pub(super) fn is_fault(&self) -> bool {
         self.received != Some(self.sent)
     }
 }
 
-/// Three frames: the one at fault, the one that follows, and one to see how it goes on.
+/// The length of three frames: the frame with the fault and the two frames after it.
 const CLOSE_UP_LENGTH: usize = 21;
 
-/// For how long a fault is looked at, at least.
+/// The shortest time for which a fault is shown.
 const CLOSE_UP_TIME: Duration = Duration::from_millis(1200);
 
-/// The frame under way, and the last fault.
+/// The bytes of the current frame and of the last fault.
 #[derive(Debug, Default)]
 pub(super) struct Bytes {
-    /// The frame under way, as far as it has come.
+    /// The bytes of the current frame that have been sent so far.
     pub(super) frame: Vec<ByteOnLine>,
-    /// The frame of the last fault and the two behind it, as far as they have come; before there is
-    /// a fault, the first three.
+    /// The bytes so far of the frame with the last fault and of the two frames after it. Before the
+    /// first fault, the bytes of the first three frames.
     pub(super) close_up: Vec<ByteOnLine>,
     close_up_from: Duration,
 }
 
 impl Bytes {
-    /// The next byte, of the frame that was due at that time.
+    /// Takes the next byte, which belongs to the frame that was due at that time.
     pub(super) fn push(&mut self, due: Duration, byte: ByteOnLine) {
         let (is_fault, is_first) = (byte.is_fault(), self.close_up.is_empty());
         if byte.place == 0 {
@@ -55,16 +55,16 @@ impl Bytes {
             self.close_up.push(byte);
         } else if is_first || is_fault && due >= self.close_up_from + CLOSE_UP_TIME {
             self.close_up_from = due;
-            // From the first byte of the frame on.
+            // The close-up starts at the first byte of the frame.
             self.close_up.clone_from(&self.frame);
         }
     }
 }
 
-/// Columns that the rows' names take.
+/// The width of the rows' names.
 const NAMES_WIDTH: usize = 10;
 
-/// Four rows: what was sent, what arrived, and what each machine waits for next.
+/// Returns four rows: the bytes sent, the bytes that arrived, and the state of each receiver afterwards.
 pub(super) fn rows<'a>(bytes: impl Iterator<Item = &'a ByteOnLine>) -> [Line<'static>; 4] {
     let mut rows = ["sent", "arrived", "lecture", "framelock"]
         .map(|name| Line::from(Span::from(format!("{name:<NAMES_WIDTH$}")).dim()));
@@ -94,7 +94,7 @@ fn column(byte: &ByteOnLine) -> [Span<'static>; 4] {
     [sent, arrived, outcome(0), outcome(1)]
 }
 
-/// What the machine waits for after the byte, or how the commit was.
+/// Returns the receiver's state after the byte, or whether the byte's commit was right.
 fn cell(outcome: &Outcome) -> Span<'static> {
     match outcome {
         Outcome::Pending(bytes) => {

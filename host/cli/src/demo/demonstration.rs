@@ -1,4 +1,4 @@
-//! The whole demonstration in virtual time: nothing in here waits, draws or prints.
+//! Runs the demonstration in virtual time. Nothing in this module waits, draws or prints.
 
 use std::time::Duration;
 
@@ -14,32 +14,32 @@ use super::bytes::{ByteOnLine, Bytes};
 use super::lane::Lane;
 use super::script::{Passage, Script};
 
-/// Bytes in a frame.
+/// The number of bytes in a frame.
 const FRAME_LENGTH: usize = FrameFormat::Bin.length();
 
-/// What there is to see of a station.
+/// The visible state of a station.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Report {
     pub(super) output: Output<u8, 3>,
     pub(super) tally: ReceiverTally,
-    /// Frames sent whose setpoint was not committed with their own last byte.
+    /// The number of frames whose setpoint was not committed with the frame's last byte.
     pub(super) lost: u64,
-    /// Commits of anything else than a frame's setpoint with its last byte.
+    /// The number of commits that were not a frame's setpoint with the frame's last byte.
     pub(super) wrong: u64,
-    /// For how long it has been deaf, if it is, and the longest that it was.
+    /// The time since the receiver became deaf, if it is deaf.
     pub(super) deaf: Option<Duration>,
     pub(super) longest_deafness: Duration,
 }
 
-/// A motion PC, a line, and a station for each policy at its end.
+/// A motion PC, a line, and at the line's end a station for each policy.
 pub(super) struct Demonstration {
     pub(super) arguments: Arguments,
     /// The virtual time.
     pub(super) now: Duration,
-    /// The setpoint sent last.
+    /// The last setpoint that was sent.
     pub(super) last_sent: Option<Setpoint>,
     pub(super) bytes: Bytes,
-    /// Of the lecture's machine and of framelock.
+    /// The lanes of the lecture's machine and of framelock.
     pub(super) lanes: [Lane; 2],
     script: Script,
     motion: SmoothMotion,
@@ -56,10 +56,10 @@ impl Demonstration {
             baud,
             rate: rate.into(),
             idle_gap: arguments.idle_gap.unwrap_or(Parameters::DEFAULT.idle_gap),
-            // Five frames' time without a commit, and twenty-five.
+            // Hold after five frame times without a commit, and ramp after twenty-five.
             hold_after: 5.0 * period,
             ramp_after: 25.0 * period,
-            // 160 units in a second: faster than the motion, so that it catches up with it.
+            // 160 units per second. This is faster than the motion, so that the failsafe catches up.
             full_travel: 255_000.0 / 160.0,
             ..Parameters::DEFAULT
         };
@@ -81,7 +81,7 @@ impl Demonstration {
                 slots: u64::from(arguments.seconds) * u64::from(rate),
             },
             arguments,
-            // Two seconds from one point to the next.
+            // The motion takes two seconds from one point to the next.
             motion: SmoothMotion::new(seed, 2 * u64::from(rate)),
             trial,
             now: Duration::ZERO,
@@ -92,12 +92,12 @@ impl Demonstration {
         })
     }
 
-    /// Goes on to `time`, or to the end. What comes of it does not depend on the steps taken.
+    /// Advances to `time`, or to the end. The results do not depend on the number of calls.
     pub(super) fn advance_to(&mut self, time: Duration) {
         let Arguments { baud, rate, .. } = self.arguments;
         self.now = self.now.max(time.min(self.end()));
         let bits = self.now.as_nanos() * u128::from(baud) / 1_000_000_000;
-        // In the end, what is under way comes to its end too.
+        // At the end, 30 more bits let the last byte on the line arrive.
         let until = u64::try_from(bits).unwrap_or(u64::MAX) + if self.is_over() { 30 } else { 0 };
         while self.slot < self.script.slots {
             let begin = self.slot * u64::from(baud) / u64::from(rate);
@@ -111,7 +111,7 @@ impl Demonstration {
         self.run_to(until);
     }
 
-    /// Goes on to that bit, and keeps what is to be shown of what happens.
+    /// Advances to a bit, and stores the bytes and the fates of frames for the views.
     fn run_to(&mut self, bit: u64) {
         self.trial.advance_to(bit);
         for event in self.trial.events.replace(Vec::new()).unwrap_or_default() {
@@ -144,7 +144,7 @@ impl Demonstration {
         Duration::from_nanos(slot * 1_000_000_000 / u64::from(self.arguments.rate))
     }
 
-    /// The next frame is due, whether it is sent or not.
+    /// Begins the slot of the next frame, and sends the frame unless the PC is silent.
     fn begin_slot(&mut self, slot: u64) {
         let setpoint = self.script.setpoint(slot, &mut self.motion);
         let passage = self.script.passage(slot).0;
@@ -174,12 +174,12 @@ impl Demonstration {
         self.now >= self.end()
     }
 
-    /// What is going on: the passage of the frame that was due last.
+    /// Returns the passage of the last frame that was due.
     pub(super) fn passage(&self) -> Passage {
         self.script.passage(self.slot.saturating_sub(1)).0
     }
 
-    /// The line, and the stations of the lecture's machine and of framelock.
+    /// Returns the counts of the line, and the reports of the lecture's machine and of framelock.
     pub(super) fn report(&self) -> (LineTally, Vec<Report>) {
         let tally = self.trial.tally();
         let stations = self.trial.stations().zip(tally.receivers).zip(&self.lanes);

@@ -1,4 +1,4 @@
-//! The live view on a terminal: its clock, its keys, and its end.
+//! Runs the live view on a terminal, with its clock and keys.
 
 use std::time::{Duration, Instant};
 
@@ -9,12 +9,12 @@ use super::demonstration::Demonstration;
 use super::view;
 use crate::screen::{DRAW_EVERY, Screen, key_within, quits};
 
-/// What is at most made up for between two drawings: who stopped the process for a while does not
-/// want to find the rest over.
+/// The longest time that the demonstration advances between two drawings. A user who suspends the
+/// process and resumes it later does not miss the rest.
 const LONGEST_STEP: Duration = Duration::from_millis(250);
 
-/// Shows the demonstration until it is over or somebody ends it, `speed` times as fast as it would
-/// be. The terminal is as before afterwards, whatever happens.
+/// Shows the demonstration at `speed` times real time, until it is over or the user quits. Restores the
+/// terminal afterwards, even after an error or a panic.
 pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
     let mut screen = Screen::take()?;
     let mut drawn_at = Instant::now();
@@ -36,7 +36,7 @@ pub(super) fn run(demonstration: &mut Demonstration, speed: f64) -> Result<()> {
     Ok(())
 }
 
-/// Does what the key asks for: pauses or resumes, or ends it.
+/// Handles a key, which may pause or resume. Returns false if the key quits.
 fn goes_on(key: KeyEvent, is_paused: &mut bool) -> bool {
     *is_paused ^= key.code == KeyCode::Char(' ');
     !quits(key)

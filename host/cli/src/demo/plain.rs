@@ -1,4 +1,4 @@
-//! The demonstration as lines of text: as it goes, and what came of it.
+//! Prints the demonstration as lines of text, and the table of counts at its end.
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -6,11 +6,11 @@ use std::time::Duration;
 use super::demonstration::{Demonstration, Report};
 use super::story::story;
 
-/// How many lines of numbers there are at most, so that a long run can still be read.
+/// The largest number of lines with counts, so that the output of a long run stays readable.
 const MOST_LINES: u32 = 20;
 
-/// Runs the demonstration to its end, as fast as it goes: the story, and between its parts a line
-/// for each second, or for several.
+/// Runs the demonstration to its end without waiting. Prints the story, and between its parts a line
+/// for each second, or for several seconds of a long run.
 pub(super) fn run(demonstration: &mut Demonstration, out: &mut impl Write) -> io::Result<()> {
     let seconds = demonstration.arguments.seconds;
     let step = seconds.div_ceil(MOST_LINES);
@@ -54,7 +54,7 @@ fn columns(report: &Report) -> String {
 
 type Value<'a> = &'a dyn Fn(&Report) -> u64;
 
-/// What came of it.
+/// Writes the options and the table of counts.
 pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write) -> io::Result<()> {
     let arguments = &demonstration.arguments;
     writeln!(
@@ -71,7 +71,7 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
     if let Some(gap) = arguments.idle_gap {
         writeln!(
             out,
-            "idle gap: more than {gap} byte times drop the frame under way"
+            "idle gap: more than {gap} byte times without a byte drop the incomplete frame"
         )?;
     }
     if !demonstration.is_over() {

@@ -1,10 +1,10 @@
-//! What the simulated motion PC does, and when.
+//! The script of the simulated motion PC.
 
 use framelock::motion::Setpoint;
 use framelock_simulation::SmoothMotion;
 
-/// Where the seat stands still. The frame that repeats it is `41 42 00 41 42 00 0D`: its payload
-/// holds the sync bytes.
+/// The setpoint at which the seat stands still. Its frame is `41 42 00 41 42 00 0D`, so the payload
+/// contains the sync bytes.
 pub(super) const STILL: Setpoint = Setpoint {
     pitch: 0x41,
     roll: 0x42,
@@ -14,17 +14,17 @@ pub(super) const STILL: Setpoint = Setpoint {
 /// A part of the demonstration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Passage {
-    /// One frame again and again, over a line that loses a single byte.
+    /// The PC repeats one frame, over a line that loses a single byte.
     Still,
-    /// Motion, over the line with its faults.
+    /// The seat moves, over the faulty line.
     Ride,
-    /// The motion goes on, but nobody sends it.
+    /// The motion goes on, but the PC sends no frames.
     Silence,
-    /// Motion over the faulty line, as before the silence.
+    /// The seat moves over the faulty line again, as before the silence.
     Again,
 }
 
-/// The passages and how long each is, in parts of the whole.
+/// The passages and their lengths, in parts of [`PARTS`].
 const PASSAGES: [(Passage, u64); 4] = [
     (Passage::Still, 8),
     (Passage::Ride, 5),
@@ -32,18 +32,18 @@ const PASSAGES: [(Passage, u64); 4] = [
     (Passage::Again, 3),
 ];
 
-/// All of them.
+/// The sum of all lengths.
 const PARTS: u64 = 20;
 
-/// When each passage is. Time is counted in frames: slot `n` begins when frame `n` is due.
+/// The schedule of the passages. Time is counted in frames: slot `n` begins when frame `n` is due.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Script {
-    /// How many slots there are.
+    /// The number of slots.
     pub(super) slots: u64,
 }
 
 impl Script {
-    /// The passage that the slot belongs to, the slot at which it began, and how many it has.
+    /// Returns the passage of a slot, the passage's first slot, and its number of slots.
     pub(super) fn passage(self, slot: u64) -> (Passage, u64, u64) {
         let mut begin = 0;
         let mut parts_until = 0;
@@ -58,7 +58,7 @@ impl Script {
         (Passage::Again, begin, 1)
     }
 
-    /// Where the seat is to be in the slot; ask for each slot in turn.
+    /// Returns the setpoint of a slot. Call this for every slot, in order.
     pub(super) fn setpoint(self, slot: u64, motion: &mut SmoothMotion) -> Setpoint {
         if self.passage(slot).0 != Passage::Still {
             return motion.setpoint(slot);
@@ -69,8 +69,8 @@ impl Script {
         motion.here(slot)
     }
 
-    /// Whether the first byte of the slot's frame is lost although the line has no faults: once,
-    /// while the seat stands still.
+    /// Returns whether the line loses the first byte of the slot's frame. This happens once, while the
+    /// seat stands still and the line has no other faults.
     pub(super) fn loses_first_byte(self, slot: u64) -> bool {
         let (passage, begin, length) = self.passage(slot);
         passage == Passage::Still && slot == begin + length / 4
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn still_means_the_one_payload_and_one_lost_byte() {
+    fn while_the_seat_stands_still_one_payload_repeats_and_one_byte_is_lost() {
         let script = Script { slots: 1000 };
         let still = (0..1000)
             .zip(motion(1000, 50, 1))

@@ -1,4 +1,4 @@
-//! What happens, told to somebody who has never heard of it.
+//! Explains the demonstration to somebody who has never heard of it.
 
 use super::demonstration::Demonstration;
 use super::script::Passage;
@@ -10,7 +10,7 @@ pub(super) struct Story {
     pub(super) text: String,
 }
 
-/// The story of the passage, as far as it has come.
+/// Returns the story of the current passage.
 pub(super) fn story(demonstration: &Demonstration) -> Story {
     let arguments = &demonstration.arguments;
     let is_faulty = arguments.drop > 0.0 || arguments.flip > 0.0;
@@ -54,15 +54,15 @@ pub(super) fn story(demonstration: &Demonstration) -> Story {
         ),
         Passage::Silence => (
             "SILENCE",
-            "The PC sends nothing, so there is nothing to hear. Behind each receiver is\n\
-             framelock's failsafe: it holds the seat where it is, then moves it slowly to\n\
+            "The PC sends nothing, so no frame can arrive. After each receiver comes\n\
+             framelock's failsafe: it holds the seat in its place, then moves it slowly to\n\
              the middle and parks it there."
                 .to_owned(),
         ),
         Passage::Again => (
             "BACK AGAIN",
-            "Frames come again. The failsafe moves the seat slowly to where the PC wants\n\
-             it, then lets it follow."
+            "Frames arrive again. The failsafe moves the seat slowly to the position that\n\
+             the PC sends, then lets it follow."
                 .to_owned(),
         ),
     };

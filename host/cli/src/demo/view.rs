@@ -1,6 +1,6 @@
-//! The live view: one drawing of the demonstration as it stands. It reads, and changes nothing.
+//! Draws the live view of the demonstration. Drawing changes nothing.
 //!
-//! Laid out for 80 columns and 24 rows. A lower terminal goes without the bytes, then without the
+//! The layout is for 80 columns and 24 rows. A terminal with fewer rows omits the bytes first, then the
 //! seats.
 
 use framelock_simulation::Fate;
@@ -15,20 +15,20 @@ use super::demonstration::{Demonstration, Report};
 use super::story::story;
 use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, phase_style};
 
-/// The smallest terminal that the story fits on.
+/// The size of the smallest terminal on which the story fits.
 const LEAST_WIDTH: u16 = 60;
 const LEAST_HEIGHT: u16 = 16;
 
-/// Columns that the story's lines and the whole legends need.
+/// The width that the story's lines and the long legends need.
 const WIDE: u16 = 78;
 
-/// Draws the demonstration as it stands; returns whether there is room for it.
+/// Draws the current state of the demonstration. Returns whether the terminal is large enough.
 pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: bool) -> bool {
     let area = frame.area();
     if area.width < LEAST_WIDTH || area.height < LEAST_HEIGHT {
         let text = format!(
-            "The demo needs {LEAST_WIDTH} columns and {LEAST_HEIGHT} rows; here are {} and {}. \
-             Enlarge the terminal and it begins, or press q and run: framelock demo --plain",
+            "The demo needs {LEAST_WIDTH} columns and {LEAST_HEIGHT} rows; this terminal has {} and {}. \
+             Enlarge the terminal, or press q and run: framelock demo --plain",
             area.width, area.height
         );
         frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
@@ -53,7 +53,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
     let [title, told, _, lecture, _, framelock, bytes] =
         Layout::vertical(heights.map(Constraint::Length)).areas(area);
 
-    let space = if is_paused { "goes on" } else { "pauses" };
+    let space = if is_paused { "resumes" } else { "pauses" };
     let keys = format!("q quits, space {space}").dim();
     let name = " framelock demo ".bold().reversed();
     frame.render_widget(ends(vec![name], vec![keys], area.width), title);
@@ -89,7 +89,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
     true
 }
 
-/// A row with something at its left end and something at its right end.
+/// Returns a row with some text at its left end and some text at its right end.
 fn ends(mut left: Vec<Span<'static>>, right: Vec<Span<'static>>, width: u16) -> Line<'static> {
     let taken: usize = left.iter().chain(&right).map(Span::width).sum();
     left.push(" ".repeat(usize::from(width).saturating_sub(taken)).into());
@@ -113,7 +113,7 @@ fn status(name: &'static str, report: &Report, width: u16) -> Line<'static> {
     ends(left, failsafe, width)
 }
 
-/// How the fate of a frame is marked.
+/// Returns the mark for the fate of a frame.
 fn mark(fate: Fate) -> Span<'static> {
     match fate {
         Fate::Delivered => "●".fg(BLUE),
@@ -123,7 +123,7 @@ fn mark(fate: Fate) -> Span<'static> {
     }
 }
 
-/// How many of each mark, which is what the marks mean too.
+/// Returns the number of frames with each mark, which is also the legend of the marks.
 fn counts(report: &Report, broken: u64, width: u16) -> Line<'static> {
     let (missed, broken_by_line) = if width < WIDE {
         ("missed", "broken")
@@ -143,7 +143,7 @@ fn counts(report: &Report, broken: u64, width: u16) -> Line<'static> {
     line
 }
 
-/// Where the failsafe has the seat, and where the PC wants it.
+/// Returns a row with the failsafe's output and the setpoint of each axis.
 fn seat(report: &Report, demonstration: &Demonstration, width: u16) -> Line<'static> {
     let sent = demonstration.last_sent.map(<[u8; 3]>::from);
     let mut line = Line::from("seat, ┃ as sent  ");

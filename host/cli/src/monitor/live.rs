@@ -1,4 +1,4 @@
-//! The view on a terminal: bytes come on one thread, keys on another.
+//! Runs the view on a terminal. One thread reads bytes, another reads keys.
 
 use std::sync::mpsc::{self, TryRecvError};
 use std::thread;
@@ -6,19 +6,20 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-use super::session::Session;
+use super::session::MonitorSession;
 use super::view;
 use crate::input::{Arrival, Input, for_each_arrival};
 use crate::screen::{DRAW_EVERY, Screen, key_within};
 use crate::serial::Device;
 
-/// How much may wait to be watched: enough for a line, and a pipe waits beyond it.
+/// The number of reads that may wait in the channel. It is enough for a serial line; a faster pipe has to
+/// wait.
 const MOST_WAITING: usize = 64;
 
-/// How long is spent on what waits before keys are looked at again.
+/// The longest time that is spent on waiting bytes before keys are checked again.
 const LONGEST_CATCHING_UP: Duration = Duration::from_millis(50);
 
-/// What comes from the other thread.
+/// A message from the thread that reads the input.
 enum News {
     Bytes(Vec<u8>),
     Gone(String),
@@ -26,15 +27,15 @@ enum News {
     Failed(anyhow::Error),
 }
 
-/// Shows the line until the user ends it or it is cut. The terminal is as before afterwards,
-/// whatever happens.
-pub(super) fn run(session: &mut Session, input: Input<'static>) -> Result<()> {
+/// Shows the line until the user quits or reading fails. Restores the terminal afterwards, even after
+/// an error or a panic.
+pub(super) fn run(session: &mut MonitorSession, input: Input<'static>) -> Result<()> {
     let mut screen = Screen::take()?;
     let beginning = Instant::now();
     let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
-    // It ends with the process if it waits for input then.
+    // If this thread still waits for input at the end, it ends with the process.
     thread::spawn(move || {
-        // Once the view is gone nothing receives it.
+        // Sending fails after the view is gone, which is no error.
         let send = |news| drop(sender.send((Instant::now(), news)));
         let outcome = for_each_arrival(input, |arrival| {
             send(match arrival {
@@ -68,7 +69,7 @@ pub(super) fn run(session: &mut Session, input: Input<'static>) -> Result<()> {
                 }
             }
         }
-        // What came behind this time waits for the next round.
+        // Later arrivals are handled after the next drawing.
         session.advance_to(now.saturating_duration_since(beginning));
         screen.draw(|frame| view::draw(frame, session))?;
         if let Some(key) = key_within(DRAW_EVERY)?

@@ -1,4 +1,4 @@
-//! What a monitor does with what comes and with keys; the view shows what is in here.
+//! The state of a monitor, which handles arriving bytes and keys. The view shows this state.
 
 use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -16,10 +16,10 @@ use crate::process::time_of_day;
 use crate::screen::quits;
 use crate::serial::Device;
 
-/// How many names are tried for a recording.
+/// The number of names that are tried for a recording.
 const MOST_NAMES: u32 = 9_999;
 
-/// A recording: the bytes of the line in a file, as they came, or its frames with their times.
+/// A recording in a file: the bytes of the line, or its frames with their times.
 pub(super) struct Recording {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
@@ -28,8 +28,8 @@ pub(super) struct Recording {
 }
 
 impl Recording {
-    /// Begins one in a new file: a recording never replaces anything. It is of frames if the file's
-    /// name ends in `.csv`.
+    /// Begins a recording in a new file, and never replaces a file. Records frames if the file's name
+    /// ends in `.csv`, otherwise bytes.
     pub(super) fn begin(path: PathBuf, frame: &FrameWriter) -> io::Result<Self> {
         let mut file = BufWriter::new(File::create_new(&path)?);
         let has_frames = path.extension().is_some_and(|extension| extension == "csv");
@@ -46,8 +46,8 @@ impl Recording {
         })
     }
 
-    /// Begins one in `directory`, in the first of `framelock-1.bin`, `framelock-2.bin` and so on
-    /// that is not there yet.
+    /// Begins a recording in `directory`, in the first file of `framelock-1.bin`, `framelock-2.bin` and
+    /// so on that does not exist.
     fn begin_numbered(directory: &Path, frame: &FrameWriter) -> io::Result<Self> {
         (1..=MOST_NAMES)
             .map(|number| Self::begin(directory.join(format!("framelock-{number}.bin")), frame))
@@ -62,28 +62,28 @@ impl Recording {
     }
 }
 
-/// A monitor at work.
-pub(super) struct Session {
-    /// The line and how it is read.
+/// A running monitor.
+pub(super) struct MonitorSession {
+    /// The name of the line, its settings, and the receiver.
     pub(super) title: String,
     watch: Watch,
-    /// As it was when the view was paused.
+    /// A copy of the watch from the time when the view was paused.
     frozen: Option<Watch>,
-    /// How bytes come: with marks, if the port reports line errors.
+    /// The decoder of marks among the bytes, if the port reports line errors.
     pub(super) marks: Option<Marks>,
-    /// What makes the port mark them; then the port is as before.
+    /// Makes the port mark line errors, and restores the port's settings when dropped.
     marking: Option<Marking>,
     pub(super) recording: Option<Recording>,
-    /// What became of the recordings before it, and of the port.
+    /// Messages about finished recordings and about the port.
     pub(super) notes: Vec<String>,
-    /// Where recordings that have no name go.
+    /// The directory of recordings without a given name.
     directory: PathBuf,
     pub(super) has_help: bool,
     pub(super) has_ended: bool,
     pub(super) is_gone: bool,
 }
 
-impl Session {
+impl MonitorSession {
     pub(super) fn new(title: String, watch: Watch, recording: Option<Recording>) -> Self {
         Self {
             title,
@@ -104,12 +104,12 @@ impl Session {
         self.frozen.is_some()
     }
 
-    /// What the view is to show. While it is paused the line is watched and recorded all the same.
+    /// Returns the state for the view. While the view is paused, watching and recording go on.
     pub(super) fn shown(&self) -> &Watch {
         self.frozen.as_ref().unwrap_or(&self.watch)
     }
 
-    /// Takes what the line brought, at the time `at`.
+    /// Takes bytes that arrived at the time `at`.
     pub(super) fn receive(&mut self, at: Duration, bytes: &[u8]) {
         let mut data = Vec::new();
         let mut take = |received| match received {
@@ -126,7 +126,7 @@ impl Session {
         self.record_arrivals(&data);
     }
 
-    /// Records what has come: these bytes, or the frames.
+    /// Records these bytes, or the frames that have arrived.
     fn record_arrivals(&mut self, bytes: &[u8]) {
         let mut rows = Vec::new();
         let Watch { frame, arrived, .. } = &mut self.watch;
@@ -137,23 +137,23 @@ impl Session {
         self.record(|recording| recording.write(if wants_rows { &rows } else { bytes }));
     }
 
-    /// Lets the port mark line errors, where the operating system can.
+    /// Makes the port mark line errors, if the operating system can.
     pub(super) fn mark_errors(&mut self, device: Device, has_parity: bool) {
         self.marking = Marking::begin(device);
         self.marks = self.marking.as_ref().map(|_| Marks::new(has_parity));
     }
 
-    /// The port is gone. No frame goes on behind that.
+    /// Handles the loss of the port. No frame continues after it.
     pub(super) fn lose_port(&mut self, at: Duration, why: &str) {
         self.watch.event(at, LineEvent::Idle);
         self.record_arrivals(&[]);
         self.notes.push(format!("{}: {why}", time_of_day()));
-        // What is open keeps its name from being used again.
+        // While the device is open, the operating system may not use its name again.
         self.marking = None;
         self.is_gone = true;
     }
 
-    /// The port is back.
+    /// Handles the return of the port.
     pub(super) fn regain_port(&mut self, device: Device) {
         let has_parity = self
             .marks
@@ -164,22 +164,22 @@ impl Session {
         self.is_gone = false;
     }
 
-    /// Time passes.
+    /// Advances to the time `now`.
     pub(super) fn advance_to(&mut self, now: Duration) {
         self.watch.advance_to(now);
         self.record_arrivals(&[]);
-        // Others find all of it in the file.
+        // Flush, so that other programs find everything in the file.
         self.record(|recording| recording.file.flush());
     }
 
-    /// Does what a key asks for; gives false if that is the end.
+    /// Handles a key. Returns false if the key quits.
     pub(super) fn key(&mut self, key: KeyEvent) -> bool {
         if quits(key) {
-            // Out of the help first.
+            // The first time, this closes the help.
             return std::mem::take(&mut self.has_help);
         }
         if key.modifiers.contains(KeyModifiers::CONTROL) {
-            // Ctrl-Z is not meant to set the counters to zero.
+            // Ctrl-Z must not set the counters to zero.
             return true;
         }
         match key.code {
@@ -203,14 +203,14 @@ impl Session {
         true
     }
 
-    /// Does something with the recording, if there is one. If it fails, there is none any more.
+    /// Calls `write` with the recording, if there is one. After an error, the recording ends.
     fn record(&mut self, write: impl FnOnce(&mut Recording) -> io::Result<()>) {
         if let Some(recording) = &mut self.recording
             && let Err(error) = write(recording)
         {
             let (name, bytes) = (recording.path.display(), recording.bytes);
             self.notes.push(format!(
-                "recording in {name} ended behind byte {bytes}: {error}"
+                "recording in {name} ended after byte {bytes}: {error}"
             ));
             self.recording = None;
         }
@@ -224,7 +224,7 @@ impl Session {
         }
     }
 
-    /// Ends it; gives what is to be told when the view is gone.
+    /// Ends the session. Returns the lines to print after the view is gone.
     pub(super) fn finish(mut self) -> Vec<String> {
         self.end_recording();
         let counters = self.watch.line.counters();

@@ -1,6 +1,6 @@
-//! The view: one drawing of what the session has to show. It reads, and changes nothing.
+//! Draws the view of a session. Drawing changes nothing.
 //!
-//! Laid out for 80 columns and 24 rows; a lower terminal goes without the chart, then without the
+//! The layout is for 80 columns and 24 rows. A terminal with fewer rows omits the chart first, then the
 //! discarded bytes.
 
 use framelock::LineEvent;
@@ -13,7 +13,7 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Axis, Block, Chart, Clear, Dataset, GraphType, Paragraph, Wrap};
 
-use super::session::Session;
+use super::session::MonitorSession;
 use super::watch::{Lock, Watch};
 use crate::line_errors::Marks;
 use crate::view_parts::{BLUE, RowsLeft, VERMILLION, bar, emphasised, phase_style};
@@ -24,15 +24,15 @@ const DISCARDED_ROWS: u16 = 4;
 const CHART_ROWS: u16 = 7;
 const KEY_ROWS: u16 = 1;
 
-/// The axes' names and the colors of their curves.
+/// The names of the axes and the colors of their curves.
 const AXES: [(&str, Color); 3] = [
     ("pitch", BLUE),
     ("roll", VERMILLION),
     ("yaw", Color::Magenta),
 ];
 
-/// Draws it.
-pub(super) fn draw(frame: &mut Frame, session: &Session) {
+/// Draws the view.
+pub(super) fn draw(frame: &mut Frame, session: &MonitorSession) {
     let area = frame.area();
     let mut rows_left = RowsLeft::new(area.height, TITLE_ROWS + BOX_ROWS + KEY_ROWS);
     let discarded = rows_left.exactly(DISCARDED_ROWS);
@@ -40,7 +40,7 @@ pub(super) fn draw(frame: &mut Frame, session: &Session) {
     let (box_rows, chart) = if has_setpoints {
         (BOX_ROWS, rows_left.all_of(CHART_ROWS))
     } else {
-        // The fields in place of the chart.
+        // The fields take the place of the chart.
         (BOX_ROWS + rows_left.all_of(0), 0)
     };
     let heights = [TITLE_ROWS, box_rows, chart, discarded, KEY_ROWS];
@@ -66,7 +66,7 @@ pub(super) fn draw(frame: &mut Frame, session: &Session) {
     draw_chart(frame, watch, chart);
     draw_discarded(frame, watch, discarded);
     let space = if session.is_paused() {
-        "goes on"
+        "resumes"
     } else {
         "pauses"
     };
@@ -81,7 +81,7 @@ pub(super) fn draw(frame: &mut Frame, session: &Session) {
     }
 }
 
-fn title_lines(session: &Session) -> Vec<Line<'static>> {
+fn title_lines(session: &MonitorSession) -> Vec<Line<'static>> {
     let watch = session.shown();
     let mut title = vec![" framelock monitor ".bold().reversed()];
     if session.is_paused() {
@@ -90,7 +90,7 @@ fn title_lines(session: &Session) -> Vec<Line<'static>> {
     if session.has_ended {
         title.push(" THE INPUT HAS ENDED ".cyan().reversed());
     }
-    // Last: a port's name may be longer than the terminal is wide.
+    // The title is last, since a port's name may be wider than the terminal.
     title.push(format!(" {} ", session.title).into());
     let lock = match watch.lock() {
         _ if session.is_gone => " GONE     ".fg(VERMILLION),
@@ -113,7 +113,7 @@ fn title_lines(session: &Session) -> Vec<Line<'static>> {
     ]
 }
 
-/// The setpoint and the failsafe's output, and the machine's state.
+/// Returns lines with the setpoint, the failsafe's output and the receiver's state.
 fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
     let Output { axes, phase } = watch.output();
     let demands = watch.now.setpoint.map(<[u8; 3]>::from);
@@ -144,7 +144,7 @@ fn axes(watch: &Watch, width: u16) -> Vec<Line<'static>> {
     lines
 }
 
-/// The last frame's fields, and how many bytes are pending.
+/// Returns lines with the last frame's fields and the number of pending bytes.
 fn fields(watch: &Watch) -> Vec<Line<'static>> {
     let last = watch.last.as_deref().unwrap_or_default();
     let mut lines = vec![
@@ -155,7 +155,7 @@ fn fields(watch: &Watch) -> Vec<Line<'static>> {
     lines
 }
 
-fn counters(session: &Session) -> Vec<Line<'static>> {
+fn counters(session: &MonitorSession) -> Vec<Line<'static>> {
     let counters = session.shown().line.counters();
     let (discarded, events) = (&counters.discarded, &counters.events);
     let of_note = |counts: &[(&str, u32)]| {
@@ -209,7 +209,7 @@ fn counters(session: &Session) -> Vec<Line<'static>> {
     lines
 }
 
-/// The setpoints of the last ten seconds.
+/// Draws the setpoints of the last ten seconds.
 fn draw_chart(frame: &mut Frame, watch: &Watch, area: Rect) {
     let mut curves = [(); 3].map(|()| Vec::new());
     for sample in &watch.history {
@@ -239,9 +239,9 @@ fn draw_chart(frame: &mut Frame, watch: &Watch, area: Rect) {
     frame.render_widget(chart, area);
 }
 
-/// As many of the bytes discarded last as there is room for, newest at the end.
+/// Draws the last discarded bytes that fit, with the newest at the end.
 fn draw_discarded(frame: &mut Frame, watch: &Watch, area: Rect) {
-    let block = Block::bordered().title(" bytes discarded last, | where a frame was between ");
+    let block = Block::bordered().title(" last discarded bytes; | marks a frame in between ");
     let inside = block.inner(area);
     let per_row = usize::from(inside.width / 3).max(1);
     let room = per_row * usize::from(inside.height);

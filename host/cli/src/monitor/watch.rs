@@ -1,6 +1,6 @@
-//! A line under watch: the receiver, the failsafe as a board would have it, and what they have seen.
+//! Watches a line with a receiver and with the failsafe of a board, and keeps their recent history.
 //!
-//! Time is passed in, and nothing in here waits, draws or reads.
+//! The caller passes the time. Nothing in this module waits, draws or reads.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,44 +11,44 @@ use framelock_receiving::{AnyLine, Piece, TrackedLine};
 
 use crate::frame_writer::{FrameWriter, Place};
 
-/// How far apart samples are, and how many are kept: the last ten seconds.
+/// The time between samples and the number of samples that are kept: together ten seconds.
 const SAMPLE_EVERY: Duration = Duration::from_millis(100);
 const SAMPLES: u16 = 100;
 
-/// Over how many of them rates are taken: two seconds.
+/// The number of samples over which rates are computed: two seconds.
 const RATE_SAMPLES: usize = 20;
 
-/// How many discarded bytes are kept: more than any terminal has room for in two rows.
+/// The number of discarded bytes that are kept: more than fit in two rows of any terminal.
 const DISCARDED_LENGTH: usize = 256;
 
 /// Whether the receiver is in step with the sender.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Lock {
-    /// No byte has come for as long as the failsafe waits before it holds.
+    /// No byte has arrived within the failsafe's hold time.
     Silent,
-    /// Bytes come, but some were discarded since the last frame; or there was no frame yet.
+    /// Bytes arrive, but some were discarded since the last frame, or there was no frame yet.
     Searching,
-    /// Since the last frame nothing was discarded.
+    /// No byte was discarded since the last frame.
     Locked,
 }
 
-/// What has come until a time.
+/// The state of the line at a time.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sample {
     pub(super) at: Duration,
-    /// The last frame's.
+    /// The setpoint of the last frame.
     pub(super) setpoint: Option<Setpoint>,
-    /// Since the beginning, whatever the counters say.
+    /// The number of frames since the start; resetting the counters does not change it.
     frames: u64,
     bytes: u64,
 }
 
-/// A line under watch.
+/// A line, its receiver and its failsafe.
 #[derive(Clone)]
 pub(super) struct Watch {
     pub(super) now: Sample,
     pub(super) frame: FrameWriter,
-    /// Frames that were not taken from here yet, each with its place.
+    /// Frames that the session has not taken yet, each with its place.
     pub(super) arrived: Vec<(Place, Vec<u8>)>,
     /// The last frame's bytes.
     pub(super) last: Option<Vec<u8>>,
@@ -56,9 +56,9 @@ pub(super) struct Watch {
     failsafe: Failsafe<u8, 3>,
     hold_after: Duration,
     idle_gap: Option<Duration>,
-    /// Bytes that are part of no frame, each with whether the byte in front of it was discarded too.
+    /// Discarded bytes, each with whether the byte before it was discarded too.
     pub(super) discarded: VecDeque<(u8, bool)>,
-    /// Whether the last byte that was decided on was discarded.
+    /// Whether the last byte with an outcome was discarded.
     is_in_loss: bool,
     is_searching: bool,
     is_idle: bool,
@@ -69,8 +69,8 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Nothing has come yet. Ticks of `parameters` are microseconds; a pause in the bytes of more
-    /// than `idle_gap` is reported to the receiver.
+    /// Starts to watch a line on which no byte has arrived. The ticks of `parameters` are microseconds.
+    /// A pause of more than `idle_gap` between bytes is reported to the receiver.
     pub(super) fn new(
         frame: FrameWriter,
         line: AnyLine,
@@ -97,10 +97,10 @@ impl Watch {
         })
     }
 
-    /// Time passes. Time that goes back is taken for no time.
+    /// Advances to `time`. Ignores a time that goes back.
     pub(super) fn advance_to(&mut self, time: Duration) {
         let now = time.max(self.now.at);
-        // After a long stop there is no more to fill than the history holds.
+        // After a long stop, add no more samples than the history holds.
         let earliest = now.saturating_sub(SAMPLE_EVERY * u32::from(SAMPLES));
         self.next_sample = self.next_sample.max(earliest);
         while self.next_sample <= now {
@@ -118,7 +118,7 @@ impl Watch {
         self.failsafe.poll(ticks(now));
     }
 
-    /// A byte has come.
+    /// Takes a byte that arrived.
     pub(super) fn byte(&mut self, at: Duration, byte: u8) {
         self.advance_to(at);
         self.heard_at = Some(self.now.at);
@@ -128,7 +128,7 @@ impl Watch {
         self.settle(pieces);
     }
 
-    /// Something has come in place of a byte.
+    /// Takes a line event that arrived in place of a byte.
     pub(super) fn event(&mut self, at: Duration, event: LineEvent) {
         self.advance_to(at);
         self.heard_at = Some(self.now.at);
@@ -169,7 +169,7 @@ impl Watch {
         }
     }
 
-    /// Counts from now on.
+    /// Sets the counters to zero, and forgets the discarded bytes.
     pub(super) fn reset_counters(&mut self) {
         self.line.reset_counters();
         self.discarded.clear();
@@ -187,13 +187,13 @@ impl Watch {
         }
     }
 
-    /// What a board's failsafe would put out now.
+    /// Returns the current output of a board's failsafe.
     pub(super) fn output(&self) -> Output<u8, 3> {
-        // Of a copy: at a given time it is the same however often it is asked for.
+        // `poll` changes a copy, so that this method can be called any number of times.
         { self.failsafe }.poll(ticks(self.now.at))
     }
 
-    /// Frames and bytes in a second, lately.
+    /// Returns the frames and the bytes per second, over the last two seconds.
     pub(super) fn rates(&self) -> [f64; 2] {
         let before = self.history.len().saturating_sub(RATE_SAMPLES + 1);
         let (Some(first), Some(last)) = (self.history.get(before), self.history.back()) else {
@@ -209,7 +209,7 @@ impl Watch {
     }
 }
 
-/// Appends; the oldest makes room.
+/// Appends an item, and drops the oldest item if the queue is full.
 fn push_within<T>(queue: &mut VecDeque<T>, room: usize, item: T) {
     if queue.len() == room {
         queue.pop_front();
@@ -217,7 +217,7 @@ fn push_within<T>(queue: &mut VecDeque<T>, room: usize, item: T) {
     queue.push_back(item);
 }
 
-/// The time as the failsafe takes it: a counter of microseconds that wraps.
+/// Returns the time as the failsafe expects it: a counter of microseconds that wraps.
 fn ticks(time: Duration) -> u32 {
     let [a, b, c, d, ..] = time.as_micros().to_le_bytes();
     u32::from_le_bytes([a, b, c, d])

@@ -1,4 +1,4 @@
-//! Rows as JSON objects.
+//! Reads rows from JSON objects.
 
 use std::fmt;
 use std::io::{self, BufRead};
@@ -9,7 +9,7 @@ use serde_json::value::RawValue;
 
 use super::{Fields, NumberedFields, fill};
 
-/// Of a text with an object in each line.
+/// Reads a text with one object per line.
 pub(super) fn lines<'a>(
     input: impl BufRead + 'a,
     columns: &'a [Column],
@@ -24,7 +24,7 @@ pub(super) fn lines<'a>(
     })
 }
 
-/// Of a text that is an array of objects.
+/// Reads a text that is an array of objects.
 pub(super) fn array<'a>(text: &str, columns: &'a [Column]) -> Vec<NumberedFields<'a>> {
     let values = match serde_json::from_str::<Vec<&RawValue>>(text) {
         Ok(values) => values,
@@ -41,7 +41,8 @@ pub(super) fn array<'a>(text: &str, columns: &'a [Column]) -> Vec<NumberedFields
     rows.collect()
 }
 
-/// What is wrong, without the place, which is that of the row; and the column, if that is in its line.
+/// Returns the message of an error without its line number, since the caller knows the row's line. The
+/// column is kept if the error is in the row's first line.
 fn told(error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text
@@ -66,7 +67,7 @@ fn fields<'a>(line: &[u8], columns: &'a [Column]) -> Result<Fields<'a>, String> 
     fields.map_err(|error| told(&error))
 }
 
-/// A JSON object with these columns.
+/// Deserializes a JSON object that has these columns.
 struct Object<'a>(&'a [Column]);
 
 impl<'de, 'a> DeserializeSeed<'de> for Object<'a> {

@@ -1,4 +1,4 @@
-//! Rows of values separated by commas, semicolons or tabs.
+//! Reads rows of values that commas, semicolons or tabs separate.
 
 use std::io::{self, Read};
 
@@ -8,10 +8,10 @@ use serde_json::{Number, Value};
 
 use super::{Fields, NumberedFields, fill};
 
-/// What separates values: what the first line has most of, of commas, semicolons and tabs.
+/// Returns the delimiter: the comma, semicolon or tab, whichever is most frequent in the first line.
 pub(super) fn delimiter(first: &[u8]) -> u8 {
     let count = |&delimiter: &u8| first.split(|&byte| byte == delimiter).count();
-    // Of equal ones the last is taken.
+    // If counts are equal, `max_by_key` returns the last one, so the comma wins.
     b"\t;,".iter().copied().max_by_key(count).unwrap_or(b',')
 }
 
@@ -21,7 +21,7 @@ pub(super) fn lines<'a>(
     delimiter: u8,
     reads_times: bool,
 ) -> impl Iterator<Item = io::Result<NumberedFields<'a>>> {
-    // A line feed at the end of every line, so that a row's number follows from the reader's.
+    // Every line ends in a line feed, so that a row's line number follows from the reader's position.
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -33,7 +33,7 @@ pub(super) fn lines<'a>(
     let (mut header, mut record) = (None, ByteRecord::new());
     let mut next = move || -> io::Result<Option<NumberedFields<'a>>> {
         while reader.read_byte_record(&mut record)? {
-            // What a column that means nothing holds need not be UTF-8.
+            // An ignored column may contain bytes that are not UTF-8.
             let record = StringRecord::from_byte_record_lossy(record.clone());
             let to_value = |text: &str| inferred(text, delimiter != b',');
             if let Some(fields) = fields(&record, description, &mut header, reads_times, to_value) {
@@ -45,7 +45,7 @@ pub(super) fn lines<'a>(
     std::iter::from_fn(move || next().transpose())
 }
 
-/// The fields of a record; none if it is blank, a comment or the header.
+/// Returns the fields of a record, or `None` if the record is blank, a comment or the header.
 fn fields<'a>(
     record: &StringRecord,
     description: &'a Description,
@@ -58,7 +58,7 @@ fn fields<'a>(
     if is_comment || record.iter().all(str::is_empty) {
         return None;
     }
-    // Small letters and capitals are the same, unless both are columns.
+    // Names match without regard to case, unless two columns differ only in case.
     let own = |name: &str| {
         let all = || columns.iter().map(|column| &*column.name);
         let is_it = |column: &&str| column.eq_ignore_ascii_case(name);
@@ -78,7 +78,7 @@ fn fields<'a>(
     let header = header.get_or_insert_with(|| time.into_iter().chain(names()).collect());
     if record.len() != header.len() {
         return Some(Err(format!(
-            "columns: {}, expected: {}; columns beside {} need a header that names all",
+            "columns: {}, expected: {}; columns other than {} need a header that names all columns",
             record.len(),
             header.len(),
             names().collect::<Vec<_>>().join(",")
@@ -100,14 +100,15 @@ fn fields<'a>(
     Some(header.iter().zip(record).try_for_each(set).map(|()| fields))
 }
 
-/// A number, if it is one. Where commas do not separate values, one may stand for a decimal point.
+/// Returns a number if the text is one, otherwise the text. A comma may be the decimal point if commas do not
+/// separate values.
 fn inferred(text: &str, may_have_comma: bool) -> Value {
     if may_have_comma && text.contains(',') {
         return inferred(&text.replace(',', "."), false);
     }
     let whole = text.parse::<u64>().map(Value::from);
     let signed = || text.parse::<i64>().map(Value::from);
-    // NaN becomes null, and what is infinite exceeds 32 bits, as in JSON.
+    // As in JSON, NaN becomes null, and infinity becomes a number that exceeds the range of 32-bit floats.
     let number = || text.parse::<f64>();
     let number = || number().map(|number| number.clamp(-1e39, 1e39).into());
     let exact = || serde_json::from_str::<Number>(text).map(Value::from);

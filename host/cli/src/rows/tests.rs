@@ -5,7 +5,7 @@ use framelock::motion::Bin;
 
 use super::*;
 
-/// Gives a few bytes at a time.
+/// A reader that returns a few bytes at a time.
 struct Pieces<'a>(&'a [u8], usize);
 
 impl Read for Pieces<'_> {
@@ -29,7 +29,7 @@ fn row(time: Option<u64>, setpoint: [u8; 3]) -> Row {
 }
 
 #[test]
-fn setpoints_are_spelled_in_many_ways_and_come_in_pieces() {
+fn setpoints_may_have_many_notations_and_arrive_in_pieces() {
     let two = [row(None, [1, 2, 3]), row(None, [4, 5, 6])];
     for text in [
         "1,2,3\n4,5,6\n",
@@ -55,7 +55,7 @@ fn setpoints_are_spelled_in_many_ways_and_come_in_pieces() {
             assert_eq!(read(text, length, false).unwrap(), two, "{length}: {text}");
         }
     }
-    // What a column that means nothing holds need not be UTF-8.
+    // An ignored column may contain bytes that are not UTF-8.
     let latin_1 = b"pitch,roll,yaw,note\n1,2,3,H\xF6he\n4,5,6,\n";
     assert_eq!(read(latin_1, 9, false).unwrap(), two);
     for nothing in [
@@ -71,7 +71,7 @@ fn setpoints_are_spelled_in_many_ways_and_come_in_pieces() {
 }
 
 #[test]
-fn times_are_read_where_they_are_wanted() {
+fn times_are_read_on_request() {
     let two = [row(Some(0), [1, 2, 3]), row(Some(50), [4, 5, 6])];
     for text in [
         "0,1,2,3\n5e-2,4,5,6\n",
@@ -85,7 +85,7 @@ fn times_are_read_where_they_are_wanted() {
     assert_eq!(read("1,2,3\n", 9, true).unwrap(), [row(None, [1, 2, 3])]);
 }
 
-/// A text, in which `\n` and `\r` are what they are called, and what is wrong with it.
+/// Each line has a text, in which `\n` and `\r` stand for line ends, and the error that the text causes.
 const WRONG: &str = r#"
     1,2,256 => line 1: yaw 256 is not a whole number from 0 to 255
     1,2,3\n1,-2,3\n => line 2: roll -2 is not a whole number from 0 to 255
@@ -96,9 +96,9 @@ const WRONG: &str = r#"
     {"pitch":"1","roll":2,"yaw":3} => line 1: pitch "1" is not a whole number from 0 to 255
     {"pitch":1,"roll":2,"yaw":2.5} => line 1: yaw 2.5 is not a whole number from 0 to 255
     {"pitch":1,"roll":2,"yaw":null} => line 1: yaw null is not a whole number from 0 to 255
-    1,2 => line 1: columns: 2, expected: 3; columns beside pitch,roll,yaw need a header that names all
-    1,2,3\n1,2,3,"a\nb"\n => line 3: columns: 4, expected: 3; columns beside
-    1,2,3\r4,5,6\n => line 1: columns: 5, expected: 3; columns beside
+    1,2 => line 1: columns: 2, expected: 3; columns other than pitch,roll,yaw need a header that names all columns
+    1,2,3\n1,2,3,"a\nb"\n => line 3: columns: 4, expected: 3; columns other than
+    1,2,3\r4,5,6\n => line 1: columns: 5, expected: 3; columns other than
     pitch,roll\n1,2 => line 2: missing field `yaw`
     pitch,roll,yaw,roll\n1,2,3,4 => line 2: duplicate field `roll`
     \n{"pitch":1,"roll":2}\n => line 2: missing field `yaw`
@@ -114,20 +114,20 @@ const WRONG: &str = r#"
     {"pitch":1,"roll":2,"yaw":3}\n1,2,3 => line 2: not a JSON object such as {"pitch":127,"roll":200
 "#;
 
-/// The same where times are read.
+/// A table like [`WRONG`], for reading with times.
 const WRONG_TIMES: &str = r#"
     0,1,2,3\n-1,1,2,3 => line 2: time -1 is not a number of seconds, 0 or more
     0,1,2,3\nsoon,1,2,3 => line 2: time "soon" is not a number of seconds, 0 or more
     0,1,2,3\nNaN,1,2,3 => line 2: time null is not a number of seconds, 0 or more
     {"time":-1,"pitch":1,"roll":2,"yaw":3} => line 1: time -1 is not a number of seconds, 0 or more
-    2.1701381,1,2,3\n2.170138,1,2,3 => line 2: the time 2.170138s is before that of the row above, 2.1701381s; times may not go back
+    2.1701381,1,2,3\n2.170138,1,2,3 => line 2: the time 2.170138s is earlier than 2.1701381s, the time of the row above; times may not decrease
     time,pitch,roll,yaw,time\n1,1,2,3,1 => line 2: duplicate field `time`
-    {"pitch":1,"roll":2,"yaw":3}\n{"time":1,"pitch":1,"roll":2,"yaw":3} => line 2: a time, but the rows above have none
-    {"time":1,"pitch":1,"roll":2,"yaw":3}\n{"pitch":1,"roll":2,"yaw":3} => line 2: no time, but the rows above have one
+    {"pitch":1,"roll":2,"yaw":3}\n{"time":1,"pitch":1,"roll":2,"yaw":3} => line 2: this row has a time, but the rows above have none
+    {"time":1,"pitch":1,"roll":2,"yaw":3}\n{"pitch":1,"roll":2,"yaw":3} => line 2: this row has no time, but the rows above have times
 "#;
 
 #[test]
-fn what_is_wrong_is_told_with_its_place_and_what_is_right() {
+fn an_error_names_its_line_and_the_expected_value() {
     for (table, reads_times) in [(WRONG, false), (WRONG_TIMES, true)] {
         for case in table.lines().filter(|line| !line.trim().is_empty()) {
             let (text, told) = case.trim().split_once(" => ").unwrap();

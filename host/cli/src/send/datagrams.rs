@@ -1,4 +1,4 @@
-//! Setpoints from UDP datagrams, as motion software sends them.
+//! Receives setpoints from UDP datagrams, as motion software sends them.
 
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,16 +15,16 @@ use super::transmission::Source;
 use crate::options;
 use crate::output::note;
 
-/// Longer than any datagram that means something.
+/// The limit on the length of a datagram. No valid datagram is longer.
 const LONGEST: usize = 512;
 
-/// What has been heard.
+/// The datagrams that were received.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Heard {
     latest: Option<(Setpoint, Instant)>,
     pub(super) count: u64,
     pub(super) bad: u64,
-    /// Why nothing more is heard.
+    /// The error after which no more datagrams are received.
     pub(super) failure: Option<String>,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Heard {
 pub(super) struct Datagrams(Arc<Mutex<Heard>>);
 
 impl Datagrams {
-    /// Listens at `address` from now on, and reports where: the operating system may choose a port.
+    /// Listens at `address`. Prints the address, because the operating system may choose the port.
     pub(super) fn listen(address: SocketAddr) -> Result<Self> {
         let socket = UdpSocket::bind(address)
             .with_context(|| format!("cannot listen for datagrams at {address}"))?;
@@ -41,7 +41,7 @@ impl Datagrams {
         note(&format!("listening for datagrams at {address}"));
         let datagrams = Self(Arc::default());
         let to_fill = datagrams.clone();
-        // It ends with the process.
+        // This thread ends with the process.
         thread::spawn(move || {
             let failure = to_fill.hear(&socket).to_string();
             to_fill.lock().failure = Some(failure);
@@ -49,13 +49,13 @@ impl Datagrams {
         Ok(datagrams)
     }
 
-    /// What has been heard so far.
+    /// Returns a copy of the counts and the latest setpoint.
     pub(super) fn heard(&self) -> Heard {
         self.lock().clone()
     }
 
-    /// The latest setpoint at a rate, as long as anything is heard. It is good for `stale_after`:
-    /// then nothing is sent, so that the board's failsafe sees the silence that there is.
+    /// Returns a source that sends the latest setpoint at a rate, until the socket fails. It sends nothing
+    /// while the latest setpoint is older than `stale_after`, so that the board's failsafe takes over.
     pub(super) fn source(&self, frame: Protocol, rate: Rate, stale_after: Duration) -> Source {
         let (listening, heard) = (self.clone(), self.clone());
         let is_listening = move |_: &Duration| listening.lock().failure.is_none();
@@ -68,14 +68,14 @@ impl Datagrams {
         }
     }
 
-    /// What is in there is whole, even after a panic.
+    /// Locks the state, even after a panic of another thread, since the state is always valid.
     fn lock(&self) -> MutexGuard<'_, Heard> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes datagrams until the socket fails; gives the reason.
+    /// Receives datagrams until the socket fails, and returns the error.
     fn hear(&self, socket: &UdpSocket) -> std::io::Error {
-        // Room for any: a longer one is never taken for one that ends there.
+        // The buffer has room for any datagram, so that none is cut.
         let mut buffer = vec![0; 1 << 16];
         loop {
             let (length, sender) = match socket.recv_from(&mut buffer) {
@@ -108,7 +108,7 @@ impl Heard {
     }
 }
 
-/// The setpoint of a datagram: three bytes, a frame, or text.
+/// Parses a datagram: three bytes, a frame, or text.
 fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
     if datagram.len() > LONGEST {
         return Err(format!("it is longer than {LONGEST} bytes"));
@@ -123,7 +123,7 @@ fn parse(datagram: &[u8]) -> Result<Setpoint, String> {
         8 => bytes.find_map(|&byte| bin_crc8.push(byte)),
         _ => None,
     };
-    // Some programs send the end of their string too.
+    // Some programs also send the zero byte at the end of a string.
     let text = String::from_utf8_lossy(datagram);
     let text = || options::setpoint(text.trim_end_matches('\0').trim());
     frame
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_form_of_datagram_is_read_and_a_bad_one_told_with_its_reason() {
+    fn each_form_of_datagram_is_parsed_and_a_bad_one_is_reported_with_the_reason() {
         let setpoint = Setpoint::from([127, 200, 74]);
         let mut broken_check = BinCrc8::encode(setpoint);
         broken_check[6] ^= 1;
@@ -151,7 +151,7 @@ mod tests {
             (b"127,200,74\n\0", Ok(setpoint)),
             (&Bin::encode(setpoint), Ok(setpoint)),
             (&BinCrc8::encode(setpoint), Ok(setpoint)),
-            // Three bytes are bytes, whatever they look like.
+            // Three bytes are always taken as bytes, even if they look like text.
             (b"1,2", Ok(Setpoint::from(*b"1,2"))),
             (b"", Err("neither three bytes")),
             (b"1,2,3,4", Err("neither three bytes")),

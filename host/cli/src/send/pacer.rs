@@ -1,26 +1,26 @@
-//! When frames are due: every deadline counts from the beginning, so lateness never adds up.
+//! Waits for the due times of frames. Every deadline counts from the start, so lateness never adds up.
 
 use std::num::NonZeroU32;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// Lateness up to this is made up for, by frames that follow sooner. Beyond it the process or the
-/// line was held up, and motion must not be run through in a rush: everything moves back.
+/// The limit of lateness that is made up for by sending the next frames sooner. Beyond it, the process
+/// or the line was held up. The motion must not rush then, so all deadlines move back.
 pub(super) const MOST_MADE_UP: Duration = Duration::from_millis(250);
 
-/// Frames in a second.
+/// A number of frames per second.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Rate(pub(super) NonZeroU32);
 
 impl Rate {
-    /// When a frame is due, to the nanosecond below, however many came before.
+    /// Returns the due time of a frame, rounded down to a nanosecond. The error does not grow with `number`.
     pub(super) fn due(self, number: u64) -> Duration {
         let rate = self.0.get();
         let (seconds, frames) = (number / u64::from(rate), number % u64::from(rate));
         Duration::from_secs(seconds) + Duration::from_secs(frames) / rate
     }
 
-    /// How many frames there is time for, 1 at least.
+    /// Returns the number of frames in this time, at least 1.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -30,35 +30,35 @@ impl Rate {
         (f64::from(self.0.get()) * seconds).round().max(1.0) as u32
     }
 
-    /// When all frames are due.
+    /// Returns the due times of all frames.
     pub(super) fn dues(self) -> impl Iterator<Item = Duration> {
         (0..).map(move |number| self.due(number))
     }
 }
 
-/// A clock that can be waited for.
+/// A clock that can wait for a time.
 pub(super) trait Clock {
-    /// Time since some beginning.
+    /// Returns the time since an arbitrary start.
     fn now(&self) -> Duration;
 
-    /// Waits until it is `time`, or until there is a reason to stop: then gives false.
+    /// Waits until `time` and returns true, or returns false as soon as there is a reason to stop.
     fn wait_until(&mut self, time: Duration) -> bool;
 }
 
-/// Keeps the deadlines.
+/// Waits for deadlines, and measures the lateness.
 pub(super) struct Pacer<C> {
     pub(super) clock: C,
-    /// When the first frame was due, by the clock.
+    /// The clock's time at which the first frame was due.
     start: Duration,
-    /// The most that a frame was behind its deadline.
+    /// The largest lateness of a frame.
     pub(super) worst: Duration,
-    /// How often everything was moved back, and by how much in all.
+    /// The number of times that all deadlines were moved back; `held_up` is the total time.
     pub(super) hold_ups: u32,
     pub(super) held_up: Duration,
 }
 
 impl<C: Clock> Pacer<C> {
-    /// Time counts from now.
+    /// Makes a pacer whose time starts now.
     pub(super) fn new(clock: C) -> Self {
         Self {
             start: clock.now(),
@@ -69,12 +69,12 @@ impl<C: Clock> Pacer<C> {
         }
     }
 
-    /// From here on time counts from now.
+    /// Restarts the time now.
     pub(super) fn restart(&mut self) {
         self.start = self.clock.now();
     }
 
-    /// Waits until `due` after the beginning; gives false if there is a reason to stop.
+    /// Waits until `due` after the start. Returns false if there is a reason to stop.
     pub(super) fn wait_until(&mut self, due: Duration) -> bool {
         let deadline = self.start + due;
         if !self.clock.wait_until(deadline) {
@@ -92,7 +92,7 @@ impl<C: Clock> Pacer<C> {
     }
 }
 
-/// The computer's clock; a message is a reason to stop.
+/// The computer's clock. A message on its channel is a reason to stop.
 pub(super) struct RealClock {
     beginning: Instant,
     stop: Receiver<()>,
@@ -114,7 +114,7 @@ impl Clock for RealClock {
         self.beginning.elapsed()
     }
 
-    /// It is stopped once: what is waited for afterwards is the parking.
+    /// Waits, but returns false at the first message. Later waits are for the parking and are not stopped.
     fn wait_until(&mut self, time: Duration) -> bool {
         let left = time.saturating_sub(self.now());
         if self.is_stopped {
@@ -130,11 +130,11 @@ impl Clock for RealClock {
 pub(super) mod tests {
     use super::*;
 
-    /// Is late as the test wants, and never really waits.
+    /// A clock that is late as the test wants, and never really waits.
     #[derive(Default)]
     pub(in super::super) struct TestClock {
         pub(in super::super) now: Duration,
-        /// By how much each wait is late, in turn; then none is.
+        /// The lateness of each wait, in order. Further waits are on time.
         pub(in super::super) late: std::collections::VecDeque<Duration>,
         /// The number of waits after which there is a reason to stop.
         pub(in super::super) stop_after: Option<usize>,
@@ -165,7 +165,7 @@ pub(super) mod tests {
     fn deadlines_do_not_drift() {
         for rate in [1, 3, 50, 60, 7_919, 100_000] {
             let paced = Rate(NonZeroU32::new(rate).expect("not 0"));
-            // A thousand years of whole seconds.
+            // The times go up to a thousand years.
             for seconds in [0, 1, 3_600, 31_557_600_000] {
                 let first = seconds * u64::from(rate);
                 assert_eq!(paced.due(first), Duration::from_secs(seconds));
@@ -203,7 +203,7 @@ pub(super) mod tests {
         let mut clock = RealClock::new(stopped);
         assert!(clock.wait_until(Duration::ZERO));
         assert_eq!(stop.send(()), Ok(()));
-        // Would take an hour otherwise.
+        // Without the message, this would wait for an hour.
         assert!(!clock.wait_until(Duration::from_secs(3600)));
         assert!(clock.wait_until(Duration::ZERO));
     }

@@ -1,4 +1,4 @@
-//! A profile: frames from the rows of a file, with their times or at a rate.
+//! A profile: the frames of a file's rows, with their times or at a rate.
 
 use std::time::Duration;
 
@@ -10,19 +10,19 @@ use super::transmission::Source;
 use crate::input::Input;
 use crate::rows::{InputFormat, Row, rows};
 
-/// Frames, at least one, and if the file says so when each is due, counted from the first.
+/// At least one frame and, if the file has times, the due time of each frame, counted from the first.
 pub(super) struct Profile {
     frames: Vec<Vec<u8>>,
     times: Option<Vec<Duration>>,
 }
 
 impl Profile {
-    /// Reads `input` to its end, so that nothing is sent of a profile that has a mistake in it.
+    /// Reads `input` to its end, so that no frame of an invalid profile is sent.
     pub(super) fn read(input: Input, frame: &Protocol) -> Result<Self> {
         let name = input.name.clone();
         let rows: Vec<Row> = rows(input, InputFormat::Auto, frame, true)?.collect::<Result<_>>()?;
         let Some(first) = rows.first() else {
-            bail!("{name}: no setpoint in it");
+            bail!("{name}: there is no row in it: give a row for each frame, such as 127,200,74");
         };
         let first = first.time.unwrap_or_default();
         let times = rows.iter().map(|row| Some(row.time?.saturating_sub(first)));
@@ -32,14 +32,14 @@ impl Profile {
         })
     }
 
-    /// Whether it says when each frame is due.
+    /// Returns whether the profile has times.
     pub(super) fn has_times(&self) -> bool {
         self.times.is_some()
     }
 
-    /// That the line carries the frames as fast as they are due, by their times or else at a rate, each once or held
-    /// until the next, given how long it takes for so many bytes. Some may be due at once, as adapters deliver
-    /// them: the line makes up for that.
+    /// Checks that the line is fast enough for the frames, by their times or else at `rate`. With `is_held`, each
+    /// frame is repeated until the next one is due. `time_of` returns the time that the line needs for a number of
+    /// bytes. Several frames may be due at once, as USB adapters deliver them, if the line catches up soon enough.
     pub(super) fn check_line_carries(
         &self,
         rate: Rate,
@@ -55,8 +55,8 @@ impl Profile {
             let late = free_at.saturating_sub(due);
             if late > MOST_MADE_UP {
                 bail!(
-                    "row {} of the profile would be {:.0} ms late, so long the line takes for those before it: \
-                     raise --baud, or hold the profile at a lower --rate",
+                    "row {} of the profile would be {:.0} ms late, because the line needs this time for the rows \
+                     before it: raise --baud, or hold the profile at a lower --rate",
                     index + 1,
                     late.as_secs_f64() * 1e3,
                 );
@@ -76,7 +76,7 @@ impl Profile {
         Ok(())
     }
 
-    /// Each frame at its time; without times, at `rate`.
+    /// Returns a source that sends each frame at its time or, without times, at `rate`.
     pub(super) fn in_turn(self, rate: Rate) -> Source {
         let mut frames = self.frames.into_iter();
         Source {
@@ -88,7 +88,8 @@ impl Profile {
         }
     }
 
-    /// At `rate`, each time the last frame whose time has come; without times, each in turn.
+    /// Returns a source that sends, at `rate`, the latest frame whose time has come. Without times, it sends each frame
+    /// once.
     pub(super) fn held(self, rate: Rate) -> Source {
         let Some(times) = self.times else {
             return self.in_turn(rate);
@@ -118,7 +119,7 @@ mod tests {
 
     const RATE: Rate = Rate(NonZeroU32::new(100).unwrap());
 
-    /// When frames are due, in milliseconds, and their pitches.
+    /// Returns the due time of each frame, in milliseconds, and its pitch.
     fn frames(mut source: Source) -> Vec<(u128, u8)> {
         source
             .dues
@@ -130,7 +131,7 @@ mod tests {
     fn a_line_makes_up_for_frames_that_are_due_at_once() {
         let frame = Protocol::named("bin").unwrap();
         let time_of = |bytes| Duration::from_millis(bytes as u64);
-        // Of 7 ms each: so many at once every second are the most that are not 250 ms late.
+        // Each frame takes 7 ms. 36 frames at once, every second, are the most that stay within 250 ms.
         for (count, is_carried) in [(36, true), (37, false)] {
             let rows = (0..2 * count).map(|row| format!("{},1,2,3\n", row / count));
             let rows = rows.collect::<Vec<_>>().concat();
@@ -146,8 +147,8 @@ mod tests {
     }
 
     #[test]
-    fn a_line_carries_what_is_held_by_what_each_row_takes() {
-        // A long frame for a moment, short ones for a second; and the other way round.
+    fn a_held_frame_takes_the_time_of_all_its_repetitions() {
+        // First a long frame is held for a moment and a short one for a second, then the other way round.
         let frame = Protocol::named("ubx").unwrap();
         let time_of = |bytes: usize| Duration::from_millis(bytes as u64);
         for (until, is_carried) in [("0.05", true), ("1", false)] {
@@ -156,7 +157,7 @@ mod tests {
                 "00".repeat(40)
             );
             let profile = Profile::read(Input::new("moves", rows.as_bytes()), &frame).unwrap();
-            // Of 48 ms and 8 ms, 10 ms apart.
+            // The frames take 48 ms and 8 ms, and are 10 ms apart.
             let outcome = profile.check_line_carries(RATE, true, time_of);
             assert_eq!(outcome.is_ok(), is_carried, "{outcome:?}");
         }

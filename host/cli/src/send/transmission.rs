@@ -1,4 +1,4 @@
-//! The sending itself: frame after frame when it is due, and the parking behind the last.
+//! Sends each frame when it is due, and parks after the last one.
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -9,22 +9,22 @@ use framelock_simulation::{ByteFaults, between};
 
 use super::pacer::{Clock, Pacer, Rate};
 
-/// How often the parking setpoint itself is sent: a line that loses frames must bring one.
+/// The number of times that the park setpoint is sent, so that one arrives even if the line loses some.
 const PARK_FRAMES: u32 = 5;
 
-/// What is sent.
+/// A source of frames.
 pub(super) struct Source {
-    /// When each frame is due, counted from the first.
+    /// The due time of each frame, counted from the first.
     pub(super) dues: Box<dyn Iterator<Item = Duration>>,
-    /// Each frame, asked for when it is due; none if nothing is to be sent.
+    /// Returns the frame that is due at this time, or `None` if nothing is to be sent.
     pub(super) frame: Box<dyn FnMut(Duration) -> Option<Vec<u8>>>,
 }
 
-/// How it ends.
+/// The parking at the end of a transmission.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Parking {
     pub(super) at: Setpoint,
-    /// How long the way there takes, in seconds; 0 for at once.
+    /// The duration of the way to the park setpoint, in seconds. 0 means at once.
     pub(super) seconds: f64,
     pub(super) rate: Rate,
 }
@@ -36,9 +36,9 @@ pub(super) struct Transmission<'a, C, W> {
     frame: &'a Protocol,
     pub(super) faults: Option<ByteFaults>,
     last: Option<Setpoint>,
-    /// Frames, without those that park.
+    /// The number of frames, without the parking frames.
     pub(super) frames: u64,
-    /// Frames that were due while there was nothing to send.
+    /// The number of due times at which there was nothing to send.
     pub(super) silent: u64,
     pub(super) park_frames: u64,
 }
@@ -62,7 +62,7 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
         }
     }
 
-    /// Sends what `source` has, for `length` at most, until there is a reason to stop; then parks.
+    /// Sends the frames of `source` for at most `length`, or until the clock stops, and then parks.
     pub(super) fn run(
         &mut self,
         mut source: Source,
@@ -94,7 +94,7 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
         self.line.flush()
     }
 
-    /// In a straight line from where the axes are; without faults on purpose.
+    /// Moves the axes in a straight line to the park setpoint, without deliberate faults.
     fn park(&mut self, Parking { at, seconds, rate }: Parking) -> io::Result<()> {
         self.pacer.restart();
         let from = self.last.unwrap_or(at);
@@ -104,7 +104,7 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
             rate.frames_in(seconds)
         };
         for frame in 1..=way.saturating_add(PARK_FRAMES) {
-            // The first is due a frame's time behind the last of the motion.
+            // The first parking frame is due one frame time after the last frame of the motion.
             self.pacer.wait_until(rate.due(frame.into()));
             let setpoint = if frame < way {
                 between(from, at, f64::from(frame) / f64::from(way))

@@ -1,4 +1,4 @@
-//! What is simulated, as options: the numbers from the library's table.
+//! The options of the simulation. The numeric options come from the library's table.
 
 use std::str::FromStr;
 
@@ -8,28 +8,28 @@ use framelock_simulation::{FrameFormat, Parameters, Payload};
 
 use super::sweep::{self, Sweep};
 
-/// What is simulated: a point, or all points of a sweep.
+/// The parameters of a simulation: one point, or all points of a sweep.
 pub(super) struct Experiment {
     parameters: Parameters,
     pub(super) sweeps: Vec<Sweep>,
 }
 
 impl Experiment {
-    /// The parameters at every point.
+    /// Returns the parameters of every point.
     pub(super) fn points(&self) -> anyhow::Result<Vec<Parameters>> {
         sweep::points(self.parameters, &self.sweeps)
     }
 }
 
-/// The options that are no numbers.
+/// The options that are not numbers.
 #[derive(Args)]
 struct Others {
-    /// The same seed gives the same numbers
+    /// Seed the random numbers; the same seed gives the same results
     #[arg(long, default_value_t = Parameters::DEFAULT.seed, value_name = "NUMBER", value_parser = whole::<u64>, help_heading = "Run")]
     seed: u64,
 
-    /// Run over a range of any numeric option, once or twice: lose=0:0.1:0.02 (from, to, step),
-    /// bit-flip=1e-6:1e-3:x10 (factor), rate=25,50
+    /// Vary any numeric option over a range: lose=0:0.1:0.02 (from, to, step),
+    /// bit-flip=1e-6:1e-3:x10 (from, to, factor) or rate=25,50 (a list). May be given twice
     #[arg(
         long,
         value_name = "NAME=RANGE",
@@ -38,7 +38,7 @@ struct Others {
     )]
     sweep: Vec<Sweep>,
 
-    /// The frame: bin or bin-crc8
+    /// Send these frames: bin or bin-crc8
     #[arg(
         long,
         value_enum,
@@ -48,21 +48,21 @@ struct Others {
     )]
     frame: FrameFormat,
 
-    /// What is sent: motion, random (other bytes in each frame), repeated (the same in each),
-    /// random:40-43 or repeated:40-43 (of these bytes), 00414200 (this payload), ambiguous (N2 of
-    /// docs/protocol.md) or noise (no frames)
+    /// Send this payload: motion, random (different bytes in each frame), repeated (the same bytes in
+    /// each frame), random:40-43 or repeated:40-43 (only these byte values), 00414200 (this payload),
+    /// ambiguous (N2 of docs/protocol.md) or noise (no frames)
     #[arg(long, default_value_t = Parameters::DEFAULT.payload, value_name = "WHAT", help_heading = "Sender")]
     payload: Payload,
 
-    /// Receivers hear nothing of framing errors and breaks
+    /// Do not report framing errors and breaks to the receivers
     #[arg(long, help_heading = "Line", display_order = 100)]
     unreported: bool,
 }
 
-/// A whole number as an option has it.
+/// Parses a whole number.
 fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
     text.parse()
-        .map_err(|_| "a whole number is wanted, such as 7")
+        .map_err(|_| "expected a whole number, such as 7")
 }
 
 impl Args for Experiment {

@@ -1,4 +1,4 @@
-//! Many trials, on every core.
+//! Runs many trials on all cores.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,23 +8,23 @@ use anyhow::Result;
 use framelock_simulation::{Parameters, Tally};
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// One set of parameters, and what came of it.
+/// One set of parameters and its results.
 pub struct Point {
-    /// What was simulated.
+    /// The parameters of the simulation.
     pub parameters: Parameters,
-    /// What came of it.
+    /// The results of all trials.
     pub tally: Tally,
 }
 
-/// Runs them one after the other, with progress on a terminal.
+/// Runs all points one after another, and shows the progress on a terminal.
 ///
 /// # Errors
-/// Parameters contradict each other.
+/// The parameters of a point contradict each other.
 pub fn run_all(points: Vec<Parameters>) -> Result<Vec<Point>> {
     let trials = points.iter().map(|point| u64::from(point.trials)).sum();
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} trials, {eta} left");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    // It shows itself on standard error if that is a terminal, else not at all.
+    // The progress bar appears on standard error, and only if standard error is a terminal.
     let progress = ProgressBar::new(trials).with_style(style);
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let outcome = points
@@ -38,8 +38,8 @@ pub fn run_all(points: Vec<Parameters>) -> Result<Vec<Point>> {
     outcome
 }
 
-/// Runs all trials; `done` is called at the end of each. What comes of them does not depend on the
-/// number of threads.
+/// Runs all trials, and calls `done` at the end of each. The results do not depend on the number of
+/// threads.
 fn tally(parameters: &Parameters, threads: usize, done: impl Fn() + Sync) -> Result<Tally> {
     let next = AtomicU64::new(0);
     let some_trials = || {
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_comes_out_depends_on_the_seed_and_not_on_the_threads() {
+    fn results_depend_on_the_seed_and_not_on_the_threads() {
         let parameters = Parameters {
             lose: 0.1,
             duplicate: 0.1,

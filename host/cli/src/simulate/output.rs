@@ -1,4 +1,4 @@
-//! Results as JSON, and as CSV and text, which are made of the JSON.
+//! Writes results as JSON, and as CSV and text, which are made from the JSON.
 
 use std::io::{self, Write};
 use std::slice;
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::experiment::Point;
 use super::sweep::Sweep;
 
-/// What happened on the line.
+/// Returns the counts of the line.
 fn line(point: &Point) -> Value {
     let line = &point.tally.line;
     json!({
@@ -23,12 +23,12 @@ fn line(point: &Point) -> Value {
     })
 }
 
-/// What a receiver made of it.
+/// Returns the results of a receiver.
 fn result(point: &Point, receiver: &ReceiverTally) -> Value {
     let line = &point.tally.line;
     let gap = point.parameters.idle_gap;
-    // In units of demand; of smooth motion only, since the failsafe's approach cannot follow any
-    // other.
+    // The error is in units of the setpoint. It is given for smooth motion only, because the failsafe's
+    // approach cannot follow any other payload.
     let is_motion = point.parameters.payload == Payload::Motion;
     let rms = receiver.error_rms().filter(|_| is_motion);
     let error = rms.map(|rms| json!({ "largest": receiver.largest_error, "rms": rms }));
@@ -55,7 +55,7 @@ fn result(point: &Point, receiver: &ReceiverTally) -> Value {
     })
 }
 
-/// Each receiver of a point, with its parameters and its line.
+/// Returns a row for each receiver of a point, with the point's parameters and line.
 #[must_use]
 pub fn rows(point: &Point) -> Vec<Value> {
     let receivers = point.tally.receivers.iter();
@@ -75,7 +75,7 @@ pub fn rows(point: &Point) -> Vec<Value> {
     rows.collect()
 }
 
-/// One JSON object.
+/// Writes all results as one JSON object.
 pub(super) fn write_json(
     out: &mut impl Write,
     sweeps: &[Sweep],
@@ -99,13 +99,13 @@ pub(super) fn write_json(
     writeln!(out)
 }
 
-/// The columns of CSV behind the parameters, and where in the JSON of a row each is.
+/// The CSV columns after the parameters, and the path of each in the JSON of a row.
 const COLUMNS: &str = include_str!("tables/columns.txt");
 
-/// Writes a row for each point and receiver, with all parameters in front.
+/// Writes a CSV row for each point and receiver, beginning with all parameters.
 ///
 /// # Errors
-/// They cannot be written.
+/// The rows cannot be written.
 pub fn write_csv(out: &mut impl Write, points: &[Point]) -> io::Result<()> {
     let numbers = Parameters::NUMBERS.iter().map(|number| number.name);
     let parameters = ["seed", "frame", "payload", "unreported"].into_iter();
@@ -125,12 +125,12 @@ pub fn write_csv(out: &mut impl Write, points: &[Point]) -> io::Result<()> {
     writer.flush()
 }
 
-/// A value as it is typed; nothing if there is none.
+/// Returns a value as a user would type it, or an empty text if there is none.
 fn text(value: Option<&Value>) -> String {
     match value {
         None | Some(Value::Null) => String::new(),
         Some(Value::String(text)) => text.clone(),
-        // Without what JSON adds to whole ones.
+        // JSON writes the whole number 5 as 5.0; drop the `.0`.
         Some(Value::Number(number)) if number.is_f64() => {
             number.as_f64().unwrap_or_default().to_string()
         }
@@ -138,8 +138,8 @@ fn text(value: Option<&Value>) -> String {
     }
 }
 
-/// What a table shows of a row: a place in its JSON, behind which there may be `%` for a share or
-/// `.N` for so many decimals. A hyphen if there is nothing.
+/// Returns the text of a table cell: the value at a path in the row's JSON, or a hyphen if there is
+/// none. `%` after the path formats a share, and `.N` formats a number with N decimals.
 fn cell(row: &Value, place: &str) -> String {
     let (pointer, unit) = place.split_once(' ').unwrap_or((place, ""));
     let value = row.pointer(pointer).unwrap_or(&Value::Null);
@@ -154,7 +154,7 @@ fn cell(row: &Value, place: &str) -> String {
     shown.unwrap_or_else(|| "-".to_owned())
 }
 
-/// Tables for people. One point gets a long table, more get a line for each receiver.
+/// Writes tables for people: a long table for one point, or a line for each receiver of several points.
 pub(super) fn write_text(
     out: &mut impl Write,
     sweeps: &[Sweep],
@@ -182,7 +182,8 @@ pub(super) fn write_text(
     }
 }
 
-/// A line for each line of `table`, which has a name and a place: what each row has there.
+/// Writes a line for each line of `table`, which consists of a name and a path: the name, and the value
+/// of each row at that path.
 fn write_table(
     out: &mut impl Write,
     table: &str,
@@ -199,7 +200,8 @@ fn write_table(
     Ok(())
 }
 
-/// A line for each row: what is swept, and what matters most. Of two sweeps the first makes parts.
+/// Writes a line for each row, with the swept value and the most important results. With two sweeps, the
+/// first divides the table into parts.
 fn write_many(out: &mut impl Write, sweeps: &[Sweep], rows: &[Value]) -> io::Result<()> {
     let columns = [
         ("delivered", 11, "/receiver/delivered %"),

@@ -1,4 +1,4 @@
-//! One or two parameters that go through a range.
+//! Varies one or two parameters over a range of values.
 
 use std::iter;
 use std::str::FromStr;
@@ -6,17 +6,17 @@ use std::str::FromStr;
 use anyhow::{Context, Result, bail, ensure};
 use framelock_simulation::{Number, Parameters};
 
-/// More points than that are a mistake.
+/// The limit on the number of points. More are most likely a mistake.
 const MOST_POINTS: usize = 10_000;
 
-/// A parameter, and the values it goes through.
+/// A parameter and its values.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
     pub(super) number: &'static Number,
     pub(super) values: Vec<f64>,
 }
 
-const WANTED: &str = "NAME=FROM:TO:STEP, NAME=FROM:TO:xFACTOR or NAME=VALUE,VALUE,... is wanted, \
+const WANTED: &str = "expected NAME=FROM:TO:STEP, NAME=FROM:TO:xFACTOR or NAME=VALUE,VALUE,..., \
                       such as lose=0:0.1:0.02";
 
 impl FromStr for Sweep {
@@ -48,33 +48,33 @@ fn values(range: &str) -> Result<Vec<f64>> {
         [from, to, step] => (finite(from)?, finite(to)?, step),
         _ => bail!(WANTED),
     };
-    // A hair more than the last, so that rounding does not take it away.
+    // The limits are slightly above `to`, so that rounding does not exclude the last value.
     let values: Vec<_> = if let Some(factor) = step.strip_prefix('x') {
         let factor = finite(factor)?;
         ensure!(
             0.0 < from && from <= to && factor > 1.0,
-            "from a value of more than 0 to a higher one, by a factor of more than 1"
+            "a sweep by a factor needs a FROM of more than 0, a TO that is not below FROM, and a factor of more than 1"
         );
         let values = iter::successors(Some(from), |value| Some(value * factor));
         let values = values.take_while(|&value| value <= to * (1.0 + 1e-9));
-        // As it would be typed, and never beyond the last.
+        // Round each value as a user would type it, and never exceed `to`.
         let typed = values.map(|value| Ok(finite(&format!("{value:.5e}"))?.min(to)));
         typed.take(MOST_POINTS + 1).collect::<Result<_>>()?
     } else {
         let step = finite(step)?;
         ensure!(
             from <= to && step > 0.0,
-            "from the lower value to the higher, by a step of more than 0"
+            "a sweep by steps goes from the lower value to the higher, by a step of more than 0"
         );
         let values = (0..).map(|index| from + f64::from(index) * step);
         let values = values.take_while(|&value| value <= to + 1e-9 * step);
-        // As it would be typed: -5.3, and not -5.300000000000001.
+        // Round each value as a user would type it: -5.3, not -5.300000000000001.
         let typed = values.map(|value| (value * 1e9).round() / 1e9);
         typed.take(MOST_POINTS + 1).collect()
     };
     ensure!(
         values.len() <= MOST_POINTS,
-        "these are more than {MOST_POINTS} values: choose a longer step"
+        "the sweep has more than {MOST_POINTS} values: choose a larger step"
     );
     Ok(values)
 }
@@ -82,17 +82,24 @@ fn values(range: &str) -> Result<Vec<f64>> {
 fn finite(text: &str) -> Result<f64> {
     match text.parse() {
         Ok(number) if f64::is_finite(number) => Ok(number),
-        _ => bail!("'{text}' is no number"),
+        _ => bail!("'{text}' is not a number"),
     }
 }
 
-/// The parameters at every point; of two sweeps, each value of the first with each of the second.
+/// Returns the parameters of every point. Two sweeps combine each value of the first with each value of
+/// the second.
 pub(super) fn points(base: Parameters, sweeps: &[Sweep]) -> Result<Vec<Parameters>> {
     let count = sweeps.len();
-    ensure!(count <= 2, "two parameters can be swept, not {count}");
+    ensure!(
+        count <= 2,
+        "at most two parameters can be swept, not {count}"
+    );
     if let [first, second] = sweeps {
         let name = first.number.name;
-        ensure!(name != second.number.name, "--sweep {name} is there twice");
+        ensure!(
+            name != second.number.name,
+            "--sweep {name} is given twice: sweep each parameter once"
+        );
     }
     let mut points = vec![base];
     for Sweep { number, values } in sweeps {
@@ -108,7 +115,7 @@ pub(super) fn points(base: Parameters, sweeps: &[Sweep]) -> Result<Vec<Parameter
     }
     ensure!(
         points.len() <= MOST_POINTS,
-        "these are {} points, more than {MOST_POINTS}: choose longer steps",
+        "the sweeps have {} points, more than {MOST_POINTS}: choose larger steps",
         points.len()
     );
     points.iter().try_for_each(Parameters::check)?;
@@ -130,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_those_that_were_asked_for() {
+    fn a_sweep_has_the_values_of_its_range() {
         assert_eq!(
             values_of("baud-error=-1:1:0.5"),
             [-1.0, -0.5, 0.0, 0.5, 1.0]
@@ -148,16 +155,16 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_swept_is_told() {
+    fn an_invalid_sweep_is_reported() {
         for (text, named) in [
             ("lose", "NAME=FROM:TO:STEP"),
             ("lose=1:2", "NAME=FROM:TO:STEP"),
             ("loose=1", "these can: trials"),
-            ("lose=", "'' is no number"),
-            ("lose=0:inf:1", "'inf' is no number"),
+            ("lose=", "'' is not a number"),
+            ("lose=0:inf:1", "'inf' is not a number"),
             ("lose=0,2", "--lose is 2: a number from 0 to 1"),
             ("frames=1:2:0.5", "--frames is 1.5: a whole number"),
-            ("rate=5:1:1", "from the lower value"),
+            ("rate=5:1:1", "goes from the lower value"),
             ("rate=1:5:0", "a step of more than 0"),
             ("bit-flip=0:1:x10", "more than 0"),
             ("rate=1:5:x1", "a factor of more than 1"),

@@ -1,4 +1,4 @@
-//! A machine, and what each byte makes it do: a row of the trace.
+//! Traces a receiver: a row for each byte.
 
 use std::io::Write as _;
 
@@ -9,20 +9,20 @@ use framelock_receiving::{AnyLine, FrameFormat, Piece, Policy, Protocol, Tracked
 
 use crate::frame_writer::{FrameWriter, Place};
 
-/// The columns of BIN: the machine, the lecture's state before and after the byte, what is stored and the setpoint.
+/// The columns of BIN: the receiver, the lecture's state before and after the byte, the stored values and the setpoint.
 const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
 
 /// The column of all other frames.
 const OTHER_COLUMNS: &str = "    pending";
 
-/// What stands before further things that happened: they go on below the columns.
+/// The separator before a second event of the same byte, which has a row of its own.
 const GOES_ON: &str = "\n                       ";
 
-/// The place of pitch in a frame; roll and yaw follow.
+/// The offset of pitch in a frame; roll and yaw follow.
 const AXES_AT: usize = 3;
 const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
 
-/// A machine under observation.
+/// A receiver that is traced.
 pub(super) struct Traced {
     pub(super) policy: Policy,
     frames: FrameWriter,
@@ -30,23 +30,23 @@ pub(super) struct Traced {
     bin: Option<BinTrace>,
 }
 
-/// The lecture's columns, for BIN alone.
+/// The values of the lecture's columns, which only BIN has.
 #[derive(Clone, Copy, Default)]
 struct BinTrace {
-    /// Pitch, roll, yaw, each as stored last; none where nothing was stored yet.
+    /// The last stored pitch, roll and yaw; `None` for an axis that was not stored yet.
     temp: [Option<u8>; 3],
     /// The setpoint of the last frame.
     setpoint: Option<Setpoint>,
 }
 
-/// What one byte did to one machine.
+/// The effect of one byte on one receiver.
 pub(super) struct Step {
     offset: usize,
     byte: u8,
-    /// How many bytes were pending before and after it.
+    /// The number of pending bytes before the byte; `after` is the number after it.
     before: usize,
     after: usize,
-    /// What it decided about.
+    /// The frames and the discarded bytes that the byte decided.
     pieces: Vec<Piece>,
     bin: Option<BinTrace>,
 }
@@ -62,7 +62,7 @@ impl Traced {
         })
     }
 
-    /// The names of the columns between the byte and what happened.
+    /// Returns the names of the columns between the byte and the event.
     pub(super) const fn columns(&self) -> &'static str {
         match self.bin {
             Some(_) => BIN_COLUMNS,
@@ -95,8 +95,8 @@ impl Traced {
         }
     }
 
-    /// Returns a step as rows of text: the first has the columns, further ones go on with what happened. `policy` is
-    /// the machine's name.
+    /// Returns a step as rows of text. The first row has the columns, and each further row has one more event.
+    /// `policy` is the receiver's name.
     pub(super) fn row(&self, step: &Step, policy: &str) -> String {
         let Step { offset, byte, .. } = *step;
         let columns = match &step.bin {
@@ -118,7 +118,8 @@ impl Traced {
         )
     }
 
-    /// Appends a step as a JSON object. All frames have the same keys, and BIN also those of the lecture's columns.
+    /// Appends a step as a JSON object. All frames have the same keys, and BIN has additional keys for the lecture's
+    /// columns.
     pub(super) fn json(&self, step: &Step, into: &mut Vec<u8>) -> Result<()> {
         let (offset, byte, after) = (step.offset, step.byte, step.after);
         let policy = self.policy;
@@ -156,7 +157,7 @@ impl Traced {
         Ok(())
     }
 
-    /// Returns what happened, in words: a line for each thing.
+    /// Returns a line of text for each event of a step.
     fn happened(&self, step: &Step) -> Vec<String> {
         if let Some(bin) = &step.bin {
             return bin.happened(step);
@@ -174,7 +175,7 @@ impl Traced {
         lines.collect()
     }
 
-    /// Returns where every byte has gone. `policy` is the machine's name.
+    /// Returns the sums that account for every byte. `policy` is the receiver's name.
     pub(super) fn balance(&self, policy: &str) -> String {
         let counters = self.line.counters();
         let discarded = &counters.discarded;
@@ -214,7 +215,7 @@ impl BinTrace {
             .map_or([None; 3], |setpoint| <[u8; 3]>::from(setpoint).map(Some))
     }
 
-    /// What a byte did, in the lecture's words.
+    /// Returns the effect of a byte in the lecture's words.
     fn happened(&self, step: &Step) -> Vec<String> {
         let (before, after, byte) = (step.before, step.after, step.byte);
         if step.pieces.iter().any(|piece| piece.discarded.is_none()) {
@@ -243,13 +244,13 @@ impl BinTrace {
     }
 }
 
-/// The lecture's name of the state in which that many bytes are pending.
+/// Returns the lecture's name of the state with this number of pending bytes.
 fn state(pending: usize) -> &'static str {
     let states = FrameFormat::Bin.states();
     states.get(pending).copied().unwrap_or_default()
 }
 
-/// What a byte is as text, if it is anything.
+/// Returns a byte as text, or an empty text if the byte is not printable.
 fn character(byte: u8) -> String {
     match byte {
         b'\r' => "CR".into(),
@@ -258,12 +259,12 @@ fn character(byte: u8) -> String {
     }
 }
 
-/// Three values in hex, dashes where there is none yet.
+/// Returns three values in hex, with dashes for a value that is not known yet.
 fn in_hex(axes: [Option<u8>; 3]) -> String {
     joined(axes, " ")
 }
 
-/// A setpoint as the lecture writes it, `(7F,C8,4A)`; dashes if there is none yet.
+/// Returns a setpoint as the lecture writes it, `(7F,C8,4A)`, with dashes if there is none yet.
 fn in_brackets(axes: [Option<u8>; 3]) -> String {
     format!("({})", joined(axes, ","))
 }
@@ -287,9 +288,9 @@ mod tests {
 
     use super::*;
 
-    /// On streams in which starts of frames, and starts that come to nothing, are frequent.
+    /// The streams contain many starts of frames and many false starts.
     #[test]
-    fn what_is_said_is_what_the_bytes_are() {
+    fn the_described_events_match_the_bytes() {
         let bin = Protocol::named("bin").unwrap();
         for policy in [Policy::Lecture, Policy::Framelock] {
             let (mut starts, mut frames) = ([0; 7], 0);
@@ -318,7 +319,7 @@ mod tests {
                         let start = &stream[place.parse().unwrap()..=offset];
                         assert_eq!(step.after, start.len());
                         assert!(b"AB".starts_with(start) || start.starts_with(b"AB"));
-                        // What the frame under way has brought already is stored.
+                        // The values of the incomplete frame are already stored.
                         for (&byte, stored) in start.iter().skip(3).zip(shown.temp) {
                             assert_eq!(stored, Some(byte));
                         }
@@ -328,7 +329,7 @@ mod tests {
                 }
             }
             assert!(frames > 0);
-            // Of the five bytes behind the failed AB any may be where the receiver begins.
+            // The receiver may resynchronise at any of the five bytes after the failed AB.
             let may_begin = |count: &i32| (*count > 0) == (policy == Policy::Framelock);
             assert!(starts[1..=5].iter().all(may_begin), "{starts:?}");
         }

@@ -1,4 +1,4 @@
-//! A program at a pseudo-terminal, whose screen the test reads.
+//! Runs a program on a pseudo-terminal, whose screen the test reads.
 
 use std::fs::{self, File};
 use std::io::{Read, Write as _};
@@ -11,17 +11,17 @@ use crate::pseudo_terminal::terminal;
 
 pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_framelock");
 
-/// How a terminal is told to show the view, and to show what was there before with its cursor.
+/// The escape sequences that enter the view, leave the view and show the cursor.
 pub(crate) const ENTER: &str = "\x1b[?1049h";
 const LEAVE: &str = "\x1b[?1049l";
 const SHOW_CURSOR: &str = "\x1b[?25h";
 
-/// How `setsid` makes a terminal the controlling one.
+/// The command that makes a terminal the controlling terminal.
 pub(crate) const CONTROLLING: [&str; 2] = ["--ctty", "--wait"];
 
-/// A program at a terminal of 80 columns and 24 rows.
+/// A program on a terminal of 80 columns and 24 rows.
 pub(crate) struct AtTerminal {
-    /// What the user sees and types at.
+    /// The user's end of the terminal.
     user: File,
     near_end: File,
     settings: Termios,
@@ -29,7 +29,7 @@ pub(crate) struct AtTerminal {
     seen: String,
 }
 
-/// What of a terminal's settings a view changes.
+/// The settings of a terminal that a view changes.
 fn modes(settings: &Termios) -> String {
     format!(
         "{:?} {:?} {:?} {:?}",
@@ -38,7 +38,7 @@ fn modes(settings: &Termios) -> String {
 }
 
 impl AtTerminal {
-    /// Runs a command with the terminal as its standard streams, but for what the shell redirects.
+    /// Runs a command with the terminal as its standard streams, except for streams that the shell redirects.
     pub(crate) fn start(
         setsid: &[&str],
         command: &[&str],
@@ -71,7 +71,7 @@ impl AtTerminal {
         Self::start(&CONTROLLING, &command, redirected, directory)
     }
 
-    /// Reads the screen until the text is there, or for ever; gives all that came.
+    /// Reads the screen until the text appears, without a time limit. Returns all output so far.
     pub(crate) fn wait_for(&mut self, text: &str) -> String {
         while !self.seen.contains(text) {
             let mut bytes = [0; 4096];
@@ -86,7 +86,7 @@ impl AtTerminal {
         self.user.write_all(key.as_bytes()).unwrap();
     }
 
-    /// Waits for the end: the terminal must be as before. Gives all that came, and the exit code.
+    /// Waits for the end, and checks that the terminal's settings are restored. Returns all output and the exit code.
     pub(crate) fn finish(mut self) -> (String, Option<i32>) {
         let status = self.child.wait().unwrap();
         let settings = tcgetattr(&self.near_end).unwrap();
@@ -95,7 +95,7 @@ impl AtTerminal {
         (self.wait_for("END"), status.code())
     }
 
-    /// Waits for the end of a view. Gives what stands on the terminal then, and the exit code.
+    /// Waits for the end of a view. Returns the output after the view, and the exit code.
     pub(crate) fn end(self) -> (String, Option<i32>) {
         let (all, code) = self.finish();
         let (view, behind) = all.rsplit_once(LEAVE).expect("the view is left");
@@ -104,7 +104,7 @@ impl AtTerminal {
         (behind.to_owned(), code)
     }
 
-    /// Signals the program itself: `setsid --wait` forks if it leads a group.
+    /// Signals the program itself, which may be a child of `setsid`: `setsid --wait` forks if it leads a group.
     pub(crate) fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let children = format!("/proc/{id}/task/{id}/children");

@@ -1,4 +1,4 @@
-//! `framelock decode`: from pipes and files, and on Linux at a serial port.
+//! Tests of `framelock decode` with pipes and files, and on Linux with a serial port.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::time::{Duration, Instant, SystemTime};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime};
 use crate::process::{CLEAN, complaint, run, shown, signal, start};
 
 #[test]
-fn a_time_stands_beside_each_frame_of_a_stream_and_not_of_a_file() {
+fn frames_of_a_stream_have_times_and_frames_of_a_file_have_none() {
     let mut child = start(&["decode", "--timestamps", "--format=csv"]);
     let mut input = child.stdin.take().unwrap();
     let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
@@ -26,7 +26,7 @@ fn a_time_stands_beside_each_frame_of_a_stream_and_not_of_a_file() {
     assert!(child.wait().unwrap().success());
     assert!(times[1] - times[0] > 0.02, "{times:?}");
     assert!(times[1] - times[0] <= began.elapsed().as_secs_f64());
-    // Since 1970, and in the other formats.
+    // Times since 1970, in the other formats.
     let object = shown(&["decode", "--timestamps=unix"], CLEAN);
     let seconds = object.strip_prefix("{\"time\":").unwrap();
     let (seconds, _) = seconds.split_once(',').unwrap();
@@ -42,12 +42,15 @@ fn a_time_stands_beside_each_frame_of_a_stream_and_not_of_a_file() {
     file.write_all(&CLEAN).unwrap();
     let name = file.path().to_str().unwrap();
     let told = complaint(run(&["decode", "--timestamps", name], ""));
-    assert!(told.contains("does not say when its bytes came"), "{told}");
+    assert!(
+        told.contains("does not record when its bytes arrived"),
+        "{told}"
+    );
 }
 
 #[test]
 fn offsets_count_from_the_beginning_of_the_stream() {
-    // Longer than any buffer, and the frames lie across the buffers' ends.
+    // The stream is longer than any buffer, and frames cross the ends of buffers.
     let frames = 200_000;
     let mut file = tempfile::NamedTempFile::new().unwrap();
     file.write_all(b"???").unwrap();
@@ -65,7 +68,7 @@ fn offsets_count_from_the_beginning_of_the_stream() {
 
 #[test]
 #[cfg(unix)]
-fn setpoints_come_out_while_the_stream_goes_on_and_ctrl_c_ends_it_with_the_summary() {
+fn setpoints_are_written_before_the_stream_ends_and_ctrl_c_writes_the_summary() {
     let mut child = start(&["decode", "--summary=-"]);
     let mut input = child.stdin.take().unwrap();
     let mut output = BufReader::new(child.stdout.take().unwrap());
@@ -86,14 +89,14 @@ fn setpoints_come_out_while_the_stream_goes_on_and_ctrl_c_ends_it_with_the_summa
 }
 
 #[test]
-fn after_a_pause_whole_frames_behind_a_false_beginning_come_out() {
+fn after_a_pause_whole_frames_that_follow_a_false_start_are_delivered() {
     let mut child = start(&["decode", "--frame=ubx", "--idle-gap=20"]);
     let mut input = child.stdin.take().unwrap();
     let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
     input
         .write_all(b"\xB5\x62\x01\x07\x5C\x00\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38")
         .unwrap();
-    // The input is still open.
+    // The input is still open at this point.
     assert!(rows.next().unwrap().unwrap().starts_with("{\"offset\":15,"));
     drop(input);
     assert!(child.wait().unwrap().success());
@@ -112,10 +115,10 @@ mod at_a_serial_port {
     use crate::process::{CLEAN, complaint, feed, signal, start};
     use crate::pseudo_terminal::line;
 
-    /// A decoder that has shown the header and a frame.
+    /// A decoder that has already printed the header and a frame.
     struct Decoding {
         far_end: File,
-        /// Held open: a pseudo-terminal that nobody has open counts as disconnected.
+        /// The test holds this end open, since a pseudo-terminal without an open end counts as disconnected.
         near_end: File,
         port: String,
         child: Child,
@@ -148,10 +151,10 @@ mod at_a_serial_port {
     }
 
     #[test]
-    fn setpoints_come_as_the_line_brings_them_until_ctrl_c() {
+    fn setpoints_are_written_as_they_arrive_until_ctrl_c() {
         let mut session = decoding(&["--summary=-", "--baud=57600"]);
         for offset in [13, 20, 27] {
-            // Every byte must arrive as it was sent: a terminal would alter some.
+            // Every byte must arrive unchanged, although a terminal would alter some bytes.
             session.far_end.write_all(&CLEAN).unwrap();
             assert_eq!(session.next_line(), format!("{offset},127,200,74\n"));
         }
@@ -162,7 +165,7 @@ mod at_a_serial_port {
         assert_eq!((ended.status.code(), ended.stderr), (Some(0), vec![]));
     }
 
-    /// A pseudo-terminal has no parity bit, but keeps which it would be.
+    /// A pseudo-terminal has no parity bit, but it stores the parity setting.
     #[test]
     fn the_port_is_set_as_the_options_say() {
         for (options, modes) in [
@@ -184,7 +187,7 @@ mod at_a_serial_port {
     }
 
     #[test]
-    fn a_disconnection_is_told_with_its_place() {
+    fn a_disconnection_is_reported_with_its_offset() {
         let mut session = decoding(&[]);
         drop(session.far_end);
         let mut rest = String::new();
@@ -193,7 +196,7 @@ mod at_a_serial_port {
         let told = complaint(session.child.wait_with_output().unwrap());
         let port = session.port;
         let expected =
-            format!("framelock: cannot read {port} behind byte 7: the serial port is gone");
+            format!("framelock: cannot read {port} after byte 7: the serial port is gone");
         assert!(told.starts_with(&expected), "{told}");
     }
 
@@ -215,18 +218,18 @@ mod at_a_serial_port {
         assert_eq!(rows.next().unwrap().unwrap(), "offset,pitch,roll,yaw");
         assert_eq!(rows.next().unwrap().unwrap(), "6,127,200,74");
         fs::remove_file(&name).unwrap();
-        // What nobody has read is lost with the line.
+        // Bytes that were not read yet are lost with the line.
         while ioctl_fionread(&near_end).unwrap() > 0 {
             std::thread::yield_now();
         }
         drop((far_end, near_end));
         let gone = told.next().unwrap().unwrap();
-        let expected = format!("UTC: cannot read {path} behind byte 11: the serial port is gone");
+        let expected = format!("UTC: cannot read {path} after byte 11: the serial port is gone");
         assert!(gone.contains(&expected), "{gone}");
         symlink(second_port, &name).unwrap();
         let back = told.next().unwrap().unwrap();
         assert!(back.ends_with("UTC: the port is back"), "{back}");
-        // The rest of the frame that was cut is none.
+        // The rest of the interrupted frame is not a frame.
         second.write_all(&CLEAN[4..]).unwrap();
         second.write_all(&CLEAN).unwrap();
         assert_eq!(rows.next().unwrap().unwrap(), "20,127,200,74");
@@ -235,7 +238,7 @@ mod at_a_serial_port {
     }
 
     #[test]
-    fn a_port_that_is_not_there_yet_is_waited_for() {
+    fn the_option_wait_waits_for_a_port_that_does_not_exist_yet() {
         let folder = tempfile::tempdir().unwrap();
         let name = folder.path().join("port");
         let path = name.to_str().unwrap();
@@ -267,7 +270,7 @@ mod at_a_serial_port {
     }
 
     #[test]
-    fn a_port_in_use_is_told() {
+    fn a_port_in_use_is_an_error() {
         let mut session = decoding(&[]);
         let told = complaint(feed(start(&["decode", &session.port]), b""));
         assert!(

@@ -1,13 +1,13 @@
-//! `framelock demo` as its user meets it, without a terminal.
+//! Tests of `framelock demo` as a process, without a terminal.
 
 use crate::process;
 
-/// What it writes to standard output; it must succeed, and have nothing to complain of.
+/// Runs `framelock demo`, which must succeed without messages, and returns its standard output.
 fn shown(arguments: &[&str]) -> String {
     process::shown(&[&["demo"], arguments].concat(), "")
 }
 
-/// A row of the table: of the lecture's machine and of the receiver.
+/// Returns a row of the table: the numbers of the lecture's machine and of framelock.
 fn row(shown: &str, name: &str) -> [u64; 2] {
     let numbers = shown
         .lines()
@@ -21,7 +21,7 @@ fn row(shown: &str, name: &str) -> [u64; 2] {
 }
 
 #[test]
-fn by_default_the_difference_is_to_be_seen() {
+fn the_default_demo_shows_the_difference() {
     let shown = shown(&[]);
     let [lecture, framelock] = row(&shown, "lost");
     assert!(lecture > framelock + 55);
@@ -32,7 +32,7 @@ fn by_default_the_difference_is_to_be_seen() {
     let [lecture, framelock] = row(&shown, "deaf for at most, ms");
     assert!(lecture > 5_500);
     assert_eq!(framelock, 0);
-    // The story, a line for each second, and the table, for 80 columns.
+    // The output is the story, a line for each second, and the table, within 80 columns.
     let deaf = shown.find("\nONE LOST BYTE\nOne byte was lost").unwrap();
     let hold = "\n     4 s      40      20       1.9 s  hold           1           -  live\n";
     assert!(shown[deaf..].contains(hold), "{shown}");
@@ -51,7 +51,7 @@ fn the_same_seed_gives_the_same_lines() {
 }
 
 #[test]
-fn without_faults_it_speaks_of_none() {
+fn without_faults_the_story_mentions_none() {
     let shown = shown(&["--drop", "0", "--flip", "0"]);
     assert!(shown.contains("\nA GOOD LINE\n") && !shown.contains("lost, and one frame"));
     assert!(

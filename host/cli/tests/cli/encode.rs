@@ -1,4 +1,4 @@
-//! `framelock encode` as its user meets it.
+//! Tests of `framelock encode` as a process.
 
 use std::io::{Read, Write};
 
@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::process::{described, shown, start, written};
 
-/// The frames; it must succeed, and have nothing to complain of.
+/// Runs `framelock encode`, which must succeed without messages, and returns the frames.
 fn encoded(arguments: &[&str], input: impl AsRef<[u8]>) -> Vec<u8> {
     written(&[&["encode"], arguments].concat(), input)
 }
@@ -20,9 +20,9 @@ fn frames(setpoints: &[[u8; 3]]) -> Vec<u8> {
 }
 
 #[test]
-fn what_is_decoded_can_be_encoded_again() {
+fn decoded_rows_can_be_encoded_again() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    // Longer than any buffer, in every format.
+    // The input is longer than any buffer, in every format.
     let setpoints: Vec<[u8; 3]> = (0..20_000).map(|_| random.random()).collect();
     let stream = frames(&setpoints);
     for format in ["--format=jsonl", "--format=csv"] {
@@ -34,9 +34,9 @@ fn what_is_decoded_can_be_encoded_again() {
     }
 }
 
-/// Clause F1: it means nothing, so no row has it. A description of one's own may.
+/// Clause F1: the reserved byte has no meaning, so no row contains it. A user's description may contain it.
 #[test]
-fn the_reserved_byte_is_taken_whatever_it_is_and_sent_as_zero() {
+fn any_reserved_byte_is_accepted_and_zero_is_sent() {
     let reserved = |byte: u8| [b'A', b'B', byte, 0x7F, 0xC8, 0x4A, b'\r'];
     let stream = (0..=255).flat_map(reserved).collect::<Vec<u8>>();
     let rows = shown(&["decode"], &stream);
@@ -54,7 +54,7 @@ fn the_reserved_byte_is_taken_whatever_it_is_and_sent_as_zero() {
 }
 
 #[test]
-fn frames_come_out_while_rows_go_on() {
+fn frames_are_written_before_the_rows_end() {
     let row = |demand| format!("{{\"pitch\":{demand},\"roll\":2,\"yaw\":3}}\n");
     for rows in [
         [1, 2, 3].map(|demand| format!("{demand},2,3\n")),
@@ -65,7 +65,7 @@ fn frames_come_out_while_rows_go_on() {
         let text = rows.concat();
         let mut rest = text.as_str();
         for demand in 1..=3 {
-            // The end of a row comes with the beginning of the next.
+            // The end of a row arrives together with the beginning of the next row.
             let length = rest.find('\n').unwrap() + 2;
             let (piece, behind) = rest.split_at(length.min(rest.len()));
             rest = behind;
@@ -94,7 +94,7 @@ fn a_terminal_gets_frames_only_if_it_is_named() {
             assert!(complaint(output).contains("--output"));
         }
     }
-    // Before anything is asked for.
+    // The error comes before any row is read.
     let (_user, near_end) = terminal(80, 24);
     let mut command = framelock(&["encode"]);
     let stream = near_end.try_clone().unwrap();
@@ -102,9 +102,9 @@ fn a_terminal_gets_frames_only_if_it_is_named() {
     assert_eq!(complaint(output).lines().count(), 1);
 }
 
-/// Frames that others have made or published.
+/// Decodes frames that other programs have made or that were published.
 #[test]
-fn what_others_have_made_is_decoded_and_encoded_again() {
+fn frames_of_other_programs_are_decoded_and_encoded_again() {
     let recordings = include_str!("../recordings.txt").lines();
     let mut recordings = recordings.filter(|line| !line.is_empty() && !line.starts_with('#'));
     let mut count = 0;
@@ -114,7 +114,7 @@ fn what_others_have_made_is_decoded_and_encoded_again() {
         let arguments = |command| vec![command, "--frame", frame];
         let decoded = shown(&arguments("decode"), &stream);
         assert_eq!(decoded, format!("{expected}\n"));
-        // Anything in front, one byte wrong in a second one, and a third.
+        // The stream is noise, a frame, a second frame with one wrong byte, and a third frame.
         let mut wrong = stream.clone();
         *wrong.last_mut().unwrap() ^= 0x55;
         let noisy = [&b"noise"[..], &stream, &wrong, &stream].concat();

@@ -1,4 +1,4 @@
-//! What every subcommand does alike.
+//! Tests of the behaviour that all subcommands share.
 
 use std::fs::File;
 use std::process::Stdio;
@@ -53,11 +53,11 @@ fn completions_and_manual_pages_have_every_command() {
         for command in commands {
             assert!(shown.contains(command), "{arguments:?}: {command}");
         }
-        // Of the other shells clap has no values.
+        // For the other shells, clap does not complete values.
         let shell = arguments[arguments.len() - 1];
         let has_values = ["bash", "zsh", "fish"].contains(&shell);
         assert_eq!(shown.contains("mavlink1"), has_values, "{arguments:?}");
-        // Beside the frames' names come descriptions, with each of the commands that take them.
+        // Each command with `--frame` completes description files, in addition to the frames' names.
         let files = match shell {
             "zsh" => "six-axes-be; _files -g \"*.toml\"}'",
             "fish" => "six-axes-be\\t''\n(__fish_complete_suffix .toml)\"",
@@ -89,7 +89,7 @@ fn a_manual_page_keeps_its_examples_line_by_line() {
 fn ports_are_listed_or_there_are_none() {
     let output = run(&["ports"], "");
     assert_eq!(output.status.code(), Some(0));
-    let told = text(output.stderr).starts_with("framelock: there is no serial port: is the board");
+    let told = text(output.stderr).starts_with("framelock: there is no serial port: check that");
     assert_eq!(told, output.stdout.is_empty());
 }
 
@@ -106,7 +106,7 @@ fn help_has_examples() {
 }
 
 #[test]
-fn the_reader_of_standard_output_may_go() {
+fn it_is_no_error_if_the_reader_of_standard_output_goes() {
     let frames = CLEAN.repeat(100_000);
     let rows = b"1,2,3\n".repeat(100_000);
     for (arguments, input) in [
@@ -129,7 +129,7 @@ fn the_reader_of_standard_output_may_go() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_disk_is_told() {
+fn a_full_disk_is_reported() {
     let full = || File::options().write(true).open("/dev/full").unwrap();
     for (arguments, input, named) in [
         (&["decode"][..], &CLEAN[..], "standard output"),
@@ -154,7 +154,7 @@ fn a_full_disk_is_told() {
 }
 
 #[test]
-fn what_cannot_be_done_is_named_with_what_is_wanted() {
+fn an_error_message_names_the_problem_and_the_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let table = include_str!("../complaints.txt").replace('\r', "");
     let (impossible, senseless) = table.split_once("\n\n").unwrap();

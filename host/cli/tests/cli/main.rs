@@ -1,4 +1,4 @@
-//! The command line as its user meets it: a process, pipes, serial lines and terminals.
+//! Tests of the command line as a process, with pipes, serial lines and terminals.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,

@@ -1,4 +1,4 @@
-//! `framelock monitor` at a terminal: a pseudo-terminal whose screen the test reads.
+//! Tests of `framelock monitor` on a pseudo-terminal, whose screen the test reads.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -14,21 +14,21 @@ use crate::at_terminal::{AtTerminal, CONTROLLING, ENTER, PROGRAM};
 use crate::process::{CLEAN, framelock, text};
 use crate::pseudo_terminal::line;
 
-/// A monitor that has seen a frame, the line's far end and near end, and the port's name.
+/// Returns a monitor that has received a frame, the line's far end and near end, and the port's name.
 fn watching(directory: &Path, arguments: &[&str]) -> (AtTerminal, File, File, String) {
     let (mut far_end, near_end, port) = line();
     let monitor = watching_port(&port, &mut far_end, directory, arguments);
     (monitor, far_end, near_end, port)
 }
 
-/// A monitor of this port that has seen a frame.
+/// Returns a monitor of this port that has received a frame.
 fn watching_port(
     port: &str,
     far_end: &mut File,
     directory: &Path,
     arguments: &[&str],
 ) -> AtTerminal {
-    // The lock is not lost to silence, however long a busy computer takes.
+    // A long hold time keeps the lock even if a busy computer takes long.
     let patient = [port, "--hold-after=1000000", "--ramp-after=1000000"];
     let mut monitor = AtTerminal::monitor(&[&patient, arguments].concat(), "", directory);
     monitor.wait_for("help");
@@ -50,7 +50,7 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
     let record = ["--record=capture.bin"];
     let mut monitor = watching_port(path, &mut far_end, directory.path(), &record);
     far_end.write_all(&CLEAN[..4]).unwrap();
-    // Of what is drawn, only what changes is sent to the terminal.
+    // Only the changes of a drawing are sent to the terminal.
     monitor.wait_for(" frames 1");
     fs::remove_file(&name).unwrap();
     drop((far_end, near_end));
@@ -60,7 +60,7 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
         let settings = tcgetattr(&second_near_end).unwrap();
         settings.input_modes.contains(InputModes::PARMRK)
     };
-    // Line errors are to be marked there too.
+    // The port that came back must mark line errors too.
     for _ in 0..600 {
         if is_marked() {
             break;
@@ -77,7 +77,7 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
     for told in [
         "bytes 21, frames 2, bytes discarded 7,",
         "UTC: cannot read ",
-        "behind byte 11: the serial port is gone",
+        "after byte 11: the serial port is gone",
         "UTC: the port is back",
     ] {
         assert!(behind.contains(told), "{behind}");
@@ -85,7 +85,7 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
 }
 
 #[test]
-fn a_port_that_is_not_there_yet_is_waited_for() {
+fn the_option_wait_waits_for_a_port_that_does_not_exist_yet() {
     let directory = tempfile::tempdir().unwrap();
     let (mut far_end, _near_end, port) = line();
     let arguments = [
@@ -123,13 +123,13 @@ fn every_way_out_leaves_the_terminal_and_the_port_as_they_were() {
             key => monitor.type_key(key),
         }
         let (behind, code) = monitor.end();
-        // What was seen until then is not lost.
+        // The counters up to this moment are printed.
         assert!(
             behind.contains("bytes 7, frames 1, bytes discarded 0"),
             "{behind}"
         );
         assert!(!marks_errors());
-        let gone = format!("cannot read {port} behind byte 7: the serial port is gone");
+        let gone = format!("cannot read {port} after byte 7: the serial port is gone");
         assert_eq!(behind.contains(&gone), far_end.is_none(), "{behind}");
         assert_eq!(code, Some(if far_end.is_some() { 0 } else { 2 }), "{way:?}");
     }
@@ -176,14 +176,14 @@ fn standard_input_may_be_the_stream_and_keys_come_all_the_same() {
     );
 }
 
-/// Waits until the file is as long, or for ever.
+/// Waits until the file has this length, without a time limit.
 fn wait_for_length(path: &Path, length: u64) {
     while fs::metadata(path).map_or(0, |data| data.len()) < length {
         std::thread::sleep(Duration::from_millis(5));
     }
 }
 
-/// What it writes to standard output; it must succeed.
+/// Runs `framelock`, which must succeed, and returns its standard output.
 fn shown(arguments: &[&str], directory: &Path) -> String {
     let output = framelock(arguments).current_dir(directory).output();
     let output = output.unwrap();
@@ -192,17 +192,17 @@ fn shown(arguments: &[&str], directory: &Path) -> String {
 }
 
 #[test]
-fn what_is_sent_over_a_serial_line_is_watched_and_recorded() {
+fn sent_frames_are_watched_and_recorded_over_a_serial_line() {
     let directory = tempfile::tempdir().unwrap();
     let directory = directory.path();
     let mut profile = String::from("pitch,roll,yaw\n");
     for demand in 0..=255 {
-        // FF and 0 next to each other among them, which are marks of line errors to some.
+        // The bytes include FF followed by 0, which could be mistaken for the mark of a line error.
         writeln!(profile, "{demand},{},65", 255 - demand).unwrap();
     }
     fs::write(directory.join("profile.csv"), &profile).unwrap();
 
-    // Two lines, and a cable between them.
+    // Two lines are connected by a cable.
     let (mut from, _near_end, sender_port) = line();
     let (mut to, _other_near_end, monitor_port) = line();
     let cable = std::thread::spawn(move || {
@@ -262,16 +262,16 @@ fn a_key_begins_a_recording_and_ends_it() {
 }
 
 #[test]
-fn what_cannot_be_watched_is_told_before_the_terminal_is_taken_over() {
+fn an_error_is_reported_before_the_terminal_is_taken_over() {
     let directory = tempfile::tempdir().unwrap();
     let directory = directory.path();
     fs::write(directory.join("taken.bin"), "precious").unwrap();
     let (_far_end, _near_end, port) = line();
     for case in "\
-        - => the terminal that keys are typed at
+        - => standard input is the terminal, which is needed for keys
         no/such/port => cannot open no/such/port
         - --hold-after=600 => ramp_after is less than hold_after
-        PORT --record=taken.bin => taken.bin: a new file is wanted
+        PORT --record=taken.bin => taken.bin: name a file that does not exist
         /dev/tty => /dev/tty is the terminal that you type at
         - < /dev/null => no terminal to read keys from"
         .lines()
@@ -279,7 +279,7 @@ fn what_cannot_be_watched_is_told_before_the_terminal_is_taken_over() {
         let (command, told) = case.trim().split_once(" => ").unwrap();
         let command = command.replace("PORT", &port);
         let (arguments, redirected) = command.split_once(" < ").unwrap_or((&command, ""));
-        // Keys come from a controlling terminal, whatever standard input is.
+        // Keys are read from the controlling terminal, even if standard input is something else.
         let (setsid, redirected) = match redirected {
             "" => (&CONTROLLING[..], String::new()),
             file => (&CONTROLLING[1..], format!("< {file}")),

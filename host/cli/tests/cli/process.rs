@@ -1,4 +1,4 @@
-//! `framelock` as a process.
+//! Runs `framelock` as a process.
 
 use std::fs;
 use std::io::Write;
@@ -10,7 +10,7 @@ use framelock::{Line, Parser};
 /// The lecture's first example.
 pub(crate) const CLEAN: [u8; 7] = [0x41, 0x42, 0x00, 0x7F, 0xC8, 0x4A, 0x0D];
 
-/// The program, with every standard stream in the test's hands.
+/// Returns the program, with pipes as its standard streams.
 pub(crate) fn framelock(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_framelock"));
     command
@@ -25,11 +25,11 @@ pub(crate) fn start(arguments: &[&str]) -> Child {
     framelock(arguments).spawn().unwrap()
 }
 
-/// Gives it the input, and waits for its end.
+/// Writes the input to the process, and waits for its end.
 pub(crate) fn feed(mut child: Child, input: &[u8]) -> Output {
     let mut stdin = child.stdin.take().unwrap();
     std::thread::scope(|scope| {
-        // It may have had enough before all is written.
+        // The process may end before it has read everything.
         scope.spawn(move || stdin.write_all(input));
         child.wait_with_output().unwrap()
     })
@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
     feed(start(arguments), input.as_ref())
 }
 
-/// What it writes to standard output; it must succeed, and have nothing to complain of.
+/// Runs the program, which must succeed without messages, and returns its standard output.
 pub(crate) fn written(arguments: &[&str], input: impl AsRef<[u8]>) -> Vec<u8> {
     let output = run(arguments, input);
     assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
@@ -47,12 +47,12 @@ pub(crate) fn written(arguments: &[&str], input: impl AsRef<[u8]>) -> Vec<u8> {
     output.stdout
 }
 
-/// The same, which must be text.
+/// Does the same, and returns the output as text.
 pub(crate) fn shown(arguments: &[&str], input: impl AsRef<[u8]>) -> String {
     text(written(arguments, input))
 }
 
-/// What it complains of; it must fail with 2.
+/// Returns the error message of a process, which must fail with exit code 2.
 pub(crate) fn complaint(output: Output) -> String {
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     text(output.stderr)
@@ -69,7 +69,7 @@ pub(crate) fn signal(child: &Child, name: &str) {
     assert!(kill.success());
 }
 
-/// What a receiver makes of the bytes; every one must be part of a frame.
+/// Returns the setpoints of a stream in which every byte must be part of a frame.
 pub(crate) fn received(
     parser: impl for<'a> Parser<Message<'a> = Setpoint> + 'static,
     bytes: impl AsRef<[u8]>,
@@ -84,7 +84,7 @@ pub(crate) fn received(
     setpoints
 }
 
-/// A file that describes frames, in a folder that is to be kept, as an option.
+/// Writes a description into a file. Returns the file's folder, which the caller must keep, and the option.
 pub(crate) fn described(text: &str) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.toml");

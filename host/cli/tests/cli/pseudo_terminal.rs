@@ -1,4 +1,4 @@
-//! Serial lines for tests: pseudo-terminals.
+//! Serial lines for tests, made of pseudo-terminals.
 
 use std::fs::File;
 use std::io::Read;
@@ -7,9 +7,9 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, Winsize, tcgetattr, tcsetattr, tcsetwinsize};
 
-/// Both ends of a line, and the name of the near one.
+/// Opens a line. Returns both ends, and the name of the near end.
 ///
-/// The near end is to be held open: a pseudo-terminal that nobody has open counts as disconnected.
+/// The caller must hold the near end open, since a pseudo-terminal without an open end counts as disconnected.
 pub(crate) fn line() -> (File, File, String) {
     let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
     let far_end = openpt(flags).unwrap();
@@ -19,16 +19,16 @@ pub(crate) fn line() -> (File, File, String) {
         .into_string()
         .unwrap();
     let near_end = File::open(&name).unwrap();
-    // What is sent before the port is opened must not be altered either.
+    // Bytes that are sent before the port is opened must not be altered either.
     let mut settings = tcgetattr(&near_end).unwrap();
     settings.make_raw();
     tcsetattr(&near_end, OptionalActions::Now, &settings).unwrap();
     (far_end.into(), near_end, name)
 }
 
-/// Fills `bytes` with what comes over the line.
+/// Fills `bytes` from the line.
 ///
-/// It waits a minute at most: the line, which is held open, does not end with its sender.
+/// Waits at most a minute, because the line is held open and does not end with its sender.
 pub(crate) fn read_exactly(far_end: &mut File, bytes: &mut [u8]) {
     let limit = Timespec {
         tv_sec: 60,
@@ -43,7 +43,7 @@ pub(crate) fn read_exactly(far_end: &mut File, bytes: &mut [u8]) {
     }
 }
 
-/// A terminal of this many columns and rows: its user's end, and the end for programs.
+/// Opens a terminal of this many columns and rows. Returns the user's end and the end for programs.
 pub(crate) fn terminal(columns: u16, rows: u16) -> (File, File) {
     let (user, _raw, name) = line();
     let near_end = File::options().read(true).write(true).open(name).unwrap();

@@ -1,4 +1,4 @@
-//! `framelock send` as its user meets it: over pipes, serial lines and the loopback network.
+//! Tests of `framelock send` as a process, over pipes, serial lines and the loopback network.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -12,14 +12,14 @@ use framelock::motion::Bin;
 use crate::process::{complaint, feed, run, shown, signal, start, text, written};
 use crate::pseudo_terminal::{line, read_exactly};
 
-/// Where the axes are sent at the end.
+/// The default park setpoint.
 const PARK: [u8; 3] = [128, 128, 128];
 
 fn received(bytes: impl AsRef<[u8]>) -> Vec<[u8; 3]> {
     crate::process::received(Receiver::<Bin>::new(), bytes)
 }
 
-/// What it sends to standard output, and what it tells; it must succeed.
+/// Runs `framelock send -`, which must succeed, and returns the setpoints and the messages.
 fn sent(arguments: &[&str], input: &str) -> (Vec<[u8; 3]>, String) {
     let output = run(&[&["send", "-"], arguments].concat(), input);
     let told = text(output.stderr);
@@ -27,7 +27,7 @@ fn sent(arguments: &[&str], input: &str) -> (Vec<[u8; 3]>, String) {
     (received(output.stdout), told)
 }
 
-/// Every setpoint that there is on one axis or another, FF, CR and the sync bytes among them.
+/// Returns a profile in which each axis has every value, including FF, CR and the sync bytes.
 fn profile() -> Vec<[u8; 3]> {
     (0..=255)
         .map(|demand| [demand, 255 - demand, 0x41])
@@ -43,11 +43,11 @@ fn csv(setpoints: &[[u8; 3]], time: impl Fn(usize) -> String) -> String {
 }
 
 #[test]
-fn a_profile_arrives_as_it_is_and_then_the_axes_park() {
+fn a_profile_arrives_unchanged_and_then_the_axes_park() {
     let rows = csv(&profile(), |_| String::new());
     let (setpoints, told) = sent(&["--profile=-", "--rate=2000"], &rows);
     assert_eq!(setpoints[..256], profile());
-    // A straight line of a second, and five times park itself.
+    // Parking is a straight line of one second, then the park setpoint five times.
     let park = &setpoints[256..];
     assert_eq!(park.len(), 2005);
     let approaches = |pair: &[[u8; 3]]| pair[0][0] >= pair[1][0] && pair[0][1] <= pair[1][1];
@@ -98,7 +98,7 @@ fn ctrl_c_and_termination_park_first() {
         let setpoints = received(bytes);
         let motion = setpoints.len() - 105;
         assert_eq!(setpoints[..motion], vec![[228; 3]; motion]);
-        // The first tenth of the way, and the end of it.
+        // Check the first tenth of the way, and its end.
         assert_eq!(setpoints[motion + 9], [206, 207, 208]);
         assert_eq!(setpoints[motion + 99..], [[10, 20, 30]; 6]);
     }
@@ -109,7 +109,7 @@ fn a_second_ctrl_c_does_not_wait_for_the_parking() {
     let mut child = start(&["send", "-", "--motion=step", "--park-seconds=3600"]);
     let mut output = child.stdout.take().unwrap();
     output.read_exact(&mut [0; 7]).unwrap();
-    // The handler takes one signal at a time: two that are pending may count as one.
+    // The handler takes one signal at a time, so two pending signals may count as one.
     loop {
         signal(&child, "-INT");
         if let Some(status) = child.try_wait().unwrap() {
@@ -141,7 +141,7 @@ fn every_byte_arrives_at_the_other_end_of_a_serial_line() {
 }
 
 #[test]
-fn a_line_that_is_cut_is_told() {
+fn a_line_that_is_cut_is_an_error() {
     let (mut far_end, _near_end, port) = line();
     let child = start(&[
         "send",
@@ -184,7 +184,7 @@ fn a_port_that_comes_back_is_sent_to_again_and_ctrl_c_ends_the_wait() {
     symlink(second_port, &name).unwrap();
     let back = told.next().unwrap().unwrap();
     assert!(back.ends_with(&format!(" UTC: {path} is back")), "{back}");
-    // Whole frames, from the first on.
+    // Only whole frames arrive, from the first one on.
     let mut bytes = [0; 70];
     read_exactly(&mut second, &mut bytes);
     assert_eq!(received(bytes), [[228; 3]; 10]);
@@ -199,16 +199,16 @@ fn a_port_that_comes_back_is_sent_to_again_and_ctrl_c_ends_the_wait() {
 }
 
 #[test]
-fn what_the_line_cannot_carry_is_not_begun() {
+fn a_transmission_that_the_line_cannot_carry_does_not_start() {
     let (_far_end, _near_end, port) = line();
-    // 7.29 ms each, due a millisecond apart.
+    // Each frame takes 7.29 ms, and a frame is due every millisecond.
     let times = csv(&[[1; 3]; 60], |row| format!("0.{row:03},"));
     for case in "\
         --motion=step --rate=200 --baud=9600 => 200 frames of 7 bytes in a second need 14000 baud
         --motion=step --rate=200 --baud=9600 => lower --rate to 137 at most
         --motion=step --rate=1500 --frame=bin-crc8 => 1500 frames of 8 bytes in a second need 120000
         --motion=step --rate=120 --baud=9600 --parity=even --stop-bits=2 => lower --rate to 114 at most
-        --profile=- --baud=9600 => row 41 of the profile would be 252 ms late, so long the line takes for those"
+        --profile=- --baud=9600 => row 41 of the profile would be 252 ms late, because the line needs this time for the rows"
         .lines()
     {
         let (arguments, told) = case.split_once(" => ").unwrap();
@@ -236,7 +236,7 @@ fn datagrams_of_every_form_arrive_as_frames() {
         (b"AB\0\x0D\x41\x42\r", [0x0D, 0x41, 0x42]),
     ] {
         socket.send_to(datagram, address).unwrap();
-        // The frame before may come a few times more.
+        // The frame before may be repeated a few times.
         loop {
             let mut frame = [0; 7];
             output.read_exact(&mut frame).unwrap();
@@ -261,14 +261,14 @@ fn datagrams_of_every_form_arrive_as_frames() {
     for told in [
         "a bad datagram from 127.0.0.1",
         "\"not a setpoint\" is not three numbers",
-        "datagrams heard: 4, bad ones among them: 1",
+        "datagrams received: 4, of which bad: 1",
     ] {
         assert!(report.contains(told), "{report}");
     }
 }
 
 #[test]
-fn without_a_datagram_nothing_is_sent_and_an_address_in_use_is_told() {
+fn without_a_datagram_nothing_is_sent_and_an_address_in_use_is_an_error() {
     let udp = ["send", "-", "--rate=1000", "--seconds=0.05", "--no-park"];
     let ended = run(&[&udp[..], &["--udp=127.0.0.1:0"]].concat(), "");
     assert_eq!((ended.status.code(), ended.stdout), (Some(0), vec![]));
@@ -281,7 +281,7 @@ fn without_a_datagram_nothing_is_sent_and_an_address_in_use_is_told() {
     );
 }
 
-/// Two frames in one read have the same time, and the line takes a while for them.
+/// Two frames that arrived in one read have the same time, so sending the second one is late.
 #[test]
 fn a_recording_with_equal_times_is_sent() {
     let frames = written(&["encode"], "1,2,3\n4,5,6\n7,8,9\n");
@@ -298,9 +298,9 @@ fn a_recording_with_equal_times_is_sent() {
     assert_eq!(arrived(&["--no-park"], rows, frames.len()), frames);
 }
 
-/// 40 frames a second of 130 bytes go over 115 200 baud, however long UBX frames may be.
+/// 40 frames of 130 bytes per second fit into 115 200 baud, although UBX frames may be longer.
 #[test]
-fn a_line_carries_the_frames_that_there_are() {
+fn a_line_carries_frames_by_their_actual_length() {
     let rows = format!(
         "class,id,payload\n{}",
         format!("1,7,{}\n", "00".repeat(122)).repeat(4)

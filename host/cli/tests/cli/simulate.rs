@@ -1,10 +1,10 @@
-//! `framelock simulate` as its user meets it.
+//! Tests of `framelock simulate` as a process.
 
 use serde_json::Value;
 
 use crate::process;
 
-/// What it writes to standard output; it must succeed, and have nothing to complain of.
+/// Runs `framelock simulate`, which must succeed without messages, and returns its standard output.
 fn shown(arguments: &[&str]) -> String {
     process::shown(&[&["simulate"], arguments].concat(), "")
 }
@@ -13,7 +13,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&shown(&[arguments, &["--format", "json"]].concat())).unwrap()
 }
 
-/// The four numbers in the row of the table with that name.
+/// Returns the four numbers in the row of the table with this name.
 fn row(shown: &str, name: &str) -> Vec<f64> {
     let line = shown.lines().find_map(|line| line.strip_prefix(name));
     let line = line.unwrap_or_else(|| panic!("no row '{name}' in\n{shown}"));
@@ -63,7 +63,7 @@ fn json_holds_the_parameters_and_the_intervals() {
             ["low", "value", "high"].map(|name| delivered[name].as_f64().unwrap());
         assert!(low < value && value < high && value < 1.0, "{delivered}");
     }
-    // One point alone gives what it gave in the sweep.
+    // A single point has the same results as in the sweep.
     let alone = json(&["--lose", "0.02", "--trials", "4", "--rate", "40"]);
     assert_eq!(alone["points"][0], points[1]);
 }
@@ -165,7 +165,7 @@ fn every_option_is_a_parameter_of_the_simulation() {
             None => assert_eq!(parameter, value),
         }
     }
-    // The lecture's machine receives frames of format bin only.
+    // The lecture's machine receives only frames of the format bin.
     let receivers = document["points"][0]["receivers"].as_array().unwrap();
     let policies = receivers.iter().map(|receiver| &receiver["policy"]);
     assert!(policies.eq(["framelock", "framelock"]));
@@ -190,7 +190,7 @@ fn the_table_shows_what_the_json_holds() {
             "  99 of 100 within, ms",
             "/resynchronisation/percentile_99_ms",
         ),
-        ("  at the latest, ms", "/resynchronisation/longest_ms"),
+        ("  longest, ms", "/resynchronisation/longest_ms"),
         ("longest silence, ms", "/longest_silence_ms"),
         ("failsafe engagements", "/failsafe_engagements"),
         ("actuator error, largest", "/actuator_error/largest"),

@@ -1,4 +1,4 @@
-//! Nothing from the wire reaches a terminal as it came.
+//! Tests that terminal control characters from the line never reach the terminal.
 
 use std::fs;
 use std::path::Path;
@@ -11,19 +11,19 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::process::{complaint, described, run, shown};
 
-/// What a terminal acts on, in pieces of UTF-8 and not.
+/// Byte sequences that a terminal acts on, some of them valid UTF-8 and some not.
 const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u{200F}"];
 
 fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = HARMFUL.choose(random).unwrap().as_bytes().to_vec();
-    // Not the beginning of an end.
+    // Do not append part of a terminator.
     bytes.push(random.random::<u8>().max(b'\r' + 1));
     bytes
 }
 
-/// What is fuzzed, on the fuzzer's corpus and on random bytes: every frame in every format of text.
+/// Runs the fuzz target on the fuzzer's corpus and on random bytes, with every frame in every text format.
 #[test]
-fn no_text_that_is_made_of_a_stream_is_acted_on() {
+fn no_text_of_a_stream_controls_the_terminal() {
     let all = TextOutputs::all(LINES).unwrap();
     let (mut longest, mut escapes) = (0, 0);
     let mut check = |bytes: &[u8]| {
@@ -44,12 +44,12 @@ fn no_text_that_is_made_of_a_stream_is_acted_on() {
         let bytes = pieces.collect::<Vec<_>>().concat();
         check(&[&[frames], &bytes[..]].concat());
     }
-    // Rows, traces and errors, of which each tells what it was given.
+    // Rows, traces and errors each quote the input.
     assert!(longest > 6 && escapes > 500, "{longest} {escapes}");
 }
 
 #[test]
-fn nothing_from_the_wire_reaches_the_terminal_as_it_came() {
+fn control_characters_from_the_line_never_reach_the_terminal() {
     let (_folder, frame) = described(LINES);
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let frames = 500;
@@ -71,7 +71,7 @@ fn nothing_from_the_wire_reaches_the_terminal_as_it_came() {
         let escapes = shown.matches("x1B[2J").count();
         assert!(escapes > frames / 2 - 50, "{arguments:?}: {escapes}");
     }
-    // Errors quote what they were given.
+    // Errors quote the input.
     for (arguments, input) in [
         (&["decode", "--input=hex"][..], "41 \x1B[2J"),
         (&["trace", "--input=hex", "-"], "41 \u{202E}"),

@@ -1,4 +1,4 @@
-//! `framelock trace` as its user meets it.
+//! Tests of `framelock trace` as a process.
 
 use std::io::{BufRead, BufReader, Write};
 
@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Write};
 use crate::at_terminal::{AtTerminal, CONTROLLING, PROGRAM};
 use crate::process::{self, framelock, text};
 
-/// What of a row a terminal has no room for is left out, and `>` says so; a file and a pipe have all of it.
+/// A terminal receives rows that are cut to its width and end in `>`. A file or a pipe receives whole rows.
 #[test]
 #[cfg(target_os = "linux")]
 fn rows_of_any_frames_fit_the_terminal_and_a_pipe_gets_all_of_them() {
@@ -37,14 +37,14 @@ fn rows_of_any_frames_fit_the_terminal_and_a_pipe_gets_all_of_them() {
 }
 
 #[test]
-fn rows_come_as_the_bytes_do() {
+fn rows_are_written_as_the_bytes_arrive() {
     let mut child = process::start(&["trace", "-", "--policy", "framelock"]);
     let mut input = child.stdin.take().unwrap();
     let mut rows = BufReader::new(child.stdout.take().unwrap()).lines();
     rows.next().unwrap().unwrap();
     for _ in 0..3 {
         input.write_all(b"A").unwrap();
-        // Would wait for ever if the row were kept back.
+        // This would wait for ever if the row were held back.
         assert!(rows.next().unwrap().unwrap().contains("41 'A'"));
     }
     drop(input);

@@ -1,8 +1,8 @@
-//! The commands of guides, help texts and `tests/cases`, run in a shell: a page shows what its commands print.
+//! Runs the commands of guides, help texts and `tests/cases` in a shell, and compares their output with the pages.
 //!
-//! `SNAPSHOTS=overwrite cargo test -p framelock-host` writes into the pages what their commands print now. In a page,
-//! `[..]` stands for any part of a line. (trycmd, from which the form of the cases is taken, has no shell: the guides
-//! write files and use pipes.)
+//! `SNAPSHOTS=overwrite cargo test -p framelock-host` writes the current output into the pages. In a page, `[..]` stands
+//! for any part of a line. The cases have the form of trycmd. trycmd itself cannot be used, because it has no shell,
+//! and the guides write files and use pipes.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::process::Command;
 use snapbox::{Assert, Data};
 use tempfile::TempDir;
 
-/// Pages whose commands are run from the first to the last, and print what the page shows.
+/// The pages whose commands run in order and must print the output that the page shows.
 const GUIDES: [&str; 4] = [
     "docs/from-the-lecture.md",
     "docs/motion-software.md",
@@ -19,7 +19,7 @@ const GUIDES: [&str; 4] = [
     "docs/recordings.md",
 ];
 
-/// The first words of commands in other pages that are not run here, and why.
+/// The first words of commands in other pages that are not run here, each with the reason.
 const NOT_RUN: [(&str, &str); 7] = [
     (
         "cargo",
@@ -33,14 +33,14 @@ const NOT_RUN: [(&str, &str); 7] = [
     ("chmod", "needs a release"),
 ];
 
-/// Errors are shown among what is printed, nothing is typed, bytes are shown as hex, and examples need no viewer.
+/// Shell commands that merge errors into the output, leave standard input empty, define `hex`, and replace viewers.
 const PRELUDE: &str = "exec 2>&1 < /dev/null
 hex() { od -An -v -tx1 \"$@\" | xargs; }
 xxd() { cat; }
 less() { cat; }
 ";
 
-/// Ports in examples. In their place is one that no computer has: what is sent must not move anybody's board.
+/// The ports of examples. They are replaced by a port that no computer has, so that no test moves a real board.
 const PORTS: [&str; 4] = [
     "/dev/ttyACM0",
     "/dev/ttyUSB0",
@@ -59,12 +59,12 @@ fn guides_and_cases_show_what_their_commands_print() {
         let folder = Folder::new();
         let page = fs::read_to_string(&path).unwrap();
         let (printed, count) = folder.print(&page);
-        // Backslashes are no folders' here.
+        // Backslashes in the output do not separate folders.
         let compare = Assert::new().normalize_paths(false).action_env("SNAPSHOTS");
         compare.eq(printed, Data::read_from(&path, None));
         commands += count;
         if path.ends_with("own-frame.md") {
-            // The page's first block is what its commands make.
+            // The page's first block shows the bytes that its commands make.
             let (_, block) = page.split_once("```text\n").unwrap();
             let (captured, _) = block.split_once("```").unwrap();
             let made = fs::read(folder.0.path().join("capture.bin")).unwrap();
@@ -98,9 +98,9 @@ fn examples_in_help_texts_and_in_other_pages_run() {
             if command.contains(NO_PORT) {
                 assert!(printed.contains(NO_PORT), "{command}: {printed}");
             }
-            // The options are right, whatever else is missing.
+            // The options must be valid, even if a port or a terminal is missing.
             assert!(!printed.contains("error: "), "{command}: {printed}");
-            // A view needs a terminal.
+            // The monitor fails because it needs a terminal.
             let fails = command.contains(NO_PORT) || command.contains("framelock monitor");
             assert_eq!(code, if fails { 2 } else { 0 }, "{command}: {printed}");
             examples += 1;
@@ -121,7 +121,7 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The examples of a help text: two blanks, a command, and what it does after two blanks or more.
+/// Returns the examples of a help text. An example is two blanks, a command, and two or more blanks before its comment.
 fn of_help(help: &str) -> Vec<String> {
     let examples = help.strip_prefix("Examples:\n").unwrap_or_default();
     let lines = examples.lines().take_while(|line| !line.is_empty());
@@ -134,7 +134,7 @@ fn of_help(help: &str) -> Vec<String> {
         .collect()
 }
 
-/// The commands of the command line in a page's blocks; each other line of a block of `sh` must be in [`NOT_RUN`].
+/// Returns the `framelock` commands in a page's blocks. Every other line of a `sh` block must be in [`NOT_RUN`].
 fn of_page(page: &str) -> Vec<String> {
     let mut commands = Vec::new();
     let mut block = None;
@@ -158,14 +158,14 @@ fn of_page(page: &str) -> Vec<String> {
     commands
 }
 
-/// An example as it can be run anywhere, within a moment.
+/// Rewrites an example so that it runs on any computer, in a short time.
 fn runnable(example: &str) -> String {
     let mut command = PORTS
         .iter()
         .fold(example.to_owned(), |it, port| it.replace(port, NO_PORT));
-    // A port that is waited for does not come.
+    // Waiting for the missing port would never end.
     command = command.replace(" --wait", "");
-    // A shell reads completions, or has a folder for them.
+    // Print completions instead of passing them to a shell or into a folder.
     if let Some((completions, _)) = command.split_once(" > ") {
         command = completions.to_owned();
     }
@@ -181,7 +181,7 @@ fn runnable(example: &str) -> String {
     command
 }
 
-/// The folder in which commands run.
+/// A folder in which commands run.
 struct Folder(TempDir);
 
 impl Folder {
@@ -189,7 +189,7 @@ impl Folder {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// A folder with the files that examples read.
+    /// Makes a folder with the files that examples read.
     fn with_files() -> Self {
         let folder = Self::new();
         let motor = "printf 'sync = \"AA 55\"\\nlength = 3\\nfields = []' > motor.toml";
@@ -203,7 +203,7 @@ impl Folder {
         folder
     }
 
-    /// Runs commands; returns what they print, errors included, and the exit code.
+    /// Runs commands. Returns their output, including errors, and the exit code.
     fn run(&self, commands: &str) -> (String, i32) {
         let program = Path::new(env!("CARGO_BIN_EXE_framelock")).parent().unwrap();
         let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
@@ -220,7 +220,7 @@ impl Folder {
         )
     }
 
-    /// What a page shows of commands: what they print, after the exit code if it is not 0.
+    /// Returns the text that a page shows for commands: their output, preceded by the exit code if it is not 0.
     fn shown(&self, commands: &str) -> String {
         match self.run(commands) {
             (printed, 0) => printed,
@@ -228,10 +228,10 @@ impl Folder {
         }
     }
 
-    /// The page with what its commands print now, and how many blocks and commands there are.
+    /// Returns the page with the current output of its commands, and the number of blocks and commands.
     ///
-    /// A block of `sh` is run as a whole, and what it prints is in the block of `text` that follows directly. A block
-    /// of `console` has a command after each `$`, which goes on after `>`, and then what it prints.
+    /// A `sh` block runs as a whole, and the `text` block that follows directly contains its output. In a `console`
+    /// block, a command follows each `$`, continues after `>`, and is followed by its output.
     fn print(&self, page: &str) -> (String, usize) {
         let mut lines = page.lines().peekable();
         let (mut printed, mut count) = (Vec::new(), 0);

@@ -10,7 +10,7 @@ use framelock_simulation::Fate;
 use super::super::script::STILL;
 use super::*;
 
-/// As the command line has it if nothing is asked for.
+/// The arguments of a demonstration without options.
 pub(in super::super) const DEFAULT: Arguments = Arguments {
     seed: 1,
     seconds: 20,
@@ -40,7 +40,7 @@ fn finished(arguments: Arguments) -> Demonstration {
     demonstration
 }
 
-/// Of the lecture's machine and of framelock.
+/// Returns the reports of the lecture's machine and of framelock.
 fn reports(demonstration: &Demonstration) -> [Report; 2] {
     demonstration.report().1.try_into().unwrap()
 }
@@ -58,7 +58,7 @@ fn broken(demonstration: &Demonstration) -> u64 {
     line.frames_sent - line.frames_intact
 }
 
-/// Lines from good to hopeless, some busy without a pause, each with several seeds.
+/// Calls the test with lines from good to hopeless, some without pauses, each with several seeds.
 fn lines() -> impl Iterator<Item = Arguments> {
     let rates = [
         (0.004, 0.0005),
@@ -102,7 +102,7 @@ fn without_faults_nothing_is_lost_wrong_or_discarded() {
                 assert_eq!((report.lost, report.wrong), (0, 0), "{arguments:?}");
                 assert_eq!(report.tally.lost_intact, 0);
                 assert_eq!(report.tally.bytes_discarded, 0);
-                // At one frame a second the silence is just as long as the failsafe waits.
+                // At one frame per second, the silence is exactly as long as the failsafe waits.
                 assert!(report.tally.engagements == 1 || rate == 1);
                 assert_eq!(report.longest_deafness, Duration::ZERO);
             }
@@ -111,7 +111,7 @@ fn without_faults_nothing_is_lost_wrong_or_discarded() {
 }
 
 #[test]
-fn what_comes_of_it_depends_on_the_arguments_only() {
+fn the_results_depend_only_on_the_arguments() {
     let at_once = finished(DEFAULT);
     for step in [1, 33, 700, 5_000] {
         let mut in_steps = demonstration(DEFAULT);
@@ -124,7 +124,7 @@ fn what_comes_of_it_depends_on_the_arguments_only() {
     assert_ne!(finished(other).report(), at_once.report());
 }
 
-/// The marks of the lanes are what the simulation counts, and no byte is left out.
+/// The marks of the lanes equal the counts of the simulation, and no byte is left out.
 #[test]
 fn every_frame_and_every_byte_is_accounted_for() {
     for arguments in lines() {
@@ -153,8 +153,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
             let bytes = 7 * commits(report) + tally.bytes_discarded + pending as u64;
             assert_eq!(line.bytes_delivered, bytes, "{arguments:?}");
         }
-        // A frame that arrives whole is committed, unless an earlier commit ends inside it; that one
-        // is wrong, and ends inside no other frame.
+        // A frame that arrives whole is committed, unless an earlier commit ends inside it. That commit
+        // is wrong, and it ends inside no other frame.
         let [_, framelock] = reports(&demonstration);
         assert!(framelock.tally.lost_intact <= framelock.wrong);
         assert!(commits(&framelock) >= line.frames_intact, "{arguments:?}");
@@ -162,7 +162,7 @@ fn every_frame_and_every_byte_is_accounted_for() {
 }
 
 #[test]
-fn the_difference_is_to_be_seen_with_any_seed() {
+fn every_seed_shows_the_difference() {
     for seed in 0..20 {
         let [lecture, framelock] = reports(&finished(Arguments { seed, ..DEFAULT }));
         assert!(lecture.lost > framelock.lost + 55, "{seed}");
@@ -175,8 +175,8 @@ fn the_difference_is_to_be_seen_with_any_seed() {
     }
 }
 
-/// A seat that stands still and one lost byte: the lecture's machine never commits again, although
-/// the line is faultless from then on.
+/// While the seat stands still, one byte is lost. The lecture's machine never commits again, although
+/// the line has no more faults.
 #[test]
 fn one_lost_byte_makes_the_lectures_machine_deaf_and_the_receiver_not() {
     for seed in 0..20 {
@@ -185,7 +185,7 @@ fn one_lost_byte_makes_the_lectures_machine_deaf_and_the_receiver_not() {
             assert_eq!(reports(&demonstration).map(|report| report.lost), [0, 0]);
             demonstration.advance_to(demonstration.now + Duration::from_millis(20));
         }
-        // Within five seconds of the beginning.
+        // The byte is lost early, so that a viewer sees the deafness within five seconds.
         assert!(demonstration.now < Duration::from_secs(3));
         let heard = reports(&demonstration).map(|report| commits(&report));
         let sent = line(&demonstration).frames_sent;
@@ -198,7 +198,7 @@ fn one_lost_byte_makes_the_lectures_machine_deaf_and_the_receiver_not() {
         let [lecture, framelock] = reports(&demonstration);
         assert_eq!(commits(&lecture), heard[0], "seed {seed}");
         assert_eq!(lecture.output.phase, Phase::Parked);
-        // From the frame behind the broken one on, which was due at 2.1 s.
+        // Deaf since the frame after the broken one, which was due at 2.1 s.
         assert_eq!(lecture.deaf, Some(Duration::from_millis(5_850)));
         assert_eq!(lecture.longest_deafness, Duration::from_millis(5_850));
         assert_eq!(commits(&framelock), heard[1] + sent, "seed {seed}");
@@ -207,7 +207,7 @@ fn one_lost_byte_makes_the_lectures_machine_deaf_and_the_receiver_not() {
         assert_eq!(framelock.output.phase, Phase::Live);
         assert_eq!(Setpoint::from(framelock.output.axes), STILL);
 
-        // Where nothing is sent, nothing is missed.
+        // While nothing is sent, no frame can be missed.
         demonstration.advance_to(Duration::from_secs(15));
         assert_eq!(demonstration.passage(), Passage::Silence);
         assert_eq!(reports(&demonstration).map(|report| report.deaf), [None; 2]);
@@ -252,7 +252,7 @@ fn a_fault_is_shown_from_the_first_byte_of_its_frame() {
     };
     demonstration.advance_to(Duration::from_secs(1));
     assert_eq!(faults(&demonstration), 0);
-    // Of the first byte, and in the ride of another.
+    // The close-up shows the loss of the first byte, and later the loss of another byte in the ride.
     for seconds in [3, 10] {
         demonstration.advance_to(Duration::from_secs(seconds));
         assert_eq!(faults(&demonstration), 1);

@@ -18,7 +18,7 @@ fn demonstration(milliseconds: u64) -> Demonstration {
     demonstration
 }
 
-/// The screen as text, row by row.
+/// Returns the rows of the screen as text.
 fn screen(demonstration: &Demonstration, width: u16, height: u16) -> Vec<String> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
@@ -33,7 +33,7 @@ fn screen(demonstration: &Demonstration, width: u16, height: u16) -> Vec<String>
         .collect()
 }
 
-/// The place of the row that begins so.
+/// Returns the index of the row that begins with this text.
 fn row(screen: &[String], start: &str) -> usize {
     let mut rows = screen.iter();
     let found = rows.position(|row| row.trim_start().starts_with(start));
@@ -82,9 +82,9 @@ fn the_close_up_marks_the_lost_byte_and_shows_both_machines() {
     );
 }
 
-/// Where the failsafe has taken one seat and not the other, the bars show it.
+/// After the failsafe has moved only one of the seats, the bars differ.
 #[test]
-fn the_seats_are_where_the_failsafes_have_them() {
+fn the_seats_show_the_outputs_of_the_failsafes() {
     let screen = screen(&demonstration(7_000), 80, 24);
     let seat = |name| &screen[row(&screen, name) + 3];
     let blocks = |row: &str| row.matches('█').count();
@@ -118,7 +118,7 @@ fn every_story_is_told_to_its_end_on_every_terminal_that_has_room() {
 }
 
 #[test]
-fn a_low_terminal_goes_without_the_bytes_and_then_without_the_seats() {
+fn a_low_terminal_omits_the_bytes_and_then_the_seats() {
     let demonstration = demonstration(10_000);
     let has = |height, start| {
         let screen = screen(&demonstration, 80, height);
@@ -140,7 +140,7 @@ fn a_low_terminal_goes_without_the_bytes_and_then_without_the_seats() {
 fn on_a_terminal_that_is_too_small_it_says_what_it_needs() {
     let demonstration = demonstration(3_000);
     let shown = screen(&demonstration, 50, 12).join("");
-    assert!(shown.starts_with("The demo needs 60 columns and 16 rows; here are 50"));
+    assert!(shown.starts_with("The demo needs 60 columns and 16 rows; this"));
     assert!(shown.contains("framelock demo --plain"));
     for (width, height) in [(1, 1), (59, 16), (60, 15)] {
         let shown = screen(&demonstration, width, height).join("");

@@ -9,20 +9,24 @@ use framelock_receiving::Protocol;
 
 use super::*;
 
-pub(in super::super) fn session(directory: &Path, with_marks: bool) -> Session {
+pub(in super::super) fn session(directory: &Path, with_marks: bool) -> MonitorSession {
     session_of("bin", directory, with_marks)
 }
 
-pub(in super::super) fn session_of(frame: &str, directory: &Path, with_marks: bool) -> Session {
+pub(in super::super) fn session_of(
+    frame: &str,
+    directory: &Path,
+    with_marks: bool,
+) -> MonitorSession {
     let title = format!("/dev/ttyACM0, 115200 baud, {frame}, framelock");
-    let mut session = Session::new(title, watch_frames(frame, None), None);
+    let mut session = MonitorSession::new(title, watch_frames(frame, None), None);
     session.marks = with_marks.then(|| Marks::new(false));
     session.directory = directory.to_owned();
     session
 }
 
-impl Session {
-    /// A key without Ctrl; gives false if that is the end.
+impl MonitorSession {
+    /// Presses a key without Ctrl. Returns false if the key quits.
     pub(in super::super) fn press(&mut self, key: char) -> bool {
         self.key(KeyCode::Char(key).into())
     }
@@ -74,7 +78,7 @@ fn a_paused_view_stands_still_while_the_line_is_counted_and_recorded() {
 }
 
 #[test]
-fn a_recording_holds_what_came_between_the_two_keys_and_replaces_nothing() {
+fn a_recording_contains_the_bytes_between_two_keys_and_replaces_no_file() {
     let directory = tempfile::tempdir().unwrap();
     let path = |name: &str| directory.path().join(name);
     std::fs::write(path("framelock-1.bin"), "precious").unwrap();
@@ -129,7 +133,7 @@ fn marks_are_line_errors_and_not_data() {
     let directory = tempfile::tempdir().unwrap();
     let mut session = session(directory.path(), true);
     session.press('r');
-    // A frame with FF doubled, cut within a mark; then a byte that came with an error, and a break.
+    // The bytes are a frame with FF doubled, cut within a mark, then a byte with an error, then a break.
     session.receive(ms(1), b"AB\0\xFF\xFF\xFF");
     session.receive(ms(2), b"\xFF\0\rAB\0\xFF\0?\x10\xFF\0\0");
     session.receive(ms(3), FRAME);
@@ -146,10 +150,10 @@ fn marks_are_line_errors_and_not_data() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_recording_that_cannot_be_is_told_and_the_line_is_watched_all_the_same() {
+fn a_failed_recording_is_reported_and_watching_goes_on() {
     for (is_full, told) in [
         (false, "cannot record in no/such/directory"),
-        (true, "recording in /dev/full ended behind byte 7"),
+        (true, "recording in /dev/full ended after byte 7"),
     ] {
         let mut session = session(Path::new("no/such/directory"), false);
         if is_full {
@@ -173,7 +177,7 @@ fn a_recording_that_cannot_be_is_told_and_the_line_is_watched_all_the_same() {
 }
 
 #[test]
-fn the_end_tells_what_was_counted() {
+fn the_end_prints_the_counters() {
     let mut session = session(Path::new(""), false);
     session.receive(ms(1), b"??");
     session.receive(ms(1), FRAME);

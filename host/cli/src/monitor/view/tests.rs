@@ -9,13 +9,14 @@ use std::path::Path;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-use super::super::session::Session;
+use super::super::session::MonitorSession;
 use super::super::session::tests::{session, session_of};
 use super::super::watch::tests::ms;
 use super::*;
 
-/// Three seconds of a motion at 50 frames a second, then three bytes of noise and four of a frame.
-fn watched(with_marks: bool) -> Session {
+/// Receives three seconds of a motion at 50 frames per second, then three bytes of noise and the first
+/// four bytes of a frame.
+fn watched(with_marks: bool) -> MonitorSession {
     let mut session = session(Path::new("no/such/directory"), with_marks);
     for frame in 0..150_u8 {
         let bytes = [b'A', b'B', 0, frame, 0x40, 0xC0, b'\r'];
@@ -26,8 +27,8 @@ fn watched(with_marks: bool) -> Session {
     session
 }
 
-/// The screen as text, row by row.
-fn screen(session: &mut Session, width: u16, height: u16) -> Vec<String> {
+/// Returns the rows of the screen as text.
+fn screen(session: &mut MonitorSession, width: u16, height: u16) -> Vec<String> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal.draw(|frame| draw(frame, session)).unwrap();
     let buffer = terminal.backend().buffer();
@@ -37,8 +38,8 @@ fn screen(session: &mut Session, width: u16, height: u16) -> Vec<String> {
         .collect()
 }
 
-/// That rows hold texts: a row's number and its text on each line.
-fn shows(session: &mut Session, width: u16, expected: &str) {
+/// Checks that rows contain texts. Each line of `expected` has a row's number and its text.
+fn shows(session: &mut MonitorSession, width: u16, expected: &str) {
     let rows = screen(session, width, 24);
     for line in expected.lines().filter(|line| !line.trim().is_empty()) {
         let (row, text) = line.trim().split_once(": ").unwrap();
@@ -48,7 +49,7 @@ fn shows(session: &mut Session, width: u16, expected: &str) {
 }
 
 #[test]
-fn the_screen_is_what_was_watched() {
+fn the_screen_shows_the_watched_line() {
     let expected = [
         " framelock monitor  /dev/ttyACM0, 115200 baud, bin, framelock                   ",
         " SEARCHING   50.0 frames/s      350 bytes/s   last frame 0.0 s ago              ",
@@ -69,7 +70,7 @@ fn the_screen_is_what_was_watched() {
         "│   │⠐⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠒⠂                                                   │",
         "│  0│⢀⡠⠤⠒⠊⠉                                                                    │",
         "└──────────────────────────────────────────────────────────────────────────────┘",
-        "┌ bytes discarded last, | where a frame was between ───────────────────────────┐",
+        "┌ last discarded bytes; | marks a frame in between ────────────────────────────┐",
         "│|41 7F 3F                                                                     │",
         "│                                                                              │",
         "└──────────────────────────────────────────────────────────────────────────────┘",
@@ -78,7 +79,7 @@ fn the_screen_is_what_was_watched() {
     assert_eq!(screen(&mut watched(true), 80, 24), expected);
 }
 
-/// Sixteen channels of 992.
+/// Makes a frame with sixteen channels of 992.
 const SBUS: [u8; 25] = [
     0x0F, 0xE0, 0x03, 0x1F, 0xF8, 0xC0, 0x07, 0x3E, 0xF0, 0x81, 0x0F, 0x7C, 0xE0, 0x03, 0x1F, 0xF8,
     0xC0, 0x07, 0x3E, 0xF0, 0x81, 0x0F, 0x7C, 0x08, 0x00,
@@ -109,10 +110,10 @@ fn described_frames_are_shown_with_their_fields() {
 }
 
 #[test]
-fn what_happens_is_shown() {
+fn events_of_the_line_are_shown() {
     let mut with_errors = watched(true);
     with_errors.receive(ms(3_020), b"\xFF\0\x55\xFF\0\0\xFF\0\0");
-    // Those that were pending are discarded bytes too.
+    // The bytes that were pending are now discarded too.
     let errors = "
         8: line errors: framing 1     break 2
         6: line 4
@@ -134,7 +135,7 @@ fn what_happens_is_shown() {
         3: 149 out 128│
         6: │failsafe PARKED";
     shows(&mut silent, 80, silence);
-    // Where there is little room, the newest discarded bytes are shown.
+    // If there is little room, the newest discarded bytes are shown.
     nothing.receive(ms(1), &[b'?'; 60]);
     nothing.receive(ms(2), b"1234");
     shows(&mut nothing, 80, "20: │ 3F 3F\n21: 3F 31 32 33 34│");
@@ -155,7 +156,7 @@ fn keys_change_what_is_shown() {
     let mut session = watched(false);
     session.press(' ');
     shows(&mut session, 30, "0: PAUSED");
-    shows(&mut session, 80, "0: PAUSED\n23: space goes on");
+    shows(&mut session, 80, "0: PAUSED\n23: space resumes");
     session.press(' ');
     session.press('z');
     shows(&mut session, 80, "3: bytes 4  frames 0  ");
@@ -167,7 +168,7 @@ fn keys_change_what_is_shown() {
     shows(
         &mut session,
         80,
-        "7: z             set the counters to zero",
+        "6: z             set the counters to zero",
     );
     session.has_ended = true;
     shows(&mut session, 80, "0: THE INPUT HAS ENDED");
@@ -183,20 +184,20 @@ fn keys_change_what_is_shown() {
 }
 
 #[test]
-fn a_low_terminal_goes_without_the_chart_and_then_without_the_bytes() {
+fn a_low_terminal_omits_the_chart_and_then_the_bytes() {
     let has = |height, text| {
         let rows = screen(&mut watched(false), 80, height);
         rows.iter().any(|row| row.contains(text))
     };
     for (height, chart, discarded) in [(24, true, true), (22, false, true), (15, false, false)] {
         assert_eq!(has(height, "the last ten seconds"), chart, "{height}");
-        assert_eq!(has(height, "bytes discarded last"), discarded, "{height}");
+        assert_eq!(has(height, "last discarded bytes"), discarded, "{height}");
         assert!(has(height, "resynchronised 0"), "{height}");
     }
 }
 
 #[test]
-fn no_terminal_is_too_small_and_no_time_too_early() {
+fn the_view_can_be_drawn_at_any_size_and_time() {
     for (width, height) in [(1, 1), (10, 3), (40, 12), (79, 23), (300, 100)] {
         screen(&mut session(Path::new(""), false), width, height);
         let mut watched = watched(true);

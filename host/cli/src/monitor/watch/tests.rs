@@ -45,7 +45,7 @@ fn discarded(watch: &Watch) -> String {
 }
 
 #[test]
-fn the_bytes_shown_as_discarded_are_those_that_were() {
+fn the_view_shows_exactly_the_discarded_bytes() {
     let mut watch = watch(None);
     feed(&mut watch, ms(1), b"??");
     feed(&mut watch, ms(1), FRAME);
@@ -67,7 +67,7 @@ fn the_lock_is_found_lost_and_silent() {
     for (at, bytes, lock) in [
         (10, &b"AB\0"[..], Lock::Searching),
         (11, b"\x01\x02\x03\r", Lock::Locked),
-        // Part of a frame is no loss; a byte that cannot be is one.
+        // A byte that is part of a frame is not a loss. A byte that cannot be part of a frame is one.
         (30, b"AB\0\x01", Lock::Locked),
         (31, b"\x02\x03?", Lock::Searching),
         (50, FRAME, Lock::Locked),
@@ -94,7 +94,7 @@ fn the_failsafe_follows_holds_and_parks() {
     for frame in 1..=100 {
         feed(&mut watch, ms(20 * frame), FRAME);
     }
-    // Bytes that are stamped late are no silence.
+    // A time stamp that goes back does not count as silence.
     watch.advance_to(ms(2_030));
     feed(&mut watch, ms(2_020), FRAME);
     let output = watch.output();
@@ -113,12 +113,12 @@ fn the_failsafe_follows_holds_and_parks() {
         watch.advance_to(ms(time));
         assert_eq!(watch.output().phase, phase, "{time}");
     }
-    // The last frame's stays.
+    // The setpoint of the last frame remains.
     assert_eq!(watch.now.setpoint, Some(setpoint));
 }
 
 #[test]
-fn an_idle_gap_drops_the_frame_under_way_if_asked_for() {
+fn an_idle_gap_drops_the_incomplete_frame_if_the_option_is_given() {
     for (gap, frames, dropped) in [
         (None, 1, ""),
         (Some(ms(5)), 0, "|AB\\x00\\x01\\x02\\x03\\r"),
@@ -133,7 +133,7 @@ fn an_idle_gap_drops_the_frame_under_way_if_asked_for() {
         assert_eq!(counters.events.idle, 1 - frames);
         assert_eq!(counters.discarded.line_event, 5 * (1 - frames));
         assert_eq!(discarded(&watch), dropped);
-        // A gap is one however long it lasts.
+        // A long gap is counted once.
         watch.advance_to(ms(500));
         watch.advance_to(ms(900));
         assert_eq!(watch.line.counters().events.idle, 2 * (1 - frames));
@@ -141,7 +141,7 @@ fn an_idle_gap_drops_the_frame_under_way_if_asked_for() {
 }
 
 #[test]
-fn an_idle_gap_delivers_the_frame_behind_a_false_beginning() {
+fn an_idle_gap_delivers_the_frame_after_a_false_start() {
     let frame = [0xC8, 0x02, 0x14, 0xAC];
     let mut watch = watch_frames("crsf", Some(ms(5)));
     feed(&mut watch, ms(10), &[0xC8, 0x3E]);
@@ -175,7 +175,7 @@ fn a_reset_counts_from_zero_and_keeps_the_frame_under_way() {
 }
 
 #[test]
-fn rates_are_those_of_the_last_two_seconds_and_the_history_is_of_ten() {
+fn rates_cover_two_seconds_and_the_history_covers_ten() {
     let mut watch = watch(None);
     for frame in 0..150 {
         feed(&mut watch, ms(10 + 20 * frame), FRAME);
@@ -192,7 +192,7 @@ fn rates_are_those_of_the_last_two_seconds_and_the_history_is_of_ten() {
     let history = &watch.history;
     let known = history.iter().filter(|sample| sample.setpoint.is_some());
     assert_eq!((history.len(), known.count()), (51, 50));
-    // The computer slept for a year.
+    // The computer was suspended for a year.
     watch.advance_to(Duration::from_secs(31_536_000));
     let history = &watch.history;
     assert!(history.iter().all(|sample| sample.setpoint.is_some()));

@@ -26,14 +26,14 @@ const PARKING: Parking = Parking {
     rate: RATE,
 };
 
-/// The way from a pitch of 9, and the end of it.
+/// The pitches of parking from a pitch of 9: the way, then the park position.
 const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
 
 fn named(name: &str) -> Protocol {
     Protocol::named(name).unwrap()
 }
 
-/// Ten frames: pitch counts them; some are silent.
+/// Returns a source of ten frames whose pitch counts them. Frames that are `silent` are not sent.
 fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
     let frame = named(name);
     let mut numbers = 0..10;
@@ -46,7 +46,7 @@ fn ten(name: &str, silent: impl Fn(u8) -> bool + 'static) -> Source {
     }
 }
 
-/// The pitch of every frame that the receiver finds; it must find nothing else.
+/// Returns the pitch of every frame that the receiver delivers, and checks that it discards nothing.
 fn pitches(
     receiver: impl for<'a> Parser<Message<'a> = Setpoint> + 'static,
     bytes: &[u8],
@@ -62,7 +62,7 @@ fn pitches(
     pitches
 }
 
-/// The pitches sent, and how many frames moved, were silent and parked.
+/// Returns the pitches that were sent, and the numbers of moving, silent and parking frames.
 fn run(
     clock: &mut TestClock,
     source: Source,
@@ -89,7 +89,7 @@ fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
     let due: Vec<Duration> = RATE.dues().take(10).collect();
     assert_eq!(clock.waits, due);
     assert_eq!(counts, [7, 3, 0]);
-    // A length ends it before the source does.
+    // A length ends the transmission before the source does.
     let length = Some(Duration::from_millis(60));
     assert_eq!(
         run(
@@ -104,12 +104,12 @@ fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
 }
 
 #[test]
-fn the_end_is_in_a_straight_line_to_park_and_stays_there() {
+fn the_axes_park_in_a_straight_line_and_stay_there() {
     let mut clock = TestClock::default();
     let (pitches, counts) = run(&mut clock, ten("bin", |_| false), None, Some(PARKING));
     assert_eq!((pitches[9], &pitches[10..]), (9, &PARKED[..]));
     assert_eq!(counts, [10, 0, 10]);
-    // At the same pace as before.
+    // Parking keeps the rate of the motion.
     assert_eq!(clock.waits.last(), Some(&RATE.due(19)));
     let at_once = Parking {
         seconds: 0.0,
@@ -126,7 +126,7 @@ fn the_end_is_in_a_straight_line_to_park_and_stays_there() {
 
 #[test]
 fn a_reason_to_stop_ends_the_motion_and_parks() {
-    // Before the first frame there is nothing to approach.
+    // Before the first frame, the position is unknown, so only the park position is sent.
     for (stop_after, park_frames) in [(4, 10), (0, 5)] {
         let mut clock = TestClock {
             stop_after: Some(stop_after),
@@ -157,13 +157,13 @@ fn faults_are_in_the_motion_but_not_in_the_parking() {
 }
 
 #[test]
-fn a_time_has_room_for_so_many_frames() {
+fn frames_in_returns_at_least_one_frame_and_saturates() {
     for (seconds, frames) in [(1.0, 50), (0.0, 1), (1e300, u32::MAX)] {
         assert_eq!(RATE.frames_in(seconds), frames);
     }
 }
 
-/// Takes a number of frames, then no more.
+/// A line that accepts a number of frames and then fails.
 struct Cut(usize);
 
 impl Write for Cut {
@@ -178,7 +178,7 @@ impl Write for Cut {
 }
 
 #[test]
-fn a_line_that_is_cut_ends_it_with_what_was_sent() {
+fn an_error_of_the_line_ends_the_transmission_and_keeps_the_count() {
     let (mut clock, mut line) = (TestClock::default(), Cut(3));
     let frame = named("bin");
     let mut transmission = Transmission::new(&mut clock, &mut line, &frame, None);
