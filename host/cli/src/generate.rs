@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     /// Generate code for these frames: a name, or a description file
     #[arg(long, value_name = "NAME|FILE", value_parser = ProtocolParser, hide_possible_values = true)]
     frame: Protocol,
-    /// Generate rust (no_std) or c (C99 that is also valid C++17)
+    /// Generate Rust without std, or C99 that is also valid C++17
     #[arg(long, value_enum, value_name = "LANGUAGE")]
     language: Language,
     /// Write the code to FILE, replacing it, instead of standard output
