@@ -12,9 +12,6 @@
 
 use framelock_formats::layout::{Algorithm, Crc};
 
-/// Stretches up to this length are summed directly: that is faster.
-pub(crate) const SHORT: usize = 16;
-
 /// Running values are dropped when this many are no longer needed.
 const MANY: usize = 1 << 16;
 
@@ -59,7 +56,7 @@ impl RunningSums {
 
     /// Returns what [`Algorithm::of`] returns for the bytes `covered`, which stand at position `at` of the stream.
     ///
-    /// If positions do not decrease, it takes each byte of the stream once, and up to [`SHORT`] bytes for each call.
+    /// If positions do not decrease, it takes each byte of the stream once.
     pub(crate) fn of(
         &mut self,
         algorithm: &Algorithm,
@@ -68,11 +65,6 @@ impl RunningSums {
         extra: Option<u8>,
     ) -> u32 {
         let end = at + covered.len();
-        if covered.len() <= SHORT {
-            #[cfg(test)]
-            (self.touched += covered.len());
-            return algorithm.of(covered, extra);
-        }
         self.extend(algorithm, at, covered);
         let value = |position: usize| self.running.get(position - self.from).copied();
         let (before, after) = (value(at).unwrap_or(0), value(end).unwrap_or(0));
@@ -99,9 +91,17 @@ impl RunningSums {
                 }
                 let power = self.powers.get(covered.len()).copied().unwrap_or(0);
                 let unused = 32 - crc.width;
-                let moved = product(crc, before ^ crc.initial << unused, power);
-                let register = (after ^ moved) >> unused;
-                Algorithm::Crc(crc.initial(register)).of(&[], extra)
+                let moved = product(&self.table, unused, before ^ crc.initial << unused, power);
+                let register = after ^ moved;
+                let register = extra.map_or(register, |extra| {
+                    shifted(&self.table, register, first_power_first(crc, extra))
+                });
+                let remainder = if crc.reflected_out {
+                    register.reverse_bits()
+                } else {
+                    register >> unused
+                };
+                remainder ^ crc.xor_out
             }
             // An algorithm that this receiver does not know.
             _ => algorithm.of(covered, extra),
@@ -136,11 +136,7 @@ impl RunningSums {
 #[inline]
 fn next(algorithm: &Algorithm, table: &[u32], value: u32, byte: u8) -> u32 {
     match algorithm {
-        Algorithm::Crc(crc) => {
-            let [.., highest] = value.to_le_bytes();
-            let entry = table.get(usize::from(highest ^ first_power_first(crc, byte)));
-            entry.copied().unwrap_or(0) ^ value << 8
-        }
+        Algorithm::Crc(crc) => shifted(table, value, first_power_first(crc, byte)),
         Algorithm::Xor => value ^ u32::from(byte),
         // Both sums, of 16 bits each, of which the lowest 8 count.
         Algorithm::Fletcher => {
@@ -162,14 +158,33 @@ const fn first_power_first(crc: &Crc, byte: u8) -> u8 {
     }
 }
 
-/// Returns the product of two remainders, in the highest bits, modulo the polynomial.
+/// Returns the product of two remainders, in the highest bits, modulo the polynomial of this table.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "both halves of the product are taken"
+)]
+fn product(table: &[u32], unused: u32, one: u32, other: u32) -> u32 {
+    // The product of polynomials is the product of numbers without carries. Of every fourth bit of both, each place
+    // has eight ones at most: no carry reaches the next place that counts.
+    const PLACES: u64 = 0x1111_1111_1111_1111;
+    let every_fourth = |bits: u32| [0, 1, 2, 3].map(|first| u64::from(bits) & PLACES << first);
+    let (one, other) = (every_fourth(one >> unused), every_fourth(other));
+    let mut product = 0;
+    for (first, one) in (0..).zip(one) {
+        for (second, other) in (0..).zip(other) {
+            product ^= (one * other) & (PLACES << ((first + second) % 4));
+        }
+    }
+    let [low, high] = [product as u32, (product >> 32) as u32];
+    low ^ (0..4).fold(high, |value, _| shifted(table, value, 0))
+}
+
+/// Returns the remainder in the highest bits after another byte, whose first bit is the highest.
 #[inline]
-fn product(crc: &Crc, one: u32, other: u32) -> u32 {
-    let polynomial = crc.polynomial << (32 - crc.width);
-    let if_set = |bit: u32, bits: u32| bit.wrapping_neg() & bits;
-    (32 - crc.width..32).rev().fold(0, |product: u32, bit| {
-        product << 1 ^ if_set(product >> 31, polynomial) ^ if_set(other >> bit & 1, one)
-    })
+fn shifted(table: &[u32], value: u32, byte: u8) -> u32 {
+    let [.., highest] = value.to_le_bytes();
+    let entry = table.get(usize::from(highest ^ byte));
+    entry.copied().unwrap_or(0) ^ value << 8
 }
 
 #[cfg(test)]

@@ -11,7 +11,13 @@ use framelock::{Classification, DiscardReason, Format as _, Found, LineEvent, Pa
 use framelock_formats::layout::Length;
 use framelock_formats::{AnyOf, Layout};
 
-use crate::running_sums::{RunningSums, SHORT};
+use crate::running_sums::RunningSums;
+
+/// Layouts that begin alike.
+type Layouts<'a> = AnyOf<'a, &'static Layout<'static>>;
+
+/// Stretches up to this length are summed directly: that is faster.
+const SHORT: usize = 16;
 
 /// Bytes that are searched for a delimiter again and again, at most.
 const FEW: usize = 2;
@@ -153,29 +159,22 @@ impl Parser for StreamReceiver {
     }
 }
 
-/// What begins with a byte.
-#[derive(Clone, Copy, Debug)]
-enum Start {
-    /// No frame.
-    None,
-    /// Frames of one layout, which end with a delimiter: the number of the layout.
-    Delimited(usize),
-    /// Other frames.
-    Some,
+/// The frames that may begin with a byte.
+#[derive(Clone, Debug)]
+struct Start {
+    /// Their layouts, in order.
+    layouts: Vec<&'static Layout<'static>>,
+    /// The search for the delimiter of the only layout, if a delimiter ends its frames.
+    search: Option<Search>,
 }
 
 /// Classifies a stream from each position on, and remembers sums and searches that may be needed again.
 #[derive(Clone, Debug)]
 struct Classifier {
-    format: AnyOf<'static>,
     longest: usize,
+    /// For each byte.
     starts: Vec<Start>,
-    /// For each layout, if a delimiter ends its frames.
-    searches: Vec<Search>,
-    /// Wrong checksums have covered bytes up to this position.
-    summed: usize,
-    /// For each checksum, its algorithm's address.
-    sums: RefCell<Vec<(usize, RunningSums)>>,
+    sums: Sums,
 }
 
 /// The search for a delimiter. The search from a later start on is a part of the search from an earlier one.
@@ -190,45 +189,38 @@ struct Search {
 impl Classifier {
     fn new(format: AnyOf<'static>) -> Self {
         let start = |byte| {
-            let numbered = format.0.iter().enumerate();
-            let mut starting = numbered.filter(|(_, layout)| layout.starts(byte));
-            match (starting.next(), starting.next()) {
-                (None, _) => Start::None,
-                (Some((number, layout)), None) if layout.length() == Length::Delimiter => {
-                    Start::Delimited(number)
-                }
-                _ => Start::Some,
-            }
+            let starting = format.0.iter().filter(|layout| layout.starts(byte));
+            let layouts: Vec<_> = starting.collect();
+            let is_delimited = matches!(&*layouts, [one] if one.length() == Length::Delimiter);
+            let search = is_delimited.then(Search::default);
+            Start { layouts, search }
         };
         Self {
-            format,
             longest: format.longest(),
             starts: (0..=u8::MAX).map(start).collect(),
-            searches: vec![Search::default(); format.0.len()],
-            summed: 0,
-            sums: RefCell::default(),
+            sums: Sums::default(),
         }
-    }
-
-    #[inline]
-    fn start(&self, byte: u8) -> Start {
-        let start = self.starts.get(usize::from(byte));
-        start.copied().unwrap_or(Start::Some)
     }
 
     /// Classifies pending bytes, at least one, from position `at` of the stream on. The error is the number of bytes
     /// that are needed.
     #[inline]
     fn classify(&mut self, at: usize, pending: &[u8]) -> Result<Found<()>, usize> {
-        let starts_none = |byte: &&u8| matches!(self.start(**byte), Start::None);
+        let start = |byte: &u8| self.starts.get(usize::from(*byte));
+        let starts_none = |byte: &&u8| start(byte).is_some_and(|it| it.layouts.is_empty());
         let run = pending.iter().take_while(starts_none).count();
         if run > 0 {
             return Ok(Found::discarded(run, DiscardReason::NoSync));
         }
         let bytes = pending.get(..self.longest).unwrap_or(pending);
-        let classification = match pending.first().map(|byte| self.start(*byte)) {
-            Some(Start::Delimited(layout)) => self.classify_delimited(layout, at, bytes),
-            _ => self.ask(at, bytes, 0),
+        let first = bytes.first().copied().unwrap_or_default();
+        let classification = match self.starts.get_mut(usize::from(first)) {
+            Some(Start {
+                layouts,
+                search: Some(search),
+            }) => classify_delimited(&mut self.sums, layouts, search, at, bytes),
+            Some(start) => self.sums.ask(&start.layouts, at, bytes, 0),
+            None => Classification::Rejected(DiscardReason::NoSync),
         };
         match classification {
             Classification::Frame(length) => Ok(Found::frame(length, ())),
@@ -236,89 +228,111 @@ impl Classifier {
             Classification::Incomplete { at_least } => Err(at_least),
         }
     }
+}
 
-    /// Classifies bytes that only this layout may begin with. Bytes that were searched for an earlier start are searched
-    /// once more, in small steps, to remember how many are incomplete.
-    fn classify_delimited(&mut self, layout: usize, at: usize, bytes: &[u8]) -> Classification {
-        let Some(mut search) = self.searches.get(layout).cloned() else {
-            return self.ask(at, bytes, 0);
-        };
-        // With as many bytes as its longest frame has, the layout decides.
-        let longest = self.format.0.get(layout).map(Layout::longest);
-        let bytes = longest
-            .and_then(|longest| bytes.get(..longest))
-            .unwrap_or(bytes);
-        let mut seen = search.incomplete.saturating_sub(at);
-        let mut classification = Classification::Incomplete { at_least: 0 };
-        while at < search.searched && seen + FEW < bytes.len() {
-            let more = ((bytes.len() - seen) / 4).max(FEW);
-            let beginning = bytes.get(..seen + more).unwrap_or(bytes);
-            classification = self.ask(at, beginning, seen);
-            if !matches!(classification, Classification::Incomplete { .. }) {
-                break;
-            }
-            seen += more;
+/// Classifies bytes that only one layout may begin with. Bytes that were searched for an earlier start are searched
+/// once more, in small steps, to remember how many are incomplete.
+fn classify_delimited(
+    sums: &mut Sums,
+    layouts: &[&'static Layout<'static>],
+    search: &mut Search,
+    at: usize,
+    bytes: &[u8],
+) -> Classification {
+    // With as many bytes as its longest frame has, the layout decides.
+    let longest = layouts.first().map(|layout| layout.longest());
+    let bytes = longest
+        .and_then(|longest| bytes.get(..longest))
+        .unwrap_or(bytes);
+    let mut seen = search.incomplete.saturating_sub(at);
+    let mut classification = Classification::Incomplete { at_least: 0 };
+    while at < search.searched && seen + FEW < bytes.len() {
+        let more = ((bytes.len() - seen) / 4).max(FEW);
+        let beginning = bytes.get(..seen + more).unwrap_or(bytes);
+        classification = sums.ask(layouts, at, beginning, seen);
+        if !matches!(classification, Classification::Incomplete { .. }) {
+            break;
         }
-        if matches!(classification, Classification::Incomplete { .. }) {
-            classification = self.ask(at, bytes, seen);
-        }
-        match classification {
-            Classification::Incomplete { .. } => seen = bytes.len(),
-            Classification::Rejected(_) => search.searched = search.searched.max(at + bytes.len()),
-            Classification::Frame(_) => {}
-        }
-        search.incomplete = search.incomplete.max(at + seen);
-        if let Some(place) = self.searches.get_mut(layout) {
-            *place = search;
-        }
-        classification
+        seen += more;
     }
+    if matches!(classification, Classification::Incomplete { .. }) {
+        classification = sums.ask(layouts, at, bytes, seen);
+    }
+    match classification {
+        Classification::Incomplete { .. } => seen = bytes.len(),
+        Classification::Rejected(_) => search.searched = search.searched.max(at + bytes.len()),
+        Classification::Frame(_) => {}
+    }
+    search.incomplete = search.incomplete.max(at + seen);
+    classification
+}
 
-    /// Asks the format. Bytes that a wrong checksum has covered get running sums.
+/// The running sums of a stream.
+#[derive(Clone, Default, Debug)]
+struct Sums {
+    /// Wrong checksums have covered bytes up to this position.
+    covered: usize,
+    /// For each checksum, its algorithm's address.
+    running: RefCell<Vec<(usize, RunningSums)>>,
+}
+
+impl Sums {
+    /// Classifies bytes by these layouts. Bytes that a wrong checksum has covered get running sums.
     #[inline]
-    fn ask(&mut self, at: usize, bytes: &[u8], seen: usize) -> Classification {
-        if at < self.summed {
-            return self.ask_with_sums(at, bytes, seen);
+    fn ask(
+        &mut self,
+        layouts: &[&'static Layout<'static>],
+        at: usize,
+        bytes: &[u8],
+        seen: usize,
+    ) -> Classification {
+        let layouts = AnyOf(layouts);
+        if at < self.covered {
+            return self.ask_with_sums(layouts, at, bytes, seen);
         }
-        let classification = self.format.classify_after(bytes, seen);
+        let classification = layouts.classify_after(bytes, seen);
         if classification == Classification::Rejected(DiscardReason::ChecksumMismatch) {
-            self.note_covered(at, bytes, seen);
+            self.note_covered(layouts, at, bytes, seen);
         }
         classification
     }
 
     /// Notes how far the wrong checksums of these bytes reach.
-    fn note_covered(&mut self, at: usize, bytes: &[u8], seen: usize) {
-        let summed = Cell::new(self.summed);
-        let _ = self
-            .format
-            .classify_with(bytes, seen, |algorithm, covered, extra| {
-                let end = at + offset(covered, bytes) + covered.len();
-                if covered.len() <= SHORT {
-                    return algorithm.of(covered, extra);
-                }
-                summed.set(summed.get().max(end));
-                algorithm.of(covered, extra)
-            });
-        self.summed = summed.get();
+    fn note_covered(&mut self, layouts: Layouts, at: usize, bytes: &[u8], seen: usize) {
+        let end = Cell::new(self.covered);
+        let _ = layouts.classify_with(bytes, seen, |algorithm, covered, extra| {
+            if covered.len() > SHORT {
+                end.set(end.get().max(at + offset(covered, bytes) + covered.len()));
+            }
+            algorithm.of(covered, extra)
+        });
+        self.covered = end.get();
     }
 
-    fn ask_with_sums(&self, at: usize, bytes: &[u8], seen: usize) -> Classification {
-        self.format
-            .classify_with(bytes, seen, |algorithm, covered, extra| {
-                let at = at + offset(covered, bytes);
-                let key = std::ptr::from_ref(algorithm).addr();
-                let mut sums = self.sums.borrow_mut();
-                let place = sums.iter().position(|(known, _)| *known == key);
-                let place = place.unwrap_or_else(|| {
-                    sums.push((key, RunningSums::new(algorithm)));
-                    sums.len() - 1
-                });
-                match sums.get_mut(place) {
-                    Some((_, sums)) => sums.of(algorithm, at, covered, extra),
-                    None => algorithm.of(covered, extra),
-                }
-            })
+    fn ask_with_sums(
+        &self,
+        layouts: Layouts,
+        at: usize,
+        bytes: &[u8],
+        seen: usize,
+    ) -> Classification {
+        layouts.classify_with(bytes, seen, |algorithm, covered, extra| {
+            if covered.len() <= SHORT {
+                return algorithm.of(covered, extra);
+            }
+            let at = at + offset(covered, bytes);
+            let key = std::ptr::from_ref(algorithm).addr();
+            let mut running = self.running.borrow_mut();
+            let place = running.iter().position(|(known, _)| *known == key);
+            let place = place.unwrap_or_else(|| {
+                running.push((key, RunningSums::new(algorithm)));
+                running.len() - 1
+            });
+            match running.get_mut(place) {
+                Some((_, sums)) => sums.of(algorithm, at, covered, extra),
+                None => algorithm.of(covered, extra),
+            }
+        })
     }
 }
 
