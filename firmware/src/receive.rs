@@ -133,8 +133,10 @@ impl Registers for Hardware {
     fn take_causes(&mut self) -> u32 {
         self.uarte.events_error.reset();
         let causes = self.uarte.errorsrc.read().bits();
-        // SAFETY: writing 1 to a cause clears it.
-        self.uarte.errorsrc.write(|w| unsafe { w.bits(causes) });
+        if causes != 0 {
+            // SAFETY: writing 1 to a cause clears it.
+            self.uarte.errorsrc.write(|w| unsafe { w.bits(causes) });
+        }
         causes
     }
 
@@ -152,9 +154,23 @@ impl Registers for Hardware {
         self.restart_timer();
     }
 
+    fn stop(&mut self) {
+        self.uarte.events_rxto.reset();
+        self.uarte.inten.write(|w| w.rxto().set_bit());
+        self.timer.intenclr.write(|w| w.compare1().clear());
+        let stop = &self.uarte.tasks_stoprx;
+        stop.write(|w| w.tasks_stoprx().set_bit());
+        self.restart_timer();
+    }
+
+    fn stopped(&mut self) -> bool {
+        self.uarte.events_rxto.read().bits() != 0
+    }
+
     fn start_anew(&mut self) {
         self.uarte.enable.write(|w| w.enable().disabled());
         self.uarte.enable.write(|w| w.enable().enabled());
+        self.take_causes();
         self.start();
     }
 
