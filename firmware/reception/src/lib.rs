@@ -53,7 +53,7 @@ pub const NO_BYTE: u8 = 0xEE;
 pub const ERRORS_A_TICK: u8 = 32;
 
 /// Restarts without a byte between them, after which the reception does not work.
-const MOST_RESTARTS: u8 = 8;
+const MOST_RESTARTS: u16 = 8;
 
 /// ERRORSRC: a byte was lost since the FIFO was full.
 const OVERRUN: u32 = 1;
@@ -103,16 +103,22 @@ enum State {
     Stopping,
 }
 
+/// Since the last byte came. It fills a word, so that it is cleared by one instruction.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct SinceByte {
+    /// The gap was reported.
+    in_gap: bool,
+    /// At the last tick a byte lay in memory, and no transfer was started since.
+    lay_there: bool,
+    restarts: u16,
+}
+
 /// The reception. `NONE_WAITS`: in this time a byte that waits in the FIFO is stored once a transfer is
 /// open. `GAP`: after this time without a byte no frame goes on (L1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
     state: State,
-    /// Since the last byte came: the gap was reported, and how often the UARTE was restarted.
-    in_gap: bool,
-    restarts_in_a_row: u8,
-    /// At the last tick a byte lay in memory, and no transfer was started since.
-    lay_there: bool,
+    since_byte: SinceByte,
     /// Since the last tick: how many line errors, and whether a round was.
     errors: u8,
     served: bool,
@@ -139,25 +145,18 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         // there and then there is no error, it came before any.
         let open_for = registers.open_for();
         if self.state == State::Stopping {
-            if registers.stopped() || open_for / 2 >= GAP {
-                self.start_anew(registers);
-            }
-            return;
+            return self.wait_for_stop(open_for, registers);
         }
         let ended = registers.ended();
         let byte = registers.byte();
         let causes = registers.take_causes();
-        if ended {
-            registers.start();
-        }
-        if open_for >= GAP && !self.in_gap {
-            self.in_gap = true;
+        if open_for >= GAP && !self.since_byte.in_gap {
+            self.since_byte.in_gap = true;
             registers.report(LineEvent::Idle);
         }
         if ended {
-            self.in_gap = false;
-            self.restarts_in_a_row = 0;
-            self.lay_there = false;
+            registers.start();
+            self.since_byte = SinceByte::default();
         }
         if causes != 0 {
             self.fail(ended, open_for, causes, registers);
@@ -180,14 +179,14 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         if self.state != State::Stopping {
             self.listen(registers);
             let lies_there = registers.byte() != NO_BYTE;
-            let lay_there = core::mem::replace(&mut self.lay_there, lies_there);
+            let lay_there = core::mem::replace(&mut self.since_byte.lay_there, lies_there);
             // The first time its ENDRX may be about to come, or to be handled.
             if lay_there && lies_there && !registers.ended() {
                 registers.report(LineEvent::Overrun);
                 self.stop(registers);
             }
         }
-        core::mem::take(&mut self.served) && self.restarts_in_a_row < MOST_RESTARTS
+        core::mem::take(&mut self.served) && self.since_byte.restarts < MOST_RESTARTS
     }
 
     /// A line error. The byte that came out with it, if one did, may be from before it.
@@ -223,18 +222,20 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     fn stop(&mut self, registers: &mut impl Registers) {
         self.state = State::Stopping;
         self.restarts = self.restarts.wrapping_add(1);
-        self.restarts_in_a_row = self.restarts_in_a_row.saturating_add(1);
+        self.since_byte.restarts = self.since_byte.restarts.saturating_add(1);
         registers.stop();
     }
 
-    /// The receiver has stopped.
+    /// Starts the UARTE anew when the receiver has stopped.
     #[cold]
     #[inline(never)]
-    fn start_anew(&mut self, registers: &mut impl Registers) {
-        self.state = State::Draining;
-        self.lay_there = false;
-        registers.start_anew();
-        self.listen(registers);
+    fn wait_for_stop(&mut self, waited: u32, registers: &mut impl Registers) {
+        if registers.stopped() || waited / 2 >= GAP {
+            self.state = State::Draining;
+            self.since_byte.lay_there = false;
+            registers.start_anew();
+            self.listen(registers);
+        }
     }
 
     /// After too many errors only the tick wakes.

@@ -2,7 +2,7 @@
 
 use super::Reception;
 use super::chip::{Byte, Chip, FIFO, TIMES};
-use crate::{ERRORS_A_TICK, State};
+use crate::{ERRORS_A_TICK, SinceByte, State};
 
 /// Numbers on the line begin below this: they do not wrap within a round.
 const NUMBERS: u8 = 30;
@@ -113,9 +113,11 @@ pub(super) fn any_reception() -> Reception {
             1 => State::Draining,
             _ => State::Stopping,
         },
-        in_gap: kani::any(),
-        restarts_in_a_row: kani::any(),
-        lay_there: kani::any(),
+        since_byte: SinceByte {
+            in_gap: kani::any(),
+            lay_there: kani::any(),
+            restarts: kani::any(),
+        },
         served: kani::any(),
         errors: kani::any_where(|errors| *errors < ERRORS_A_TICK + 1),
         skipped: kani::any(),

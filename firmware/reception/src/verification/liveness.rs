@@ -28,9 +28,9 @@ fn a_round_takes_what_has_come() {
     assert!(u32::from(chip.pushed) + dropped == u32::from(had_ended));
     assert!(dropped == 0 || chip.reported, "dropped behind a report");
     // ... the gap, and the error; ...
-    assert!(chip.idles == u8::from(time >= 2 && !before.in_gap));
+    assert!(chip.idles == u8::from(time >= 2 && !before.since_byte.in_gap));
     assert!(!had_failed || chip.reported && reception.state != State::Receiving);
-    assert!(had_ended || reception.restarts_in_a_row >= before.restarts_in_a_row);
+    assert!(had_ended || reception.since_byte.restarts >= before.since_byte.restarts);
     // ... and an ERROR that says nothing is cleared.
     assert!(!chip.error);
     kani::cover!(chip.pushed == 1);
@@ -104,9 +104,9 @@ fn after_a_stop_it_hears_again() {
     kani::assume(reception.state == State::Stopping);
     let mut chip = Chip::any(&reception);
     kani::assume(chip.timeout || chip.time == 4);
-    let restarts = reception.restarts_in_a_row;
+    let restarts = reception.since_byte.restarts;
     reception.service(&mut chip);
-    assert!(chip.open && reception.restarts_in_a_row == restarts);
+    assert!(chip.open && reception.since_byte.restarts == restarts);
     chip.does_what_it_must();
     reception.service(&mut chip);
     assert!(reception.state == State::Receiving);
@@ -121,14 +121,14 @@ fn after_a_stop_it_hears_again() {
 fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
     let (mut reception, mut chip) = any_that_takes_bytes();
     kani::assume(chip.owes_end && chip.memory.is_some_and(|byte| !byte.is_hidden));
-    let restarts = reception.restarts_in_a_row;
+    let restarts = reception.since_byte.restarts;
     reception.tick(&mut chip);
     let served: bool = kani::any();
     if served {
         reception.service(&mut chip);
     }
     let works = reception.tick(&mut chip);
-    let now = reception.restarts_in_a_row;
+    let now = reception.since_byte.restarts;
     assert!(now == restarts.saturating_add(1));
     assert!(works == (served && now < MOST_RESTARTS));
     kani::cover!(served && !works);

@@ -105,7 +105,7 @@ fn a_round_reports_what_has_happened() {
     let mut uarte = Uarte::any(&reception);
     let says = uarte.says;
     let takes_bytes = !uarte.stopping;
-    let is_gap = says.open_for >= 2 && !reception.in_gap;
+    let is_gap = says.open_for >= 2 && !reception.since_byte.in_gap;
     let overran = says.open_for >= 1 && says.causes & OVERRUN != 0;
     let lost_end = overran && !says.ended && !says.ended_later;
     reception.service(&mut uarte);
