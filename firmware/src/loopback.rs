@@ -135,6 +135,27 @@ impl<'a> Receiver<'a> {
         causes
     }
 
+    /// Writes to ERRORSRC. Returns the causes that are left.
+    pub(crate) fn clear(&self, causes: u32) -> u32 {
+        // SAFETY: whatever is written clears causes, or does nothing.
+        (self.0.errorsrc).write(|w| unsafe { w.bits(causes) });
+        self.0.errorsrc.read().bits()
+    }
+
+    /// Returns whether RXTO has come, and clears it.
+    pub(crate) fn timed_out(&self) -> bool {
+        let timed_out = self.0.events_rxto.read().bits() != 0;
+        self.0.events_rxto.reset();
+        timed_out
+    }
+
+    /// Stops the receiver. Returns the cycles until RXTO, if it comes.
+    pub(crate) fn stop(&self) -> Option<u32> {
+        self.timed_out();
+        (self.0.tasks_stoprx).write(|w| w.tasks_stoprx().set_bit());
+        wait(LONG, || self.0.events_rxto.read().bits() != 0)
+    }
+
     /// How often ERROR comes in that many cycles.
     pub(crate) fn errors_in(&self, cycles: u32) -> u32 {
         let began = DWT::cycle_count();

@@ -117,6 +117,16 @@ extern "Rust" fn receiver_step(line: &mut Line, byte: u8) {
     }
 }
 
+impl Hardware {
+    /// A function of its own, so that a byte without an error takes the shorter way.
+    #[cold]
+    #[inline(never)]
+    fn clear(&mut self, causes: u32) {
+        // SAFETY: writing 1 to a cause clears it.
+        self.uarte.errorsrc.write(|w| unsafe { w.bits(causes) });
+    }
+}
+
 impl Registers for Hardware {
     fn open_for(&mut self) -> u32 {
         clock::microseconds(&self.timer)
@@ -133,8 +143,9 @@ impl Registers for Hardware {
     fn take_causes(&mut self) -> u32 {
         self.uarte.events_error.reset();
         let causes = self.uarte.errorsrc.read().bits();
-        // SAFETY: writing 1 to a cause clears it.
-        self.uarte.errorsrc.write(|w| unsafe { w.bits(causes) });
+        if causes != 0 {
+            self.clear(causes);
+        }
         causes
     }
 
@@ -152,9 +163,23 @@ impl Registers for Hardware {
         self.restart_timer();
     }
 
+    fn stop(&mut self) {
+        self.uarte.events_rxto.reset();
+        self.uarte.inten.write(|w| w.rxto().set_bit());
+        self.timer.intenclr.write(|w| w.compare1().clear());
+        let stop = &self.uarte.tasks_stoprx;
+        stop.write(|w| w.tasks_stoprx().set_bit());
+        self.restart_timer();
+    }
+
+    fn stopped(&mut self) -> bool {
+        self.uarte.events_rxto.read().bits() != 0
+    }
+
     fn start_anew(&mut self) {
         self.uarte.enable.write(|w| w.enable().disabled());
         self.uarte.enable.write(|w| w.enable().enabled());
+        self.take_causes();
         self.start();
     }
 

@@ -42,7 +42,7 @@ const MOST_CYCLES: u32 = 320;
 
 /// The numbers of the table, three in a row: `print ANSWERS` in a debugger.
 #[unsafe(no_mangle)]
-static ANSWERS: [[AtomicU32; 3]; 7] = [const { [const { AtomicU32::new(0) }; 3] }; 7];
+static ANSWERS: [[AtomicU32; 3]; 10] = [const { [const { AtomicU32::new(0) }; 3] }; 10];
 
 /// 1: all of them are there. 2: there is no wire.
 #[unsafe(no_mangle)]
@@ -97,7 +97,11 @@ fn main() -> ! {
         bad_stop_bits(&receiver, &sender, SENT);
         overruns(&receiver, &sender, SENT);
         // The frame's third byte is 0.
-        long_break(&receiver, &sender, SENT.split_at(2).1.split_at(1).0);
+        let zero = SENT.split_at(2).1.split_at(1).0;
+        long_break(&receiver, &sender, zero);
+        clearing(&receiver, &sender, zero);
+        second_start(&receiver, &sender, SENT);
+        stopping(&receiver, &sender, SENT);
         // From here on the firmware's reception.
         chip.UARTE0.enable.reset();
         chip.UARTE0.events_endrx.reset();
@@ -240,6 +244,65 @@ fn long_break(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
         "6 ERROR in a break of 7.5 ms | 1 or 2; framing and break | {=u32}; ERRORSRC {=u32} | {=str}",
         [errors, causes],
         (1..=2).contains(&errors) && causes & 8 != 0
+    );
+}
+
+/// 13: which writes clear ERRORSRC. A break gives the causes 4 and 8.
+fn clearing(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
+    receiver.switch_on();
+    sender.set_baud(BAUDRATE_A::BAUD1200);
+    sender.send(zero, || {});
+    sender.set_baud(BAUDRATE_A::BAUD1M);
+    let [by_none, by_one, by_all] = [0, 4, 15].map(|causes| receiver.clear(causes));
+    answer!(
+        7,
+        "13 ERRORSRC 12 after 0, 4 and 15 are written | 12, 8, 0; or 0, 0, 0 | {=u32}, {=u32}, {=u32} | {=str}",
+        [by_none, by_one, by_all],
+        by_all == 0
+    );
+}
+
+/// 14: a second STARTRX while a transfer is open, before two bytes come.
+fn second_start(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
+    let (mut ended_at_once, mut stored) = (0, 0);
+    for _ in 0..TIMES {
+        receiver.switch_on();
+        receiver.open();
+        pause(BYTE);
+        ended_at_once += u32::from(receiver.ended());
+        sender.send(bytes.split_at(2).0, || {});
+        for byte in bytes.iter().take(2) {
+            stored += u32::from(receiver.ended() && Receiver::byte() == *byte);
+            receiver.open();
+            pause(BYTE / 2);
+        }
+    }
+    answer!(
+        8,
+        "14 of 16 second STARTRX, and 32 bytes | none ends the transfer; all are stored | {=u32} end it, {=u32} stored | {=str}",
+        [ended_at_once, stored],
+        ended_at_once == 0 && stored == 2 * TIMES
+    );
+}
+
+/// 15: how long RXTO takes after STOPRX, and whether it comes without.
+fn stopping(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
+    let (mut when_open, mut when_ended, mut without) = (0, 0, 0);
+    for _ in 0..TIMES {
+        receiver.switch_on();
+        receiver.timed_out();
+        sender.send(bytes.split_at(1).0, || {});
+        without += u32::from(receiver.timed_out());
+        when_ended = when_ended.max(receiver.stop().unwrap_or(u32::MAX));
+        receiver.switch_on();
+        when_open = when_open.max(receiver.stop().unwrap_or(u32::MAX));
+    }
+    let most = 6 * BYTE;
+    answer!(
+        9,
+        "15 cycles from STOPRX to RXTO | at most 3840, with a transfer open or ended; of 16 ENDRX any number may bring RXTO too | {=u32} open, {=u32} ended, {=u32} too | {=str}",
+        [when_open, when_ended, without],
+        when_open <= most && when_ended <= most
     );
 }
 

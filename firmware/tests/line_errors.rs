@@ -1,7 +1,7 @@
 //! Errors on the line: each is counted, and no frame reaches across one (L1).
 
 use crate::firmware::{Firmware, PAUSE, RESTART, frame, frames, is_some_of};
-use nrf52840_emulator::{LineSymbol, MILLISECOND, Parity};
+use nrf52840_emulator::{LineSymbol, MICROSECOND, MILLISECOND, Parity};
 
 /// What the specification leaves open: whether a byte that is not stored is counted.
 const EITHER: [bool; 2] = [false, true];
@@ -172,16 +172,25 @@ fn a_doubled_endrx_costs_nothing() {
 /// make a frame of those in front of it.
 #[test]
 fn an_error_in_the_middle_of_a_round_is_seen() {
-    let mut firmware = booted(false);
-    firmware.send_and_wait(&frame([1, 2, 3])[..6], PAUSE);
+    error_in_the_middle_of_a_round(false);
+    error_in_the_middle_of_a_round(true);
+}
+
+fn error_in_the_middle_of_a_round(any_write_clears: bool) {
+    let booted = || {
+        let mut firmware = booted(false);
+        firmware.assume(|all| all.any_write_clears |= any_write_clears);
+        firmware.send_and_wait(&frame([1, 2, 3])[..6], PAUSE);
+        firmware
+    };
+    let mut firmware = booted();
     let before = firmware.board.now();
     firmware.run_for(2 * MILLISECOND);
     let mut rounds = firmware.board.trace().activations.iter();
     let round = rounds.find(|run| run.exception == 16 + 2 && run.at > before);
     let round = *round.unwrap();
     for cycle in 0..round.cycles {
-        let mut firmware = booted(false);
-        firmware.send_and_wait(&frame([1, 2, 3])[..6], PAUSE);
+        let mut firmware = booted();
         firmware.board.run_until(round.at - 100).unwrap();
         firmware.board.hold_off(round.at + cycle, 3 * BYTE);
         firmware
@@ -225,6 +234,159 @@ fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() 
     firmware.takes_a_frame(PAUSE, "the next frame");
 }
 
+/// The byte that lay in memory before a restart says nothing of the next one, which is stored just before a tick.
+#[test]
+fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
+    let mut restarted = booted(false);
+    restarted.assume(|all| all.lost_end = 1);
+    restarted.send_and_wait(b"x", 9 * MILLISECOND);
+    assert_eq!(restarted.counter("restarts"), 1);
+    let began = restarted.board.now();
+    restarted.run_for(2 * MILLISECOND);
+    let mut ticks = restarted.board.trace().activations.iter();
+    let tick = ticks.find(|run| run.exception == 16 + 8 && run.at > began);
+    let tick = tick.unwrap().at;
+    for before in 0..60 {
+        let mut firmware = booted(false);
+        firmware.assume(|all| all.lost_end = 1);
+        firmware.send_and_wait(b"x", 9 * MILLISECOND);
+        firmware.run_for(tick - began - BYTE + 64 * before - 1_000);
+        firmware.send_and_wait(&frame([1, 2, 3]), PAUSE);
+        assert_eq!(firmware.commits(), [[1, 2, 3]], "{before}");
+        firmware.run_for(4 * MILLISECOND);
+        assert_eq!(firmware.counter("restarts"), 1, "{before}");
+    }
+}
+
+/// The core is away for longer than the FIFO lasts, wherever in a round, of a tick or of a byte: ENDRX was not
+/// lost.
+#[test]
+fn an_overrun_in_the_middle_of_a_round_restarts_nothing() {
+    // Of STARTRX, and less than `NONE_WAITS`.
+    for lag in [0, 1_000] {
+        for before in [0, 1] {
+            let sent = || {
+                let mut firmware = booted(false);
+                firmware.assume(|all| all.start_lag = all.start_lag.max(lag));
+                firmware.send_and_wait(&frame([1, 2, 3])[..6], PAUSE);
+                let end = firmware.board.send(&[b'x'; 1][..before]);
+                (firmware, end)
+            };
+            let (mut firmware, end) = sent();
+            firmware.run_for(2 * MILLISECOND);
+            let mut rounds = firmware.board.trace().activations.iter();
+            let round = rounds.find(|run| run.exception == 16 + 2 && run.at + 400 > end);
+            let round = *round.unwrap();
+            for cycle in (0..round.cycles).step_by(2) {
+                let (mut firmware, _) = sent();
+                firmware.board.run_until(round.at - 100).unwrap();
+                firmware.board.hold_off(round.at + cycle, 10 * BYTE);
+                firmware.send_and_wait(&[b'x'; 9], 5 * MILLISECOND);
+                assert!(firmware.counter("overrun") > 0, "in cycle {cycle}");
+                assert_eq!(firmware.counter("restarts"), 0, "in cycle {cycle}");
+                firmware.takes_a_frame(PAUSE, &format!("in cycle {cycle}"));
+            }
+        }
+    }
+}
+
+/// An ENDRX that comes again for an open transfer costs one byte too many, or takes one's place. Then all is well.
+#[test]
+fn an_endrx_that_comes_again_for_an_open_transfer_costs_one_byte() {
+    let mut most = 0;
+    for lag in (64..8_000).step_by(61).chain(5_200..5_700) {
+        let mut firmware = booted(false);
+        firmware.assume(|all| {
+            (all.doubled_end, all.double_lag) = (1, lag);
+            (all.doubled_when_open, all.start_twice_is_ignored) = (true, true);
+        });
+        let (sent, bytes) = frames(6);
+        firmware.send_and_wait(&bytes, 5 * MILLISECOND);
+        let commits = firmware.commits();
+        assert!(is_some_of(&commits, &sent), "{lag} cycles");
+        assert!(commits.len() + 1 >= sent.len(), "{lag} cycles");
+        let count = firmware.counter("bytes") as usize;
+        assert!((bytes.len()..=bytes.len() + 1).contains(&count), "{lag}");
+        most = most.max(count);
+        assert_eq!(firmware.counter("overrun"), 0, "{lag} cycles");
+        firmware.takes_a_frame(PAUSE, &format!("{lag} cycles"));
+    }
+    assert_eq!(most, 43, "one too many");
+}
+
+/// Bytes without a pause, and handlers late each time: more bytes are dropped than the FIFO holds. With the first
+/// pause it hears again.
+#[test]
+fn if_handlers_are_late_the_first_pause_ends_the_drain() {
+    const BYTE: u64 = 640;
+    let mut firmware = Firmware::booted("megabaud");
+    let began = firmware.board.now();
+    let mut line = vec![LineSymbol::BadStop(0xFF)];
+    line.extend([LineSymbol::Byte(b'x'); 40]);
+    let end = firmware.board.send_symbols(&line);
+    // The handler for a byte begins when 4 us are left until the next one: `NONE_WAITS` is not over by then.
+    for byte in 1..42 {
+        let stored = began + 64 + byte * BYTE;
+        firmware.board.run_until(stored - 100).unwrap();
+        firmware.board.hold_off(stored - 100, 450);
+    }
+    firmware.board.run_until(end + PAUSE).unwrap();
+    firmware.takes_a_frame(4 * MILLISECOND, "after a pause");
+    assert_eq!(firmware.counter("framing"), 1);
+    assert!(
+        firmware.counter("skipped") > 6,
+        "{}",
+        firmware.counter("skipped")
+    );
+}
+
+/// The receiver is stopped and RXTO waited for before the UARTE is switched off. If RXTO does not come, it is
+/// switched off nevertheless.
+#[test]
+fn the_receiver_is_stopped_before_the_uarte_is_switched_off() {
+    const ENABLE: u32 = 0x4000_2500;
+    const RXTO: u32 = 0x4000_2144;
+    for is_lost in [false, true] {
+        let mut firmware = booted(false);
+        firmware.assume(|all| {
+            (all.lost_end, all.causeless_timeout) = (1, false);
+            all.lost_timeout = u32::MAX * u32::from(is_lost);
+        });
+        firmware.send_and_wait(b"x", 0);
+        let began = firmware.board.now();
+        while firmware.counter("restarts") == 0 {
+            firmware.run_for(MICROSECOND);
+        }
+        // The counter is shown a tick after STOPRX.
+        assert!(firmware.board.now() - began < 7 * MILLISECOND);
+        let rxto = firmware.board.register(RXTO).unwrap();
+        assert_eq!(rxto == 0, is_lost, "five byte times are less than a tick");
+        assert_eq!(firmware.board.register(ENABLE).unwrap(), 8);
+        firmware.run_for(if is_lost { 12 } else { 0 } * MILLISECOND);
+        firmware.takes_a_frame(PAUSE, "started anew");
+        assert_eq!(firmware.counter("restarts"), 1);
+    }
+}
+
+/// RXTO may have come long before, with an ENDRX. It says nothing of a stop.
+#[test]
+fn an_rxto_from_before_is_not_waited_for() {
+    let mut firmware = booted(false);
+    firmware.assume(|all| all.causeless_timeout = true);
+    firmware.send_and_wait(b"x", MILLISECOND);
+    firmware.assume(|all| {
+        (all.lost_end, all.causeless_timeout) = (1, false);
+        all.lost_timeout = u32::MAX;
+    });
+    firmware.send_and_wait(b"x", 9 * MILLISECOND);
+    assert_eq!(firmware.counter("restarts"), 1);
+    // It waits for twice the gap.
+    firmware.send_and_wait(&frame([1, 2, 3]), PAUSE);
+    assert!(firmware.commits().is_empty());
+    firmware.run_for(9 * MILLISECOND);
+    firmware.takes_a_frame(PAUSE, "after twice the gap");
+}
+
 /// In a flood the FIFO overruns before the tick: the same.
 #[test]
 fn a_lost_endrx_in_a_flood_costs_a_few_frames() {
@@ -240,6 +402,8 @@ fn a_lost_endrx_in_a_flood_costs_a_few_frames() {
         assert!(is_some_of(&commits, &sent), "{image}");
         assert!(commits.len() + 5 > sent.len(), "{image}: {}", commits.len());
         assert_eq!(firmware.counter("restarts"), 1, "{image}");
+        // Those that the FIFO had while the receiver was being stopped are not reported again.
+        assert_eq!(firmware.counter("overrun"), 1, "{image}");
     }
 }
 

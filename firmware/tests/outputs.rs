@@ -220,6 +220,35 @@ fn a_dead_receiver_is_reset_by_the_watchdog() {
     assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
+/// The tick cannot reach the receiver: its cell is empty, or in use. That is counted, and the watchdog is not fed.
+#[test]
+fn a_receiver_that_cannot_be_reached_is_reset_by_the_watchdog() {
+    let cell = |firmware: &Firmware| {
+        let symbol = firmware.board.image().symbol("RECEIVER").unwrap().clone();
+        let mut bytes = vec![0; symbol.size as usize];
+        let memory = firmware.board.memory();
+        memory.read(symbol.address, &mut bytes).unwrap();
+        (symbol.address, bytes)
+    };
+    // The crystal has not started yet.
+    let mut starts = Firmware::at_power_on("default");
+    starts.run_for(MILLISECOND / 10);
+    let (address, empty) = cell(&starts);
+    let mut in_use = cell(&Firmware::booted("default")).1;
+    assert_ne!(empty, in_use);
+    // The count of borrows.
+    in_use[..4].copy_from_slice(&1_u32.to_le_bytes());
+    for bytes in [empty, in_use] {
+        let mut firmware = Firmware::booted("default");
+        firmware.board.patch(address, &bytes).unwrap();
+        firmware.run_for(100 * MILLISECOND);
+        assert!(firmware.counter("unserved") > 40);
+        firmware.run_for(200 * MILLISECOND);
+        assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
+        firmware.takes_a_frame(MILLISECOND, "after the reset");
+    }
+}
+
 #[test]
 fn the_log_tells_of_boot_lock_and_counters() {
     let mut firmware = Firmware::booted("default");

@@ -26,6 +26,12 @@ struct Outcome {
     frames: [u32; 3],
     /// Microseconds from SEQSTART to the period's end; whether it began a period.
     period: [u32; 2],
+    /// ERRORSRC after it was written.
+    clearing: [u32; 3],
+    /// Transfers that a second STARTRX ended; bytes stored after it.
+    second_start: [u32; 2],
+    /// Cycles until RXTO, with a transfer open and with none; how often it came without STOPRX.
+    stopping: [u32; 3],
     /// How often the setpoint changed.
     commits: usize,
     log: Vec<String>,
@@ -33,7 +39,10 @@ struct Outcome {
 
 fn self_test(image_name: &str, assumptions: Assumptions, is_wired: bool) -> Outcome {
     let mut board = Board::new(image(image_name)).unwrap();
-    board.assume(assumptions);
+    board.assume(Assumptions {
+        start_twice_is_ignored: true,
+        ..assumptions
+    });
     board.wire_line_to(WIRE[1]);
     if is_wired {
         board.wire_loopback(WIRE[0]);
@@ -65,6 +74,9 @@ fn self_test(image_name: &str, assumptions: Assumptions, is_wired: bool) -> Outc
         cycles: [word(12), word(13)],
         frames: row(5),
         period: [word(18), word(19)],
+        clearing: row(7),
+        second_start: [word(24), word(25)],
+        stopping: row(9),
         log: table.decoder().lines(&log),
         commits: {
             let changes = board.trace().changes.iter();
@@ -90,6 +102,12 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
         // Framing and break.
         assert_eq!(outcome.long_break, [2, 12]);
         assert_eq!(outcome.period[1], 0);
+        assert_eq!(outcome.clearing, [12, 8, 0]);
+        assert_eq!(outcome.second_start, [0, 2 * TIMES]);
+        let [open, ended, without] = outcome.stopping;
+        // Five bytes.
+        assert!(open.abs_diff(3_200) < 100 && ended.abs_diff(3_200) < 100);
+        assert_eq!(without, 0);
         let [with, without] = outcome.cycles;
         assert!(with == without && (10..=30).contains(&with), "{with}");
         assert_eq!(outcome.frames, [sent, sent, 0]);
@@ -101,6 +119,9 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
             ("5", "16 said, 6 wait, the oldest lost 0 times".to_owned()),
             ("6", "2; ERRORSRC 12".to_owned()),
             ("10", format!("{} us, 0", outcome.period[0])),
+            ("13", "12, 8, 0".to_owned()),
+            ("14", "0 end it, 32 stored".to_owned()),
+            ("15", format!("{open} open, {ended} ended, 0 too")),
             ("2", format!("{sent} sent, {sent} committed, 0 overruns")),
         ] {
             assert!(
@@ -134,6 +155,19 @@ fn under_each_assumption_it_says_what_this_chip_does() {
         let waiting = u32::try_from(assumptions.fifo).unwrap();
         assert_eq!(outcome.overruns, [TIMES, waiting, oldest], "{name}");
         assert_eq!(outcome.period[1], u32::from(assumptions.start_cuts_period));
+        let left = if assumptions.any_write_clears {
+            [0; 3]
+        } else {
+            [12, 8, 0]
+        };
+        assert_eq!(outcome.clearing, left, "{name}");
+        assert_eq!(outcome.second_start, [0, 2 * TIMES], "{name}");
+        let without = if assumptions.causeless_timeout {
+            TIMES
+        } else {
+            0
+        };
+        assert_eq!(outcome.stopping[2], without, "{name}");
         let [with, without] = outcome.cycles;
         assert!(with == without && (with > 30) == (assumptions.slowness > 120));
         let [sent, commits, overruns] = outcome.frames;
@@ -187,6 +221,13 @@ fn a_chip_that_does_less_is_not_fine() {
                 ..usual
             },
             &["9 cycles of the parser", "2 frames sent"],
+        ),
+        (
+            Assumptions {
+                lost_timeout: 1,
+                ..usual
+            },
+            &["15 cycles from STOPRX"],
         ),
     ] {
         let outcome = self_test("self-test-megabaud", assumptions, true);

@@ -9,10 +9,14 @@
 //!  begin ──► │ Receiving │ ──────────────────────────► │ Draining │ ◄─┐ line error: report it
 //!        ┌─► │           │ ◄────────────────────────── │          │ ──┘
 //!        │   └───────────┘       no byte waits         └──────────┘ ◄─┐
-//!        └─────┘                                            └─────────┘
-//!  ENDRX: start the next transfer, hand the byte on    ENDRX: start the next transfer, drop the byte
+//!        └─────┘   │                                     │  ▲   └─────┘
+//!  ENDRX: start    │ ENDRX was lost: report an overrun   │  │   ENDRX: start the next transfer, drop the byte
+//!  the next        ▼                                     ▼  │
+//!  transfer,     ┌──────────────────────────────────────────┐
+//!  hand the      │                 Stopping                 │
+//!  byte on       └──────────────────────────────────────────┘  RXTO: switch off and on, start
 //!
-//!  in both: a gap: report it. ENDRX was lost: report an overrun, switch the UARTE off and on, drain
+//!  in Receiving and Draining: a gap: report it
 //! ```
 //!
 //! **Draining.** No register says between which bytes an error came. So it is reported, and all that
@@ -24,6 +28,11 @@
 //! ENDRX. The main loop asks for a round at each tick, so any other event that is lost, doubled or late
 //! costs a tick at most. For ENDRX the memory tells: a byte that lies there for a tick was never seen; one that
 //! comes again is cleared before the next transfer.
+//!
+//! **Stopping.** After a lost ENDRX the UARTE is switched off and on. A running receiver is stopped first: STOPRX,
+//! then RXTO, five byte times later. No handler waits for RXTO; it interrupts. If RXTO is lost, the first tick
+//! after twice `GAP` ends the wait. RXTO may also come too early: then the UARTE is switched off while it runs.
+//! Bytes that arrive meanwhile are lost, after the report.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -43,8 +52,8 @@ pub const NO_BYTE: u8 = 0xEE;
 /// Several of them count as one.
 pub const ERRORS_A_TICK: u8 = 32;
 
-/// Signs in a row that ENDRX was lost, with which the reception does not work.
-const MOST_SIGNS: u8 = 16;
+/// Restarts without a byte between them, after which the reception does not work.
+const MOST_RESTARTS: u16 = 8;
 
 /// ERRORSRC: a byte was lost since the FIFO was full.
 const OVERRUN: u32 = 1;
@@ -64,15 +73,20 @@ pub trait Registers {
     fn restart_timer(&mut self);
     /// Whether ENDRX has come since [`start`](Self::start), which clears it.
     fn ended(&mut self) -> bool;
-    /// Clears ERROR, then reads ERRORSRC and clears what was read.
+    /// Clears ERROR, then reads ERRORSRC and clears the causes that were read. If there are none, it writes nothing:
+    /// any write may clear all causes.
     fn take_causes(&mut self) -> u32;
     /// What memory holds.
     fn byte(&mut self) -> u8;
     /// Writes [`NO_BYTE`] to memory, clears ENDRX, opens a transfer (STARTRX), and sets the timer to 0.
     fn start(&mut self);
-    /// Switches the UARTE off and on, which empties the FIFO, and starts.
+    /// Clears RXTO, stops the receiver (STOPRX), and sets the timer to 0. Only RXTO interrupts from here on.
+    fn stop(&mut self);
+    /// Whether RXTO has come since [`stop`](Self::stop).
+    fn stopped(&mut self) -> bool;
+    /// Switches the UARTE off and on, which empties the FIFO, clears ERRORSRC, and starts.
     fn start_anew(&mut self);
-    /// Whether ERROR interrupts, and the timer at `NONE_WAITS`. ENDRX always does.
+    /// Sets whether ERROR interrupts, and the timer at `NONE_WAITS`. ENDRX does, RXTO does not.
     fn listen(&mut self, to_errors: bool, to_none_waits: bool);
     /// Hands on a byte.
     fn push(&mut self, byte: u8);
@@ -80,20 +94,30 @@ pub trait Registers {
     fn report(&mut self, event: LineEvent);
 }
 
-/// Since the last byte came.
+/// The states of the diagram above.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+enum State {
+    #[default]
+    Receiving,
+    Draining,
+    Stopping,
+}
+
+/// Since the last byte came. It fills a word, so that it is cleared by one instruction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct SinceByte {
     /// The gap was reported.
     in_gap: bool,
-    /// Signs that an ENDRX was lost.
-    signs: u8,
+    /// At the last tick a byte lay in memory, and no transfer was started since.
+    lay_there: bool,
+    restarts: u16,
 }
 
 /// The reception. `NONE_WAITS`: in this time a byte that waits in the FIFO is stored once a transfer is
 /// open. `GAP`: after this time without a byte no frame goes on (L1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
-    draining: bool,
+    state: State,
     since_byte: SinceByte,
     /// Since the last tick: how many line errors, and whether a round was.
     errors: u8,
@@ -117,32 +141,33 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     #[inline]
     pub fn service(&mut self, registers: &mut impl Registers) {
         self.served = true;
-        // In this order: if the time is over and then there is no ENDRX, no byte has waited; if ENDRX has
-        // come and then there is no error, the byte came before any.
+        // In this order: if the time is over and then there is no ENDRX, no byte has waited; if the byte is
+        // there and then there is no error, it came before any.
         let open_for = registers.open_for();
-        let ended = registers.ended();
-        let causes = registers.take_causes();
-        let byte = registers.byte();
-        if ended {
-            registers.start();
+        if self.state == State::Stopping {
+            return self.wait_for_stop(open_for, registers);
         }
+        let ended = registers.ended();
+        let byte = registers.byte();
+        let causes = registers.take_causes();
         if open_for >= GAP && !self.since_byte.in_gap {
             self.since_byte.in_gap = true;
             registers.report(LineEvent::Idle);
         }
         if ended {
+            registers.start();
             self.since_byte = SinceByte::default();
         }
         if causes != 0 {
-            self.fail(ended, causes, registers);
-        } else if !self.draining {
+            self.fail(ended, open_for, causes, registers);
+        } else if self.state == State::Receiving {
             if ended {
                 registers.push(byte);
             }
         } else if ended {
             self.skipped = self.skipped.wrapping_add(1);
         } else if open_for >= NONE_WAITS && byte == NO_BYTE {
-            self.draining = false;
+            self.state = State::Receiving;
             self.listen(registers);
         }
     }
@@ -151,28 +176,33 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     /// are no rounds, or one ENDRX after another is lost, it does not, and nothing but a reset may help.
     pub fn tick(&mut self, registers: &mut impl Registers) -> bool {
         self.errors = 0;
-        self.listen(registers);
-        if registers.byte() != NO_BYTE {
-            self.since_byte.signs = self.since_byte.signs.saturating_add(1);
+        if self.state != State::Stopping {
+            self.listen(registers);
+            let lies_there = registers.byte() != NO_BYTE;
+            let lay_there = core::mem::replace(&mut self.since_byte.lay_there, lies_there);
             // The first time its ENDRX may be about to come, or to be handled.
-            if self.since_byte.signs > 1 {
+            if lay_there && lies_there && !registers.ended() {
                 registers.report(LineEvent::Overrun);
-                self.drain(true, registers);
+                self.stop(registers);
             }
         }
-        core::mem::take(&mut self.served) && self.since_byte.signs < MOST_SIGNS
+        core::mem::take(&mut self.served) && self.since_byte.restarts < MOST_RESTARTS
     }
 
     /// A line error. The byte that came out with it, if one did, may be from before it.
     #[cold]
     #[inline(never)]
-    fn fail(&mut self, ended: bool, causes: u32, registers: &mut impl Registers) {
+    fn fail(&mut self, ended: bool, open_for: u32, causes: u32, registers: &mut impl Registers) {
         self.errors = self.errors.saturating_add(1);
-        // If the FIFO was full though a transfer was open, it had ended, and ENDRX was lost.
-        let lost_end = !ended && causes & OVERRUN != 0;
-        self.since_byte.signs = self.since_byte.signs.saturating_add(lost_end.into());
         self.skipped = self.skipped.wrapping_add(ended.into());
-        self.drain(lost_end, registers);
+        // A full FIFO fills an open transfer, so ENDRX must have come by now: the time was over before, and if
+        // the handler was interrupted since, ENDRX comes before the overrun.
+        let is_full = causes & OVERRUN != 0 && open_for >= NONE_WAITS;
+        if is_full && !ended && !registers.ended() {
+            self.stop(registers);
+        } else {
+            self.drain(registers);
+        }
         // Behind it, so that the time is over before the next byte comes.
         for (bit, event) in (0..).zip(EVENTS) {
             if causes >> bit & 1 == 1 {
@@ -182,19 +212,35 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     }
 
     /// From now on what comes out is dropped, until none has waited for the time that begins now.
-    fn drain(&mut self, lost_end: bool, registers: &mut impl Registers) {
-        self.draining = true;
-        if lost_end {
-            self.restarts = self.restarts.wrapping_add(1);
-            registers.start_anew();
-        }
+    fn drain(&mut self, registers: &mut impl Registers) {
+        self.state = State::Draining;
         registers.restart_timer();
         self.listen(registers);
+    }
+
+    /// An ENDRX was lost.
+    fn stop(&mut self, registers: &mut impl Registers) {
+        self.state = State::Stopping;
+        self.restarts = self.restarts.wrapping_add(1);
+        self.since_byte.restarts = self.since_byte.restarts.saturating_add(1);
+        registers.stop();
+    }
+
+    /// Starts the UARTE anew when the receiver has stopped.
+    #[cold]
+    #[inline(never)]
+    fn wait_for_stop(&mut self, waited: u32, registers: &mut impl Registers) {
+        if registers.stopped() || waited / 2 >= GAP {
+            self.state = State::Draining;
+            self.since_byte.lay_there = false;
+            registers.start_anew();
+            self.listen(registers);
+        }
     }
 
     /// After too many errors only the tick wakes.
     fn listen(&self, registers: &mut impl Registers) {
         let few = self.errors < ERRORS_A_TICK;
-        registers.listen(few, few && self.draining);
+        registers.listen(few, few && self.state == State::Draining);
     }
 }

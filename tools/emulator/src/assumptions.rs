@@ -35,8 +35,10 @@ pub struct Assumptions {
     pub lost_end: u32,
     /// How many ENDRX of a full transfer come twice.
     pub doubled_end: u32,
-    /// Cycles until they come again. Not at all if ERRORSRC was written or another transfer opened by then.
+    /// Cycles until they come again.
     pub double_lag: u64,
+    /// They come again even if ERRORSRC was read or another transfer opened by then. By default they do not.
+    pub doubled_when_open: bool,
     /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
     /// Bytes in the FIFO: Zephyr's driver reckons with five, the specification does not say.
@@ -44,6 +46,21 @@ pub struct Assumptions {
     /// An overrun drops the oldest byte of the FIFO ("previous data is lost"; so `BabbleSim`'s model), and
     /// not the new one.
     pub overrun_drops_oldest: bool,
+    /// An overrun comes with the start bit of the byte that finds no room, and the byte before it is lost (the
+    /// specification: "a start bit is received while the previous data still lies in RXD"). By default it
+    /// comes with the end of the byte.
+    pub overrun_at_start_bit: bool,
+    /// Any write to ERRORSRC clears all causes, as in `BabbleSim`'s model. By default a one clears its cause.
+    pub any_write_clears: bool,
+    /// RXTO comes with each ENDRX too (Zephyr#103578).
+    pub causeless_timeout: bool,
+    /// How many RXTO after STOPRX do not come.
+    pub lost_timeout: u32,
+    /// STARTRX in the middle of a byte drops this byte, as in `BabbleSim`'s model. By default the receiver takes
+    /// the byte's next low bit for a start bit.
+    pub start_drops_byte: bool,
+    /// STARTRX during a transfer is ignored, as in `BabbleSim`'s model. By default it is an error.
+    pub start_twice_is_ignored: bool,
     /// SEQSTART begins a new period of the PWM at once, and not when the present one is over.
     pub start_cuts_period: bool,
     /// A task that is triggered twice at one instant acts once.
@@ -66,9 +83,16 @@ impl Default for Assumptions {
             lost_end: 0,
             doubled_end: 0,
             double_lag: 0,
+            doubled_when_open: false,
             start_lag: 0,
             fifo: 6,
             overrun_drops_oldest: false,
+            overrun_at_start_bit: false,
+            any_write_clears: false,
+            causeless_timeout: false,
+            lost_timeout: 0,
+            start_drops_byte: false,
+            start_twice_is_ignored: false,
             start_cuts_period: false,
             twice_is_once: false,
             slowness: 100,
@@ -109,6 +133,13 @@ impl Assumptions {
             change("start_lag", |a| a.start_lag = LONGEST_LAG),
             change("fifo", |a| a.fifo = 5),
             change("overrun_drops_oldest", |a| a.overrun_drops_oldest = true),
+            change("overrun_at_start_bit", |a| a.overrun_at_start_bit = true),
+            change("any_write_clears", |a| a.any_write_clears = true),
+            change("causeless_timeout", |a| a.causeless_timeout = true),
+            change("start_drops_byte", |a| a.start_drops_byte = true),
+            change("start_twice_is_ignored", |a| {
+                a.start_twice_is_ignored = true;
+            }),
             change("start_cuts_period", |a| a.start_cuts_period = true),
             change("twice_is_once", |a| a.twice_is_once = true),
             change("slowness", |a| a.slowness = 150),
@@ -156,6 +187,14 @@ impl Assumptions {
             start_lag: up_to(LONGEST_LAG),
             fifo: 5 + usize::from(up_to(1) == 1),
             overrun_drops_oldest: up_to(1) == 1,
+            overrun_at_start_bit: up_to(1) == 1,
+            any_write_clears: up_to(1) == 1,
+            causeless_timeout: up_to(1) == 1,
+            lost_timeout: if up_to(3) == 0 { u32::MAX } else { 0 },
+            start_drops_byte: up_to(1) == 1,
+            start_twice_is_ignored: up_to(1) == 1,
+            // With it, an ENDRX may cost a byte.
+            doubled_when_open: false,
             start_cuts_period: up_to(1) == 1,
             twice_is_once: up_to(1) == 1,
             slowness: 100 + slower,

@@ -47,6 +47,8 @@ pub struct Line {
     /// When the sender's bit 0 began, and how many it has sent since.
     origin: u64,
     bits: u64,
+    /// When the sender's characters begin and end, in order. The receiver forgets those that it no longer needs.
+    characters: VecDeque<(u64, u64)>,
     /// Nobody drives the line: it is as the pin's pull-up has it.
     pub(crate) floats: bool,
 }
@@ -63,6 +65,7 @@ impl Line {
             parity: Parity::None,
             origin: 0,
             bits: 0,
+            characters: VecDeque::new(),
             floats: false,
         }
     }
@@ -115,6 +118,7 @@ impl Line {
             self.origin = from;
             self.bits = 0;
         }
+        let began = self.free_at();
         match symbol {
             Symbol::Byte(byte) => self.character(byte, false, true),
             Symbol::BadStop(byte) => self.character(byte, false, false),
@@ -124,6 +128,9 @@ impl Line {
                 self.hold(true, 1);
             }
             Symbol::Idle(bits) => self.hold(true, bits),
+        }
+        if !matches!(symbol, Symbol::Break(_) | Symbol::Idle(_)) {
+            self.characters.push_back((began, self.free_at()));
         }
         self.free_at()
     }
@@ -188,8 +195,18 @@ impl Line {
         changes.last().copied()
     }
 
-    /// Forgets all changes before that instant.
+    /// Returns the end of the character that is on the line at that instant, or the instant if there is none.
+    pub(crate) fn character_ends(&self, at: u64) -> u64 {
+        let mut characters = self.characters.iter();
+        let character = characters.find(|(began, end)| *began < at && at < *end);
+        character.map_or(at, |(_, end)| *end)
+    }
+
+    /// Forgets all changes and characters before that instant.
     pub(crate) fn forget_before(&mut self, at: u64) {
+        while self.characters.front().is_some_and(|(_, end)| *end < at) {
+            self.characters.pop_front();
+        }
         while self.toggles.front().is_some_and(|toggle| *toggle < at) {
             self.toggles.pop_front();
             self.level = !self.level;

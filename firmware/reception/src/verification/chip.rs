@@ -2,10 +2,13 @@
 
 use framelock::LineEvent;
 
-use crate::{NO_BYTE, Registers};
+use crate::{NO_BYTE, OVERRUN, Registers};
 
 /// Bytes that the UARTE's FIFO holds.
 pub(super) const FIFO: u8 = 3;
+
+/// Times of the timer that the model tells apart.
+pub(super) const TIMES: u8 = 5;
 
 /// What memory holds.
 #[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
@@ -34,8 +37,13 @@ pub(super) struct Chip {
     /// ERRORSRC says something, and the event ERROR is set.
     pub(super) failed: bool,
     pub(super) error: bool,
-    /// Of the timer: 0, `NONE_WAITS`, `GAP`.
+    /// One of the causes is that the FIFO has overrun.
+    pub(super) overran: bool,
+    /// The timer: 0, `NONE_WAITS`, `GAP`, more, twice `GAP`.
     pub(super) time: u8,
+    /// STOPRX was given, and nothing started since; RXTO has come, with a cause or without.
+    pub(super) stopping: bool,
+    pub(super) timeout: bool,
     /// Whether an ENDRX may be late or lost; whether it does anything between two accesses; whether ENDRX has
     /// come again though the next transfer is open.
     pub(super) may_owe: bool,
@@ -44,6 +52,8 @@ pub(super) struct Chip {
     /// Of what was handed on: the number that would follow, and whether an event was reported since.
     pub(super) expected: u8,
     pub(super) reported: bool,
+    /// When the handler last asked for ENDRX, it was late or lost.
+    pub(super) owed: bool,
     /// What a round did: the byte that it looked at last.
     pub(super) looked_at: Option<Byte>,
     pub(super) pushed: u8,
@@ -62,6 +72,12 @@ impl Chip {
     /// The chip does nothing, or any number of steps, in any order. Between two accesses it stores one byte
     /// at most, since nothing opens a transfer.
     pub(super) fn moves(&mut self) {
+        if self.stopping {
+            // Nothing but the time and RXTO is looked at, and all that comes is lost.
+            self.time = kani::any_where(|time| *time >= self.time && *time < TIMES);
+            self.timeout |= kani::any::<bool>();
+            return;
+        }
         self.time_passes();
         self.receives();
         if self.open && kani::any() {
@@ -84,7 +100,7 @@ impl Chip {
     fn time_passes(&mut self) {
         let waits = self.open && (self.old > 0 || self.new > 0);
         if !waits {
-            self.time = kani::any_where(|time| *time >= self.time && *time < 3);
+            self.time = kani::any_where(|time| *time >= self.time && *time < TIMES);
         }
     }
 
@@ -93,18 +109,26 @@ impl Chip {
         let more: u8 = kani::any();
         kani::assume(more < FIFO + 2);
         self.next += more;
+        let waited = self.old + self.new > 0;
         if kani::any() {
             // All are sound, and there is room.
             self.new += more;
-        } else if more > 0 {
-            // At least the first is not: A3, A4. What was there may be lost to an overrun.
+        } else {
+            // An error comes before the first is stored, or spoils it: A3, A4. What was there may be lost to an
+            // overrun, but for the last.
             self.failed = true;
             self.error |= kani::any::<bool>();
             self.old = kani::any();
             self.new = kani::any();
-            kani::assume(self.new < more);
+            kani::assume(self.new < more + 1);
+            if kani::any() {
+                // A1: an open transfer takes a byte before the FIFO is full.
+                kani::assume(!self.open || self.time == 0);
+                self.overran = true;
+            }
         }
         kani::assume(self.old < FIFO + 1 && self.new < FIFO + 1 && self.old + self.new < FIFO + 1);
+        kani::assume(self.old + self.new > 0 || !waited && !self.overran);
     }
 
     /// Stores the first byte of the FIFO, if a transfer is open.
@@ -141,6 +165,14 @@ impl Chip {
     fn opens(&mut self) {
         assert!(!self.open || self.ghost, "a transfer is open already");
         assert!(!self.owes_end, "the last transfer's ENDRX is to come");
+        if let (true, None, Some(byte)) = (self.ghost, self.looked_at, self.memory) {
+            // L4: overwritten.
+            self.expected = if byte.is_sound {
+                byte.number + 1
+            } else {
+                self.expected
+            };
+        }
         self.ended = false;
         self.memory = None;
         self.open = true;
@@ -161,20 +193,23 @@ impl Registers for Chip {
 
     fn ended(&mut self) -> bool {
         self.access();
+        self.owed = self.owes_end;
         self.ended
     }
 
     fn take_causes(&mut self) -> u32 {
         self.error = false;
         self.access();
-        let failed = self.failed;
-        // One of the same kind that comes before the causes are cleared is cleared with them.
+        let (failed, overran) = (self.failed, self.overran);
+        // One of the same kind that comes before the causes are cleared is cleared with them; one of another kind
+        // too, if any write clears all.
         self.access();
         if !failed {
             return 0;
         }
-        self.failed = kani::any();
-        kani::any_where(|causes| *causes > 0 && *causes < 16)
+        self.overran &= !overran && kani::any::<bool>();
+        self.failed = self.overran || kani::any::<bool>();
+        kani::any_where(|causes| *causes > 0 && *causes < 16 && (*causes & OVERRUN != 0) == overran)
     }
 
     fn byte(&mut self) -> u8 {
@@ -192,15 +227,30 @@ impl Registers for Chip {
         self.opens();
     }
 
+    fn stop(&mut self) {
+        assert!(self.owed, "S3: an ENDRX is late or lost");
+        self.restarts += 1;
+        self.stopping = true;
+        self.timeout = false;
+        self.time = 0;
+        self.wakes_by_error = false;
+        self.wakes_by_timer = false;
+    }
+
+    fn stopped(&mut self) -> bool {
+        self.access();
+        self.timeout
+    }
+
     fn start_anew(&mut self) {
         self.access();
-        self.restarts += 1;
-        self.old = 0;
-        self.new = 0;
-        // What was in it is lost, and so is what comes until it is on again.
+        assert!(self.stopping, "the receiver is stopped first");
+        self.stopping = false;
+        // The FIFO's bytes are lost, and so are all that come until it is on again.
+        (self.old, self.new) = (0, 0);
         self.next += 1;
-        self.open = false;
-        self.owes_end = false;
+        (self.open, self.owes_end) = (false, false);
+        (self.failed, self.overran) = (false, false);
         self.opens();
     }
 

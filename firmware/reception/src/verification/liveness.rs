@@ -1,8 +1,8 @@
 //! L1 to L4: what must come, comes. Between two rounds the chip does what A1 says, and else nothing.
 
 use super::chip::{Chip, FIFO};
-use super::invariant::any_reception;
-use crate::MOST_SIGNS;
+use super::invariant::{any_reception, any_that_takes_bytes};
+use crate::{MOST_RESTARTS, State};
 
 impl Chip {
     /// A1: a byte that waits is stored, and its ENDRX comes; and if none waits, `NONE_WAITS` is over.
@@ -18,8 +18,7 @@ impl Chip {
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_takes_what_has_come() {
-    let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
+    let (mut reception, mut chip) = any_that_takes_bytes();
     let (before, had_ended) = (reception, chip.ended);
     let (time, had_failed) = (chip.time, chip.failed);
     reception.service(&mut chip);
@@ -29,8 +28,9 @@ fn a_round_takes_what_has_come() {
     assert!(u32::from(chip.pushed) + dropped == u32::from(had_ended));
     assert!(dropped == 0 || chip.reported, "dropped behind a report");
     // ... the gap, and the error; ...
-    assert!(chip.idles == u8::from(time == 2 && !before.since_byte.in_gap));
-    assert!(!had_failed || chip.reported && reception.draining);
+    assert!(chip.idles == u8::from(time >= 2 && !before.since_byte.in_gap));
+    assert!(!had_failed || chip.reported && reception.state != State::Receiving);
+    assert!(had_ended || reception.since_byte.restarts >= before.since_byte.restarts);
     // ... and an ERROR that says nothing is cleared.
     assert!(!chip.error);
     kani::cover!(chip.pushed == 1);
@@ -40,18 +40,17 @@ fn a_round_takes_what_has_come() {
 #[kani::proof]
 #[kani::unwind(6)]
 fn after_the_last_error_it_hears_again() {
-    let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
+    let (mut reception, mut chip) = any_that_takes_bytes();
     chip.may_owe = false;
     kani::assume(!chip.owes_end);
     // L2: one round for the error, one for each byte in memory and in the FIFO, and one for the time.
     for _ in 0..FIFO + 2 {
         reception.service(&mut chip);
-        chip.failed = false;
+        (chip.failed, chip.overran) = (false, false);
         chip.does_what_it_must();
     }
     reception.service(&mut chip);
-    assert!(!reception.draining && chip.open && !chip.ended);
+    assert!(reception.state == State::Receiving && chip.open && !chip.ended);
     assert!(!chip.wakes_by_timer);
     kani::cover!(chip.pushed == 0);
     kani::cover!(chip.pushed == 4);
@@ -60,15 +59,16 @@ fn after_the_last_error_it_hears_again() {
 #[kani::proof]
 #[kani::unwind(6)]
 fn an_error_wakes_when_its_time_is_over() {
-    let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
+    let (mut reception, mut chip) = any_that_takes_bytes();
     kani::assume(chip.failed);
     reception.service(&mut chip);
+    kani::assume(!chip.stopping);
     // Too many: the tick.
     assert!(chip.wakes_by_timer == chip.wakes_by_error);
     if !chip.wakes_by_error {
         reception.tick(&mut chip);
-        assert!(chip.wakes_by_error && chip.wakes_by_timer == reception.draining);
+        assert!(chip.wakes_by_error == !chip.stopping);
+        assert!(chip.wakes_by_timer == (reception.state == State::Draining));
     }
     kani::cover!(chip.restarts == 0);
 }
@@ -76,59 +76,91 @@ fn an_error_wakes_when_its_time_is_over() {
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_lost_endrx_is_seen_by_the_second_tick() {
-    let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
+    let (mut reception, mut chip) = any_that_takes_bytes();
     kani::assume(chip.owes_end && !chip.failed);
     let hidden = chip.memory.is_some_and(|byte| byte.is_hidden);
     if hidden {
         // L3: more bytes come, and the FIFO overruns.
-        chip.failed = true;
-        reception.fail(false, crate::OVERRUN, &mut chip);
+        (chip.failed, chip.overran) = (true, true);
+        chip.time = chip.time.max(1);
+        reception.service(&mut chip);
     } else {
         for _ in 0..2 {
             reception.tick(&mut chip);
             reception.service(&mut chip);
         }
     }
-    assert!(chip.restarts == 1 && chip.open && chip.reported);
-    // It is a round for the time from hearing again.
-    chip.failed = false;
-    chip.does_what_it_must();
-    reception.service(&mut chip);
-    assert!(!reception.draining);
+    assert!(chip.restarts == 1 && chip.reported);
     kani::cover!(hidden);
     kani::cover!(!hidden);
 }
 
-/// Each sign that an ENDRX was lost counts, and only a byte that comes out ends the row; so if none comes
-/// any more, the reception says so after `MOST_SIGNS` of them. So it does if there was no round.
+/// It is started anew with RXTO, or without it after twice `GAP`; then it is a round for the time from hearing
+/// again.
+#[kani::proof]
+#[kani::unwind(6)]
+fn after_a_stop_it_hears_again() {
+    let mut reception = any_reception();
+    kani::assume(reception.state == State::Stopping);
+    let mut chip = Chip::any(&reception);
+    kani::assume(chip.timeout || chip.time == 4);
+    let restarts = reception.since_byte.restarts;
+    reception.service(&mut chip);
+    assert!(chip.open && reception.since_byte.restarts == restarts);
+    chip.does_what_it_must();
+    reception.service(&mut chip);
+    assert!(reception.state == State::Receiving);
+    kani::cover!(chip.timeout);
+    kani::cover!(!chip.timeout);
+}
+
+/// Each restart counts, and only a byte that comes out ends the row; so if none comes any more, the reception says
+/// so after `MOST_RESTARTS`. So it does if there was no round.
 #[kani::proof]
 #[kani::unwind(6)]
 fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
-    let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
-    kani::assume(chip.owes_end);
-    let (signs, served) = (reception.since_byte.signs, reception.served);
-    let hidden = chip.memory.is_some_and(|byte| byte.is_hidden);
+    let (mut reception, mut chip) = any_that_takes_bytes();
+    kani::assume(chip.owes_end && chip.memory.is_some_and(|byte| !byte.is_hidden));
+    let restarts = reception.since_byte.restarts;
+    reception.tick(&mut chip);
+    let served: bool = kani::any();
+    if served {
+        reception.service(&mut chip);
+    }
     let works = reception.tick(&mut chip);
-    let now = reception.since_byte.signs;
-    assert!(now == signs.saturating_add(u8::from(!hidden)));
-    assert!(works == (served && now < MOST_SIGNS));
-    assert!(!reception.tick(&mut chip));
-    kani::cover!(!works);
+    let now = reception.since_byte.restarts;
+    assert!(now == restarts.saturating_add(1));
+    assert!(works == (served && now < MOST_RESTARTS));
+    kani::cover!(served && !works);
     kani::cover!(works);
 }
 
-/// L4: nothing but one byte, which the chip did not store.
+/// L2 without a bound: whatever came before, and however late.
+#[kani::proof]
+#[kani::unwind(6)]
+fn a_round_in_a_pause_ends_the_drain() {
+    let (mut reception, mut chip) = any_that_takes_bytes();
+    kani::assume(chip.open && chip.time > 0 && !chip.failed);
+    let before = reception.state;
+    reception.service(&mut chip);
+    assert!(reception.state == State::Receiving);
+    kani::cover!(before == State::Draining && chip.new > 0);
+}
+
+/// L4: nothing but one byte too many, which the chip did not store, or in place of one.
 #[kani::proof]
 #[kani::unwind(6)]
 fn an_endrx_that_comes_again_for_an_open_transfer_costs_a_byte() {
-    let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
+    let (mut reception, mut chip) = any_that_takes_bytes();
     kani::assume(chip.open);
     chip.ended = true;
     chip.ghost = true;
+    chip.may_owe = false;
+    chip.moves = true;
+    let expected = chip.expected;
     reception.service(&mut chip);
-    assert!(chip.holds(reception.draining));
-    kani::cover!(chip.pushed == 1);
+    assert!(chip.holds(reception.state));
+    kani::cover!(chip.pushed == 1 && chip.expected == expected);
+    kani::cover!(chip.pushed == 1 && chip.expected == expected + 1 && !chip.ghost);
+    kani::cover!(chip.pushed == 1 && chip.ghost);
 }

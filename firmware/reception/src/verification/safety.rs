@@ -3,11 +3,12 @@
 
 use super::Reception;
 use super::chip::Chip;
-use super::invariant::any_reception;
+use super::invariant::{any_reception, any_that_takes_bytes};
+use crate::State;
 
 #[kani::proof]
 fn at_the_start() {
-    let mut chip = Chip::any(false);
+    let mut chip = Chip::any(&Reception::default());
     // Switched on just now, with nothing opened.
     chip.old = 0;
     chip.new = 0;
@@ -15,31 +16,31 @@ fn at_the_start() {
     chip.ended = false;
     chip.owes_end = false;
     chip.failed = false;
+    chip.overran = false;
     chip.next = chip.expected;
     let reception = Reception::begin(&mut chip);
-    assert!(chip.holds(reception.draining));
+    assert!(chip.holds(reception.state));
     assert!(chip.wakes_by_error);
     kani::cover!(chip.open);
 }
 
 #[kani::proof]
 fn whatever_the_chip_does() {
-    let draining = kani::any();
-    let mut chip = Chip::any(draining);
+    let reception = any_reception();
+    let mut chip = Chip::any(&reception);
     chip.moves();
-    assert!(chip.holds(draining));
+    assert!(chip.holds(reception.state));
     kani::cover!(chip.ended && !chip.failed && chip.new == 2);
     kani::cover!(chip.failed && chip.old == 1 && chip.new == 1);
 }
 
 /// A round in which the chip moves.
 fn a_round(begins_with: fn(&Chip) -> bool) -> Chip {
-    let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
+    let (mut reception, mut chip) = any_that_takes_bytes();
     kani::assume(begins_with(&chip));
     chip.moves = true;
     reception.service(&mut chip);
-    assert!(chip.holds(reception.draining));
+    assert!(chip.holds(reception.state));
     chip
 }
 
@@ -66,11 +67,25 @@ fn a_round_that_begins_with_a_lost_end() {
 
 #[kani::proof]
 #[kani::unwind(6)]
+fn a_round_while_it_stops() {
+    let mut reception = any_reception();
+    kani::assume(reception.state == State::Stopping);
+    let mut chip = Chip::any(&reception);
+    chip.moves = true;
+    reception.service(&mut chip);
+    assert!(chip.holds(reception.state));
+    kani::cover!(chip.open && chip.timeout);
+    kani::cover!(chip.open && !chip.timeout);
+    kani::cover!(chip.stopping);
+}
+
+#[kani::proof]
+#[kani::unwind(6)]
 fn a_tick_in_which_the_chip_moves() {
     let mut reception = any_reception();
-    let mut chip = Chip::any(reception.draining);
+    let mut chip = Chip::any(&reception);
     chip.moves = true;
     reception.tick(&mut chip);
-    assert!(chip.holds(reception.draining));
+    assert!(chip.holds(reception.state));
     kani::cover!(chip.restarts == 1);
 }

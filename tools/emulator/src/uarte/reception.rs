@@ -75,6 +75,9 @@ impl Reception {
             return Ok(());
         }
         if self.transfer.is_some() {
+            if context.assumptions.start_twice_is_ignored {
+                return Ok(());
+            }
             return Err(Refusal::misused(
                 "UARTE0",
                 "STARTRX while a transfer is open",
@@ -91,12 +94,19 @@ impl Reception {
             .dma_read(self.settings.pointer + self.settings.size - 1, &mut byte)?;
         self.transfer = Some(self.settings.transfer());
         self.stops_at = None;
-        self.again_at = None;
+        if !context.assumptions.doubled_when_open {
+            self.again_at = None;
+        }
         let connected = self.settings.registers.pins.last() == Some(&context.line_pin);
         if !self.sampler.runs() && connected {
             context.line.forget_before(context.now);
+            let since = if context.assumptions.start_drops_byte {
+                context.line.character_ends(context.now)
+            } else {
+                context.now
+            };
             let (bit, parity) = (self.settings.bit(), self.settings.has_parity());
-            self.sampler.start(context.now, bit, parity);
+            self.sampler.start(since, bit, parity);
         }
         self.started_at = Some(context.now + context.assumptions.start_lag);
         if context.assumptions.start_lag == 0 {
@@ -181,11 +191,21 @@ impl Reception {
     /// Lets the sampler do what is due.
     fn listen(&mut self, context: &mut Context) {
         let due = self.sampler.next(&context.line);
+        let was_between = self.sampler.is_between();
         let heard = due.and_then(|at| self.sampler.advance(at, &mut context.line));
+        let is_start = was_between && heard.is_none();
+        if is_start && context.assumptions.overrun_at_start_bit && self.is_full(context) {
+            self.fifo.pop_back();
+            self.error(OVERRUN, context);
+        }
         if let Some(heard) = heard {
             self.overdue_ready(context);
             self.hear(heard, context);
         }
+    }
+
+    fn is_full(&self, context: &Context) -> bool {
+        self.fifo.len() >= context.assumptions.fifo
     }
 
     fn hear(&mut self, heard: Heard, context: &mut Context) {
@@ -198,7 +218,7 @@ impl Reception {
             }
             Heard::Break => self.error(BREAK, context),
             Heard::Byte { byte, parity_error } => {
-                if self.fifo.len() >= context.assumptions.fifo {
+                if self.is_full(context) {
                     if context.assumptions.ready_on_overrun {
                         self.ready(context);
                     }
@@ -245,6 +265,9 @@ impl Reception {
             let full = transfer.done == transfer.size;
             if !(full && lost(&mut context.assumptions.lost_end)) {
                 context.raise(ENDRX);
+                if context.assumptions.causeless_timeout {
+                    context.raise(RXTO);
+                }
                 let comes_again = full && lost(&mut context.assumptions.doubled_end);
                 self.again_at = comes_again.then_some(context.now + context.assumptions.double_lag);
             }
@@ -266,7 +289,9 @@ impl Reception {
         self.end_transfer(context);
         self.stops_at = None;
         self.sampler.stop();
-        context.raise(RXTO);
+        if !lost(&mut context.assumptions.lost_timeout) {
+            context.raise(RXTO);
+        }
     }
 }
 
@@ -287,18 +312,21 @@ impl Peripheral for Reception {
         Common::new("UARTE0", &events, &shorts)
     }
 
-    fn read(&mut self, offset: u32, _: &Context) -> Option<u32> {
+    fn read(&mut self, offset: u32, context: &Context) -> Option<u32> {
         if offset == ERRORSRC {
+            if !context.assumptions.doubled_when_open {
+                self.again_at = None;
+            }
             return Some(self.error_source);
         }
         self.settings.read(offset)
     }
 
-    fn write(&mut self, offset: u32, value: u32, _: &mut Context) -> Option<()> {
+    fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         if offset == ERRORSRC {
             // "A '1' clears."
-            self.error_source &= !value;
-            self.again_at = None;
+            let all = context.assumptions.any_write_clears;
+            self.error_source &= if all { 0 } else { !value };
             return Some(());
         }
         self.settings.write(offset, value)?;

@@ -56,6 +56,11 @@ impl Sampler {
         !matches!(self.state, State::Off)
     }
 
+    /// Whether it looks for a start bit.
+    pub(super) fn is_between(&self) -> bool {
+        matches!(self.state, State::Hunting { .. })
+    }
+
     /// Bits up to and including the stop bit.
     fn bits(&self) -> u64 {
         10 + u64::from(self.parity)

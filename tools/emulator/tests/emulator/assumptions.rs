@@ -157,6 +157,101 @@ fn an_overrun_may_drop_the_oldest_byte() {
     }
 }
 
+/// "A start bit is received while the previous data still lies in RXD (previous data is lost)."
+#[test]
+fn an_overrun_may_come_with_the_start_bit_and_lose_the_byte_before() {
+    for (at_start, kept) in [(false, b"bcdefg"), (true, b"bcdefh")] {
+        let mut board = assuming(1, |a| a.overrun_at_start_bit = at_start);
+        let full = board.send(b"abcdefg");
+        board.send(b"h");
+        board.run_until(full + BYTE / 2).unwrap();
+        assert_eq!(board.get(ERRORSRC), if at_start { OVERRUN } else { 0 });
+        board.wait(2 * BYTE);
+        assert_eq!(board.get(ERRORSRC), OVERRUN);
+        board.set(RXD_MAXCNT, 6);
+        board.set(STARTRX, 1);
+        board.wait(BYTE);
+        assert_eq!(board.bytes(BUFFER, 6), kept);
+    }
+}
+
+#[test]
+fn any_write_to_errorsrc_may_clear_all_causes() {
+    for (any, left) in [(false, [FRAMING | BREAK, BREAK]), (true, [0; 2])] {
+        let mut board = assuming(8, |a| a.any_write_clears = any);
+        board.send_symbols(&[LineSymbol::Break(20)]);
+        board.wait(3 * BYTE);
+        for (value, left) in [0, FRAMING].into_iter().zip(left) {
+            board.set(ERRORSRC, value);
+            assert_eq!(board.get(ERRORSRC), left);
+        }
+    }
+}
+
+#[test]
+fn rxto_may_come_with_any_endrx_or_not_come() {
+    for causeless in [false, true] {
+        let mut board = assuming(1, |a| a.causeless_timeout = causeless);
+        board.send(b"a");
+        board.wait(2 * BYTE);
+        assert!(board.take_event(ENDRX));
+        assert_eq!(board.take_event(RXTO), causeless);
+    }
+    for lost in [0, 1] {
+        let mut board = assuming(1, |a| a.lost_timeout = lost);
+        board.set(STOPRX, 1);
+        board.wait(6 * BYTE);
+        assert!(board.take_event(ENDRX));
+        assert_eq!(board.take_event(RXTO), lost == 0);
+    }
+}
+
+#[test]
+fn a_start_in_the_middle_of_a_byte_may_drop_it() {
+    for drops in [true, false] {
+        let mut board = assuming(1, |a| a.start_drops_byte = drops);
+        board.set(STOPRX, 1);
+        board.wait(6 * BYTE);
+        assert!(board.take_event(ENDRX));
+        board.send(b"p");
+        board.wait(3 * MICROSECOND);
+        board.set(STARTRX, 1);
+        board.wait(BYTE);
+        board.send(b"b");
+        board.wait(2 * BYTE);
+        assert!(board.take_event(ENDRX));
+        assert_eq!(board.bytes(BUFFER, 1) == b"b", drops);
+    }
+}
+
+#[test]
+fn a_second_start_may_be_ignored_and_is_an_error_otherwise() {
+    let mut board = receiving(1);
+    assert!(board.set_register(STARTRX, 1).is_err());
+    let mut board = assuming(1, |a| a.start_twice_is_ignored = true);
+    board.set(STARTRX, 1);
+    board.send(b"ab");
+    board.wait(3 * BYTE);
+    assert!(board.take_event(ENDRX));
+    assert_eq!(board.bytes(BUFFER, 1), b"a");
+}
+
+#[test]
+fn endrx_may_come_again_for_the_next_transfer() {
+    for when_open in [false, true] {
+        let mut board = assuming(1, |a| {
+            (a.doubled_end, a.double_lag) = (1, 2 * BYTE);
+            a.doubled_when_open = when_open;
+        });
+        board.send(b"a");
+        board.wait(2 * BYTE);
+        assert!(board.take_event(ENDRX));
+        board.set(STARTRX, 1);
+        board.wait(2 * BYTE);
+        assert_eq!(board.take_event(ENDRX), when_open);
+    }
+}
+
 #[test]
 fn a_task_that_is_triggered_twice_at_once_may_act_once() {
     for (once, count) in [(false, 2), (true, 1)] {
