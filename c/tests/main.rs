@@ -7,9 +7,6 @@
 )]
 
 mod compiler;
-#[path = "../../host/description/tests/suite/drawn.rs"]
-mod drawn;
-mod generated;
 mod guide;
 mod header;
 mod layouts;

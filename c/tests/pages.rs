@@ -15,7 +15,7 @@ use tempfile::TempDir;
 use crate::compiler::{C, library, program, run, succeeds};
 use crate::receiving::assert_same;
 
-pub(crate) const IN_C: &str = include_str!("../../docs/c.md");
+pub(crate) const IN_C: &str = include_str!("../../docs/c-library.md");
 pub(crate) const FROM_THE_LECTURE: &str = include_str!("../../docs/from-the-lecture.md");
 
 /// The page's blocks in that language.
@@ -64,14 +64,15 @@ fn the_lectures_code_does_what_lecture_does_and_the_other_what_receiver_does() {
 
     let folder = TempDir::new().unwrap();
     let page = folder.path().join("page.c");
-    let [lectures, ours] = blocks(FROM_THE_LECTURE, "c")[..] else {
-        panic!("the page has two blocks of C");
+    let [lectures, _, _, ours] = blocks(FROM_THE_LECTURE, "c")[..] else {
+        panic!("the page has four blocks of C");
     };
     fs::write(&page, lectures).unwrap();
     let found = run(&C, &[&page, &program("lecture.c")], &stream);
     assert_same(&found, &lecture);
     fs::write(&page, ours).unwrap();
-    let with_framelock = [&C[..], &["-DFRAMELOCK"]].concat();
+    let headers = concat!("-I", env!("CARGO_MANIFEST_DIR"), "/headers");
+    let with_framelock = [&C[..], &["-DFRAMELOCK", headers]].concat();
     let found = run(&with_framelock, &[&page, &program("lecture.c")], &stream);
     assert_same(&found, &receiver);
 }

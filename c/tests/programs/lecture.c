@@ -12,8 +12,8 @@ uint8_t uart_read(void)
 void receive_interrupt(void);
 
 #ifdef FRAMELOCK
-#include "framelock.h"
-extern framelock_setpoint setpoint;
+#include "bin.h"
+extern bin_message setpoint;
 void start(void);
 #define SETPOINT setpoint.pitch, setpoint.roll, setpoint.yaw
 #else

@@ -3,9 +3,9 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Error, Result};
+use anyhow::Result;
 use clap::ValueEnum;
-use framelock_generate::{c, rust};
+use framelock_generate::{CrcTable, c, rust};
 use framelock_receiving::Protocol;
 
 use crate::frame_option::ProtocolParser;
@@ -21,6 +21,9 @@ pub(crate) struct Arguments {
     /// Generate Rust without std, or C99 that is also valid C++17
     #[arg(long, value_enum, value_name = "LANGUAGE")]
     language: Language,
+    /// Use a CRC table of 256 entries instead of 16: faster, but more flash (with --language c)
+    #[arg(long)]
+    byte_table: bool,
     /// Write the code to FILE, replacing it, instead of standard output
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -37,16 +40,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let Arguments {
         frame,
         language,
+        byte_table,
         output,
     } = arguments;
     let path = Path::new(&frame.name);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let language_name = language.to_possible_value();
     let language_name = language_name.as_ref().map_or("", |value| value.get_name());
-    let command = format!("framelock generate --frame {frame} --language {language_name}");
+    let (table, option) = if *byte_table {
+        (CrcTable::Bytes, " --byte-table")
+    } else {
+        (CrcTable::Nibbles, "")
+    };
+    let command = format!("framelock generate --frame {frame} --language {language_name}{option}");
     let code = match language {
         Language::Rust => rust(&frame.description, &name, &command),
-        Language::C => c(&frame.description, &name, &command).map_err(Error::msg)?,
+        Language::C => c(&frame.description, &name, &command, table),
     };
     let mut output = output
         .as_deref()

@@ -4,6 +4,7 @@
 //! they insert.
 #![forbid(unsafe_code)]
 
+mod c;
 mod layout;
 mod names;
 mod render;
@@ -12,37 +13,36 @@ use std::collections::HashSet;
 
 use framelock::Format as _;
 use framelock_description::{Class, Description, Field, Kind, Type};
+use framelock_formats::Layout;
 use framelock_formats::layout::{ByteOrder, Length};
-use minijinja::Value;
+use minijinja::{Value, context};
 use serde::Serialize;
 
+pub use c::CrcTable;
 use names::{Language, free, module, one_line};
 
 /// Returns the source of a Rust module, without `std`, that receives and makes a description's frames. `name` is the
 /// module's name, `command` the command that made it.
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
-    render::source(
-        &Program::new(description, name, command, &names::RUST),
-        &names::RUST,
-    )
+    let program = Program::new(description, name, command, &names::RUST);
+    render::source(Value::from_serialize(&program), name, &names::RUST)
 }
 
-/// Returns a header in C99, which is C++17 as well, that receives and makes a description's frames. `name` is the
-/// header's name, `command` the command that made it.
-///
-/// # Errors
-/// The kind that the C library cannot receive: its content is limited.
-pub fn c(description: &Description, name: &str, command: &str) -> Result<String, String> {
-    let is_limited = |kind: &&Kind| !kind.layout.content().is_empty();
-    if let Some(kind) = description.kinds.iter().find(is_limited) {
-        return Err(format!(
-            "the C library has no content: generate Rust, or leave content out of {}",
-            kind.name
-        ));
+/// Returns a self-contained header in C99, which is C++17 as well, that receives and makes a description's frames. `name`
+/// is the header's name, `command` the command that made it.
+#[must_use]
+pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
+    let mut program = Program::new(description, name, command, &names::C);
+    let layouts: Vec<Layout> = description.kinds.iter().map(|kind| kind.layout).collect();
+    for (kind, layout) in program.kinds.iter_mut().zip(&layouts) {
+        kind.layout = c::value(layout, table);
+        for item in &mut kind.items {
+            item.in_c = c::access(item);
+        }
     }
-    let program = Program::new(description, name, command, &names::C);
-    Ok(render::source(&program, &names::C))
+    let program = context! { ..Value::from_serialize(&program), ..c::program(&layouts) };
+    render::source(program, name, &names::C)
 }
 
 /// The values that a template inserts.
@@ -115,6 +115,8 @@ struct Item {
     shift: u32,
     scale: Option<String>,
     unit: Option<String>,
+    #[serde(flatten)]
+    in_c: c::Access,
 }
 
 impl Program {
@@ -213,6 +215,7 @@ impl Item {
             shift: field.mask.map_or(0, u64::trailing_zeros),
             scale: field.scale.as_ref().map(ToString::to_string),
             unit: field.unit.as_ref().map(|unit| one_line(unit)),
+            in_c: c::Access::default(),
         }
     }
 }

@@ -43,10 +43,7 @@ pub(crate) const C: Language = Language {
         "struct", "switch", "template", "this", "throw", "true", "try", "typedef", "typeid", "typename", "union",
         "unsigned", "using", "virtual", "void", "volatile", "while", "xor",
     ],
-    own: &[
-        "be", "bits", "bits_of", "decode", "encode", "kind", "layouts", "le", "longest", "message", "put", "put_be",
-        "put_bits", "put_le",
-    ],
+    own: &[],
     kind: module,
     message: "message",
     template: include_str!("../templates/header.h.j2"),

@@ -1,12 +1,12 @@
 //! Templates become source code.
 
-use minijinja::{Environment, UndefinedBehavior};
+use minijinja::{Environment, UndefinedBehavior, Value};
 
-use crate::Program;
-use crate::names::Language;
+use crate::names::{Language, module};
 
-/// Renders a language's template. Its line `HELPERS` becomes those of the helpers that the program calls.
-pub(crate) fn source(program: &Program, language: &Language) -> String {
+/// Renders a language's template. Its line `HELPERS` becomes those of the helpers that the program calls, and `PREFIX`
+/// becomes the name of the module.
+pub(crate) fn source(program: Value, name: &str, language: &Language) -> String {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_trim_blocks(true);
@@ -15,14 +15,19 @@ pub(crate) fn source(program: &Program, language: &Language) -> String {
     environment.add_filter("hex", |number: u64| format!("{number:#X}"));
     environment.add_filter("byte", |number: u8| format!("{number:#04X}"));
     let shared = include_str!("../templates/fields.j2");
+    let engine = include_str!("../templates/engine.h.j2");
     let rendered = environment
         .add_template("fields.j2", shared)
+        .and_then(|()| environment.add_template("engine.h.j2", engine))
         .and_then(|()| environment.render_str(language.template, program));
     let code = rendered.unwrap_or_else(|error| unreachable!("in a template: {error:#}"));
-    let code = indented(code.trim_start());
+    let name = module(name);
+    let code = indented(code.trim_start()).replace("PREFIX", &name);
     let (types, functions) = code.split_once("HELPERS\n").unwrap_or((&code, ""));
-    let helpers = language.helpers.replace("PREFIX", &program.name) + "\n";
-    let helpers = called(&code, &helpers);
+    let helpers = language.helpers.replace("PREFIX", &name) + "\n";
+    // Helpers call helpers.
+    let direct = called(&code, &helpers);
+    let helpers = called(&(direct + &code), &helpers);
     let source = format!("{types}{helpers}{}", functions.trim_start());
     source.trim_end().to_owned() + "\n"
 }
@@ -37,7 +42,7 @@ fn called(code: &str, functions: &str) -> String {
         let mut calls = code.match_indices(&call);
         calls.any(|(at, _)| !code[..at].ends_with(is_name))
     };
-    let functions = functions.split_inclusive("\n\n");
+    let functions = functions.split_inclusive("\n}\n\n");
     functions.filter(is_called).collect()
 }
 
@@ -48,7 +53,9 @@ fn indented(code: &str) -> String {
     // The depths of the chains that have not ended.
     let mut chains = Vec::new();
     for line in code.lines().map(str::trim) {
-        let is_comment = ["//", "/*", "*"].iter().any(|mark| line.starts_with(mark));
+        let is_comment = ["//", "/*", "* ", "*/"]
+            .iter()
+            .any(|mark| line.starts_with(mark));
         let is_closing = line.starts_with([')', ']', '}']);
         let count = |brackets: [char; 3]| line.matches(brackets).count();
         let (open, close) = (count(['(', '[', '{']), count([')', ']', '}']));
@@ -60,7 +67,11 @@ fn indented(code: &str) -> String {
         if !line.is_empty() {
             text.extend(std::iter::repeat_n("    ", depth));
         }
-        text.push_str(if line.starts_with('*') { " " } else { "" });
+        text.push_str(if is_comment && line.starts_with('*') || line == "*" {
+            " "
+        } else {
+            ""
+        });
         text.push_str(line);
         text.push('\n');
         if open + usize::from(is_closing) > close && !is_comment {

@@ -1,86 +1,272 @@
-/* A number of so many bytes, the lowest first. */
-static inline uint64_t PREFIX_le(const uint8_t *frame, size_t at, size_t count)
+/* Sets bytes to 0. */
+static inline void PREFIX_clear(void *object, size_t size)
 {
-    uint64_t number = 0;
-    while (count > 0) {
-        count--;
-        number = number << 8 | frame[at + count];
+    uint8_t *byte = (uint8_t *)object;
+
+    while (size > 0U) {
+        *byte = 0U;
+        byte++;
+        size--;
+    }
+}
+
+/* Copies bytes. */
+static inline void PREFIX_copy(void *to, const void *from, size_t size)
+{
+    uint8_t *byte = (uint8_t *)to;
+    const uint8_t *source = (const uint8_t *)from;
+
+    while (size > 0U) {
+        *byte = *source;
+        byte++;
+        source++;
+        size--;
+    }
+}
+
+/* Whether bytes are the same. */
+static inline bool PREFIX_same(const void *one, const void *other, size_t size)
+{
+    const uint8_t *byte = (const uint8_t *)one;
+    const uint8_t *expected = (const uint8_t *)other;
+
+    while (size > 0U) {
+        if (*byte != *expected) {
+            return false;
+        }
+        byte++;
+        expected++;
+        size--;
+    }
+    return true;
+}
+
+/* Reads a number of two bytes, little-endian. */
+static inline uint16_t PREFIX_le16(const uint8_t *bytes)
+{
+    return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
+}
+
+/* Reads a number of two bytes, big-endian. */
+static inline uint16_t PREFIX_be16(const uint8_t *bytes)
+{
+    return (uint16_t)(((unsigned)bytes[0] << 8U) | bytes[1]);
+}
+
+/* Reads a number of three bytes, little-endian. */
+static inline uint32_t PREFIX_le24(const uint8_t *bytes)
+{
+    return ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
+}
+
+/* Reads a number of three bytes, big-endian. */
+static inline uint32_t PREFIX_be24(const uint8_t *bytes)
+{
+    return ((uint32_t)bytes[0] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[2];
+}
+
+/* Reads a number of four bytes, little-endian. */
+static inline uint32_t PREFIX_le32(const uint8_t *bytes)
+{
+    return ((uint32_t)bytes[3] << 24U) | ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
+}
+
+/* Reads a number of four bytes, big-endian. */
+static inline uint32_t PREFIX_be32(const uint8_t *bytes)
+{
+    return ((uint32_t)bytes[0] << 24U) | ((uint32_t)bytes[1] << 16U) | ((uint32_t)bytes[2] << 8U) | bytes[3];
+}
+
+/* Reads a number of eight bytes, little-endian. */
+static inline uint64_t PREFIX_le64(const uint8_t *bytes)
+{
+    uint64_t number = 0U;
+    uint8_t i;
+
+    for (i = 8U; i > 0U; i--) {
+        number = (number << 8U) | bytes[i - 1U];
     }
     return number;
 }
 
-/* A number of so many bytes, the highest first. */
-static inline uint64_t PREFIX_be(const uint8_t *frame, size_t at, size_t count)
+/* Reads a number of eight bytes, big-endian. */
+static inline uint64_t PREFIX_be64(const uint8_t *bytes)
 {
-    uint64_t number = 0;
-    for (size_t i = 0; i < count; i++) {
-        number = number << 8 | frame[at + i];
+    uint64_t number = 0U;
+    uint8_t i;
+
+    for (i = 0U; i < 8U; i++) {
+        number = (number << 8U) | bytes[i];
     }
     return number;
 }
 
-/* A number of so many bits that has a sign. */
-static inline int64_t PREFIX_signed(uint64_t number, unsigned width)
+/* Extends the sign of a number of `width` bits. */
+static inline int32_t PREFIX_signed(uint32_t number, uint8_t width)
 {
-    const uint64_t sign = (uint64_t)1 << (width - 1);
+    const uint32_t sign = (uint32_t)1U << (width - 1U);
+
+    return (int32_t)((number ^ sign) - sign);
+}
+
+/* Extends the sign of a number of `width` bits. */
+static inline int64_t PREFIX_signed64(uint64_t number, uint8_t width)
+{
+    const uint64_t sign = (uint64_t)1U << (width - 1U);
+
     return (int64_t)((number ^ sign) - sign);
 }
 
-/* So many bits, the first being this one, counted from the lowest of the first byte. */
-static inline uint64_t PREFIX_bits(const uint8_t *frame, size_t first, size_t width)
+/* Reads `width` bits, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+static inline uint32_t PREFIX_bits(const uint8_t *bytes, uint16_t first, uint8_t width)
 {
-    uint64_t bits = (uint64_t)frame[first / 8] >> first % 8;
-    for (size_t place = 8 - first % 8; place < width; place += 8) {
-        bits |= (uint64_t)frame[(first + place) / 8] << place;
+    const uint8_t *byte = &bytes[first / 8U];
+    uint32_t bits = (uint32_t)*byte >> (first % 8U);
+    uint8_t shift;
+
+    for (shift = (uint8_t)(8U - first % 8U); shift < width; shift = (uint8_t)(shift + 8U)) {
+        byte++;
+        bits |= (uint32_t)*byte << shift;
     }
-    return bits & UINT64_MAX >> (64 - width);
+    return bits & (UINT32_MAX >> (32U - width));
 }
 
-/* A number with a point, from its bits. */
-static inline float PREFIX_float(uint64_t bits)
+/* Reads `width` bits, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+static inline uint64_t PREFIX_bits64(const uint8_t *bytes, uint16_t first, uint8_t width)
 {
-    const uint32_t all = (uint32_t)bits;
+    const uint8_t *byte = &bytes[first / 8U];
+    uint64_t bits = (uint64_t)*byte >> (first % 8U);
+    uint8_t shift;
+
+    for (shift = (uint8_t)(8U - first % 8U); shift < width; shift = (uint8_t)(shift + 8U)) {
+        byte++;
+        bits |= (uint64_t)*byte << shift;
+    }
+    return bits & (UINT64_MAX >> (64U - width));
+}
+
+/* Returns the floating-point number with these bits. */
+static inline float PREFIX_float(uint32_t bits)
+{
     float number;
-    memcpy(&number, &all, sizeof number);
+
+    PREFIX_copy(&number, &bits, sizeof number);
     return number;
 }
 
-/* The bits of a number with a point. */
-static inline uint64_t PREFIX_bits_of(float number)
+/* Returns the bits of a floating-point number. */
+static inline uint32_t PREFIX_bits_of(float number)
 {
     uint32_t bits;
-    memcpy(&bits, &number, sizeof bits);
+
+    PREFIX_copy(&bits, &number, sizeof bits);
     return bits;
 }
 
-/* Writes a number of so many bytes, the lowest first, where zeros are. */
-static inline void PREFIX_put_le(uint8_t *frame, size_t at, size_t count, uint64_t number)
+/* Adds the bits of a number of `count` bytes, little-endian. */
+static inline void PREFIX_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
-    for (size_t i = 0; i < count; i++) {
-        frame[at + i] |= (uint8_t)(number >> 8 * i);
+    uint8_t i;
+
+    for (i = 0U; i < count; i++) {
+        bytes[i] = (uint8_t)(bytes[i] | (number & 0xFFU));
+        number >>= 8U;
     }
 }
 
-/* Writes a number of so many bytes, the highest first, where zeros are. */
-static inline void PREFIX_put_be(uint8_t *frame, size_t at, size_t count, uint64_t number)
+/* Adds the bits of a number of `count` bytes, big-endian. */
+static inline void PREFIX_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
 {
-    for (size_t i = 0; i < count; i++) {
-        frame[at + i] |= (uint8_t)(number >> 8 * (count - 1 - i));
+    uint8_t i;
+
+    for (i = count; i > 0U; i--) {
+        bytes[i - 1U] = (uint8_t)(bytes[i - 1U] | (number & 0xFFU));
+        number >>= 8U;
     }
 }
 
-/* Writes so many bits, where zeros are. */
-static inline void PREFIX_put_bits(uint8_t *frame, size_t first, size_t width, uint64_t bits)
+/* Adds the bits of a number of `count` bytes, little-endian. */
+static inline void PREFIX_put_le64(uint8_t *bytes, uint8_t count, uint64_t number)
 {
-    for (size_t i = 0; i < width; i++) {
-        frame[(first + i) / 8] |= (uint8_t)((bits >> i & 1) << (first + i) % 8);
+    uint8_t i;
+
+    for (i = 0U; i < count; i++) {
+        bytes[i] = (uint8_t)(bytes[i] | (number & 0xFFU));
+        number >>= 8U;
     }
 }
 
-/* Writes bytes, where zeros are. */
-static inline void PREFIX_put(uint8_t *frame, size_t at, const uint8_t *bytes, size_t count)
+/* Adds the bits of a number of `count` bytes, big-endian. */
+static inline void PREFIX_put_be64(uint8_t *bytes, uint8_t count, uint64_t number)
 {
-    for (size_t i = 0; i < count; i++) {
-        frame[at + i] |= bytes[i];
+    uint8_t i;
+
+    for (i = count; i > 0U; i--) {
+        bytes[i - 1U] = (uint8_t)(bytes[i - 1U] | (number & 0xFFU));
+        number >>= 8U;
+    }
+}
+
+/* Sets those of `width` bits that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+static inline void PREFIX_put_bits(uint8_t *bytes, uint16_t first, uint8_t width, uint32_t number)
+{
+    uint8_t i;
+
+    for (i = 0U; i < width; i++) {
+        const uint16_t place = (uint16_t)(first + i);
+
+        if (((number >> i) & 1U) != 0U) {
+            bytes[place / 8U] = (uint8_t)(bytes[place / 8U] | (1U << (place % 8U)));
+        }
+    }
+}
+
+/* Sets those of `width` bits that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+static inline void PREFIX_put_bits64(uint8_t *bytes, uint16_t first, uint8_t width, uint64_t number)
+{
+    uint8_t i;
+
+    for (i = 0U; i < width; i++) {
+        const uint16_t place = (uint16_t)(first + i);
+
+        if (((number >> i) & 1U) != 0U) {
+            bytes[place / 8U] = (uint8_t)(bytes[place / 8U] | (1U << (place % 8U)));
+        }
+    }
+}
+
+/* Adds the bits of bytes. */
+static inline void PREFIX_put(uint8_t *to, const uint8_t *bytes, size_t count)
+{
+    size_t i;
+
+    for (i = 0U; i < count; i++) {
+        to[i] = (uint8_t)(to[i] | bytes[i]);
+    }
+}
+
+/* Returns the value of a hexadecimal digit; 16 if it is none. */
+static inline uint8_t PREFIX_digit(uint8_t digit)
+{
+    if ((digit >= 0x30U) && (digit <= 0x39U)) {
+        return (uint8_t)(digit - 0x30U);
+    }
+    digit = (uint8_t)(digit | 0x20U); /* lower case */
+    if ((digit >= 0x61U) && (digit <= 0x66U)) {
+        return (uint8_t)(digit - 0x57U);
+    }
+    return 16U;
+}
+
+/* Writes a number in hexadecimal digits. */
+static inline void PREFIX_put_hex(uint8_t *to, uint32_t number, uint8_t bits)
+{
+    while (bits > 0U) {
+        uint8_t digit;
+
+        bits = (uint8_t)(bits - 4U);
+        digit = (uint8_t)((number >> bits) & 0x0FU);
+        *to = (uint8_t)((digit < 10U) ? (0x30U + digit) : (0x37U + digit));
+        to++;
     }
 }

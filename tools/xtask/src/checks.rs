@@ -13,7 +13,7 @@ use xshell::cmd;
 use crate::bare_metal::Compiler;
 use crate::stage_report::{Report, run_tests};
 use crate::workspace::{CORE, Workspace};
-use crate::{firmware, prove};
+use crate::{firmware, install, prove};
 
 /// One target without atomic compare-and-swap, one with a floating-point unit, and one that is not
 /// Arm.
@@ -51,8 +51,37 @@ pub(crate) fn clippy(workspace: &Workspace, _: &mut Report) -> Result<()> {
     prove::clippy(workspace)
 }
 
+/// Installs the compilers and the simulator that the tests of generated C run, unless they are there.
+fn install_for_c(workspace: &Workspace) -> Result<()> {
+    const COMMANDS: [&str; 4] = ["clang", "arm-none-eabi-gcc", "avr-gcc", "simavr"];
+    let sh = &workspace.shell()?;
+    let is_there = |command: &&str| {
+        let version = cmd!(sh, "{command} --version").quiet().ignore_status();
+        version.ignore_stdout().ignore_stderr().run().is_ok()
+    };
+    let has_arduino = Path::new(ARDUINO).exists();
+    if has_arduino && COMMANDS.iter().all(is_there) {
+        return Ok(());
+    }
+    install::from_debian(sh, &PACKAGES_FOR_C).context("generated C cannot be compiled")
+}
+
+/// The folder of Debian's core for Arduino boards.
+const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
+
+/// The Debian packages with compilers for C, and with a simulator of an ATmega328P.
+const PACKAGES_FOR_C: [&str; 6] = [
+    "clang",
+    "gcc-arm-none-eabi",
+    "gcc-avr",
+    "avr-libc",
+    "simavr",
+    "arduino-core-avr",
+];
+
 /// Runs unit and integration tests, and each benchmark once without measuring time.
 pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    install_for_c(workspace)?;
     let mut cargo = workspace.cargo_test();
     // The firmware's tests need its images and have a stage of their own.
     cargo.args([
@@ -85,8 +114,15 @@ pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
 
 /// Tests code that is generated from many random descriptions.
 pub(crate) fn generated(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    install_for_c(workspace)?;
     let mut cargo = workspace.cargo_test();
-    cargo.args(["--test", "c", "--", "--ignored", "many_random_descriptions"]);
+    cargo.args([
+        "--test",
+        "plain",
+        "--",
+        "--ignored",
+        "many_random_descriptions",
+    ]);
     run_tests(&mut cargo, &mut report.tests)
 }
 

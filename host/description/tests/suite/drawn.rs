@@ -130,6 +130,23 @@ const CONTENTS: &[&str] = &[
     "content = '05-19 1B-FF 00-03 except 0D 0A'\n",
 ];
 
+/// The forms of fields: the number of bytes, and the keys.
+pub(crate) const FIELDS: &[(usize, &str)] = &[
+    (9, "type = 'bytes'"),
+    (9, "type = 'text'"),
+    (3, "type = 'bytes'\ncount = 3"),
+    (3, "bits = 7\nbit = 3\ncount = 2"),
+    (1, "type = 'u8'\nvalue = 3"),
+    (1, "type = 'u8'\nvalue = [0, 1, 2, 3]"),
+    (2, "type = 'u16be'\nmask = 0x0FF0"),
+    (4, "type = 'i16le'\nmask = 0x3FC\ncount = 2"),
+    (2, "type = 'i16be'\nscale = 0.25\nunit = 'deg'"),
+    (1, "type = 'i8'"),
+    (3, "type = 'u24be'\nscale = -10"),
+    (8, "type = 'u64le'"),
+    (4, "type = 'f32be'"),
+];
+
 /// A description of any shape; it may contradict itself.
 pub(crate) fn description(random: &mut ChaCha8Rng) -> String {
     let mut text = String::new();
@@ -202,23 +219,7 @@ pub(crate) fn description(random: &mut ChaCha8Rng) -> String {
         .unwrap();
     }
     for number in 0..random.random_range(0..5) {
-        let (length, rest) = *[
-            (9, "type = 'bytes'"),
-            (9, "type = 'text'"),
-            (3, "type = 'bytes', count = 3"),
-            (3, "bits = 7, bit = 3, count = 2"),
-            (1, "type = 'u8', value = 3"),
-            (1, "type = 'u8', value = [0, 1, 2, 3]"),
-            (2, "type = 'u16be', mask = 0x0FF0"),
-            (4, "type = 'i16le', mask = 0x3FC, count = 2"),
-            (2, "type = 'i16be', scale = 0.25, unit = 'deg'"),
-            (1, "type = 'i8'"),
-            (3, "type = 'u24be', scale = -10"),
-            (8, "type = 'u64le'"),
-            (4, "type = 'f32be'"),
-        ]
-        .choose(random)
-        .unwrap();
+        let (length, rest) = *FIELDS.choose(random).unwrap();
         writeln!(
             text,
             "[[fields]]\nname = 'field{number}'\nat = {at}\n{rest}"

@@ -9,7 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::agreement::{agrees_with_the_reference, is_refused_or_agrees};
-use crate::drawn::{description, frames};
+use crate::drawn::{FIELDS, description, frames};
 
 #[test]
 fn shipped_frames_come_out_and_their_values_make_them_again() {
@@ -49,6 +49,7 @@ fn shipped_frames_keep_the_laws() {
 fn described_frames_come_out_and_their_values_make_them_again() {
     let (mut right, mut without_sync, mut in_all) = (0, 0, 0);
     let (mut with_content, mut with_other_ends) = (0, 0);
+    let mut with_field = [0; FIELDS.len()];
     for seed in 0..1200 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let text = description(&mut random);
@@ -56,6 +57,9 @@ fn described_frames_come_out_and_their_values_make_them_again() {
             continue;
         };
         right += 1;
+        for ((_, keys), count) in FIELDS.iter().zip(&mut with_field) {
+            *count += text.matches(&format!("\n{keys}\n")).count();
+        }
         let frames = (0..3).map(|_| agrees_with_the_reference(&description, &text, &mut random));
         let frames: usize = frames.sum();
         assert!(frames > 0, "{seed}: {text}");
@@ -70,6 +74,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
             check_laws(&description.format(), &mut beginning).unwrap();
         }
     }
+    assert!(with_field.iter().all(|count| *count > 5), "{with_field:?}");
     assert!(
         with_content > 20 && with_other_ends > 10,
         "{with_content} {with_other_ends}"

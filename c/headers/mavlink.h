@@ -1,0 +1,955 @@
+/* Frames of mavlink. Made by `framelock generate --frame mavlink --language c`; do not edit.
+ * SPDX-License-Identifier: 0BSD
+ * You may use, change and ship this file without conditions.
+ *
+ * This header needs only a C99 or C++17 compiler. It allocates no memory and does not recurse.
+ *
+ *   static mavlink_receiver receiver;
+ *   mavlink_message message;
+ *
+ *   mavlink_init(&receiver);
+ *   if (mavlink_push(&receiver, byte, &message)) { ... }     for each received byte
+ *   mavlink_line_event(&receiver, MAVLINK_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *
+ * At any time, modulo 2^32:
+ * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink_pending(&receiver).
+ *
+ * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
+ * them, define MAVLINK_DEFINITIONS as 1 in one of these files, and as 0 in the others, before they include this header:
+ * then there is one copy of the code. */
+#ifndef MAVLINK_H
+#define MAVLINK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef MAVLINK_DEFINITIONS
+#define MAVLINK_FUNCTION static inline
+#elif defined(__cplusplus)
+#define MAVLINK_FUNCTION extern "C"
+#else
+#define MAVLINK_FUNCTION
+#endif
+
+/* The number of bytes in the longest frame. */
+#define MAVLINK_LONGEST 280U
+
+/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+#ifndef MAVLINK_ROOM
+#define MAVLINK_ROOM (2U * MAVLINK_LONGEST)
+#endif
+#if (MAVLINK_ROOM < MAVLINK_LONGEST) || (MAVLINK_ROOM > 65255U)
+#error "MAVLINK_ROOM must be between MAVLINK_LONGEST and 65255"
+#endif
+
+/* The outcome of a classification. The reasons say why bytes were discarded. */
+typedef enum {
+    MAVLINK_NO_SYNC, /* no frame begins with them */
+    MAVLINK_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
+    MAVLINK_UNKNOWN_MESSAGE, /* the message is not in the list */
+    MAVLINK_CHECKSUM_MISMATCH, /* the checksum is wrong */
+    MAVLINK_LINE_EVENT, /* pending at a line event */
+    MAVLINK_REASONS, /* the number of reasons */
+    MAVLINK_FRAME = MAVLINK_REASONS, /* a frame */
+    MAVLINK_INCOMPLETE /* perhaps a frame: more bytes are needed */
+} mavlink_outcome;
+
+/* An event that the UART or a timer noticed. */
+typedef enum {
+    MAVLINK_FRAMING_ERROR,
+    MAVLINK_PARITY_ERROR,
+    MAVLINK_OVERRUN,
+    MAVLINK_BREAK,
+    MAVLINK_IDLE_LINE,
+    MAVLINK_EVENTS /* the number of events */
+} mavlink_event;
+
+/* Counters. They wrap at 2^32. */
+typedef struct {
+    uint32_t bytes; /* received bytes */
+    uint32_t frames; /* frames */
+    uint32_t frame_bytes; /* bytes in frames */
+    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t discarded[MAVLINK_REASONS]; /* discarded bytes, by reason */
+    uint32_t events[MAVLINK_EVENTS]; /* line events */
+} mavlink_counters;
+
+/* The values of a frame of mavlink2. Pointers are valid until the next call for the receiver. */
+typedef struct {
+    /* At 3: u8. */
+    uint8_t compatible_flags;
+    /* At 4: u8. */
+    uint8_t sequence;
+    /* At 5: u8. */
+    uint8_t system;
+    /* At 6: u8. */
+    uint8_t component;
+    /* At 7: u24le. */
+    uint32_t message;
+    /* At 10: bytes. */
+    const uint8_t *payload;
+    uint16_t payload_length;
+    /* Behind the frame. */
+    bool has_signature;
+    uint8_t signature[13];
+} mavlink_mavlink2_message;
+
+/* The values of a frame of mavlink1. Pointers are valid until the next call for the receiver. */
+typedef struct {
+    /* At 2: u8. */
+    uint8_t sequence;
+    /* At 3: u8. */
+    uint8_t system;
+    /* At 4: u8. */
+    uint8_t component;
+    /* At 5: u8. */
+    uint8_t message;
+    /* At 6: bytes. */
+    const uint8_t *payload;
+    uint16_t payload_length;
+} mavlink_mavlink1_message;
+
+/* The kinds of frames, in the order in which they are tried. */
+typedef enum {
+    MAVLINK_KIND_MAVLINK2,
+    MAVLINK_KIND_MAVLINK1
+} mavlink_kind;
+
+/* The values of a frame of any kind. */
+typedef struct {
+    mavlink_kind kind;
+    union {
+        mavlink_mavlink2_message mavlink2;
+        mavlink_mavlink1_message mavlink1;
+    } of;
+} mavlink_message;
+
+/* A receiver. Read `counters`; the other members are private. */
+typedef struct {
+    mavlink_counters counters;
+    uint16_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
+    uint16_t to;
+    uint16_t ask_at; /* nothing can be decided until `to` reaches this index */
+    bool is_lost; /* bytes were discarded since the last frame */
+    uint8_t buffer[MAVLINK_ROOM];
+} mavlink_receiver;
+
+/* Starts a receiver. All counters are 0. */
+MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver);
+
+/* Returns the number of pending bytes: a frame may yet include them. */
+MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver);
+
+/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
+ * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mavlink_message *message);
+
+/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
+ * it returns false if no byte follows soon. */
+MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *message);
+
+/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
+ * discards the others. `received` may be NULL. */
+MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_event event,
+    void (*received)(void *context, const mavlink_message *message), void *context);
+
+/* Reads the values of a frame. */
+MAVLINK_FUNCTION void mavlink_decode(const uint8_t *frame, uint16_t length, mavlink_message *message);
+
+/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+MAVLINK_FUNCTION size_t mavlink_encode(const mavlink_message *message, uint8_t *frame, size_t room);
+
+#if !defined(MAVLINK_DEFINITIONS) || MAVLINK_DEFINITIONS
+
+/* On AVR, tables stay in flash. */
+#ifdef __AVR__
+#include <avr/pgmspace.h>
+#define MAVLINK_IN_FLASH PROGMEM
+#define MAVLINK_READ_8(entry) pgm_read_byte(entry)
+#define MAVLINK_READ_16(entry) pgm_read_word(entry)
+#define MAVLINK_READ_32(entry) pgm_read_dword(entry)
+#else
+#define MAVLINK_IN_FLASH
+#define MAVLINK_READ_8(entry) (*(entry))
+#define MAVLINK_READ_16(entry) (*(entry))
+#define MAVLINK_READ_32(entry) (*(entry))
+#endif
+
+/* Sets bytes to 0. */
+static inline void mavlink_clear(void *object, size_t size)
+{
+    uint8_t *byte = (uint8_t *)object;
+
+    while (size > 0U) {
+        *byte = 0U;
+        byte++;
+        size--;
+    }
+}
+
+/* Copies bytes. */
+static inline void mavlink_copy(void *to, const void *from, size_t size)
+{
+    uint8_t *byte = (uint8_t *)to;
+    const uint8_t *source = (const uint8_t *)from;
+
+    while (size > 0U) {
+        *byte = *source;
+        byte++;
+        source++;
+        size--;
+    }
+}
+
+/* Whether bytes are the same. */
+static inline bool mavlink_same(const void *one, const void *other, size_t size)
+{
+    const uint8_t *byte = (const uint8_t *)one;
+    const uint8_t *expected = (const uint8_t *)other;
+
+    while (size > 0U) {
+        if (*byte != *expected) {
+            return false;
+        }
+        byte++;
+        expected++;
+        size--;
+    }
+    return true;
+}
+
+/* Reads a number of two bytes, little-endian. */
+static inline uint16_t mavlink_le16(const uint8_t *bytes)
+{
+    return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
+}
+
+/* Reads a number of three bytes, little-endian. */
+static inline uint32_t mavlink_le24(const uint8_t *bytes)
+{
+    return ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
+}
+
+/* Adds the bits of a number of `count` bytes, little-endian. */
+static inline void mavlink_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
+{
+    uint8_t i;
+
+    for (i = 0U; i < count; i++) {
+        bytes[i] = (uint8_t)(bytes[i] | (number & 0xFFU));
+        number >>= 8U;
+    }
+}
+
+/* Adds the bits of bytes. */
+static inline void mavlink_put(uint8_t *to, const uint8_t *bytes, size_t count)
+{
+    size_t i;
+
+    for (i = 0U; i < count; i++) {
+        to[i] = (uint8_t)(to[i] | bytes[i]);
+    }
+}
+
+/* Whether a frame can begin with this byte. */
+static inline bool mavlink_mavlink2_starts(uint8_t byte)
+{
+    return byte == 0xFDU;
+}
+
+/* Returns the CRC of bytes, followed by `extra`. */
+static inline uint16_t mavlink_mavlink2_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
+{
+    /* The remainder of each value of four bits. */
+    static const uint16_t table[16] MAVLINK_IN_FLASH = {
+        0x0000U, 0x1081U, 0x2102U, 0x3183U, 0x4204U, 0x5285U, 0x6306U, 0x7387U, 0x8408U, 0x9489U, 0xA50AU, 0xB58BU,
+        0xC60CU, 0xD68DU, 0xE70EU, 0xF78FU
+    };
+    uint16_t sum = 0xFFFFU;
+    uint16_t i;
+
+    for (i = 0U; i < count + 1U; i++) {
+        const uint8_t byte = (i < count) ? bytes[i] : extra;
+
+        sum = (uint16_t)(sum ^ byte);
+        sum = (uint16_t)((sum >> 4U) ^ MAVLINK_READ_16(&table[sum & 0x0FU]));
+        sum = (uint16_t)((sum >> 4U) ^ MAVLINK_READ_16(&table[sum & 0x0FU]));
+    }
+    return sum;
+}
+
+/* The number of known messages. */
+#define MAVLINK_MAVLINK2_MESSAGES 325U
+
+/* Returns the index of a message, MAVLINK_MAVLINK2_MESSAGES if it is unknown: a binary search. */
+static inline uint16_t mavlink_mavlink2_find(uint32_t message)
+{
+    static const uint16_t numbers[325] MAVLINK_IN_FLASH = {
+        0x0000U, 0x0001U, 0x0002U, 0x0004U, 0x0005U, 0x0006U, 0x0007U, 0x0008U, 0x000BU, 0x0014U, 0x0015U, 0x0016U,
+        0x0017U, 0x0018U, 0x0019U, 0x001AU, 0x001BU, 0x001CU, 0x001DU, 0x001EU, 0x001FU, 0x0020U, 0x0021U, 0x0022U,
+        0x0023U, 0x0024U, 0x0025U, 0x0026U, 0x0027U, 0x0028U, 0x0029U, 0x002AU, 0x002BU, 0x002CU, 0x002DU, 0x002EU,
+        0x002FU, 0x0030U, 0x0031U, 0x0032U, 0x0033U, 0x0036U, 0x0037U, 0x003DU, 0x003EU, 0x003FU, 0x0040U, 0x0041U,
+        0x0042U, 0x0043U, 0x0045U, 0x0046U, 0x0049U, 0x004AU, 0x004BU, 0x004CU, 0x004DU, 0x0050U, 0x0051U, 0x0052U,
+        0x0053U, 0x0054U, 0x0055U, 0x0056U, 0x0057U, 0x0059U, 0x005AU, 0x005BU, 0x005CU, 0x005DU, 0x0064U, 0x0065U,
+        0x0066U, 0x0067U, 0x0068U, 0x0069U, 0x006AU, 0x006BU, 0x006CU, 0x006DU, 0x006EU, 0x006FU, 0x0070U, 0x0071U,
+        0x0072U, 0x0073U, 0x0074U, 0x0075U, 0x0076U, 0x0077U, 0x0078U, 0x0079U, 0x007AU, 0x007BU, 0x007CU, 0x007DU,
+        0x007EU, 0x007FU, 0x0080U, 0x0081U, 0x0082U, 0x0083U, 0x0084U, 0x0085U, 0x0086U, 0x0087U, 0x0088U, 0x0089U,
+        0x008AU, 0x008BU, 0x008CU, 0x008DU, 0x008EU, 0x008FU, 0x0090U, 0x0092U, 0x0093U, 0x0094U, 0x0095U, 0x0096U,
+        0x0097U, 0x0098U, 0x0099U, 0x009AU, 0x009BU, 0x009CU, 0x009DU, 0x009EU, 0x00A0U, 0x00A1U, 0x00A2U, 0x00A3U,
+        0x00A4U, 0x00A5U, 0x00A6U, 0x00A7U, 0x00A8U, 0x00A9U, 0x00AAU, 0x00ABU, 0x00ACU, 0x00ADU, 0x00AEU, 0x00AFU,
+        0x00B0U, 0x00B1U, 0x00B2U, 0x00B3U, 0x00B4U, 0x00B5U, 0x00B6U, 0x00B7U, 0x00B8U, 0x00B9U, 0x00BAU, 0x00BFU,
+        0x00C0U, 0x00C1U, 0x00C2U, 0x00C3U, 0x00C8U, 0x00C9U, 0x00D6U, 0x00D7U, 0x00D8U, 0x00D9U, 0x00DAU, 0x00DBU,
+        0x00E1U, 0x00E2U, 0x00E6U, 0x00E7U, 0x00E8U, 0x00E9U, 0x00EAU, 0x00EBU, 0x00F1U, 0x00F2U, 0x00F3U, 0x00F4U,
+        0x00F5U, 0x00F6U, 0x00F7U, 0x00F8U, 0x00F9U, 0x00FAU, 0x00FBU, 0x00FCU, 0x00FDU, 0x00FEU, 0x0100U, 0x0101U,
+        0x0102U, 0x0103U, 0x0104U, 0x0105U, 0x0106U, 0x0107U, 0x0108U, 0x0109U, 0x010AU, 0x010BU, 0x010CU, 0x010DU,
+        0x010EU, 0x010FU, 0x0113U, 0x0114U, 0x0115U, 0x0118U, 0x0119U, 0x011AU, 0x011BU, 0x011CU, 0x011DU, 0x011EU,
+        0x011FU, 0x0120U, 0x0122U, 0x0123U, 0x0127U, 0x0128U, 0x012BU, 0x012CU, 0x012DU, 0x0136U, 0x0137U, 0x0140U,
+        0x0141U, 0x0142U, 0x0143U, 0x0144U, 0x014AU, 0x014BU, 0x014CU, 0x014DU, 0x014EU, 0x014FU, 0x0150U, 0x0153U,
+        0x0154U, 0x0159U, 0x015EU, 0x0168U, 0x0169U, 0x0172U, 0x0173U, 0x0174U, 0x0175U, 0x0177U, 0x0178U, 0x017CU,
+        0x0181U, 0x0182U, 0x0183U, 0x0184U, 0x0186U, 0x018BU, 0x018CU, 0x018DU, 0x0190U, 0x0191U, 0x019AU, 0x019BU,
+        0x019CU, 0x019DU, 0x01B3U, 0x01B4U, 0x01B5U, 0x01B8U, 0x2328U, 0x232DU, 0x2711U, 0x2712U, 0x2713U, 0x2714U,
+        0x2715U, 0x2716U, 0x2717U, 0x2718U, 0x27A7U, 0x2AF8U, 0x2AF9U, 0x2AFAU, 0x2AFBU, 0x2AFCU, 0x2AFDU, 0x2B02U,
+        0x2B03U, 0x2B0CU, 0x2B16U, 0x2B17U, 0x2B18U, 0x2B19U, 0x2B1AU, 0x2B1BU, 0x2B1CU, 0x2B1DU, 0x2B1EU, 0x2B1FU,
+        0x2B20U, 0x2B21U, 0x2B22U, 0x2B23U, 0x2B24U, 0x2B34U, 0x3264U, 0x3265U, 0x3266U, 0x3267U, 0x3268U, 0x3269U,
+        0x3273U, 0x3276U, 0x3277U, 0x3278U, 0xA410U, 0xA411U, 0xC351U, 0xC352U, 0xC353U, 0xC354U, 0xC355U, 0xCB20U,
+        0xCB21U
+    };
+    uint16_t low = 0U;
+    uint16_t high = MAVLINK_MAVLINK2_MESSAGES;
+
+    while (low < high) {
+        const uint16_t middle = (uint16_t)((unsigned)(low + high) / 2U);
+
+        if (MAVLINK_READ_16(&numbers[middle]) < message) {
+            low = (uint16_t)(middle + 1U);
+        } else {
+            high = middle;
+        }
+    }
+    if ((low < MAVLINK_MAVLINK2_MESSAGES) && (MAVLINK_READ_16(&numbers[low]) == message)) {
+        return low;
+    }
+    return MAVLINK_MAVLINK2_MESSAGES;
+}
+
+/* Returns the byte that the checksum covers although it is not sent. */
+static inline uint8_t mavlink_mavlink2_extra(uint16_t message)
+{
+    static const uint8_t extra[325] MAVLINK_IN_FLASH = {
+        0x32U, 0x7CU, 0x89U, 0xEDU, 0xD9U, 0x68U, 0x77U, 0x75U, 0x59U, 0xD6U, 0x9FU, 0xDCU,
+        0xA8U, 0x18U, 0x17U, 0xAAU, 0x90U, 0x43U, 0x73U, 0x27U, 0xF6U, 0xB9U, 0x68U, 0xEDU,
+        0xF4U, 0xDEU, 0xD4U, 0x09U, 0xFEU, 0xE6U, 0x1CU, 0x1CU, 0x84U, 0xDDU, 0xE8U, 0x0BU,
+        0x99U, 0x29U, 0x27U, 0x4EU, 0xC4U, 0x0FU, 0x03U, 0xA7U, 0xB7U, 0x77U, 0xBFU, 0x76U,
+        0x94U, 0x15U, 0xF3U, 0x7CU, 0x26U, 0x14U, 0x9EU, 0x98U, 0x8FU, 0x0EU, 0x6AU, 0x31U,
+        0x16U, 0x8FU, 0x8CU, 0x05U, 0x96U, 0xE7U, 0xB7U, 0x3FU, 0x36U, 0x2FU, 0xAFU, 0x66U,
+        0x9EU, 0xD0U, 0x38U, 0x5DU, 0x8AU, 0x6CU, 0x20U, 0xB9U, 0x54U, 0x22U, 0xAEU, 0x7CU,
+        0xEDU, 0x04U, 0x4CU, 0x80U, 0x38U, 0x74U, 0x86U, 0xEDU, 0xCBU, 0xFAU, 0x57U, 0xCBU,
+        0xDCU, 0x19U, 0xE2U, 0x2EU, 0x1DU, 0xDFU, 0x55U, 0x06U, 0xE5U, 0xCBU, 0x01U, 0xC3U,
+        0x6DU, 0xA8U, 0xB5U, 0x2FU, 0x48U, 0x83U, 0x7FU, 0x67U, 0x9AU, 0xB2U, 0xC8U, 0x86U,
+        0xDBU, 0xD0U, 0xBCU, 0x54U, 0x16U, 0x13U, 0x15U, 0x86U, 0x4EU, 0x44U, 0xBDU, 0x7FU,
+        0x9AU, 0x15U, 0x15U, 0x90U, 0x01U, 0xEAU, 0x49U, 0xB5U, 0x16U, 0x53U, 0xA7U, 0x8AU,
+        0xEAU, 0xF0U, 0x2FU, 0xBDU, 0x34U, 0xAEU, 0xE5U, 0x55U, 0x9FU, 0xBAU, 0x48U, 0x5CU,
+        0x24U, 0x47U, 0x62U, 0x78U, 0x86U, 0xCDU, 0x45U, 0x65U, 0x32U, 0xCAU, 0x11U, 0xA2U,
+        0xD0U, 0xCFU, 0xA3U, 0x69U, 0x97U, 0x23U, 0x96U, 0xB3U, 0x5AU, 0x68U, 0x55U, 0x5FU,
+        0x82U, 0xB8U, 0x51U, 0x08U, 0xCCU, 0x31U, 0xAAU, 0x2CU, 0x53U, 0x2EU, 0x47U, 0x83U,
+        0xBBU, 0x5CU, 0x92U, 0xB3U, 0x0CU, 0x85U, 0x31U, 0x1AU, 0xC1U, 0x23U, 0x0EU, 0x6DU,
+        0x3BU, 0x16U, 0x7EU, 0x12U, 0x3EU, 0x46U, 0x30U, 0x7BU, 0x4AU, 0x63U, 0x89U, 0xD2U,
+        0x01U, 0x14U, 0xFBU, 0x0AU, 0xEAU, 0x9EU, 0x13U, 0xD9U, 0xF3U, 0x1CU, 0x5FU, 0xF3U,
+        0x58U, 0xF3U, 0x4EU, 0x84U, 0x17U, 0x5BU, 0xECU, 0xE7U, 0x48U, 0xE1U, 0xF5U, 0xC7U,
+        0x63U, 0xD1U, 0xE8U, 0x0BU, 0x5DU, 0x4BU, 0x0AU, 0x1AU, 0x75U, 0xFBU, 0xC7U, 0xE8U,
+        0x93U, 0x84U, 0x04U, 0x08U, 0x9CU, 0x00U, 0x32U, 0xB6U, 0x6EU, 0xB7U, 0xA0U, 0x6AU,
+        0x21U, 0x4DU, 0x86U, 0xC1U, 0x1EU, 0x42U, 0x71U, 0x75U, 0xD1U, 0xBAU, 0x04U, 0x85U,
+        0x67U, 0xC1U, 0x47U, 0xF0U, 0xC3U, 0x86U, 0x0FU, 0xEAU, 0x40U, 0x0BU, 0x5DU, 0x2EU,
+        0x6AU, 0xCDU, 0x90U, 0x85U, 0x55U, 0xC3U, 0x4FU, 0x80U, 0xB1U, 0x82U, 0x2FU, 0x8EU,
+        0x84U, 0xD0U, 0xC9U, 0xC1U, 0xBDU, 0xA2U, 0x72U, 0xFEU, 0x8CU, 0xF9U, 0x4DU, 0x31U,
+        0x5EU, 0x8BU, 0x07U, 0x14U, 0xE3U, 0xEFU, 0xF6U, 0xB5U, 0x3EU, 0xF0U, 0x98U, 0x0DU,
+        0xEFU
+    };
+    return MAVLINK_READ_8(&extra[message]);
+}
+
+/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
+ * length; if they are incomplete, `*number` bytes are needed to know more. */
+static inline mavlink_outcome mavlink_mavlink2_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
+{
+    uint8_t field;
+    uint16_t length;
+    uint16_t message;
+    uint16_t whole;
+
+    (void)seen;
+    /* The sync. */
+    if (!mavlink_mavlink2_starts(bytes[0])) {
+        return MAVLINK_NO_SYNC;
+    }
+    if (count < 10U) {
+        *number = 10U;
+        return MAVLINK_INCOMPLETE;
+    }
+    /* The header. */
+    if ((bytes[2U] & 0xFEU) != 0x00U) {
+        return MAVLINK_BAD_HEADER;
+    }
+    message = mavlink_mavlink2_find(mavlink_le24(&bytes[7U]));
+    if (message == MAVLINK_MAVLINK2_MESSAGES) {
+        return MAVLINK_UNKNOWN_MESSAGE;
+    }
+    field = bytes[1U];
+    length = (uint16_t)(field + 12U);
+    whole = length;
+    if ((bytes[2] & 0x01U) != 0U) {
+        whole = (uint16_t)(length + 13U);
+    }
+    if (count < whole) {
+        *number = whole;
+        return MAVLINK_INCOMPLETE;
+    }
+    /* The checksum. */
+    if (mavlink_mavlink2_checksum(&bytes[1U], (uint16_t)(length - 3U), mavlink_mavlink2_extra(message)) != mavlink_le16(&bytes[length - 2U])) {
+        return MAVLINK_CHECKSUM_MISMATCH;
+    }
+    *number = whole;
+    return MAVLINK_FRAME;
+}
+
+/* Whether a frame can begin with this byte. */
+static inline bool mavlink_mavlink1_starts(uint8_t byte)
+{
+    return byte == 0xFEU;
+}
+
+/* Returns the CRC of bytes, followed by `extra`. */
+static inline uint16_t mavlink_mavlink1_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
+{
+    /* The remainder of each value of four bits. */
+    static const uint16_t table[16] MAVLINK_IN_FLASH = {
+        0x0000U, 0x1081U, 0x2102U, 0x3183U, 0x4204U, 0x5285U, 0x6306U, 0x7387U, 0x8408U, 0x9489U, 0xA50AU, 0xB58BU,
+        0xC60CU, 0xD68DU, 0xE70EU, 0xF78FU
+    };
+    uint16_t sum = 0xFFFFU;
+    uint16_t i;
+
+    for (i = 0U; i < count + 1U; i++) {
+        const uint8_t byte = (i < count) ? bytes[i] : extra;
+
+        sum = (uint16_t)(sum ^ byte);
+        sum = (uint16_t)((sum >> 4U) ^ MAVLINK_READ_16(&table[sum & 0x0FU]));
+        sum = (uint16_t)((sum >> 4U) ^ MAVLINK_READ_16(&table[sum & 0x0FU]));
+    }
+    return sum;
+}
+
+/* The number of known messages. */
+#define MAVLINK_MAVLINK1_MESSAGES 325U
+
+/* Returns the index of a message, MAVLINK_MAVLINK1_MESSAGES if it is unknown: a binary search. */
+static inline uint16_t mavlink_mavlink1_find(uint32_t message)
+{
+    static const uint16_t numbers[325] MAVLINK_IN_FLASH = {
+        0x0000U, 0x0001U, 0x0002U, 0x0004U, 0x0005U, 0x0006U, 0x0007U, 0x0008U, 0x000BU, 0x0014U, 0x0015U, 0x0016U,
+        0x0017U, 0x0018U, 0x0019U, 0x001AU, 0x001BU, 0x001CU, 0x001DU, 0x001EU, 0x001FU, 0x0020U, 0x0021U, 0x0022U,
+        0x0023U, 0x0024U, 0x0025U, 0x0026U, 0x0027U, 0x0028U, 0x0029U, 0x002AU, 0x002BU, 0x002CU, 0x002DU, 0x002EU,
+        0x002FU, 0x0030U, 0x0031U, 0x0032U, 0x0033U, 0x0036U, 0x0037U, 0x003DU, 0x003EU, 0x003FU, 0x0040U, 0x0041U,
+        0x0042U, 0x0043U, 0x0045U, 0x0046U, 0x0049U, 0x004AU, 0x004BU, 0x004CU, 0x004DU, 0x0050U, 0x0051U, 0x0052U,
+        0x0053U, 0x0054U, 0x0055U, 0x0056U, 0x0057U, 0x0059U, 0x005AU, 0x005BU, 0x005CU, 0x005DU, 0x0064U, 0x0065U,
+        0x0066U, 0x0067U, 0x0068U, 0x0069U, 0x006AU, 0x006BU, 0x006CU, 0x006DU, 0x006EU, 0x006FU, 0x0070U, 0x0071U,
+        0x0072U, 0x0073U, 0x0074U, 0x0075U, 0x0076U, 0x0077U, 0x0078U, 0x0079U, 0x007AU, 0x007BU, 0x007CU, 0x007DU,
+        0x007EU, 0x007FU, 0x0080U, 0x0081U, 0x0082U, 0x0083U, 0x0084U, 0x0085U, 0x0086U, 0x0087U, 0x0088U, 0x0089U,
+        0x008AU, 0x008BU, 0x008CU, 0x008DU, 0x008EU, 0x008FU, 0x0090U, 0x0092U, 0x0093U, 0x0094U, 0x0095U, 0x0096U,
+        0x0097U, 0x0098U, 0x0099U, 0x009AU, 0x009BU, 0x009CU, 0x009DU, 0x009EU, 0x00A0U, 0x00A1U, 0x00A2U, 0x00A3U,
+        0x00A4U, 0x00A5U, 0x00A6U, 0x00A7U, 0x00A8U, 0x00A9U, 0x00AAU, 0x00ABU, 0x00ACU, 0x00ADU, 0x00AEU, 0x00AFU,
+        0x00B0U, 0x00B1U, 0x00B2U, 0x00B3U, 0x00B4U, 0x00B5U, 0x00B6U, 0x00B7U, 0x00B8U, 0x00B9U, 0x00BAU, 0x00BFU,
+        0x00C0U, 0x00C1U, 0x00C2U, 0x00C3U, 0x00C8U, 0x00C9U, 0x00D6U, 0x00D7U, 0x00D8U, 0x00D9U, 0x00DAU, 0x00DBU,
+        0x00E1U, 0x00E2U, 0x00E6U, 0x00E7U, 0x00E8U, 0x00E9U, 0x00EAU, 0x00EBU, 0x00F1U, 0x00F2U, 0x00F3U, 0x00F4U,
+        0x00F5U, 0x00F6U, 0x00F7U, 0x00F8U, 0x00F9U, 0x00FAU, 0x00FBU, 0x00FCU, 0x00FDU, 0x00FEU, 0x0100U, 0x0101U,
+        0x0102U, 0x0103U, 0x0104U, 0x0105U, 0x0106U, 0x0107U, 0x0108U, 0x0109U, 0x010AU, 0x010BU, 0x010CU, 0x010DU,
+        0x010EU, 0x010FU, 0x0113U, 0x0114U, 0x0115U, 0x0118U, 0x0119U, 0x011AU, 0x011BU, 0x011CU, 0x011DU, 0x011EU,
+        0x011FU, 0x0120U, 0x0122U, 0x0123U, 0x0127U, 0x0128U, 0x012BU, 0x012CU, 0x012DU, 0x0136U, 0x0137U, 0x0140U,
+        0x0141U, 0x0142U, 0x0143U, 0x0144U, 0x014AU, 0x014BU, 0x014CU, 0x014DU, 0x014EU, 0x014FU, 0x0150U, 0x0153U,
+        0x0154U, 0x0159U, 0x015EU, 0x0168U, 0x0169U, 0x0172U, 0x0173U, 0x0174U, 0x0175U, 0x0177U, 0x0178U, 0x017CU,
+        0x0181U, 0x0182U, 0x0183U, 0x0184U, 0x0186U, 0x018BU, 0x018CU, 0x018DU, 0x0190U, 0x0191U, 0x019AU, 0x019BU,
+        0x019CU, 0x019DU, 0x01B3U, 0x01B4U, 0x01B5U, 0x01B8U, 0x2328U, 0x232DU, 0x2711U, 0x2712U, 0x2713U, 0x2714U,
+        0x2715U, 0x2716U, 0x2717U, 0x2718U, 0x27A7U, 0x2AF8U, 0x2AF9U, 0x2AFAU, 0x2AFBU, 0x2AFCU, 0x2AFDU, 0x2B02U,
+        0x2B03U, 0x2B0CU, 0x2B16U, 0x2B17U, 0x2B18U, 0x2B19U, 0x2B1AU, 0x2B1BU, 0x2B1CU, 0x2B1DU, 0x2B1EU, 0x2B1FU,
+        0x2B20U, 0x2B21U, 0x2B22U, 0x2B23U, 0x2B24U, 0x2B34U, 0x3264U, 0x3265U, 0x3266U, 0x3267U, 0x3268U, 0x3269U,
+        0x3273U, 0x3276U, 0x3277U, 0x3278U, 0xA410U, 0xA411U, 0xC351U, 0xC352U, 0xC353U, 0xC354U, 0xC355U, 0xCB20U,
+        0xCB21U
+    };
+    uint16_t low = 0U;
+    uint16_t high = MAVLINK_MAVLINK1_MESSAGES;
+
+    while (low < high) {
+        const uint16_t middle = (uint16_t)((unsigned)(low + high) / 2U);
+
+        if (MAVLINK_READ_16(&numbers[middle]) < message) {
+            low = (uint16_t)(middle + 1U);
+        } else {
+            high = middle;
+        }
+    }
+    if ((low < MAVLINK_MAVLINK1_MESSAGES) && (MAVLINK_READ_16(&numbers[low]) == message)) {
+        return low;
+    }
+    return MAVLINK_MAVLINK1_MESSAGES;
+}
+
+/* Returns the byte that the checksum covers although it is not sent. */
+static inline uint8_t mavlink_mavlink1_extra(uint16_t message)
+{
+    static const uint8_t extra[325] MAVLINK_IN_FLASH = {
+        0x32U, 0x7CU, 0x89U, 0xEDU, 0xD9U, 0x68U, 0x77U, 0x75U, 0x59U, 0xD6U, 0x9FU, 0xDCU,
+        0xA8U, 0x18U, 0x17U, 0xAAU, 0x90U, 0x43U, 0x73U, 0x27U, 0xF6U, 0xB9U, 0x68U, 0xEDU,
+        0xF4U, 0xDEU, 0xD4U, 0x09U, 0xFEU, 0xE6U, 0x1CU, 0x1CU, 0x84U, 0xDDU, 0xE8U, 0x0BU,
+        0x99U, 0x29U, 0x27U, 0x4EU, 0xC4U, 0x0FU, 0x03U, 0xA7U, 0xB7U, 0x77U, 0xBFU, 0x76U,
+        0x94U, 0x15U, 0xF3U, 0x7CU, 0x26U, 0x14U, 0x9EU, 0x98U, 0x8FU, 0x0EU, 0x6AU, 0x31U,
+        0x16U, 0x8FU, 0x8CU, 0x05U, 0x96U, 0xE7U, 0xB7U, 0x3FU, 0x36U, 0x2FU, 0xAFU, 0x66U,
+        0x9EU, 0xD0U, 0x38U, 0x5DU, 0x8AU, 0x6CU, 0x20U, 0xB9U, 0x54U, 0x22U, 0xAEU, 0x7CU,
+        0xEDU, 0x04U, 0x4CU, 0x80U, 0x38U, 0x74U, 0x86U, 0xEDU, 0xCBU, 0xFAU, 0x57U, 0xCBU,
+        0xDCU, 0x19U, 0xE2U, 0x2EU, 0x1DU, 0xDFU, 0x55U, 0x06U, 0xE5U, 0xCBU, 0x01U, 0xC3U,
+        0x6DU, 0xA8U, 0xB5U, 0x2FU, 0x48U, 0x83U, 0x7FU, 0x67U, 0x9AU, 0xB2U, 0xC8U, 0x86U,
+        0xDBU, 0xD0U, 0xBCU, 0x54U, 0x16U, 0x13U, 0x15U, 0x86U, 0x4EU, 0x44U, 0xBDU, 0x7FU,
+        0x9AU, 0x15U, 0x15U, 0x90U, 0x01U, 0xEAU, 0x49U, 0xB5U, 0x16U, 0x53U, 0xA7U, 0x8AU,
+        0xEAU, 0xF0U, 0x2FU, 0xBDU, 0x34U, 0xAEU, 0xE5U, 0x55U, 0x9FU, 0xBAU, 0x48U, 0x5CU,
+        0x24U, 0x47U, 0x62U, 0x78U, 0x86U, 0xCDU, 0x45U, 0x65U, 0x32U, 0xCAU, 0x11U, 0xA2U,
+        0xD0U, 0xCFU, 0xA3U, 0x69U, 0x97U, 0x23U, 0x96U, 0xB3U, 0x5AU, 0x68U, 0x55U, 0x5FU,
+        0x82U, 0xB8U, 0x51U, 0x08U, 0xCCU, 0x31U, 0xAAU, 0x2CU, 0x53U, 0x2EU, 0x47U, 0x83U,
+        0xBBU, 0x5CU, 0x92U, 0xB3U, 0x0CU, 0x85U, 0x31U, 0x1AU, 0xC1U, 0x23U, 0x0EU, 0x6DU,
+        0x3BU, 0x16U, 0x7EU, 0x12U, 0x3EU, 0x46U, 0x30U, 0x7BU, 0x4AU, 0x63U, 0x89U, 0xD2U,
+        0x01U, 0x14U, 0xFBU, 0x0AU, 0xEAU, 0x9EU, 0x13U, 0xD9U, 0xF3U, 0x1CU, 0x5FU, 0xF3U,
+        0x58U, 0xF3U, 0x4EU, 0x84U, 0x17U, 0x5BU, 0xECU, 0xE7U, 0x48U, 0xE1U, 0xF5U, 0xC7U,
+        0x63U, 0xD1U, 0xE8U, 0x0BU, 0x5DU, 0x4BU, 0x0AU, 0x1AU, 0x75U, 0xFBU, 0xC7U, 0xE8U,
+        0x93U, 0x84U, 0x04U, 0x08U, 0x9CU, 0x00U, 0x32U, 0xB6U, 0x6EU, 0xB7U, 0xA0U, 0x6AU,
+        0x21U, 0x4DU, 0x86U, 0xC1U, 0x1EU, 0x42U, 0x71U, 0x75U, 0xD1U, 0xBAU, 0x04U, 0x85U,
+        0x67U, 0xC1U, 0x47U, 0xF0U, 0xC3U, 0x86U, 0x0FU, 0xEAU, 0x40U, 0x0BU, 0x5DU, 0x2EU,
+        0x6AU, 0xCDU, 0x90U, 0x85U, 0x55U, 0xC3U, 0x4FU, 0x80U, 0xB1U, 0x82U, 0x2FU, 0x8EU,
+        0x84U, 0xD0U, 0xC9U, 0xC1U, 0xBDU, 0xA2U, 0x72U, 0xFEU, 0x8CU, 0xF9U, 0x4DU, 0x31U,
+        0x5EU, 0x8BU, 0x07U, 0x14U, 0xE3U, 0xEFU, 0xF6U, 0xB5U, 0x3EU, 0xF0U, 0x98U, 0x0DU,
+        0xEFU
+    };
+    return MAVLINK_READ_8(&extra[message]);
+}
+
+/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
+ * length; if they are incomplete, `*number` bytes are needed to know more. */
+static inline mavlink_outcome mavlink_mavlink1_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
+{
+    uint8_t field;
+    uint16_t length;
+    uint16_t message;
+
+    (void)seen;
+    /* The sync. */
+    if (!mavlink_mavlink1_starts(bytes[0])) {
+        return MAVLINK_NO_SYNC;
+    }
+    if (count < 6U) {
+        *number = 6U;
+        return MAVLINK_INCOMPLETE;
+    }
+    /* The header. */
+    message = mavlink_mavlink1_find(bytes[5U]);
+    if (message == MAVLINK_MAVLINK1_MESSAGES) {
+        return MAVLINK_UNKNOWN_MESSAGE;
+    }
+    field = bytes[1U];
+    length = (uint16_t)(field + 8U);
+    if (count < length) {
+        *number = length;
+        return MAVLINK_INCOMPLETE;
+    }
+    /* The checksum. */
+    if (mavlink_mavlink1_checksum(&bytes[1U], (uint16_t)(length - 3U), mavlink_mavlink1_extra(message)) != mavlink_le16(&bytes[length - 2U])) {
+        return MAVLINK_CHECKSUM_MISMATCH;
+    }
+    *number = length;
+    return MAVLINK_FRAME;
+}
+
+/* Whether a frame can begin with this byte. */
+static inline bool mavlink_starts(uint8_t byte)
+{
+    return mavlink_mavlink2_starts(byte) || mavlink_mavlink1_starts(byte);
+}
+
+/* Classifies bytes by the first kind that does not reject them. */
+static inline mavlink_outcome mavlink_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
+{
+    mavlink_outcome outcome;
+
+    outcome = mavlink_mavlink2_classify(bytes, count, seen, number);
+    if (outcome != MAVLINK_NO_SYNC) {
+        return outcome;
+    }
+    outcome = mavlink_mavlink1_classify(bytes, count, seen, number);
+    return outcome;
+}
+
+/* Returns the kind of a frame. */
+static inline mavlink_kind mavlink_kind_of(const uint8_t *frame, uint16_t length)
+{
+    (void)length;
+    if (mavlink_mavlink2_starts(frame[0])) {
+        return MAVLINK_KIND_MAVLINK2;
+    }
+    return MAVLINK_KIND_MAVLINK1;
+}
+
+/* Reads the fields of a frame of mavlink2. */
+static inline void mavlink_mavlink2_decode(const uint8_t *frame, uint16_t length, mavlink_mavlink2_message *message)
+{
+    const bool has_trailer = (frame[2] & 0x01U) != 0U;
+    if (has_trailer) {
+        length = (uint16_t)(length - 13U);
+    }
+    mavlink_clear(message, sizeof *message);
+    message->compatible_flags = frame[3U];
+    message->sequence = frame[4U];
+    message->system = frame[5U];
+    message->component = frame[6U];
+    message->message = (uint32_t)(mavlink_le24(&frame[7U]));
+    message->payload = &frame[10U];
+    message->payload_length = (uint16_t)(length - 12U);
+    message->has_signature = has_trailer;
+    if (message->has_signature) {
+        mavlink_copy(message->signature, &frame[length], 13U);
+    }
+}
+
+/* Writes a frame of mavlink2. Returns its length; 0 if it has no room, or if there is no such frame. */
+static inline size_t mavlink_mavlink2_encode(const mavlink_mavlink2_message *message, uint8_t *frame, size_t room)
+{
+
+    size_t size = 12U;
+    uint16_t length;
+    uint16_t number = 0U;
+    uint32_t field;
+    uint16_t known;
+    uint16_t sum;
+    mavlink_mavlink2_message again;
+
+    if (message->payload_length > 280U) {
+        return 0U;
+    }
+    size += message->payload_length;
+    length = (uint16_t)size;
+    if (message->has_signature) {
+        size += 13U;
+    }
+    if ((size > 280U) || (room < size)) {
+        return 0U;
+    }
+    mavlink_clear(frame, size);
+    if (message->has_signature) {
+        frame[2] = 0x01U;
+        mavlink_copy(&frame[length], message->signature, 13U);
+    }
+    frame[3U] = (uint8_t)(frame[3U] | message->compatible_flags);
+    frame[4U] = (uint8_t)(frame[4U] | message->sequence);
+    frame[5U] = (uint8_t)(frame[5U] | message->system);
+    frame[6U] = (uint8_t)(frame[6U] | message->component);
+    mavlink_put_le(&frame[7U], 3U, message->message);
+    mavlink_put(&frame[10U], message->payload, message->payload_length);
+    frame[0] = 0xFDU;
+    field = (uint32_t)length - 12U;
+    frame[1U] = (uint8_t)field;
+    frame[2U] = (uint8_t)((frame[2U] & 0x01U) | 0x00U);
+    known = mavlink_mavlink2_find(mavlink_le24(&frame[7U]));
+    if (known == MAVLINK_MAVLINK2_MESSAGES) {
+        return 0U;
+    }
+    sum = mavlink_mavlink2_checksum(&frame[1U], (uint16_t)(length - 3U), mavlink_mavlink2_extra(known));
+    frame[length - 2U] = (uint8_t)sum;
+    frame[length - 1U] = (uint8_t)(sum >> 8U);
+    /* A value may be outside its field's range, or contradict another part of the frame. */
+    length = (uint16_t)size;
+    if ((mavlink_mavlink2_classify(frame, length, 0U, &number) != MAVLINK_FRAME) || (number != length)) {
+        return 0U;
+    }
+    mavlink_mavlink2_decode(frame, length, &again);
+    if (again.compatible_flags != message->compatible_flags) {
+        return 0U;
+    }
+    if (again.sequence != message->sequence) {
+        return 0U;
+    }
+    if (again.system != message->system) {
+        return 0U;
+    }
+    if (again.component != message->component) {
+        return 0U;
+    }
+    if (again.message != message->message) {
+        return 0U;
+    }
+    if ((again.payload_length != message->payload_length) || !mavlink_same(again.payload, message->payload, again.payload_length)) {
+        return 0U;
+    }
+    if ((again.has_signature != message->has_signature) || (again.has_signature && (!mavlink_same(&again.signature, &message->signature, sizeof again.signature)))) {
+        return 0U;
+    }
+    return size;
+}
+
+/* Reads the fields of a frame of mavlink1. */
+static inline void mavlink_mavlink1_decode(const uint8_t *frame, uint16_t length, mavlink_mavlink1_message *message)
+{
+    message->sequence = frame[2U];
+    message->system = frame[3U];
+    message->component = frame[4U];
+    message->message = frame[5U];
+    message->payload = &frame[6U];
+    message->payload_length = (uint16_t)(length - 8U);
+}
+
+/* Writes a frame of mavlink1. Returns its length; 0 if it has no room, or if there is no such frame. */
+static inline size_t mavlink_mavlink1_encode(const mavlink_mavlink1_message *message, uint8_t *frame, size_t room)
+{
+
+    size_t size = 8U;
+    uint16_t length;
+    uint16_t number = 0U;
+    uint32_t field;
+    uint16_t known;
+    uint16_t sum;
+    mavlink_mavlink1_message again;
+
+    if (message->payload_length > 263U) {
+        return 0U;
+    }
+    size += message->payload_length;
+    length = (uint16_t)size;
+    if ((size > 263U) || (room < size)) {
+        return 0U;
+    }
+    mavlink_clear(frame, size);
+    frame[2U] = (uint8_t)(frame[2U] | message->sequence);
+    frame[3U] = (uint8_t)(frame[3U] | message->system);
+    frame[4U] = (uint8_t)(frame[4U] | message->component);
+    frame[5U] = (uint8_t)(frame[5U] | message->message);
+    mavlink_put(&frame[6U], message->payload, message->payload_length);
+    frame[0] = 0xFEU;
+    field = (uint32_t)length - 8U;
+    frame[1U] = (uint8_t)field;
+    known = mavlink_mavlink1_find(frame[5U]);
+    if (known == MAVLINK_MAVLINK1_MESSAGES) {
+        return 0U;
+    }
+    sum = mavlink_mavlink1_checksum(&frame[1U], (uint16_t)(length - 3U), mavlink_mavlink1_extra(known));
+    frame[length - 2U] = (uint8_t)sum;
+    frame[length - 1U] = (uint8_t)(sum >> 8U);
+    /* A value may be outside its field's range, or contradict another part of the frame. */
+    length = (uint16_t)size;
+    if ((mavlink_mavlink1_classify(frame, length, 0U, &number) != MAVLINK_FRAME) || (number != length)) {
+        return 0U;
+    }
+    mavlink_mavlink1_decode(frame, length, &again);
+    if (again.sequence != message->sequence) {
+        return 0U;
+    }
+    if (again.system != message->system) {
+        return 0U;
+    }
+    if (again.component != message->component) {
+        return 0U;
+    }
+    if (again.message != message->message) {
+        return 0U;
+    }
+    if ((again.payload_length != message->payload_length) || !mavlink_same(again.payload, message->payload, again.payload_length)) {
+        return 0U;
+    }
+    return size;
+}
+
+MAVLINK_FUNCTION void mavlink_decode(const uint8_t *frame, uint16_t length, mavlink_message *message)
+{
+    message->kind = mavlink_kind_of(frame, length);
+    switch (message->kind) {
+        case MAVLINK_KIND_MAVLINK2:
+        mavlink_mavlink2_decode(frame, length, &message->of.mavlink2);
+        break;
+        case MAVLINK_KIND_MAVLINK1:
+        mavlink_mavlink1_decode(frame, length, &message->of.mavlink1);
+        break;
+        default:
+        break;
+    }
+}
+
+MAVLINK_FUNCTION size_t mavlink_encode(const mavlink_message *message, uint8_t *frame, size_t room)
+{
+    switch (message->kind) {
+        case MAVLINK_KIND_MAVLINK2:
+        return mavlink_mavlink2_encode(&message->of.mavlink2, frame, room);
+        case MAVLINK_KIND_MAVLINK1:
+        return mavlink_mavlink1_encode(&message->of.mavlink1, frame, room);
+        default:
+        return 0U;
+    }
+}
+
+MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver)
+{
+    mavlink_clear(receiver, sizeof *receiver);
+}
+
+MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
+}
+
+static inline void mavlink_count_discarded(mavlink_receiver *receiver, mavlink_outcome reason, uint16_t count)
+{
+    receiver->counters.discarded[reason] += count;
+    receiver->is_lost = true;
+}
+
+static inline void mavlink_count_frame(mavlink_receiver *receiver, uint16_t length)
+{
+    receiver->counters.frames++;
+    receiver->counters.frame_bytes += length;
+    if (receiver->is_lost) {
+        receiver->is_lost = false;
+        receiver->counters.resynchronisations++;
+    }
+}
+
+/* Forgets the pending bytes. */
+static inline void mavlink_forget(mavlink_receiver *receiver)
+{
+    receiver->from = 0U;
+    receiver->to = 0U;
+    receiver->ask_at = 0U;
+}
+
+/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
+ * before `from`, or 0. `*again` says whether the next call may decide more. */
+static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool *again)
+{
+    mavlink_outcome outcome;
+    uint16_t number = 0U;
+    uint16_t seen;
+    const uint16_t start = receiver->from;
+
+    *again = false;
+    if (receiver->to < receiver->ask_at) {
+        return 0U;
+    }
+    /* Bytes that were incomplete begin like a frame. Others may not. */
+    if (receiver->ask_at <= (receiver->from + 1U)) {
+        while ((receiver->from < receiver->to) && !mavlink_starts(receiver->buffer[receiver->from])) {
+            receiver->from++;
+        }
+        if (receiver->from > start) {
+            mavlink_count_discarded(receiver, MAVLINK_NO_SYNC, (uint16_t)(receiver->from - start));
+            receiver->ask_at = 0U;
+        }
+    }
+    if (receiver->from == receiver->to) {
+        mavlink_forget(receiver);
+        return 0U;
+    }
+    seen = (receiver->ask_at > receiver->from) ? (uint16_t)(receiver->ask_at - (receiver->from + 1U)) : (uint16_t)0U;
+    receiver->ask_at = 0U;
+    outcome = mavlink_classify(&receiver->buffer[receiver->from], (uint16_t)(receiver->to - receiver->from), seen, &number);
+    if (outcome == MAVLINK_INCOMPLETE) {
+        receiver->ask_at = (uint16_t)(receiver->from + number);
+        return 0U;
+    }
+    *again = true;
+    if (outcome == MAVLINK_FRAME) {
+        receiver->from = (uint16_t)(receiver->from + number);
+        mavlink_count_frame(receiver, number);
+        return number;
+    }
+    receiver->from++;
+    mavlink_count_discarded(receiver, outcome, 1U);
+    return 0U;
+}
+
+/* Moves the pending bytes to the front of the buffer. */
+static inline void mavlink_move_to_front(mavlink_receiver *receiver)
+{
+    const uint16_t from = receiver->from;
+    uint16_t i;
+
+    receiver->from = 0U;
+    receiver->to = (uint16_t)(receiver->to - from);
+    receiver->ask_at = (receiver->ask_at > from) ? (uint16_t)(receiver->ask_at - from) : (uint16_t)0U;
+    for (i = 0U; i < receiver->to; i++) {
+        receiver->buffer[i] = receiver->buffer[from + i];
+    }
+}
+
+MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mavlink_message *message)
+{
+    uint16_t length;
+    bool again;
+
+    receiver->counters.bytes++;
+    if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK_ROOM)) {
+        /* Most bytes decide nothing. */
+        receiver->buffer[receiver->to] = byte;
+        receiver->to++;
+        return false;
+    }
+    if (receiver->from == receiver->to) {
+        mavlink_forget(receiver);
+        if (!mavlink_starts(byte)) {
+            mavlink_count_discarded(receiver, MAVLINK_NO_SYNC, 1U);
+            return false;
+        }
+    }
+    if (receiver->to == MAVLINK_ROOM) {
+        mavlink_move_to_front(receiver);
+    }
+    receiver->buffer[receiver->to] = byte;
+    receiver->to++;
+    length = mavlink_next(receiver, &again);
+    if (length == 0U) {
+        return false;
+    }
+    mavlink_decode(&receiver->buffer[receiver->from - length], length, message);
+    return true;
+}
+
+MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *message)
+{
+    uint16_t length;
+    bool again;
+
+    /* Each turn but the last decides about at least one pending byte. */
+    do {
+        length = mavlink_next(receiver, &again);
+        if (length > 0U) {
+            mavlink_decode(&receiver->buffer[receiver->from - length], length, message);
+            return true;
+        }
+    } while (again);
+    return false;
+}
+
+MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_event event,
+    void (*received)(void *context, const mavlink_message *message), void *context)
+{
+    mavlink_message message;
+
+    receiver->counters.events[event]++;
+    while (receiver->from < receiver->to) {
+        if (mavlink_poll(receiver, &message)) {
+            if (received != NULL) {
+                received(context, &message);
+            }
+        } else if (receiver->from < receiver->to) {
+            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            receiver->from++;
+            receiver->ask_at = 0U;
+            mavlink_count_discarded(receiver, MAVLINK_LINE_EVENT, 1U);
+        }
+    }
+    mavlink_forget(receiver);
+}
+#endif
+
+#endif

@@ -1,0 +1,123 @@
+//! C and C++ compilers, and what they need.
+
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread;
+
+/// A compiler with its options, and the Debian package that has it.
+pub(crate) struct Compiler {
+    pub(crate) command: &'static [&'static str],
+    pub(crate) package: &'static str,
+}
+
+pub(crate) const GCC: Compiler = Compiler {
+    command: &["gcc", "-std=c99"],
+    package: "gcc",
+};
+pub(crate) const CLANG: Compiler = Compiler {
+    command: &["clang", "-std=c99"],
+    package: "clang",
+};
+pub(crate) const GXX: Compiler = Compiler {
+    command: &["g++", "-std=c++17", "-xc++"],
+    package: "g++",
+};
+pub(crate) const CLANGXX: Compiler = Compiler {
+    command: &["clang++", "-std=c++17", "-xc++"],
+    package: "clang",
+};
+/// Debian's, for a Cortex-M4.
+pub(crate) const M4: Compiler = Compiler {
+    command: &[
+        "arm-none-eabi-gcc",
+        "-std=c99",
+        "-mcpu=cortex-m4",
+        "-mthumb",
+        "-ffreestanding",
+    ],
+    package: "gcc-arm-none-eabi",
+};
+pub(crate) const M0: Compiler = Compiler {
+    command: &[
+        "arm-none-eabi-gcc",
+        "-std=c99",
+        "-mcpu=cortex-m0",
+        "-mthumb",
+        "-ffreestanding",
+    ],
+    package: "gcc-arm-none-eabi",
+};
+/// Its `int` has 16 bits.
+pub(crate) const AVR: Compiler = Compiler {
+    command: &["avr-gcc", "-std=c99", "-mmcu=atmega328p"],
+    package: "gcc-avr avr-libc",
+};
+pub(crate) const ALL: [Compiler; 7] = [GCC, CLANG, GXX, CLANGXX, M4, M0, AVR];
+
+const WARNINGS: [&str; 7] = [
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wsign-conversion",
+    "-Wshadow",
+    "-pedantic",
+    "-Werror",
+];
+
+impl Compiler {
+    /// Compiles a program that ends with an error at undefined behaviour, and, by gcc, at an access outside of an object.
+    pub(crate) fn compile_with_sanitizers(&self, source: &Path, options: &[&str], output: &Path) {
+        // Debian's clang comes without the library that gcc's needs.
+        let sanitizers = if self.package == "clang" {
+            ["-fsanitize=undefined", "-fsanitize-trap=undefined"]
+        } else {
+            ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
+        };
+        self.compile(
+            source,
+            &[&sanitizers[..], &["-O1"], options].concat(),
+            output,
+        );
+    }
+
+    /// Compiles a source file without a warning.
+    pub(crate) fn compile(&self, source: &Path, options: &[&str], output: &Path) {
+        let (name, own) = self.command.split_first().unwrap();
+        let mut command = Command::new(name);
+        command.args(own).args(WARNINGS).arg(source);
+        command.args(options).arg("-o").arg(output);
+        succeeds(&mut command, &[], self.package);
+    }
+}
+
+/// Runs a program that must end well. Returns its standard output, followed by its standard error. `package` is the Debian package that has it.
+pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> String {
+    command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut running = match command.spawn() {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let name = command.get_program().display();
+            panic!("there is no {name}; on Debian: apt-get install {package}")
+        }
+        running => running.unwrap(),
+    };
+    let mut stdin = running.stdin.take().unwrap();
+    let output = thread::scope(|scope| {
+        // A program that fails may not read all of it.
+        scope.spawn(move || stdin.write_all(input).is_ok());
+        running.wait_with_output().unwrap()
+    });
+    let complaints = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?}: {complaints}");
+    String::from_utf8_lossy(&output.stdout).into_owned() + &complaints
+}
+
+/// Returns the path of a file beside these tests.
+pub(crate) fn beside(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/plain")
+        .join(name)
+}

@@ -1,0 +1,156 @@
+//! The programs of `docs/c.md`, the Arduino examples and the CMake target compile without a warning.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tempfile::TempDir;
+
+use crate::compilers::{AVR, CLANGXX, GCC, M4, succeeds};
+use crate::headers;
+
+const PAGE: &str = include_str!("../../../docs/c.md");
+const LECTURE: &str = include_str!("../../../docs/from-the-lecture.md");
+
+/// Returns the page's programs in C.
+fn programs(page: &'static str) -> Vec<&'static str> {
+    let blocks = page.split("\n```c\n").skip(1);
+    blocks
+        .map(|block| block.split_once("```\n").unwrap().0)
+        .collect()
+}
+
+#[test]
+fn programs_of_the_page_compile() {
+    let here = TempDir::new().unwrap();
+    let include = format!("-I{}", headers::folder().display());
+    let programs = programs(PAGE);
+    assert_eq!(programs.len(), 4);
+    for program in programs {
+        let source = here.path().join("page.c");
+        fs::write(&source, program).unwrap();
+        for compiler in [&GCC, &CLANGXX, &M4, &AVR] {
+            compiler.compile(
+                &source,
+                &["-Os", "-c", &include],
+                &here.path().join("page.o"),
+            );
+        }
+    }
+}
+
+/// The page about the lecture shows the functions of the header for BIN.
+#[test]
+fn the_lectures_page_shows_the_receiver() {
+    let header = fs::read_to_string(headers::folder().join("bin.h")).unwrap();
+    for function in ["bin_outcome bin_classify(", "bool bin_push("] {
+        let shown = LECTURE.split_once(function).unwrap().1;
+        let shown = shown.split_once("\n}\n").unwrap().0;
+        let is_there = header.contains(&format!("{function}{shown}\n}}\n"));
+        assert!(is_there, "the page has another {function}");
+    }
+}
+
+/// Debian's core for Arduino boards, of the package arduino-core-avr.
+const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
+
+fn arduino_compiler(name: &str) -> Command {
+    let mut command = Command::new(name);
+    command.args(["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10819"]);
+    command.args(["-DARDUINO_AVR_UNO", "-DARDUINO_ARCH_AVR", "-Os"]);
+    command.args(["-ffunction-sections", "-fdata-sections"]);
+    for folder in ["cores/arduino", "variants/standard"] {
+        command.arg("-I").arg(Path::new(ARDUINO).join(folder));
+    }
+    command
+}
+
+#[test]
+fn arduino_examples_compile() {
+    let core = Path::new(ARDUINO).join("cores/arduino");
+    assert!(
+        core.exists(),
+        "no {ARDUINO}; on Debian: apt-get install arduino-core-avr"
+    );
+    let here = TempDir::new().unwrap();
+    let mut objects: Vec<PathBuf> = Vec::new();
+    for entry in fs::read_dir(&core).unwrap() {
+        let source = entry.unwrap().path();
+        let compiler = match source.extension().and_then(|it| it.to_str()) {
+            Some("c") => "avr-gcc",
+            Some("cpp") => "avr-g++",
+            _ => continue,
+        };
+        let object = here
+            .path()
+            .join(source.file_name().unwrap())
+            .with_extension("o");
+        let mut command = arduino_compiler(compiler);
+        if compiler == "avr-g++" {
+            // This compiler's float.h has no DECIMAL_DIG for C++.
+            command.args(["-std=gnu++11", "-DDECIMAL_DIG=__DECIMAL_DIG__"]);
+        }
+        command
+            .arg("-w")
+            .arg("-c")
+            .arg(&source)
+            .arg("-o")
+            .arg(&object);
+        succeeds(&mut command, &[], AVR.package);
+        objects.push(object);
+    }
+    let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("arduino");
+    for example in ["MotionPlatform", "CrsfReceiver"] {
+        let sketch = library
+            .join("examples")
+            .join(example)
+            .join(format!("{example}.ino"));
+        let mut command = arduino_compiler("avr-g++");
+        command.args([
+            "-std=gnu++11",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-include",
+            "Arduino.h",
+        ]);
+        command
+            .arg("-I")
+            .arg(library.join("src"))
+            .arg("-xc++")
+            .arg(sketch);
+        command
+            .arg("-xnone")
+            .args(&objects)
+            .args(["-Wl,--gc-sections", "-lm", "-o"]);
+        command.arg(here.path().join("sketch.elf"));
+        succeeds(&mut command, &[], AVR.package);
+    }
+}
+
+#[test]
+fn the_cmake_target_has_the_headers() {
+    let here = TempDir::new().unwrap();
+    let write = |name: &str, text: &str| fs::write(here.path().join(name), text).unwrap();
+    let folder = env!("CARGO_MANIFEST_DIR");
+    write(
+        "CMakeLists.txt",
+        &format!(
+            "cmake_minimum_required(VERSION 3.13)\nproject(firmware LANGUAGES C)\n\
+             add_subdirectory({folder} framelock)\nadd_library(firmware STATIC firmware.c)\n\
+             target_link_libraries(firmware PRIVATE framelock_headers)\n"
+        ),
+    );
+    write(
+        "firmware.c",
+        "#include \"crsf.h\"\nvoid start(crsf_receiver *it);\nvoid start(crsf_receiver *it) { crsf_init(it); }\n",
+    );
+    let mut configure = Command::new("cmake");
+    configure
+        .args(["-S", ".", "-B", "build"])
+        .current_dir(here.path());
+    succeeds(&mut configure, &[], "cmake");
+    let mut build = Command::new("cmake");
+    build.args(["--build", "build"]).current_dir(here.path());
+    succeeds(&mut build, &[], "cmake");
+}

@@ -1,0 +1,196 @@
+/* Runs steps against a generated receiver, and computes a digest of the frames, the counters and the number of pending
+ * bytes after each step. receiver.h, which the test writes, includes the header and defines:
+ *
+ *   F(name), M(name)   a function or type, or a constant, of the header
+ *   IS_WINDOW          whether the receiver has a window instead of a buffer
+ *   HAS_KINDS          whether a message has a kind
+ *   REASONS            for each reason of the Rust receiver its index in the header, or -1
+ *
+ * Steps: 0 byte: push. 1 event: line event. 2: poll. 3 count bytes: push that many bytes, then poll. */
+#include "receiver.h"
+
+static F(receiver) receiver;
+static F(message) message;
+static uint32_t frame_bytes; /* counters.frame_bytes before the next frame */
+static uint32_t digest = 2166136261UL;
+
+static void mix(uint32_t value)
+{
+    digest = (digest ^ value) * 16777619UL;
+    digest ^= digest >> 15;
+}
+
+/* Mixes the bytes of the frame that was just received. */
+static void mix_frame(const F(message) *received)
+{
+    const uint32_t length = receiver.counters.frame_bytes - frame_bytes;
+    uint32_t i;
+#if IS_WINDOW
+    const uint8_t *frame = receiver.held;
+#else
+    const uint8_t *frame = &receiver.buffer[receiver.from - length];
+#endif
+
+    frame_bytes = receiver.counters.frame_bytes;
+    mix(length);
+    for (i = 0U; i < length; i++) {
+        mix(frame[i]);
+    }
+#if HAS_KINDS
+    mix((uint32_t)received->kind);
+#else
+    (void)received;
+#endif
+}
+
+#if !IS_WINDOW
+static void receive(void *context, const F(message) *received)
+{
+    (void)context;
+    mix_frame(received);
+}
+#endif
+
+static void poll_all(void)
+{
+#if !IS_WINDOW
+    while (F(poll)(&receiver, &message)) {
+        mix_frame(&message);
+    }
+#endif
+}
+
+static void push(uint8_t byte)
+{
+    if (F(push)(&receiver, byte, &message)) {
+        mix_frame(&message);
+    }
+}
+
+/* Counter number `i`, in the order of the test. */
+static uint32_t counter(uint8_t i)
+{
+    const F(counters) *counters = &receiver.counters;
+
+    switch (i) {
+    case 0U:
+        return counters->bytes;
+    case 1U:
+        return counters->frames;
+    case 2U:
+        return counters->frame_bytes;
+    case 3U:
+        return counters->resynchronisations;
+    default:
+        break;
+    }
+    if (i < 12U) {
+        const int8_t reason = REASONS[i - 4U];
+
+        return (reason < 0) ? 0U : counters->discarded[reason];
+    }
+    if (i < 17U) {
+        return counters->events[i - 12U];
+    }
+    return F(pending)(&receiver);
+}
+
+/* Makes one step. `next` returns the next byte of the steps. */
+static void step(uint8_t (*next)(void))
+{
+    uint8_t count;
+    uint8_t i;
+
+    switch (next()) {
+    case 0U:
+        push(next());
+        break;
+    case 1U:
+#if IS_WINDOW
+        F(line_event)(&receiver, (F(event))next());
+#else
+        F(line_event)(&receiver, (F(event))next(), receive, NULL);
+#endif
+        break;
+    case 2U:
+        poll_all();
+        break;
+    default:
+        for (count = next(); count > 0U; count--) {
+            push(next());
+        }
+        poll_all();
+        break;
+    }
+    for (i = 0U; i < 18U; i++) {
+        mix(counter(i));
+    }
+}
+
+#if defined(ON_CHIP)
+#include "chip.h"
+
+void run(void)
+{
+    F(init)(&receiver);
+    while (has_more()) {
+        step(next_byte);
+    }
+    say(digest);
+}
+#else
+/* Here: standard input is two numbers of four bytes, and the steps. The numbers are the first and the last step that the
+ * program says. It says a digest for each thousand steps. */
+#include <stdio.h>
+#include <stdlib.h>
+
+static uint8_t next_byte(void)
+{
+    const int byte = getchar();
+
+    if (byte == EOF) {
+        abort();
+    }
+    return (uint8_t)byte;
+}
+
+static unsigned long next_number(void)
+{
+    unsigned long number = 0U;
+    unsigned i;
+
+    for (i = 0U; i < 4U; i++) {
+        number |= (unsigned long)next_byte() << (8U * i);
+    }
+    return number;
+}
+
+int main(void)
+{
+    const unsigned long first = next_number();
+    const unsigned long last = next_number();
+    unsigned long number = 0U;
+    int byte;
+
+    F(init)(&receiver);
+    for (byte = getchar(); byte != EOF; byte = getchar()) {
+        (void)ungetc(byte, stdin);
+        step(next_byte);
+        number++;
+        if ((number >= first) && (number <= last)) {
+            uint8_t i;
+
+            printf("step %lu:", number);
+            for (i = 0U; i < 18U; i++) {
+                printf(" %lu", (unsigned long)counter(i));
+            }
+            printf(" %08lx\n", (unsigned long)digest);
+        }
+        if (number % 1000U == 0U) {
+            printf("%lu: %08lx\n", number, (unsigned long)digest);
+        }
+    }
+    printf("%lu: %08lx\n", number, (unsigned long)digest);
+    return 0;
+}
+#endif

@@ -1,0 +1,73 @@
+/* Runs steps against the failsafe in C. Standard input: the parameters, then steps; numbers are little-endian, demands have
+ * two bytes. Step 0 time demands: frame. 1 time: poll. 2 time output: resume. It says the output after each poll. */
+#include "failsafe.h"
+
+#include <stdio.h>
+
+static failsafe platform;
+static bool is_at_end;
+
+static uint32_t next_number(uint8_t bytes)
+{
+    uint32_t number = 0U;
+    uint8_t i;
+
+    for (i = 0U; i < bytes; i++) {
+        const int byte = getchar();
+
+        is_at_end = byte == EOF;
+        number |= (uint32_t)(is_at_end ? 0 : byte) << (8U * i);
+    }
+    return number;
+}
+
+static void next_demands(failsafe_demand *demands)
+{
+    uint8_t i;
+
+    for (i = 0U; i < FAILSAFE_AXES; i++) {
+        demands[i] = (failsafe_demand)next_number(2U);
+    }
+}
+
+int main(void)
+{
+    failsafe_parameters parameters;
+    failsafe_demand demands[FAILSAFE_AXES];
+    uint8_t i;
+
+    parameters.hold_after = next_number(4U);
+    parameters.ramp_after = next_number(4U);
+    next_demands(parameters.park);
+    for (i = 0U; i < FAILSAFE_AXES; i++) {
+        parameters.ticks_per_unit[i] = next_number(4U);
+    }
+    if (!failsafe_init(&platform, &parameters, next_number(4U))) {
+        printf("contradiction\n");
+        return 0;
+    }
+    for (;;) {
+        const uint32_t what = next_number(1U);
+        const uint32_t now = next_number(4U);
+
+        if (is_at_end) {
+            return 0;
+        }
+        if (what == 1U) {
+            const failsafe_phase phase = failsafe_poll(&platform, now, demands);
+
+            printf("%d", (int)phase);
+            for (i = 0U; i < FAILSAFE_AXES; i++) {
+                printf(" %u", (unsigned)demands[i]);
+            }
+            printf("\n");
+            continue;
+        }
+        next_demands(demands);
+        if (what == 0U) {
+            failsafe_frame(&platform, now, demands);
+        } else if (!failsafe_resume(&platform, &parameters, now, demands)) {
+            printf("contradiction\n");
+        }
+    }
+}

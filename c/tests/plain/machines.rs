@@ -1,0 +1,303 @@
+//! Generated receivers on an emulated Cortex-M4 and on simavr's ATmega328P: the digests of the Rust receivers, sizes and
+//! cycles.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use framelock_description::SHIPPED;
+use framelock_generate::CrcTable;
+use nrf52840_emulator::{Board, CYCLES_PER_SECOND, Image};
+use tempfile::TempDir;
+
+use crate::compilers::{AVR, Compiler, M0, M4, beside, succeeds};
+use crate::difference::Case;
+
+/// UBX with frames of up to 106 bytes, for microcontrollers.
+pub(crate) const SHORT_UBX: &str = "
+    sync = 'B5 62'
+    length_field = { at = 4, type = 'u16le', plus = 8 }
+    longest = 106
+    checksum = { name = 'fletcher-8', type = 'u16le', at = -2, from = 2 }
+    fields = [
+        { name = 'class', at = 2, type = 'u8' },
+        { name = 'id', at = 3, type = 'u8' },
+        { name = 'payload', at = 6, type = 'bytes' },
+    ]
+";
+
+/// Builds `program` with a receiver for the emulated nRF52840.
+fn build_for_m4(case: &Case, program: &str, folder: &Path) -> Vec<u8> {
+    case.write(folder);
+    let output = folder.join("program.elf");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs/chip.ld");
+    let include = format!("-I{}", folder.display());
+    let options = [
+        &include,
+        "-DON_CHIP",
+        "-Os",
+        "-nostdlib",
+        "-ffunction-sections",
+        "-Wl,--gc-sections,-znoexecstack",
+        "-T",
+        script.to_str().unwrap(),
+    ];
+    M4.compile(&beside(program), &options, &output);
+    fs::read(output).unwrap()
+}
+
+/// Returns the board at `begin`, with the steps in its memory.
+fn board_with(elf: &[u8], steps: &[u8]) -> (Board, [u32; 3]) {
+    let image = Image::parse(elf).unwrap();
+    let address = |name| image.symbol(name).map_or(0, |symbol| symbol.address);
+    let [begin, end, given, length] = ["begin", "end", "STEPS", "LENGTH"].map(address);
+    let marks = [end, address("take_byte"), address("taken")];
+    let mut board = Board::new(image).unwrap();
+    assert!(board.run(LIMIT, |board| board.pc() == begin).unwrap());
+    board.patch(given, steps).unwrap();
+    let count = u32::try_from(steps.len()).unwrap();
+    board.patch(length, &count.to_le_bytes()).unwrap();
+    (board, marks)
+}
+
+const LIMIT: u64 = 60 * CYCLES_PER_SECOND;
+
+/// Runs `program` with a receiver and steps on simavr's ATmega328P. Returns the numbers that it says.
+fn on_avr(case: &Case, program: &str, steps: &[u8]) -> Vec<u32> {
+    let folder = TempDir::new().unwrap();
+    case.write(folder.path());
+    let numbers: Vec<String> = steps.iter().map(u8::to_string).collect();
+    let text = format!(
+        "static const uint8_t STEPS[] PROGMEM = {{\n{}\n}};\n",
+        numbers
+            .chunks(30)
+            .map(|row| row.join(","))
+            .collect::<Vec<_>>()
+            .join(",\n")
+    );
+    fs::write(folder.path().join("steps.h"), text).unwrap();
+    let output = folder.path().join("program.elf");
+    let include = format!("-I{}", folder.path().display());
+    AVR.compile(&beside(program), &[&include, "-DON_CHIP", "-Os"], &output);
+    let mut simavr = Command::new("simavr");
+    simavr
+        .args(["-m", "atmega328p", "-f", "16000000"])
+        .arg(output);
+    let said = succeeds(&mut simavr, &[], "simavr");
+    // It colours what comes out of the UART, and shows the end of a line as a dot.
+    let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
+    let words = said.split(|c: char| !c.is_ascii_alphanumeric());
+    let words = words.map(|word| word.strip_prefix("32m").unwrap_or(word));
+    let numbers = words.filter(|word| word.len() == 8 && word.chars().all(is_digit));
+    numbers
+        .map(|word| u32::from_str_radix(word, 16).unwrap())
+        .collect()
+}
+
+/// Bytes of steps that a chip takes.
+const FOR_M4: usize = 15_000;
+const FOR_AVR: usize = 8_000;
+
+#[test]
+fn receivers_on_an_emulated_cortex_m4_do_the_same() {
+    let shipped = SHIPPED
+        .iter()
+        .filter(|(name, _)| !["ubx", "gnss"].contains(name));
+    for (name, text) in shipped.chain([&("ubx", SHORT_UBX)]) {
+        let case = Case::new(name, text, CrcTable::Nibbles, FOR_M4);
+        let folder = TempDir::new().unwrap();
+        let elf = build_for_m4(&case, "difference.c", folder.path());
+        let (mut board, [end, ..]) = board_with(&elf, case.steps());
+        assert!(board.run(LIMIT, |board| board.pc() == end).unwrap());
+        assert_eq!(board.word("SAID").unwrap(), case.digest(), "{name}");
+    }
+}
+
+/// Descriptions whose receivers fit into 2 KiB of RAM.
+const SMALL: [&str; 10] = [
+    "bin",
+    "bin-crc8",
+    "sbus",
+    "ibus",
+    "ibus-any",
+    "ibus-telemetry",
+    "crsf",
+    "nmea",
+    "six-axes",
+    "mavlink1",
+];
+
+#[test]
+fn receivers_on_an_atmega328p_do_the_same() {
+    let shipped = SHIPPED.iter().filter(|(name, _)| SMALL.contains(name));
+    for (name, text) in shipped.chain([&("ubx", SHORT_UBX)]) {
+        let case = Case::new(name, text, CrcTable::Nibbles, FOR_AVR);
+        assert_eq!(
+            on_avr(&case, "difference.c", case.steps()),
+            [case.digest()],
+            "{name}"
+        );
+    }
+}
+
+/// Bytes of flash and RAM of a receiver, and the most that its functions take of the stack; more of its functions with each
+/// of the `parts`.
+fn size(case: &Case, compiler: &Compiler, parts: &[&str]) -> [usize; 3] {
+    let folder = TempDir::new().unwrap();
+    case.write(folder.path());
+    let object = folder.path().join("size.o");
+    let include = format!("-I{}", folder.path().display());
+    let options = [&[&include, "-Os", "-c", "-fstack-usage"], parts].concat();
+    compiler.compile(&beside("size.c"), &options, &object);
+    let name = compiler.command[0].replace("gcc", "size");
+    let sections = succeeds(
+        Command::new(name).arg("-A").arg(object),
+        &[],
+        compiler.package,
+    );
+    let bytes = |is_it: fn(&str) -> bool| -> usize {
+        let rows = sections
+            .lines()
+            .map(|row| row.split_whitespace().collect::<Vec<_>>());
+        let rows = rows.filter(|row| row.len() == 3 && is_it(row[0]));
+        rows.map(|row| row[1].parse::<usize>().unwrap()).sum()
+    };
+    let is_flash = |name: &str| {
+        [".text", ".rodata", ".progmem"]
+            .iter()
+            .any(|it| name.starts_with(it))
+    };
+    // No function calls itself, so all of them together take more than any chain of calls.
+    let frames = fs::read_to_string(folder.path().join("size.su")).unwrap();
+    let frames = frames.lines().map(|line| line.split('\t').nth(1).unwrap());
+    let stack = frames.map(|bytes| bytes.parse::<usize>().unwrap()).sum();
+    [bytes(is_flash), bytes(|name| name == ".size"), stack]
+}
+
+/// Average and greatest number of cycles of `push`.
+fn cycles_on_m4(case: &Case, stream: &[u8]) -> [u64; 2] {
+    let folder = TempDir::new().unwrap();
+    let elf = build_for_m4(case, "cycles.c", folder.path());
+    let (mut board, [end, take_byte, taken]) = board_with(&elf, stream);
+    let (mut all, mut most, mut count) = (0, 0, 0);
+    let mut before = None;
+    let is_over = board.run(LIMIT, |board| {
+        if board.pc() == take_byte {
+            before = Some(board.now());
+        } else if board.pc() == taken
+            && let Some(before) = before.take()
+        {
+            let cycles = board.now() - before;
+            (all, most, count) = (all + cycles, most.max(cycles), count + 1);
+        }
+        board.pc() == end
+    });
+    assert!(is_over.unwrap());
+    assert_eq!(count, stream.len() as u64);
+    [all / count, most]
+}
+
+fn cycles_on_avr(case: &Case, stream: &[u8]) -> [u64; 2] {
+    let said = on_avr(case, "cycles.c", stream);
+    [said[0].into(), said[1].into()]
+}
+
+/// A receiver, a frame of its clean stream, and the bytes whose repetition costs most.
+fn measured() -> [(&'static str, Case, Vec<u8>, Vec<u8>); 4] {
+    let shipped = |name: &str| SHIPPED.iter().find(|it| it.0 == name).unwrap().1;
+    let case = |name: &str, text| {
+        let case = Case::new(name, text, CrcTable::Nibbles, 20_000);
+        let frame = case.longest_frame();
+        (case, frame)
+    };
+    let (bin, bin_frame) = case("bin", shipped("bin"));
+    let (crsf, crsf_frame) = case("crsf", shipped("crsf"));
+    let (ubx, ubx_frame) = case("ubx", SHORT_UBX);
+    let (nmea, nmea_frame) = case("nmea", shipped("nmea"));
+    // The longest sentence with a wrong checksum, no byte of which begins another.
+    let long_sentence = [b"$", &[b'A'; 509][..], b"*00\r\n"].concat();
+    [
+        ("BIN", bin, bin_frame, b"AB".to_vec()),
+        ("CRSF", crsf, crsf_frame, vec![0xC8, 0x3C]),
+        (
+            "UBX of up to 106 bytes",
+            ubx,
+            ubx_frame,
+            vec![0xB5, 0x62, 0],
+        ),
+        ("NMEA", nmea, nmea_frame, long_sentence),
+    ]
+}
+
+/// The tables of `docs/c.md`. `FRAMELOCK_WRITE_FIGURES=1` writes them.
+#[test]
+fn figures_are_as_the_page_says() {
+    let mut sizes = "| | M4 | M0 | ATmega328P | RAM M4, ATmega328P | stack M4, ATmega328P |\n\
+                     |---|---:|---:|---:|---:|---:|\n"
+        .to_owned();
+    let mut cycles =
+        "| | M4: clean | worst | most for a byte | ATmega328P: clean | worst | most for a byte |\n\
+                      |---|---:|---:|---:|---:|---:|---:|\n"
+            .to_owned();
+    for (name, case, frame, worst) in measured() {
+        for (what, parts) in [
+            ("`init` and `push`", &[][..]),
+            ("and line events, counters", &["-DCOMPLETE"]),
+            ("and `encode`", &["-DCOMPLETE", "-DENCODE"]),
+        ] {
+            let [m4, m0, avr] = [&M4, &M0, &AVR].map(|compiler| size(&case, compiler, parts));
+            writeln!(
+                sizes,
+                "| {name}: {what} | {} | {} | {} | {}, {} | {}, {} |",
+                m4[0], m0[0], avr[0], m4[1], avr[1], m4[2], avr[2]
+            )
+            .unwrap();
+            if parts == ["-DCOMPLETE"] {
+                let limit = match name {
+                    "BIN" => 400,
+                    "CRSF" => 1000,
+                    _ => usize::MAX,
+                };
+                assert!(m4[0] <= limit, "{name}: {} bytes", m4[0]);
+            }
+        }
+        let clean: Vec<u8> = frame.iter().copied().cycle().take(3000).collect();
+        let worst: Vec<u8> = worst.iter().copied().cycle().take(3000).collect();
+        let mut row = format!("| {name}");
+        let on_m4 = [&clean, &worst].map(|stream| cycles_on_m4(&case, stream));
+        let on_avr = [&clean, &worst].map(|stream| cycles_on_avr(&case, stream));
+        for [clean, worst] in [on_m4, on_avr] {
+            let most = clean[1].max(worst[1]);
+            write!(row, " | {} | {} | {most}", clean[0], worst[0]).unwrap();
+        }
+        let most = on_m4[0][1].max(on_m4[1][1]);
+        assert!(
+            name != "BIN" || most <= 190,
+            "a byte of BIN takes {most} cycles"
+        );
+        writeln!(cycles, "{row} |").unwrap();
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/c.md");
+    let text = fs::read_to_string(&page).unwrap();
+    let text_with = [("sizes", &sizes), ("cycles", &cycles)].iter().fold(
+        text.clone(),
+        |text, (name, table)| {
+            let (begin, end) = (
+                format!("<!-- {name} -->\n"),
+                format!("<!-- end of {name} -->"),
+            );
+            let (before, rest) = text.split_once(&begin).unwrap();
+            let (_, after) = rest.split_once(&end).unwrap();
+            format!("{before}{begin}{table}{end}{after}")
+        },
+    );
+    if std::env::var_os("FRAMELOCK_WRITE_FIGURES").is_some() {
+        fs::write(&page, &text_with).unwrap();
+    } else {
+        assert!(
+            text == text_with,
+            "docs/c.md has other figures:\n{sizes}\n{cycles}"
+        );
+    }
+}

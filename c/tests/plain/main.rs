@@ -1,0 +1,17 @@
+//! Generated C headers, compiled by several compilers, do what the Rust receivers do.
+#![cfg(unix)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "tests: a panic is a failure"
+)]
+
+mod compilers;
+mod delivery;
+mod difference;
+#[path = "../../../host/description/tests/suite/drawn.rs"]
+mod drawn;
+mod failsafe;
+mod generated;
+mod headers;
+mod machines;

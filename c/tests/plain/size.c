@@ -1,0 +1,59 @@
+/* All of a receiver, or its `init` and `push` alone. The receiver itself is not counted: see receiver_size. */
+#include "receiver.h"
+
+extern F(receiver) receiver;
+extern F(message) message;
+void start(void);
+bool take(uint8_t byte);
+
+void start(void)
+{
+    F(init)(&receiver);
+}
+
+bool take(uint8_t byte)
+{
+    return F(push)(&receiver, byte, &message);
+}
+
+#if defined(COMPLETE)
+uint32_t pending(void);
+void event(F(event) which);
+
+uint32_t pending(void)
+{
+    return F(pending)(&receiver);
+}
+
+#if IS_WINDOW
+void event(F(event) which)
+{
+    F(line_event)(&receiver, which);
+}
+#else
+bool poll(void);
+void received(void *context, const F(message) *values);
+
+void event(F(event) which)
+{
+    F(line_event)(&receiver, which, received, NULL);
+}
+
+bool poll(void)
+{
+    return F(poll)(&receiver, &message);
+}
+#endif
+#endif
+
+#if defined(ENCODE)
+size_t encode(uint8_t *frame, size_t room);
+
+size_t encode(uint8_t *frame, size_t room)
+{
+    return F(encode)(&message, frame, room);
+}
+#endif
+
+/* In a section of its own. */
+__attribute__((section(".size"))) const uint8_t receiver_size[sizeof(F(receiver))] = {0U};
