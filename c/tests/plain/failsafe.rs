@@ -42,8 +42,10 @@ impl Trial {
             u32::from(most) / 50
         };
         let hold_after = random.random_range(0..60_u32) * long;
-        let ramp_after = (random.random_range(0..200_u32) * long).max(hold_after)
-            - u32::from(random.random_range(0..8) == 0).min(hold_after);
+        let ramp_after = match random.random_range(0..8) {
+            0 => hold_after.saturating_sub(1),
+            _ => (random.random_range(0..200_u32) * long).max(hold_after),
+        };
         let park = demands(random);
         let rates = [(); AXES].map(|()| rate(random));
         let mut now: u32 = if random.random() {
