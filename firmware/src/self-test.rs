@@ -253,12 +253,12 @@ fn clearing(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     sender.set_baud(BAUDRATE_A::BAUD1200);
     sender.send(zero, || {});
     sender.set_baud(BAUDRATE_A::BAUD1M);
-    let [by_none, by_one, by_all] = [0, 4, 15].map(|causes| receiver.clear(causes));
+    let [after_0, after_4, after_all] = [0, 4, 15].map(|causes| receiver.clear(causes));
     answer!(
         7,
         "13 ERRORSRC 12 after 0, 4 and 15 are written | 12, 8, 0; or 0, 0, 0 | {=u32}, {=u32}, {=u32} | {=str}",
-        [by_none, by_one, by_all],
-        by_all == 0
+        [after_0, after_4, after_all],
+        after_all == 0
     );
 }
 
