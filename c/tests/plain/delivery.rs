@@ -1,4 +1,4 @@
-//! The programs of `docs/c.md`, the Arduino examples and the CMake target compile without a warning.
+//! The programs of `docs/c.md`, the Arduino examples and the target of `CMake` compile without a warning.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -398,7 +398,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
             6 => {
                 piece = (0..random.random_range(0..20))
                     .map(|_| random.random())
-                    .collect()
+                    .collect();
             }
             7 => {
                 let sync = syncs.choose(random).copied().unwrap_or_default();

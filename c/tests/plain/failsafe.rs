@@ -22,6 +22,7 @@ struct Trial {
 
 impl Trial {
     /// Returns a trial with random parameters and steps.
+    #[expect(clippy::too_many_lines, reason = "one draw after another")]
     fn new<D: Demand, const AXES: usize>(random: &mut ChaCha8Rng) -> Self {
         let most = D::try_from(u16::MAX).map_or(u16::from(u8::MAX), |_| u16::MAX);
         let rate = |random: &mut ChaCha8Rng| match random.random_range(0..8) {
@@ -55,7 +56,7 @@ impl Trial {
         };
         let mut steps = [hold_after.to_le_bytes(), ramp_after.to_le_bytes()].concat();
         let add = |steps: &mut Vec<u8>, all: [u16; AXES]| {
-            steps.extend(all.iter().flat_map(|it| it.to_le_bytes()))
+            steps.extend(all.iter().flat_map(|it| it.to_le_bytes()));
         };
         add(&mut steps, park);
         steps.extend(rates.iter().flat_map(|it| it.to_le_bytes()));

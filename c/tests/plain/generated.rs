@@ -353,9 +353,9 @@ fn assert_same(found: &str, expected: &str) {
 }
 
 fn hex(text: &mut String, bytes: &[u8]) {
-    bytes
-        .iter()
-        .for_each(|byte| write!(text, "{byte:02X}").unwrap());
+    for byte in bytes {
+        write!(text, "{byte:02X}").unwrap();
+    }
     text.push('\n');
 }
 

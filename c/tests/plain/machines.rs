@@ -1,4 +1,4 @@
-//! Generated receivers on an emulated Cortex-M4 and on simavr's ATmega328P: the digests of the Rust receivers, sizes and
+//! Generated receivers on an emulated Cortex-M4 and on simavr's `ATmega328P`: the digests of the Rust receivers, sizes and
 //! cycles.
 
 use std::fmt::Write as _;
@@ -63,7 +63,7 @@ fn board_with(elf: &[u8], steps: &[u8]) -> (Board, [u32; 3]) {
 
 const LIMIT: u64 = 60 * CYCLES_PER_SECOND;
 
-/// Runs `program` with a receiver and steps on simavr's ATmega328P. Returns the numbers that it says.
+/// Runs `program` with a receiver and steps on simavr's `ATmega328P`. Returns the numbers that it says.
 fn on_avr(case: &Case, program: &str, steps: &[u8]) -> Vec<u32> {
     let folder = TempDir::new().unwrap();
     case.write(folder.path());

@@ -36,8 +36,9 @@ fn smallest_type(most: u64) -> &'static str {
 pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
     let header = layout.header();
     let is_in_header =
-        |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|place| place < header);
-    let (in_header, in_frame): (Vec<_>, Vec<_>) = layout.fixed().iter().partition(is_in_header);
+        |bits: &FixedBits| usize::try_from(bits.at).is_ok_and(|place| place < header);
+    let fixed = layout.fixed().iter().copied();
+    let (in_header, in_frame): (Vec<FixedBits>, Vec<_>) = fixed.partition(is_in_header);
     let terminators = layout.terminator().each();
     let terminators = terminators.chain(layout.other_terminators().iter().copied());
     let terminators: Vec<&[u8]> = terminators.collect();
@@ -75,16 +76,16 @@ pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
         length,
         sync => patterns(&layout.sync()),
         terminator => patterns(&layout.terminator()),
-        starts => any_of(starts.collect()),
-        content => any_of(content.collect()),
+        starts => any_of(starts),
+        content => any_of(content),
         terminators => terminators.iter().map(|it| bytes_of(it)).collect::<Vec<_>>(),
         by_length => by_length.iter().map(|it| bytes_of(it)).collect::<Vec<_>>(),
         width => terminators.iter().map(|it| it.len()).max().unwrap_or(0),
         has_others => !layout.other_terminators().is_empty(),
         may_be_too_short => layout.sync().length + layout.terminator().length < layout.shortest(),
-        in_header => any_of(in_header.iter().map(|it| wrong_bits(it)).collect()),
-        in_frame => any_of(in_frame.iter().map(|it| wrong_bits(it)).collect()),
-        fixed => layout.fixed().iter().map(set_bits).collect::<Vec<_>>(),
+        in_header => any_of(in_header.into_iter().map(wrong_bits)),
+        in_frame => any_of(in_frame.into_iter().map(wrong_bits)),
+        fixed => layout.fixed().iter().copied().map(set_bits).collect::<Vec<_>>(),
         messages => layout.messages().as_ref().map(|it| messages(it, layout)),
         trailer,
         checksum => layout.checksum().as_ref().map(|it| checksum(it, table)),
@@ -128,11 +129,16 @@ pub(crate) fn program(layouts: &[Layout]) -> Value {
         "uint16_t" => 0xFFFF,
         _ => 0x7FFF_FFFF_usize,
     };
-    let occurring = layouts.iter().map(occurring);
-    let occurring = occurring.fold([false; 7], |all, these| {
-        std::array::from_fn(|reason| all[reason] || these[reason])
-    });
-    let reasons = REASONS.iter().zip(occurring).filter(|(_, occurs)| *occurs);
+    let occurring: Vec<[bool; 7]> = layouts.iter().map(occurring).collect();
+    let occurs = |reason: usize| {
+        occurring
+            .iter()
+            .any(|these| these.get(reason) == Some(&true))
+    };
+    let reasons = REASONS
+        .iter()
+        .zip((0..7).map(occurs))
+        .filter(|(_, occurs)| *occurs);
     let reasons = reasons.map(|((name, text, part), _)| context! { name, text, part });
     // A frame of which kind begins with a byte is known if the kinds have different first bytes.
     let starts = |byte: u8| layouts.iter().filter(|layout| layout.starts(byte)).count();
@@ -187,9 +193,13 @@ fn occurring(layout: &Layout) -> [bool; 7] {
 
 /// Returns the values, each once, in order.
 fn distinct(bytes: &[u8]) -> Vec<u8> {
-    let is_first = |(index, byte): &(usize, &u8)| !bytes[..*index].contains(byte);
-    let firsts = bytes.iter().enumerate().filter(is_first);
-    firsts.map(|(_, byte)| *byte).collect()
+    let mut distinct = Vec::new();
+    for byte in bytes {
+        if !distinct.contains(byte) {
+            distinct.push(*byte);
+        }
+    }
+    distinct
 }
 
 fn hex(byte: u8) -> String {
@@ -206,15 +216,13 @@ fn patterns(patterns: &Patterns) -> Value {
 }
 
 /// Joins conditions, in parentheses if there are several.
-fn any_of(conditions: Vec<String>) -> String {
-    match &*conditions {
-        [one] => one.clone(),
-        _ => conditions
-            .iter()
-            .map(|it| format!("({it})"))
-            .collect::<Vec<_>>()
-            .join(" || "),
+fn any_of(conditions: impl Iterator<Item = String>) -> String {
+    let conditions: Vec<String> = conditions.collect();
+    if let [one] = &*conditions {
+        return one.clone();
     }
+    let each = conditions.iter().map(|it| format!("({it})"));
+    each.collect::<Vec<_>>().join(" || ")
 }
 
 /// Returns the index of a position in a frame, `more` bytes further on.
@@ -225,7 +233,7 @@ fn index(at: i16, more: usize) -> String {
     }
 }
 
-fn wrong_bits(bits: &FixedBits) -> String {
+fn wrong_bits(bits: FixedBits) -> String {
     let (at, value) = (index(bits.at, 0), hex(bits.value));
     match bits.mask {
         0xFF => format!("bytes[{at}] != {value}"),
@@ -233,7 +241,7 @@ fn wrong_bits(bits: &FixedBits) -> String {
     }
 }
 
-fn set_bits(bits: &FixedBits) -> String {
+fn set_bits(bits: FixedBits) -> String {
     let (at, value) = (index(bits.at, 0), hex(bits.value));
     match bits.mask {
         0xFF => format!("frame[{at}] = {value};"),
@@ -479,9 +487,10 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
             } else {
                 index << (bits - index_bits)
             },
-            |register, _| match crc.reflected_in {
-                true => register >> 1 ^ if register & 1 == 1 { polynomial } else { 0 },
-                false => {
+            |register, _| {
+                if crc.reflected_in {
+                    register >> 1 ^ if register & 1 == 1 { polynomial } else { 0 }
+                } else {
                     let is_divided = register >> (bits - 1) & 1 == 1;
                     (register << 1 ^ if is_divided { polynomial } else { 0 }) & all
                 }

@@ -69,7 +69,7 @@ fn install_for_c(workspace: &Workspace) -> Result<()> {
 /// The folder of Debian's core for Arduino boards.
 const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
 
-/// The Debian packages with compilers for C, and with a simulator of an ATmega328P.
+/// The Debian packages with compilers for C, and with a simulator of an AVR.
 const PACKAGES_FOR_C: [&str; 6] = [
     "clang",
     "gcc-arm-none-eabi",
