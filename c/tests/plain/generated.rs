@@ -220,11 +220,7 @@ fn in_rust(cases: &[Case]) {
         let code = rust(description, name, "framelock generate");
         write(&format!("src/{name}.rs"), &code);
         writeln!(library, "pub mod {name};").unwrap();
-        writeln!(
-            says,
-            "mod {name} {{\nuse super::field;\nuse generated::{name}::*;"
-        )
-        .unwrap();
+        writeln!(says, "mod {name} {{\nuse generated::{name}::*;").unwrap();
         writeln!(says, "pub fn say(message: &Message) {{").unwrap();
         for (number, kind) in description.kinds.iter().enumerate() {
             let it = if description.kinds.len() > 1 {
@@ -237,7 +233,7 @@ fn in_rust(cases: &[Case]) {
             for field in fields(kind) {
                 writeln!(
                     says,
-                    "field({:?}, &it.{});",
+                    "super::field({:?}, &it.{});",
                     field.name,
                     member(field, &code)
                 )
