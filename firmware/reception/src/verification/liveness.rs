@@ -67,7 +67,7 @@ fn an_error_wakes_when_its_time_is_over() {
     assert!(chip.wakes_by_timer == chip.wakes_by_error);
     if !chip.wakes_by_error {
         reception.tick(&mut chip);
-        assert!(chip.wakes_by_error == !chip.stopping);
+        assert!(chip.wakes_by_error != chip.stopping);
         assert!(chip.wakes_by_timer == (reception.state == State::Draining));
     }
     kani::cover!(chip.restarts == 0);
