@@ -14,6 +14,7 @@ mod machine_code;
 mod mutants;
 mod prove;
 mod published;
+mod release;
 mod stage_report;
 mod theorems;
 mod verify;

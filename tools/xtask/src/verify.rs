@@ -7,7 +7,9 @@ use clap::builder::PossibleValuesParser;
 
 use crate::stage_report::{Report, TestCount};
 use crate::workspace::Workspace;
-use crate::{browser, bugs, checks, firmware, fuzz, machine_code, mutants, prove, published};
+use crate::{
+    browser, bugs, checks, firmware, fuzz, machine_code, mutants, prove, published, release,
+};
 
 /// One check. To add a check, write its function and add a line to [`STAGES`].
 struct Stage {
@@ -75,6 +77,10 @@ const STAGES: &[Stage] = &[
         checks: "the public interface is compatible with that of the commit `semver-baseline`" },
     Stage { name: "publish", when: Nightly, run: published::publish,
         checks: "each published package can be published, without a warning" },
+    Stage { name: "wheel", when: Nightly, run: release::wheel,
+        checks: "the Python package, built, installed into a new environment and run there" },
+    Stage { name: "licences", when: Nightly, run: release::licences,
+        checks: "the licences, duplicates and sources of all dependencies, by cargo-deny" },
     Stage { name: "web", when: Nightly, run: browser::stage,
         checks: "the page works in browsers" },
     Stage { name: "mutants", when: Nightly, run: mutants::stage,

@@ -25,6 +25,8 @@ pub(crate) const NO_WARNINGS: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings");
 pub(crate) struct Workspace {
     pub(crate) root: PathBuf,
     pub(crate) target_directory: PathBuf,
+    /// The version of all packages.
+    pub(crate) version: String,
     /// The core's optional features.
     pub(crate) core_features: Vec<String>,
     /// The packages whose manifests do not contain `publish = false`.
@@ -43,10 +45,12 @@ impl Workspace {
         let core = metadata.packages.iter().find(|one| one.name == CORE);
         let core = core.context("the workspace has no core")?;
         let baseline = metadata.workspace_metadata.get("semver-baseline");
+        let version = core.version.to_string();
         let core_features = core.features.keys().cloned().collect();
         let mut published = metadata.packages;
         published.retain(|package| package.publish.is_none());
         Ok(Self {
+            version,
             core_features,
             published,
             semver_baseline: baseline
