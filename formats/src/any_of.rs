@@ -9,10 +9,10 @@ use crate::layout::{Algorithm, Layout};
 
 /// Frames of several layouts on one line: UBX and NMEA and RTCM, or the messages of one protocol.
 ///
-/// The layouts are tried in order. A layout that rejects the bytes hands them over to the next one. The first that does
-/// not reject them decides: they are its frame, or they are incomplete. So layouts may share a header, as Modbus
-/// requests and responses do. While an earlier layout is incomplete, a frame of a later one waits: put layouts with
-/// shorter frames first.
+/// The layouts are tried in order. If a layout rejects the bytes, the next layout is tried. The first layout that does
+/// not reject the bytes decides whether they are a frame or are incomplete. Layouts may therefore share a header, as
+/// Modbus requests and responses do. While the bytes are incomplete in an earlier layout, a frame of a later layout
+/// waits, so put layouts with shorter frames first.
 ///
 /// # Examples
 /// ```
@@ -32,11 +32,12 @@ use crate::layout::{Algorithm, Layout};
 /// ```
 #[derive(PartialEq, Eq, Debug)]
 pub struct AnyOf<'a, L = Layout<'a>>(
-    /// The layouts, in the order in which they are asked; or what holds one each, as the C library's memory does.
+    /// The layouts, in the order in which they are tried. Each element is a layout or contains one, as the C library's
+    /// memory does.
     pub &'a [L],
 );
 
-// Not derived: the layouts lie behind a reference, so `L` need not be any of these.
+// A derived `Clone` or `Copy` would require the same trait of `L`. Only a reference to the layouts is copied here.
 impl<L> Clone for AnyOf<'_, L> {
     fn clone(&self) -> Self {
         *self
@@ -46,9 +47,10 @@ impl<L> Clone for AnyOf<'_, L> {
 impl<L> Copy for AnyOf<'_, L> {}
 
 impl<'l, L: Borrow<Layout<'l>>> AnyOf<'_, L> {
-    /// Classifies as [`classify_after`](Format::classify_after) does, but asks `sum` for checksums. It must return what
-    /// [`Algorithm::of`] returns. A receiver on a PC can compute the checksum of many overlapping frames faster than one
-    /// by one. It is called with a slice of `bytes`.
+    /// Classifies bytes as [`classify_after`](Format::classify_after) does, but gets checksums from `sum`.
+    ///
+    /// `sum` is called with a slice of `bytes`, and must return the same value as [`Algorithm::of`]. A receiver on a PC
+    /// uses it to compute the checksums of many overlapping frames together, which is faster than one by one.
     #[inline]
     #[must_use]
     pub fn classify_with(
@@ -72,10 +74,10 @@ impl<'l, L: Borrow<Layout<'l>>> AnyOf<'_, L> {
 }
 
 impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
-    /// A receiver of these is made [`with_buffer`](framelock::BufferedReceiver::with_buffer) memory that is as long as the layouts
-    /// say.
+    /// The length of the longest frame is known only at run time, so construct the receiver
+    /// [`with_buffer`](framelock::BufferedReceiver::with_buffer), and give it a buffer that fits the layouts.
     const LONGEST: usize = usize::MAX;
-    /// Which of the layouts, the first being 0; and the frame.
+    /// The index of the frame's layout, and the bytes of the frame.
     type Message<'a> = (usize, &'a [u8]);
 
     #[inline]
@@ -120,7 +122,7 @@ pub(crate) fn first<L>(
     let mut furthest = DiscardReason::NoSync;
     let mut rest = all;
     while let [one, others @ ..] = rest {
-        // The first bytes were incomplete by this layout only if no other begins like it.
+        // `seen` says that some layout found those bytes incomplete. It was this one if every other layout rejects them.
         let is_alone = furthest == DiscardReason::NoSync && !others.iter().any(&starts);
         match classify(one, if is_alone { seen } else { 0 }) {
             Classification::Rejected(why) => {
@@ -135,8 +137,9 @@ pub(crate) fn first<L>(
     Classification::Rejected(furthest)
 }
 
-/// Returns the index of the layout that a frame has. An earlier layout may have rejected the frame only when more bytes
-/// were there, so it may find the frame incomplete.
+/// Returns the index of the first layout that accepts a frame.
+///
+/// An earlier layout may find the frame incomplete: it rejected the frame only after more bytes had arrived.
 #[inline(always)]
 pub(crate) fn kind<L>(
     all: &[L],
@@ -145,7 +148,7 @@ pub(crate) fn kind<L>(
 ) -> usize {
     let (mut kind, mut rest) = (0_usize, all);
     while let [one, others @ ..] = rest {
-        // If no other begins like it, it need not be asked.
+        // If no later layout can begin with this byte, only this layout can have accepted the frame.
         if starts(one) && (!others.iter().any(&starts) || is_its_frame(one)) {
             return kind;
         }
@@ -154,7 +157,7 @@ pub(crate) fn kind<L>(
     0
 }
 
-/// Returns the step of classification that finds this reason: sync, header, or frame.
+/// Returns the number of the classification step that rejects bytes for this reason, counted from the sync.
 const fn further_on(why: DiscardReason) -> u8 {
     match why {
         DiscardReason::NoSync => 0,

@@ -1,15 +1,15 @@
-//! Checksums: whether a frame's is right, and what it would have to be.
+//! Checksums: checks the checksum of a frame, and computes and writes it.
 
 use crate::layout::{Algorithm, Checksum, Encoding, index};
 
 /// The source of the sum that a checksum is compared with.
-// Not a plain `Fn`: a closure is a call where all of this is inlined.
+// A trait instead of a plain `Fn`: `Computed` is always inlined, but a closure would be a call.
 pub(crate) trait Sum {
-    /// Returns what [`Algorithm::of`] returns.
+    /// Returns the same value as [`Algorithm::of`].
     fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32;
 }
 
-/// [`Algorithm::of`] itself.
+/// Computes each sum with [`Algorithm::of`].
 pub(crate) struct Computed;
 
 impl Sum for Computed {
@@ -27,8 +27,10 @@ impl<F: Fn(&Algorithm, &[u8], Option<u8>) -> u32> Sum for F {
 }
 
 impl Checksum<'_> {
-    /// Whether a frame has the right one, whose places are counted with `length`. `extra` is covered behind the frame's own bytes. `sum` returns what
-    /// [`Algorithm::of`] returns.
+    /// Returns true if the checksum in the frame is correct.
+    ///
+    /// `length` is the length from which positions relative to the end are counted. `extra` is a byte that the checksum
+    /// covers after the frame's own bytes. `sum` returns the same value as [`Algorithm::of`].
     #[inline(always)]
     pub(crate) fn is_right(
         &self,
@@ -56,7 +58,9 @@ impl Checksum<'_> {
         stored == Some(sum & u32::MAX >> unused)
     }
 
-    /// Writes it into a frame whose other bytes are there and whose places are counted with `length`; says whether there is a place for it.
+    /// Writes the checksum into a frame that is otherwise complete. Returns false if the frame has no room for it.
+    ///
+    /// `length` is the length from which positions relative to the end are counted.
     pub(crate) fn write(&self, frame: &mut [u8], length: usize, extra: Option<u8>) -> bool {
         let place = self.place(length);
         let (Some(place), Some(covered)) = (place, self.covered(frame, length)) else {
@@ -75,7 +79,7 @@ impl Checksum<'_> {
         true
     }
 
-    /// The bytes that it covers.
+    /// Returns the bytes that the checksum covers.
     #[inline(always)]
     fn covered<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         let from = index(self.from, length)?;
@@ -83,7 +87,8 @@ impl Checksum<'_> {
         frame.get(from..to.wrapping_add(1))
     }
 
-    /// Where it is in a frame whose places are counted with `length`.
+    /// Returns the range of the checksum in a frame. `length` is the length from which positions relative to the end are
+    /// counted.
     #[inline(always)]
     fn place(&self, length: usize) -> Option<core::ops::Range<usize>> {
         let at = index(self.at, length)?;
@@ -93,7 +98,7 @@ impl Checksum<'_> {
     }
 }
 
-/// The hexadecimal digits of a byte.
+/// Returns the two hexadecimal digits of a byte.
 fn digits(byte: u8) -> [u8; 2] {
     [byte >> 4, byte & 15].map(|digit| match digit {
         0..10 => digit.wrapping_add(b'0'),
@@ -101,7 +106,7 @@ fn digits(byte: u8) -> [u8; 2] {
     })
 }
 
-/// Writes bytes to a place, as far as it has room for them.
+/// Copies bytes into `place`, and stops when either is exhausted.
 pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
     place
         .iter_mut()
@@ -110,7 +115,8 @@ pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
 }
 
 impl Algorithm<'_> {
-    /// Of these bytes, and of one behind them if there is one. Of sums the lowest bytes are of use.
+    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. Only the low bytes of a sum are
+    /// meaningful: as many as the checksum has in the frame.
     #[inline(always)]
     #[must_use]
     pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {
@@ -140,10 +146,11 @@ fn sum(bytes: &[u8], extra: Option<u8>) -> u32 {
     })
 }
 
-/// The sum of the bytes, in the lowest eight bits, and the sum of those sums above.
+/// Computes the Fletcher checksum: the sum of the bytes in the lowest eight bits, and the sum of the running sums in the
+/// eight bits above.
 #[inline(never)]
 fn fletcher(bytes: &[u8], extra: Option<u8>) -> u32 {
-    // As wide as registers, which their lowest bytes do not notice.
+    // Computed in full registers; the upper bits never affect the low bytes.
     let (mut a, mut b) = (0_u32, 0_u32);
     for byte in bytes {
         a = a.wrapping_add((*byte).into());

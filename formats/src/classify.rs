@@ -1,4 +1,4 @@
-//! What bytes are by a layout: the one place that decides it, for every format.
+//! The classification of bytes by a layout. Every format uses it.
 //!
 //! ```text
 //!             sync wrong               header wrong           frame wrong
@@ -26,22 +26,23 @@ pub(crate) struct Header {
 }
 
 impl Layout<'_> {
-    /// What `bytes`, at least one, begin with.
+    /// Classifies the beginning of `bytes`, which must contain at least one byte.
     #[inline(always)]
     #[must_use]
     pub fn classify(&self, bytes: &[u8]) -> Classification {
         self.classify_after(bytes, 0)
     }
 
-    /// [`classify`](Self::classify), knowing that the first `seen` of the bytes were incomplete.
+    /// Classifies bytes as [`classify`](Self::classify) does, but faster: the first `seen` bytes are known to be
+    /// incomplete.
     #[inline(always)]
     #[must_use]
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
         self.classify_with(bytes, seen, &Computed)
     }
 
-    /// Classifies as [`classify_after`](Self::classify_after) does, with the checksums that `sum` returns: the same as
-    /// [`Algorithm::of`].
+    /// Classifies bytes as [`classify_after`](Self::classify_after) does, but gets checksums from `sum`, which returns
+    /// the same values as [`Algorithm::of`].
     #[inline(always)]
     pub(crate) fn classify_with(
         &self,
@@ -53,8 +54,8 @@ impl Layout<'_> {
             .unwrap_or_else(|classification| classification)
     }
 
-    /// Classifies as [`classify_after`](Self::classify_after) does; a classification by the header alone is an error.
-    /// `sum` returns what [`Algorithm::of`] returns.
+    /// Classifies bytes as [`classify_after`](Self::classify_after) does. Returns the classification as an error if the
+    /// header alone decides it, so that `?` can be used. `sum` returns the same values as [`Algorithm::of`].
     #[inline(always)]
     fn try_classify(
         &self,
@@ -72,13 +73,14 @@ impl Layout<'_> {
         })
     }
 
-    /// Whether a frame may begin with this byte.
+    /// Returns true if a frame may begin with this byte.
     #[inline(always)]
     #[must_use]
     pub fn starts(&self, byte: u8) -> bool {
         let Patterns { bytes, length } = self.sync;
         let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
-        // Of a constant, five are five comparisons: a loop would be one for each byte of noise.
+        // For a constant layout, the first five syncs compile to five comparisons. A loop over them would run for each
+        // byte of noise.
         let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
         length == 0 || is(0) || bytes.len() > length && is_other()
     }
@@ -100,7 +102,7 @@ impl Layout<'_> {
         if let Some(why) = self.sync.refuses(bytes) {
             return Err(Classification::Rejected(why));
         }
-        // A wrong sync byte is seen as soon as it is there.
+        // Asks for the next sync byte only, so that a wrong sync byte is rejected as soon as it arrives.
         let at_least = if bytes.len() < self.sync.length {
             bytes.len().wrapping_add(1)
         } else {
@@ -145,7 +147,7 @@ impl Layout<'_> {
                 }
                 let plus = i64::from(number).wrapping_mul(i64::from(field.factor));
                 let length = plus.wrapping_add(field.plus.into());
-                // Less than nothing is too short.
+                // A negative length is too short.
                 if length.is_negative() {
                     return Err(DiscardReason::BadHeader);
                 }
@@ -166,7 +168,7 @@ impl Layout<'_> {
         })
     }
 
-    /// Returns the frame with this header, right or wrong, if it is complete.
+    /// Returns the bytes of the frame with this header if the frame is complete. The rest of the frame is not checked.
     #[inline(always)]
     pub(crate) fn frame_of<'a>(
         &self,
@@ -191,7 +193,7 @@ impl Layout<'_> {
         let frame = frame.get(..end).unwrap_or_default();
         let length = self.counted_length(frame);
         let mut fixed = self.fixed.iter();
-        // A delimiter has been found.
+        // Without a length, `end` has already found the terminator.
         let ends = header.length.is_none() || self.terminator.ends(frame);
         if !ends || !fixed.all(|bits| bits.are_right(frame, length)) {
             return Some(DiscardReason::WrongTerminator);
@@ -204,13 +206,14 @@ impl Layout<'_> {
         }
     }
 
-    /// Where the first terminator ends; of the first `seen` bytes that were incomplete there was none.
+    /// Returns the index after the first terminator. The first `seen` bytes were incomplete, so they contain no whole
+    /// terminator.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
         let others = self.other_terminators.iter().map(|it| it.len());
         let width = others.fold(self.terminator.length.max(1), usize::max);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
-        // Fewer bytes than the header has were not looked through.
+        // While the header was incomplete, the bytes were not searched for a terminator.
         let seen = if seen >= self.header() { seen } else { 0 };
         let from = seen.saturating_sub(width.wrapping_sub(1));
         let from = from.max(self.sync.length);
@@ -239,7 +242,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Returns the place and the length of the terminator after content; `None` if more bytes are needed to know them.
+    /// Returns the index and the length of the terminator that follows the content, or `None` if more bytes are needed.
     #[inline(always)]
     fn end_of_content(&self, bytes: &[u8]) -> Result<Option<(usize, usize)>, Classification> {
         let is_content = |byte: &u8| {
@@ -269,7 +272,7 @@ impl Layout<'_> {
 }
 
 impl Patterns<'_> {
-    /// Why no frame begins with these bytes, at least one, if none does by its sync.
+    /// Returns the reason why no sync agrees with these bytes, or `None` if a sync does. There must be at least one byte.
     #[inline(always)]
     fn refuses(&self, bytes: &[u8]) -> Option<DiscardReason> {
         if self.length == 0 {
@@ -288,7 +291,7 @@ impl Patterns<'_> {
         Some(why)
     }
 
-    /// Whether one of them is these bytes.
+    /// Returns true if one of the patterns equals these bytes.
     #[inline(always)]
     pub(crate) fn are(&self, bytes: &[u8]) -> bool {
         self.each().any(|pattern| pattern.iter().eq(bytes))
@@ -303,7 +306,7 @@ impl Patterns<'_> {
 }
 
 impl Number {
-    /// The number, from a header that has it.
+    /// Reads the number from a header that contains it.
     #[inline(always)]
     pub(crate) fn read(&self, header: &[u8]) -> u32 {
         let bytes = header.get(self.at..self.end()).unwrap_or_default();
@@ -337,7 +340,8 @@ impl Trailer {
 }
 
 impl FixedBits {
-    /// Whether a frame has them, whose places are counted with `length`.
+    /// Returns true if the frame has these bits. `length` is the length from which positions relative to the end are
+    /// counted.
     #[inline(always)]
     fn are_right(self, frame: &[u8], length: usize) -> bool {
         let byte = index(self.at, length).and_then(|at| frame.get(at));

@@ -1,21 +1,21 @@
-//! Cyclic redundancy checks, by their parameters.
+//! Cyclic redundancy checks, computed from their parameters.
 //!
-//! The register has 32 bits. Of a CRC that takes each byte from its lowest bit on, it holds the reflected CRC in
-//! its lowest bits; of any other, the CRC in its highest.
+//! The register has 32 bits. For a CRC that processes the lowest bit of each byte first (`reflected_in`), the lowest bits
+//! of the register hold the reflected CRC. For any other CRC, the highest bits of the register hold the CRC.
 
 use crate::layout::{Crc, Table};
 
 impl Crc<'_> {
-    /// What the register begins with.
+    /// Returns the initial value of the register.
     #[inline]
     pub(crate) const fn start(&self) -> u32 {
         self.aligned(self.initial)
     }
 
-    /// The register behind these bytes.
+    /// Returns the register after processing these bytes.
     #[inline(always)]
     pub(crate) fn update(&self, register: u32, bytes: &[u8]) -> u32 {
-        // Where an entry's bits are in the register.
+        // The number of bits by which a table entry is shifted to its position in the register.
         let shift = |narrower| if self.reflected_in { 0 } else { narrower };
         match self.table {
             Table::None if self.is_mcrf4xx() => mcrf4xx(register, bytes),
@@ -30,7 +30,7 @@ impl Crc<'_> {
         }
     }
 
-    /// The CRC, when the register is behind all bytes.
+    /// Returns the CRC from the register, once all bytes have been processed.
     #[inline(always)]
     pub(crate) const fn result(&self, register: u32) -> u32 {
         let crc = match (self.reflected_in, self.reflected_out) {
@@ -42,7 +42,7 @@ impl Crc<'_> {
         crc ^ self.xor_out
     }
 
-    /// The table of a CRC of 8 bits.
+    /// Computes the table of an 8-bit CRC, for [`Table::Bytes`].
     #[must_use]
     pub const fn table_of_bytes(&self) -> [u8; 256] {
         let mut table = [0; 256];
@@ -50,7 +50,7 @@ impl Crc<'_> {
         table
     }
 
-    /// The table of any CRC.
+    /// Computes the table of a CRC of any width, for [`Table::Words`].
     #[must_use]
     pub const fn table_of_words(&self) -> [u32; 256] {
         let mut table = [0; 256];
@@ -58,8 +58,8 @@ impl Crc<'_> {
         table
     }
 
-    /// The tables of any CRC, for sixteen bytes at once: what a byte makes of the register when none, one, up to
-    /// fifteen bytes that are 0 come behind it.
+    /// Computes the tables that process sixteen bytes at once, for [`Table::Sixteens`] and a CRC of any width. Table `n`
+    /// holds the effect of each byte on the register when `n` zero bytes follow it.
     #[must_use]
     pub const fn table_of_sixteens(&self) -> [[u32; 256]; 16] {
         let mut tables = [[0; 256]; 16];
@@ -82,12 +82,12 @@ impl Crc<'_> {
         tables
     }
 
-    /// Bits of the register that the CRC does not have.
+    /// Returns the number of register bits that the CRC does not use.
     const fn unused(&self) -> u32 {
         32_u32.saturating_sub(self.width)
     }
 
-    /// Bits of a CRC where the register has them.
+    /// Moves the bits of a CRC to their position in the register.
     const fn aligned(&self, bits: u32) -> u32 {
         let highest = bits.wrapping_shl(self.unused());
         if self.reflected_in {
@@ -109,7 +109,8 @@ impl Crc<'_> {
         })
     }
 
-    /// Four words at once: of the last, the tables for as many bytes behind it are the first four.
+    /// Processes the bytes sixteen at a time, as four words. No bytes follow the last word, so it uses the first four
+    /// tables; the word before it uses the next four, and so on.
     #[inline(never)]
     fn sixteens(&self, tables: &[[u32; 256]; 16], register: u32, bytes: &[u8]) -> u32 {
         let word = |bytes: &[u8]| {
@@ -134,7 +135,7 @@ impl Crc<'_> {
             let (first, others) = sixteen.split_at(4);
             let others = others.chunks_exact(4).rev().zip(tables.chunks_exact(4));
             let others = others.fold(0, |sum, (four, tables)| sum ^ of_word(word(four), tables));
-            // Last the one that waits for the register.
+            // The first word comes last, because only it depends on the register of the previous round.
             let last_tables = tables.get(12..).unwrap_or_default();
             register = others ^ of_word(word(first) ^ register, last_tables);
             rest = behind;
@@ -147,7 +148,7 @@ impl Crc<'_> {
         self.run(register, rest, |byte| entry(one, byte))
     }
 
-    /// What a byte that leaves the register makes of the rest, bit by bit.
+    /// Returns the value that is xored into the rest of the register when this byte leaves it. Computed bit by bit.
     pub(crate) const fn remainder(&self, byte: u8) -> u32 {
         let polynomial = self.aligned(self.polynomial);
         let mut register = u32::from_le_bytes([byte, 0, 0, 0]);
@@ -168,7 +169,7 @@ impl Crc<'_> {
         register
     }
 
-    /// The same of a CRC of 8 bits, in the lowest bits.
+    /// Returns the [`remainder`](Self::remainder) of an 8-bit CRC in the lowest eight bits.
     pub(crate) const fn narrow(&self, byte: u8) -> u32 {
         let remainder = self.remainder(byte);
         if self.reflected_in {
@@ -188,7 +189,7 @@ fn entry<T: Copy + Default>(table: &[T; 256], byte: u8) -> T {
     table.get(usize::from(byte)).copied().unwrap_or_default()
 }
 
-/// Each entry of a table from its index.
+/// Fills a table: computes each entry from its index.
 macro_rules! fill {
     ($table:ident, $byte:ident => $entry:expr) => {
         let mut rest: &mut [_] = &mut $table;
@@ -202,11 +203,11 @@ macro_rules! fill {
 }
 use fill;
 
-/// MAVLink's, in the catalogue CRC-16/MCRF4XX: four bytes at once, without a table.
+/// Updates MAVLink's CRC, which the catalogue calls CRC-16/MCRF4XX: four bytes at once, without a table.
 ///
-/// With `y` for `1/x`, the quotient of 32 bits by `x^16 + x^12 + x^5 + 1` is the bits times
-/// `1 / (1 + y^4 + y^11 + y^16)`. Up to `y^31` that is `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The
-/// remainder is the last 16 bits of the quotient times `1 + x^5 + x^12`.
+/// Let `y` be `1/x`. To divide 32 bits by `x^16 + x^12 + x^5 + 1`, multiply them by `1 / (1 + y^4 + y^11 + y^16)`. Up to
+/// `y^31`, this factor equals `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The product is the quotient. The remainder
+/// is the last 16 bits of the quotient times `1 + x^5 + x^12`.
 #[inline(never)]
 fn mcrf4xx(register: u32, bytes: &[u8]) -> u32 {
     let (mut wide, mut rest) = (register, bytes);

@@ -11,13 +11,13 @@ use crate::sbus::{CHANNEL_BYTES, unpack_channels};
 /// CRC-8/DVB-S2.
 const CRC: Crc = Crc::new(8, 0xD5);
 
-/// The CRC with its table.
+/// The CRC with its table. The feature `pc-crc-table` selects the larger tables, which are faster on a PC.
 #[cfg(feature = "pc-crc-table")]
 const TABLED: Crc = CRC.table(Table::Sixteens(&CRC.table_of_sixteens()));
 #[cfg(not(feature = "pc-crc-table"))]
 const TABLED: Crc = CRC.table(Table::Bytes(&CRC.table_of_bytes()));
 
-/// What a CRSF frame looks like: see [`Crsf`].
+/// The layout of a CRSF frame: see [`Crsf`].
 pub const LAYOUT: Layout<'static> = Layout::builder()
     .sync(Patterns::any_byte_of(&[
         address::FLIGHT_CONTROLLER,
@@ -39,12 +39,13 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 /// TBS's Crossfire protocol, which ExpressLRS uses too: 4 to 64 bytes, an address, a length, a type, up to
 /// 60 bytes of payload, a CRC-8 of type and payload. The lines have 416 666 or 400 000 baud.
 ///
-/// A frame begins with the serial sync byte C8 or with the [`address`] of a device. Those that flight
-/// controllers, handsets, receivers and transmitter modules send are accepted: C8, 00, EA, EC, EE. Each makes more
-/// false beginnings; for fewer, or others, give your own format the layout [`LAYOUT`] with another `sync`.
+/// A frame begins with the serial sync byte C8 or with the [`address`] of a device. This format accepts the bytes
+/// that flight controllers, handsets, receivers and transmitter modules send: C8, 00, EA, EC, EE. Each accepted byte
+/// causes more false starts. To accept fewer or other bytes, give your own format the layout [`LAYOUT`] with another
+/// `sync`.
 ///
-/// The CRC notices every burst of up to 8 wrong bits in type, payload and itself, and lets one in 256
-/// random frames pass.
+/// The CRC detects every burst of up to 8 wrong bits in the type, the payload and the CRC. One in 256 random frames
+/// passes undetected.
 ///
 /// Source: <https://github.com/tbs-fpv/tbs-crsf-spec/blob/main/crsf.md>, "Frame Construction", "CRC",
 /// "Device Addresses", "RC Channels Packed Payload".
@@ -60,14 +61,14 @@ pub struct Crsf;
 /// A receiver with a buffer of twice the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Crsf, [u8; 128]>;
 
-/// What a CRSF frame says.
+/// The contents of a CRSF frame.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Message<'a> {
     /// The frame's first byte.
     pub address: u8,
     /// The frame's type. From 0x28 on the payload begins with the addresses of destination and origin.
     pub kind: u8,
-    /// 0 to 60 bytes; numbers in it are big endian.
+    /// The payload, 0 to 60 bytes. Its numbers are big endian.
     pub payload: &'a [u8],
 }
 
@@ -102,7 +103,7 @@ impl fmt::Display for Message<'_> {
 }
 
 impl Message<'_> {
-    /// The channels of a frame of type 0x16: 0 to 2047, where 172 is 988 µs, 992 is 1500 µs and 1811 is 2012 µs.
+    /// Returns the channels of a frame of type 0x16: 0 to 2047, where 172 is 988 µs, 992 is 1500 µs and 1811 is 2012 µs.
     #[must_use]
     pub fn channels(&self) -> Option<[u16; 16]> {
         let bytes = self.payload.first_chunk::<CHANNEL_BYTES>();
@@ -122,7 +123,7 @@ impl EncodeInto for Crsf {
     ) -> Result<&'b [u8], EncodeError> {
         let head = [message.address, 0, message.kind];
         let frame = crate::write(&LAYOUT, into, &[&head, message.payload, &[0]])?;
-        // Sealing writes an accepted address instead of another one.
+        // Sealing would replace an address that is not accepted by one that is.
         if frame.first() == Some(&message.address) {
             Ok(frame)
         } else {

@@ -5,8 +5,8 @@
 //! definition includes. The two sources give each message the same byte. ArduPilot's dialects lack some messages of
 //! mavlink.io's and have no others.
 //!
-//! The tables have no longest payloads. Definitions add fields at the end of a message, and the CRC's extra byte excludes
-//! them, so that older receivers accept such messages.
+//! The tables set no limit to payloads. A new definition may add fields at the end of a message. The CRC's extra byte does
+//! not depend on these fields, so older receivers accept such messages.
 
 use crate::layout::KnownMessage;
 
@@ -44,7 +44,7 @@ pub const COMMON: &[KnownMessage] = &messages([
 /// All messages of the dialect `ardupilotmega`, which includes `common`.
 pub const ARDUPILOTMEGA: &[KnownMessage] = &merged::<{ COMMON.len() + ARDUPILOTMEGA_ONLY.len() }>();
 
-/// What `ardupilotmega` adds to `common`.
+/// The messages that `ardupilotmega` adds to `common`.
 #[rustfmt::skip]
 const ARDUPILOTMEGA_ONLY: &[KnownMessage] = &messages([
     (150,134), (151,219), (152,208), (153,188), (154,84), (155,22), (156,19), (157,21), (158,134),
@@ -73,7 +73,7 @@ const fn messages<const N: usize>(rows: [(u32, u8); N]) -> [KnownMessage; N] {
     messages
 }
 
-/// `COMMON` and `ARDUPILOTMEGA_ONLY` by rising numbers, as a search by halves needs them.
+/// Merges `COMMON` and `ARDUPILOTMEGA_ONLY` in ascending order of their numbers, for binary search.
 const fn merged<const N: usize>() -> [KnownMessage; N] {
     let mut messages = [KnownMessage::new(0); N];
     let (mut places, mut common, mut only): (&mut [_], _, _) =

@@ -1,23 +1,23 @@
-//! Tests for a format of your own: whether it keeps the laws of [`Format`], and whether its encoding fits it.
+//! Tests for a format of your own. They check that it keeps the laws of [`Format`], and that its encoding agrees with its
+//! decoding.
 
 use core::fmt;
 
 use framelock::{Classification, DiscardReason, Encode, Format};
 
-/// A law of [`Format`] that a format breaks, and the bytes that show it.
+/// A law of [`Format`] that a format breaks, and the bytes that prove it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct BrokenLaw {
-    /// Which one, 1 to 5.
+    /// The number of the law, 1 to 5.
     pub law: u8,
-    /// The first of the bytes in the stream.
+    /// The index in the stream at which the classified bytes begin.
     pub from: usize,
-    /// How many bytes were classified.
+    /// The number of classified bytes.
     pub length: usize,
-    /// What was said of them.
+    /// The classification of these bytes.
     pub classification: Classification,
-    /// The place of the byte that was changed, and what it was changed to; nothing if the stream breaks
-    /// the law as it is.
+    /// The index of the changed byte in the stream, and its new value; `None` if the unchanged stream breaks the law.
     pub changed: Option<(usize, u8)>,
 }
 
@@ -48,22 +48,22 @@ impl fmt::Display for BrokenLaw {
 
 impl core::error::Error for BrokenLaw {}
 
-/// Tries whether a format of your own keeps the laws of [`Format`]: on `stream` from each of its
-/// bytes on, and on the same with any one byte changed to any other value.
+/// Checks that a format of your own keeps the laws of [`Format`]. It classifies `stream` from each of its bytes on. It
+/// then does the same with any one byte changed to any other value.
 ///
-/// Give it whole frames, the longest and the shortest, with a little behind them, and streams that
-/// `proptest` or a fuzzer makes up. It is a test: what it does not try may still break a law.
-/// `stream` is left as it was.
+/// Pass whole frames, including the longest and the shortest, followed by a few more bytes. Also pass streams that
+/// `proptest` or a fuzzer generates. This is a test: bytes that it does not try may still break a law. `stream` is
+/// restored afterwards.
 ///
-/// Where the longest frame has up to 64 bytes, it asks about every number of bytes. Where it has more, it asks
-/// about the numbers at which something changes and every sixteenth. Behind a classification that is final it
-/// then tries sixteen values of a byte instead of all. A frame of 300 bytes takes seconds, also if nothing is optimised.
+/// If the longest frame has up to 64 bytes, every prefix of the bytes is classified. If it has more, only some prefixes
+/// are classified: those near a change, and every sixteenth. For bytes after a final classification, sixteen values
+/// are then tried instead of all. A frame of 300 bytes takes seconds, even without optimisation.
 ///
 /// # Errors
 /// The first law that is broken, and the bytes that show it.
 ///
 /// # Examples
-/// A text that is rejected for one reason, and for another when more of it is there:
+/// This format classifies two bytes as a frame, but changes its answer when a third byte arrives. This breaks law 2:
 /// ```
 /// use framelock::{DiscardReason, Format, Classification};
 /// use framelock_formats::check_laws;
@@ -85,7 +85,7 @@ impl core::error::Error for BrokenLaw {}
 /// assert_eq!((broken.law, broken.from, broken.length), (2, 0, 3));
 /// ```
 pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), BrokenLaw> {
-    // First as it is: an error then names no change.
+    // The unchanged stream comes first, so that an error names a change only if it needs one.
     for from in 0..stream.len() {
         Said::NOTHING.of_all(format, classified(format, stream, from), 1, (from, None))?;
     }
@@ -113,10 +113,10 @@ pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), Broken
     Ok(())
 }
 
-/// Bytes in the longest frame of formats that are asked about every number of bytes.
+/// The length up to which a format's longest frame counts as short. For such formats, every prefix is classified.
 const SHORT: usize = 64;
 
-/// The bytes from one place on, as many as a format is asked about.
+/// Returns the bytes of the stream from `from` on, at most as many as the longest frame has.
 fn classified<'a, F: Format>(format: &F, stream: &'a [u8], from: usize) -> &'a [u8] {
     let bytes = stream.get(from..).unwrap_or_default();
     bytes.get(..format.longest()).unwrap_or(bytes)
@@ -128,14 +128,14 @@ fn set(stream: &mut [u8], place: usize, byte: u8) {
     }
 }
 
-/// What a format said of fewer bytes from the same place on.
+/// The format's answers about shorter prefixes of the same bytes.
 #[derive(Clone, Copy)]
 struct Said {
-    /// The classification that must stay.
+    /// The final classification, which must not change, if there is one.
     settled: Option<Classification>,
-    /// So many bytes were incomplete.
+    /// The number of bytes in the longest prefix that was incomplete.
     incomplete: usize,
-    /// So many bytes must be there before more can be said.
+    /// The number of bytes that an incomplete classification asked for. A shorter prefix must be incomplete.
     due: usize,
 }
 
@@ -150,7 +150,7 @@ impl Said {
         self.settled.is_some()
     }
 
-    /// Asks about the first `count` of `bytes`, and about more of them.
+    /// Classifies the prefixes of `bytes` that have `count` bytes or more, and checks each classification.
     fn of_all<F: Format>(
         mut self,
         format: &F,
@@ -169,7 +169,7 @@ impl Said {
         Ok(())
     }
 
-    /// Asks about these bytes, and says which law the classification breaks.
+    /// Classifies these bytes. Returns an error if the classification breaks a law.
     fn of<F: Format>(
         &mut self,
         format: &F,
@@ -224,11 +224,11 @@ impl Said {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum BrokenEncoding {
-    /// [`SHAPE`](framelock::FixedFormat::SHAPE) has another byte at this place, the first being 0.
+    /// [`SHAPE`](framelock::FixedFormat::SHAPE) has another byte at this index.
     Shape(usize),
-    /// [`CHECK`](framelock::FixedFormat::CHECK) refuses the frame.
+    /// [`CHECK`](framelock::FixedFormat::CHECK) rejects the frame.
     Check,
-    /// [`decode`](framelock::FixedFormat::decode) gives another message.
+    /// [`decode`](framelock::FixedFormat::decode) returns another message.
     Decode,
 }
 
@@ -249,11 +249,12 @@ impl fmt::Display for BrokenEncoding {
 
 impl core::error::Error for BrokenEncoding {}
 
-/// Tries whether a format of fixed length contradicts itself: the frame of `message` must have the shape's
-/// fixed bytes, pass the check, and decode to `message`. It is a test: call it with many messages.
+/// Checks that the encoding of a fixed-length format agrees with the rest of the format. The frame of `message` must
+/// have the fixed bytes of the shape, pass the check, and decode to `message`. This is a test of one message: call it
+/// with many.
 ///
 /// # Errors
-/// What the encoding contradicts first.
+/// The first part of the format that contradicts the encoding.
 ///
 /// # Examples
 /// ```

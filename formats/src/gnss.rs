@@ -7,9 +7,10 @@ use framelock::Format;
 use crate::layout::Layout;
 use crate::{AnyOf, nmea, rtcm, ubx};
 
-/// What satellite receivers send on one line: UBX, NMEA and RTCM 3.
+/// The protocols that satellite receivers send on one line: UBX, NMEA and RTCM 3.
 ///
-/// `LONGEST` is the longest frame in bytes, of whatever protocol: see [`Ubx`](ubx::Ubx). RTCM frames have up to 1 029.
+/// `LONGEST` is the length in bytes of the longest frame of any of the three protocols: see [`Ubx`](ubx::Ubx). RTCM frames
+/// have up to 1 029 bytes.
 ///
 /// # Examples
 /// ```
@@ -27,12 +28,12 @@ use crate::{AnyOf, nmea, rtcm, ubx};
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Gnss<const LONGEST: usize>;
 
-/// A frame of one of them.
+/// A frame of one of the three protocols.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Message<'a> {
     /// A UBX frame.
     Ubx(ubx::Message<'a>),
-    /// An NMEA sentence: what is between the first byte and the `*`.
+    /// The text of an NMEA sentence, between the first byte and the `*`.
     Nmea(&'a [u8]),
     /// An RTCM 3 frame.
     Rtcm(rtcm::Message<'a>),

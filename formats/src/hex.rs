@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// Bytes that [`Display`](fmt::Display) writes as `: 01 0A`; no bytes as nothing.
+/// Bytes that [`Display`](fmt::Display) writes as `: 01 0A`. An empty slice is written as an empty string.
 pub(crate) struct Hex<'a>(pub(crate) &'a [u8]);
 
 impl fmt::Display for Hex<'_> {

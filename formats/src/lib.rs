@@ -22,8 +22,9 @@
 //!
 //! # In an interrupt
 //!
-//! The UART also reports errors and pauses. Pass them on as line events: no frame contains bytes from both sides of one,
-//! and a frame that waits behind a false start is delivered. A [`Line`](framelock::Line) counts every byte.
+//! The UART also reports errors and pauses. Pass them on as line events. The receiver then never delivers a frame with
+//! bytes from both sides of an event, and it delivers any frame that waits behind a false start. A
+//! [`Line`](framelock::Line) counts every byte.
 //!
 //! ```
 //! use framelock::{Line, LineEvent};
@@ -65,12 +66,13 @@
 //! | MAVLink 2 | [`Mavlink2`](mavlink::Mavlink2) | 280 | the same | mavlink.io |
 //! | NMEA 0183 | [`nmea`] | 515 | exclusive or of 8 bits | u-blox's interface descriptions |
 //! | RTCM 3 | [`rtcm`] | 1029 | CRC-24 | RTKLIB |
-//! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | as they have it | |
+//! | UBX, NMEA and RTCM on one line | [`gnss`] | chosen by you | the check of each protocol | |
 //! | six axes | [`motion`] | 16 | its two sync and two terminator bytes | motion platforms |
 //!
-//! All but one are [`Format`](framelock::Format)s for a [`BufferedReceiver`](framelock::BufferedReceiver).
-//! Its documentation says when a frame is delivered, and which frames can be lost. `SixAxes` is a
-//! [`FixedFormat`](framelock::FixedFormat) for the small [`Receiver`](framelock::Receiver).
+//! All of them except `SixAxes` are [`Format`](framelock::Format)s for a
+//! [`BufferedReceiver`](framelock::BufferedReceiver). The documentation of `BufferedReceiver` says when a frame is
+//! delivered, and which frames can be lost. `SixAxes` is a [`FixedFormat`](framelock::FixedFormat) for the small
+//! [`Receiver`](framelock::Receiver).
 //!
 //! The formats find the bytes of each message, check them, and separate the parts that all messages have in common. The
 //! meaning of a CRSF, UBX or MAVLink payload is left to you.
@@ -78,7 +80,8 @@
 //! For a protocol of your own, write down its [`Layout`]; [`classify_by!`] makes it a format. [`AnyOf`] receives several
 //! layouts on one line. In tests, [`check_laws`] and [`check_encoding`] check a format that you write by hand.
 //!
-//! The repository's `docs/costs.md` lists the cost of a byte, in clean streams and in the worst, beside other crates.
+//! The repository's `docs/costs.md` compares the cost of a byte with that of other crates, for clean streams and for the
+//! most expensive ones.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
@@ -106,7 +109,7 @@
     )
 )]
 
-/// The Rust of the guide to a frame of one's own, and of the README, is tested.
+/// Runs the Rust examples of `docs/own-frame.md` and of the README as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/own-frame.md")]
 #[doc = include_str!("../README.md")]
@@ -137,7 +140,7 @@ pub mod ubx;
 mod verification;
 
 pub use any_of::AnyOf;
-// For `classify_by!`, whatever the crate is called where it is used.
+// `classify_by!` names `Classification` through `$crate`, so it also works where this crate has been renamed.
 pub use format_laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 #[doc(hidden)]
 pub use framelock::Classification;
@@ -145,9 +148,12 @@ pub use layout::Layout;
 
 use framelock::EncodeError;
 
-/// In an `impl` of [`Format`](framelock::Format): the longest frame and all questions answered by a layout, a constant; or
-/// by one that the format's value makes, as `classify_by!(LONGEST, |format| ..)`, whose frames are no longer than those
-/// of the first.
+/// Implements the items of [`Format`](framelock::Format) that find frames: `LONGEST`, `classify`, `classify_after` and
+/// `starts`. Use it inside an `impl` of `Format`.
+///
+/// `classify_by!(LAYOUT)` takes a constant layout. `classify_by!(LONGEST, |format| ..)` takes a closure that makes the
+/// layout from the value of the format. `LONGEST` is then a constant layout, and no frame of the made layout may be
+/// longer than the longest frame of `LONGEST`.
 #[macro_export]
 macro_rules! classify_by {
     ($layout:expr) => {

@@ -104,7 +104,8 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink2<'a>(pub &'a [KnownMessage]);
 
-/// MAVLink 1: `FE`, five bytes of header, up to 255 of payload, a CRC-16. It holds messages as [`Mavlink2`] does.
+/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. It contains the known messages, as
+/// [`Mavlink2`] does.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink1<'a>(pub &'a [KnownMessage]);
 
@@ -114,34 +115,34 @@ pub type Receiver1 = framelock::BufferedReceiver<Mavlink1<'static>, [u8; 526]>;
 /// A receiver of MAVLink 2 with a buffer of twice the longest frame.
 pub type Receiver2 = framelock::BufferedReceiver<Mavlink2<'static>, [u8; 560]>;
 
-/// What a MAVLink frame says.
+/// The contents of a MAVLink frame.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Message<'a> {
-    /// Counts the component's frames: a gap shows that some were lost.
+    /// A counter of the component's frames. A gap shows that frames were lost.
     pub sequence: u8,
     /// The sender's system.
     pub system: u8,
     /// The sender's component.
     pub component: u8,
-    /// The message: 24 bits, or 8 of MAVLink 1.
+    /// The message's number: 24 bits, or 8 bits in MAVLink 1.
     pub id: u32,
-    /// Little endian. Senders of MAVLink 2 leave out the zeros at its end.
+    /// The payload, in little endian. Senders of MAVLink 2 leave out trailing zeros.
     pub payload: &'a [u8],
-    /// If the frame is signed.
+    /// The signature, if the frame is signed.
     pub signature: Option<Signature<'a>>,
 }
 
-/// A frame's signature, not verified. It is right if `value` is the beginning of the SHA-256 of secret key and
-/// `signed`, and the timestamp later than the last one of this link, system and component.
+/// A frame's signature, not verified. To verify it, check two conditions. `value` must be the beginning of the SHA-256 of
+/// the secret key followed by `signed`. The timestamp must be later than the last one of this link, system and component.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Signature<'a> {
     /// The sender's link.
     pub link: u8,
-    /// 48 bits: units of 10 µs since the beginning of 2015, UTC.
+    /// The time in units of 10 µs since the beginning of 2015, UTC: 48 bits.
     pub timestamp: u64,
     /// The signature itself.
     pub value: [u8; 6],
-    /// The frame up to `value`.
+    /// The bytes of the frame before `value`.
     pub signed: &'a [u8],
 }
 
@@ -230,7 +231,7 @@ fn signature<'a>(frame: &'a [u8], tail: &[u8]) -> Option<Signature<'a>> {
 }
 
 impl EncodeInto for Mavlink1<'_> {
-    /// Fails for messages that the format does not hold, and for payloads that are longer than theirs.
+    /// Fails for messages that the format does not contain, and for payloads that are too long for their message.
     fn encode_into<'b>(
         &self,
         message: Message<'_>,
@@ -248,14 +249,14 @@ impl EncodeInto for Mavlink1<'_> {
 }
 
 impl EncodeInto for Mavlink2<'_> {
-    /// Writes an unsigned frame. Fails for messages that the format does not hold, and for payloads that are
-    /// longer than theirs.
+    /// Writes an unsigned frame. Fails for messages that the format does not contain, and for payloads that are too long
+    /// for their message.
     fn encode_into<'b>(
         &self,
         message: Message<'_>,
         into: &'b mut [u8],
     ) -> Result<&'b [u8], EncodeError> {
-        // Zeros at the end are left out, except the first byte.
+        // Trailing zeros are left out, but the first byte of the payload is always sent.
         let zeros = message.payload.iter().skip(1).rev();
         let zeros = zeros.take_while(|&&byte| byte == 0).count();
         let (payload, _) = message

@@ -5,14 +5,14 @@ use framelock::{Encode, FixedFormat, Shape};
 
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Patterns};
 
-/// What a [`Bin`](framelock::motion::Bin) frame looks like, for receivers of any layout.
+/// The layout of a [`Bin`](framelock::motion::Bin) frame, for receivers of any layout.
 pub const BIN: Layout<'static> = Layout::builder()
     .sync(Patterns::one(b"AB"))
     .longest(7)
     .terminator(Patterns::one(b"\r"))
     .build_const();
 
-/// What a [`BinCrc8`](framelock::motion::BinCrc8) frame looks like, for receivers of any layout.
+/// The layout of a [`BinCrc8`](framelock::motion::BinCrc8) frame, for receivers of any layout.
 pub const BIN_CRC8: Layout<'static> = BIN
     .to_builder()
     .shortest(8)
@@ -28,7 +28,7 @@ pub const BIN_CRC8: Layout<'static> = BIN
     )
     .build_const();
 
-/// What a frame of six axes looks like, for receivers of any layout: see [`SixAxes`].
+/// The layout of a frame of six axes, for receivers of any layout: see [`SixAxes`].
 pub const SIX_AXES: Layout<'static> = Layout::builder()
     .sync(Patterns::one(&[0xFF, 0xFF]))
     .longest(16)
@@ -37,14 +37,14 @@ pub const SIX_AXES: Layout<'static> = Layout::builder()
 
 /// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
 ///
-/// The numbers are little endian, 0 to 65 535 over an axis's travel; those of [`SixAxesBigEndian`] have the
-/// highest byte first. Both are for the small [`Receiver`](framelock::Receiver), which delivers each frame
-/// with its last byte.
+/// The numbers are little endian and run from 0 to 65 535 over an axis's travel. [`SixAxesBigEndian`] has big-endian
+/// numbers instead. Both formats are for the small [`Receiver`](framelock::Receiver), which delivers each frame with its
+/// last byte.
 ///
-/// There is no checksum: what is checked is the first two bytes and the last two, and axes may look like
-/// either. So report the idle gap behind each frame as a [`LineEvent`](framelock::LineEvent).
+/// There is no checksum. Only the first two and the last two bytes are checked, and the bytes of an axis may equal
+/// them. Therefore report the idle gap after each frame as a [`LineEvent`](framelock::LineEvent).
 ///
-/// Source: no standard; what motion software is set up to send for six axes of 16 bits.
+/// Source: there is no standard. Motion software can be configured to send this frame for six axes of 16 bits.
 ///
 /// # Examples
 /// ```
@@ -58,7 +58,7 @@ pub const SIX_AXES: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct SixAxes;
 
-/// [`SixAxes`] with the highest byte of each number first.
+/// [`SixAxes`] with big-endian numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct SixAxesBigEndian;
 

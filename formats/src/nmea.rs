@@ -4,7 +4,7 @@ use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{Algorithm, Checksum, Encoding, FixedBits, Layout, Length, Patterns};
 
-/// What an NMEA 0183 sentence looks like: see [`Nmea`].
+/// The layout of an NMEA 0183 sentence: see [`Nmea`].
 pub const LAYOUT: Layout<'static> = Layout::builder()
     .sync(Patterns::any_byte_of(b"$!"))
     .length(Length::Delimiter)
@@ -25,13 +25,14 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
     .build_const();
 
 /// NMEA 0183, the text of satellite receivers and ships: `$` or `!`, a sentence, `*`, its checksum in two
-/// hexadecimal digits, and CR LF; or LF alone, or CR CR LF, as logs have them. The line has 4 800 baud, or as many as the receiver is set to.
+/// hexadecimal digits, and CR LF. LF alone and CR CR LF are accepted too, because logs contain them. The line has 4 800
+/// baud, unless the receiver is configured otherwise.
 ///
-/// Sentences without a checksum are none. The standard has sentences of up to 82 bytes; receivers send longer ones, such
-/// as 424 bytes of PUBX,03, so sentences of up to 512 bytes are accepted. A sentence consists of printable characters
-/// without `$` and `!`: either begins another sentence.
+/// Sentences without a checksum are rejected. The standard allows sentences of up to 82 bytes. Receivers send longer
+/// sentences, such as PUBX,03 with 424 bytes, so sentences of up to 512 bytes are accepted. A sentence consists of
+/// printable characters except `$` and `!`, which begin another sentence.
 ///
-/// The checksum is an exclusive or: it notices each single wrong bit, and lets one in 256 random sentences pass.
+/// The checksum is an exclusive or. It detects each single wrong bit. One in 256 random sentences passes undetected.
 ///
 /// Source: the standard is sold; u-blox F9 HPG 1.32 Interface Description, UBX-22008968, "NMEA frame structure".
 ///
@@ -55,7 +56,7 @@ pub type Receiver = framelock::BufferedReceiver<Nmea, [u8; 1030]>;
 
 impl Format for Nmea {
     crate::classify_by!(LAYOUT);
-    /// What is between the first byte and the `*`.
+    /// The text between the first byte and the `*`.
     type Message<'a> = &'a [u8];
 
     #[inline]
@@ -66,8 +67,8 @@ impl Format for Nmea {
 }
 
 impl EncodeInto for Nmea {
-    /// Writes CR LF at the end. Fails for frames of more than 515 bytes, and for sentences that contain anything but
-    /// printable characters, or `$` or `!`.
+    /// Ends the frame with CR LF. Fails for frames of more than 515 bytes, and for sentences that contain `$`, `!` or a
+    /// character that is not printable.
     fn encode_into<'b>(
         &self,
         sentence: &[u8],

@@ -10,7 +10,7 @@ use crate::layout::{
     Patterns,
 };
 
-/// What an RTCM 3 frame looks like: see [`Rtcm`].
+/// The layout of an RTCM 3 frame: see [`Rtcm`].
 pub const LAYOUT: Layout<'static> = Layout::builder()
     .sync(Patterns::one(&[0xD3]))
     .length(Length::Field(
@@ -30,7 +30,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 /// RTCM 3, corrections for satellite receivers: `D3`, six zero bits, a length of ten bits, up to 1 023 bytes of
 /// payload, a CRC of 24 bits.
 ///
-/// The CRC notices every burst of up to 24 wrong bits, and lets one in 16 777 216 random frames pass.
+/// The CRC detects every burst of up to 24 wrong bits. One in 16 777 216 random frames passes undetected.
 ///
 /// Source: the standard is sold; SNIP, "RTCM 3 message list", and RTKLIB's rtcm.c agree on the frame.
 ///
@@ -54,10 +54,10 @@ pub struct Rtcm;
 /// A receiver with a buffer of twice the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Rtcm, [u8; 2058]>;
 
-/// What an RTCM 3 frame says.
+/// The contents of an RTCM 3 frame.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Message<'a> {
-    /// 0 to 1 023 bytes. Its fields are of any number of bits, the highest first.
+    /// The payload, 0 to 1 023 bytes. Its fields may have any number of bits, and their highest bit comes first.
     pub payload: &'a [u8],
 }
 
@@ -72,7 +72,7 @@ impl fmt::Display for Message<'_> {
 }
 
 impl Message<'_> {
-    /// The message's number, its first twelve bits, if it has any.
+    /// Returns the message's number: the first twelve bits of the payload, or `None` if the payload is shorter.
     #[must_use]
     pub fn number(&self) -> Option<u16> {
         let bytes = self.payload.first_chunk()?;

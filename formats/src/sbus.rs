@@ -6,7 +6,7 @@ use framelock::{EncodeError, EncodeInto, Format};
 
 use crate::layout::{FixedBits, Layout, Patterns};
 
-/// What an SBUS frame looks like: see [`Sbus`].
+/// The layout of an SBUS frame: see [`Sbus`].
 pub const LAYOUT: Layout<'static> = Layout::builder()
     .sync(Patterns::one(&[0x0F]))
     .longest(25)
@@ -17,10 +17,10 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 /// Futaba's SBUS: 25 bytes, `0F`, sixteen channels of 11 bits, flags, `00`. The line has 100 000 baud, even
 /// parity and two stop bits, and is inverted.
 ///
-/// **SBUS has no checksum**: a wrong byte in a channel goes unnoticed, and channels may look like a frame's
-/// beginning or end. What is checked is the first byte, that the flags' four unused bits are zero, and the last
-/// byte: 00, or 04, 14, 24 or 34 of SBUS2. So report parity errors, and the idle gap behind each frame, as
-/// [`LineEvent`](framelock::LineEvent)s.
+/// **SBUS has no checksum**: a wrong byte in a channel goes unnoticed, and the bytes of channels may look like a frame's
+/// beginning or end. Three things are checked: the first byte, the four unused bits of the flags, which must be zero,
+/// and the last byte, which must be 00, or 04, 14, 24 or 34 in SBUS2. Therefore report parity errors, and the idle gap
+/// after each frame, as [`LineEvent`](framelock::LineEvent)s.
 ///
 /// Source: Futaba has published nothing. PX4 and Betaflight agree on the layout:
 /// <https://github.com/PX4/PX4-Autopilot/blob/main/src/lib/rc/sbus.cpp>,
@@ -44,16 +44,16 @@ pub struct Sbus;
 /// A receiver with a buffer of twice the longest frame.
 pub type Receiver = framelock::BufferedReceiver<Sbus, [u8; 50]>;
 
-/// What an SBUS frame says.
+/// The contents of an SBUS frame.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Message {
     /// Channels 1 to 16: 0 to 2047. Most transmitters use 172 to 1811, with 992 in the middle.
     pub channels: [u16; 16],
     /// Channels 17 and 18, on or off.
     pub digital: [bool; 2],
-    /// The radio missed a frame; the channels are those of an earlier one.
+    /// True if the radio missed a frame. The channels then repeat an earlier frame.
     pub frame_lost: bool,
-    /// The radio has lost its transmitter; the channels are what it was set up to send then.
+    /// True if the radio has lost its transmitter. The channels then have the values configured for this case.
     pub failsafe: bool,
 }
 
@@ -103,11 +103,12 @@ impl EncodeInto for Sbus {
     }
 }
 
-/// Bytes of sixteen channels of 11 bits, the lowest bits first. CRSF packs them in the same way.
+/// The number of bytes that sixteen channels of 11 bits occupy, with the lowest bits first. CRSF packs channels in the
+/// same way.
 pub(crate) const CHANNEL_BYTES: usize = 22;
 
-/// Unpacks the sixteen channels. Channel `n` has the bits from `11 * n` on. Eight channels have eleven bytes, which are
-/// read as three words: they begin with the bits 0, 32 and 56.
+/// Unpacks the sixteen channels. Channel `n` begins at bit `11 * n`. Each eight channels occupy eleven bytes, which are
+/// read as three words. These words begin at the bits 0, 32 and 56.
 #[inline]
 pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES], channels: &mut [u16; 16]) {
     for (eight, half) in channels.chunks_exact_mut(8).zip(bytes.chunks_exact(11)) {

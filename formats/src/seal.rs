@@ -7,11 +7,11 @@ use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 
 impl Layout<'_> {
     /// Makes bytes a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other bytes as
-    /// they are. Writes the first sync and terminator, unless the frame already has a valid one. Set the bits that
-    /// announce a trailer before, and append the trailer to the frame.
+    /// they are. Writes the first sync and terminator, unless the frame already has a valid one. If the frame has a
+    /// trailer, set the bits that announce it before this call, and append the trailer to the frame.
     ///
-    /// Says whether it is a frame then. It is none if no frame has so many bytes, if there is no such message, if a
-    /// terminator stands where none may, or if a byte is not allowed as content.
+    /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
+    /// if there is a terminator before the end, or if a byte is not allowed as content.
     pub fn seal(&self, frame: &mut [u8]) -> bool {
         self.write(frame);
         self.classify(frame) == Classification::Frame(frame.len())
@@ -34,7 +34,7 @@ impl Layout<'_> {
                 *byte = *byte & !bits.mask | bits.value & bits.mask;
             }
         }
-        // Otherwise it ends with another terminator.
+        // Otherwise the frame already ends with one of the other terminators.
         if length == frame.len() {
             let end = length.saturating_sub(self.terminator.length);
             self.terminator.write(frame, end);
@@ -46,7 +46,7 @@ impl Layout<'_> {
 }
 
 impl Patterns<'_> {
-    /// Writes the first of them, unless one is there.
+    /// Writes the first pattern at `at`, unless one of the patterns is already there.
     fn write(&self, frame: &mut [u8], at: usize) {
         let place = frame
             .get_mut(at..)
@@ -55,14 +55,14 @@ impl Patterns<'_> {
             return;
         };
         if !self.are(place) {
-            // In the proofs of any layout they may have different lengths.
+            // The two lengths may differ in the proofs about arbitrary layouts.
             fill(place, first.iter().copied());
         }
     }
 }
 
 impl LengthField {
-    /// Writes the number that tells the frame's length, and leaves the bits that do not count.
+    /// Writes the number that encodes the frame's length, and leaves the bits outside the mask unchanged.
     fn write(&self, frame: &mut [u8]) {
         let counted = i64::try_from(frame.len()).unwrap_or(i64::MAX);
         let counted = counted.wrapping_sub(self.plus.into());

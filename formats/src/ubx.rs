@@ -9,7 +9,7 @@ use crate::layout::{
     Algorithm, ByteOrder, Checksum, Layout, Length, LengthField, Number, Patterns,
 };
 
-/// What a UBX frame looks like, up to the longest that the protocol allows: see [`Ubx`].
+/// The layout of a UBX frame, up to the longest that the protocol allows: see [`Ubx`].
 pub const LAYOUT: Layout<'static> = Layout::builder()
     .sync(Patterns::one(&[0xB5, 0x62]))
     .length(Length::Field(
@@ -23,15 +23,15 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
     )
     .build_const();
 
-/// u-blox's UBX: `B5 62`, class, id, a length of 16 bits, little endian, payload, and a Fletcher checksum
-/// of two bytes of all that but the sync.
+/// u-blox's UBX: `B5 62`, class, id, a 16-bit length in little endian, the payload, and a checksum. The checksum is a
+/// Fletcher checksum of two bytes, which covers everything except the sync.
 ///
-/// `LONGEST` is the longest frame in bytes, eight more than its payload; a header with a greater length
-/// begins no frame. Choose what the messages that you switch on need, 100 for NAV-PVT,
-/// 2 072 for RXM-RAWX with 64 measurements: it is memory, and how late a frame may come behind a false beginning.
-/// The protocol allows 65 543.
+/// `LONGEST` is the length in bytes of the longest frame, eight more than its payload. Headers with a greater length are
+/// rejected. Choose `LONGEST` for the messages that you enable: 100 for NAV-PVT, 2 072 for RXM-RAWX with 64
+/// measurements. It determines the size of the buffer, and how long a frame may be delayed after a false start. The
+/// protocol allows 65 543.
 ///
-/// The checksum notices each single wrong byte, and lets one in 65 536 random frames pass.
+/// The checksum detects each single wrong byte. One in 65 536 random frames passes undetected.
 ///
 /// Source: u-blox F9 HPG 1.32 Interface Description, UBX-22008968, "UBX frame structure", "UBX checksum".
 ///
@@ -52,14 +52,14 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Ubx<const LONGEST: usize>;
 
-/// What a UBX frame says.
+/// The contents of a UBX frame.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Message<'a> {
     /// The group of messages, such as 0x01 for NAV.
     pub class: u8,
     /// The message in the group.
     pub id: u8,
-    /// Numbers in it are little endian.
+    /// The payload. Its numbers are little endian.
     pub payload: &'a [u8],
 }
 
