@@ -49,7 +49,7 @@ fn main() -> ! {
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
     // The instruction cache is off after a reset, and flash has wait states.
     chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
-    // Start the watchdog before the program waits for anything.
+    // Before anything is waited for.
     let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
         SCB::sys_reset()
     };
