@@ -1,4 +1,4 @@
-//! The time in microseconds (TIMER0), its tick, and the sleep of the main loop until the tick.
+//! The time in microseconds (TIMER0), the tick, and the main loop's sleep until the next tick.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,7 +8,7 @@ use nrf52840_hal::pac::{TIMER0, interrupt};
 
 static IS_WOKEN: AtomicBool = AtomicBool::new(false);
 
-/// Lets a timer count microseconds, from 0.
+/// Starts a timer that counts microseconds, from 0.
 pub(crate) fn count_microseconds(timer: &RegisterBlock) {
     timer.mode.write(|w| w.mode().timer());
     timer.bitmode.write(|w| w.bitmode()._32bit());
@@ -18,33 +18,33 @@ pub(crate) fn count_microseconds(timer: &RegisterBlock) {
     timer.tasks_start.write(|w| w.tasks_start().set_bit());
 }
 
-/// The count now, which wraps after 71 minutes. It comes by way of CC\[0\].
+/// Returns the timer's count, which wraps after 71 minutes. Reading it overwrites CC\[0\].
 pub(crate) fn microseconds(timer: &RegisterBlock) -> u32 {
     timer.tasks_capture[0].write(|w| w.tasks_capture().set_bit());
     timer.cc[0].read().bits()
 }
 
-/// The time.
+/// The clock: microseconds since it was started.
 pub(crate) struct Clock {
     timer: TIMER0,
 }
 
 impl Clock {
-    /// Starts at 0.
+    /// Starts the clock at 0.
     pub(crate) fn start(timer: TIMER0) -> Self {
         count_microseconds(&timer);
         timer.intenset.write(|w| w.compare1().set());
         Self { timer }
     }
 
-    /// The time now.
+    /// Returns the current time.
     pub(crate) fn now(&self) -> u32 {
         microseconds(&self.timer)
     }
 
-    /// Wakes the main loop at that time, or now if it is over.
+    /// Wakes the main loop at `time`, or now if `time` has passed.
     pub(crate) fn wake_at(&self, time: u32) {
-        // SAFETY: any value is a time.
+        // SAFETY: every value is a valid time.
         self.timer.cc[1].write(|w| unsafe { w.bits(time) });
         if self.now().wrapping_sub(time) <= u32::MAX / 2 {
             wake();
@@ -52,24 +52,25 @@ impl Clock {
     }
 }
 
-/// The tick, for the main loop.
+/// Wakes the main loop for its tick.
 #[interrupt]
 fn TIMER0() {
-    // SAFETY: the only register written here is the event's own, which nothing else touches, and
-    // writing 0 to it only withdraws the interrupt request.
+    // SAFETY: only the event's register is written. Nothing else uses it, and writing 0 to it only withdraws
+    // the interrupt request.
     unsafe { (*TIMER0::ptr()).events_compare[1].reset() };
     wake();
 }
 
-/// Wakes the main loop; from a handler.
+/// Wakes the main loop. Handlers may call this function.
 pub(crate) fn wake() {
     IS_WOKEN.store(true, Ordering::Relaxed);
 }
 
-/// Sleeps until [`wake`], or not at all if it was called since the last sleep. Handlers run meanwhile.
+/// Sleeps until [`wake`] is called. Returns at once if [`wake`] was called since the last sleep. Handlers run
+/// during the sleep.
 pub(crate) fn sleep() {
-    // With interrupts off between look and sleep, none can slip in and be slept through: one that is
-    // pending ends the sleep all the same.
+    // Interrupts are off between the check and `wfi`, so no handler can set the flag between the two and be
+    // missed. A pending interrupt ends `wfi` even with interrupts off.
     while free(|_| {
         let sleeps = !IS_WOKEN.load(Ordering::Relaxed);
         if sleeps {
@@ -77,6 +78,6 @@ pub(crate) fn sleep() {
         }
         sleeps
     }) {}
-    // What woke it is looked at only now.
+    // Clear the flag before the caller checks for work, so that a later `wake` is not lost.
     IS_WOKEN.store(false, Ordering::Relaxed);
 }

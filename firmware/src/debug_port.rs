@@ -1,8 +1,8 @@
-//! The debug port and the reset button, which an erased chip is without.
+//! The debug port and the reset button, neither of which works on an erased chip.
 //!
-//! Chips of build code F and later close the debug port at every reset, unless UICR.APPROTECT says 0x5A
-//! by then and the firmware writes the same to APPROTECT.DISABLE. UICR is flash: a word of it is
-//! written once, counts from the next reset on, and only erasing the whole chip brings it back.
+//! Chips of build code F and later close the debug port at every reset, unless UICR.APPROTECT already contains
+//! 0x5A and the firmware writes the same value to APPROTECT.DISABLE. UICR is flash: each of its words is
+//! written once and takes effect at the next reset. Only erasing the whole chip restores it.
 
 use cortex_m::peripheral::SCB;
 use nrf52840_hal::pac::{FICR, NVMC, UICR};
@@ -13,25 +13,25 @@ use crate::settings::{KEEP_DEBUGGABLE, RESET_PIN};
 const CLOSES_BY_ITSELF: u8 = b'F';
 /// POWER's register APPROTECT.DISABLE, which the PAC does not have.
 const APPROTECT_DISABLE: *mut u32 = 0x4000_0558 as *mut u32;
-/// What keeps the port open, in both places.
+/// The value that keeps the port open, in both registers.
 const OPEN: u32 = 0x5A;
 const ERASED: u32 = u32::MAX;
 
-/// Opens the debug port until the next reset, and writes those words of UICR that are erased. If it
-/// wrote any it resets the chip, so that they count.
+/// Opens the debug port until the next reset, and writes the words of UICR that are still erased. If it has
+/// written any word, it resets the chip so that the word takes effect.
 pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
     if !KEEP_DEBUGGABLE {
         return;
     }
     let mut is_new = false;
-    // Four letters, the build code in the last two: "AAF0".
+    // The variant has four letters, for example "AAF0"; the last two are the build code.
     let [_, build_code, ..] = ficr.info.variant.read().bits().to_le_bytes();
     if build_code >= CLOSES_BY_ITSELF {
-        // SAFETY: a register of its own on these chips; all that it does is open the debug port.
+        // SAFETY: these chips have this register, and writing it only opens the debug port.
         unsafe { APPROTECT_DISABLE.write_volatile(OPEN) };
         is_new |= write_once(nvmc, uicr.approtect.as_ptr(), OPEN);
     }
-    // The pin counts if both say the same.
+    // The chip uses the reset pin only if both words contain the same number.
     for word in &uicr.pselreset {
         is_new |= write_once(nvmc, word.as_ptr(), RESET_PIN);
     }
@@ -40,11 +40,11 @@ pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
     }
 }
 
-/// Writes a word of UICR if it is erased. Returns whether it did, and the word is there: one that
-/// could not be written must not lead to a reset at every start.
+/// Writes a word of UICR if it is erased. Returns true only if the word now reads as `value`: a word that
+/// cannot be written must not cause a reset at every start.
 #[inline(never)]
 fn write_once(nvmc: &NVMC, word: *mut u32, value: u32) -> bool {
-    // SAFETY: a register's address, from the PAC.
+    // SAFETY: the address is that of a register, from the PAC.
     if unsafe { word.read_volatile() } != ERASED {
         return false;
     }

@@ -1,4 +1,4 @@
-//! The self-test's wire, without interrupts: UARTE1 sends, UARTE0 receives, 1 Mbaud.
+//! The self-test's loopback wire: UARTE1 sends and UARTE0 receives, at 1 Mbaud and without interrupts.
 
 use core::sync::atomic::{AtomicU8, Ordering, compiler_fence};
 
@@ -11,17 +11,17 @@ use nrf52840_hal::pac::{UARTE0, UARTE1};
 use crate::receive::connect;
 use crate::settings::InputPin;
 
-/// A byte at 1 Mbaud, in cycles.
+/// Duration of a byte at 1 Mbaud, in cycles.
 pub(crate) const BYTE: u32 = 640;
-/// Longer than anything takes that comes at all, in cycles: 5 ms.
+/// Time limit for waiting, in cycles: 5 ms. An event that comes at all comes within this time.
 const LONG: u32 = 5 * 64_000;
 
-/// Lets that many cycles pass.
+/// Waits for this number of cycles.
 pub(crate) fn pause(cycles: u32) {
     wait(cycles, || false);
 }
 
-/// Waits until that is so, but not longer: cycles until then.
+/// Waits until `is_so` returns true. Returns the cycles waited, or `None` after `longest` cycles.
 pub(crate) fn wait(longest: u32, is_so: impl Fn() -> bool) -> Option<u32> {
     let began = DWT::cycle_count();
     loop {
@@ -35,13 +35,13 @@ pub(crate) fn wait(longest: u32, is_so: impl Fn() -> bool) -> Option<u32> {
     }
 }
 
-/// UARTE1's transmitter. What it sends is in RAM.
+/// UARTE1's transmitter. It can only send bytes that are in RAM.
 pub(crate) struct Sender(UARTE1);
 
 impl Sender {
     #[expect(clippy::needless_pass_by_value, reason = "the pin is given up here")]
     pub(crate) fn new(uarte: UARTE1, pin: Pin<Output<PushPull>>) -> Self {
-        // SAFETY: the value is a pin's own, and the pin is given up here.
+        // SAFETY: the value comes from a pin, and this function consumes the pin.
         uarte.psel.txd.write(|w| unsafe { w.bits(pin.psel_bits()) });
         uarte.enable.write(|w| w.enable().enabled());
         let sender = Self(uarte);
@@ -53,10 +53,10 @@ impl Sender {
         self.0.baudrate.write(|w| w.baudrate().variant(baud));
     }
 
-    /// Sends these bytes; meanwhile that is done. Returns when the last stop bit is over.
+    /// Sends these bytes and calls `meanwhile` during the transmission. Returns after the last stop bit.
     pub(crate) fn send(&self, bytes: &[u8], meanwhile: impl FnOnce()) {
         self.0.events_endtx.reset();
-        // SAFETY: the place and length of the bytes, which are borrowed until they are sent.
+        // SAFETY: the address and length are those of `bytes`, which are borrowed until they are sent.
         unsafe {
             self.0.txd.ptr.write(|w| w.bits(bytes.as_ptr() as u32));
             self.0.txd.maxcnt.write(|w| w.bits(bytes.len() as u32));
@@ -67,8 +67,8 @@ impl Sender {
         pause(2 * BYTE);
     }
 
-    /// Sends a byte with an even parity bit. A receiver that expects none takes it for the stop bit:
-    /// a bad one, if the byte has an even number of ones.
+    /// Sends a byte with an even parity bit. A receiver that expects no parity takes this bit for the stop bit.
+    /// It sees a bad stop bit if the byte has an even number of ones.
     pub(crate) fn send_with_parity(&self, byte: &[u8]) {
         self.0.config.write(|w| w.parity().included());
         self.send(byte, || {});
@@ -76,10 +76,10 @@ impl Sender {
     }
 }
 
-/// Where UARTE0 puts a byte.
+/// The byte in RAM to which UARTE0 writes.
 static BYTE_IN_MEMORY: AtomicU8 = AtomicU8::new(0);
 
-/// UARTE0's receiver, by transfers of one byte.
+/// UARTE0's receiver, which uses one-byte transfers.
 pub(crate) struct Receiver<'a>(&'a RegisterBlock);
 
 impl<'a> Receiver<'a> {
@@ -90,7 +90,7 @@ impl<'a> Receiver<'a> {
         receiver
     }
 
-    /// Off and on: nothing is held, no error is said, and a transfer is open.
+    /// Switches the receiver off and on. Afterwards the FIFO is empty, no error is set, and a transfer is open.
     pub(crate) fn switch_on(&self) {
         self.0.enable.write(|w| w.enable().disabled());
         self.0.enable.write(|w| w.enable().enabled());
@@ -104,7 +104,7 @@ impl<'a> Receiver<'a> {
         (self.0.tasks_startrx).write(|w| w.tasks_startrx().set_bit());
     }
 
-    /// Whether a transfer is over; clears that.
+    /// Returns whether a transfer has ended, and clears ENDRX.
     pub(crate) fn ended(&self) -> bool {
         let ended = self.0.events_endrx.read().bits() != 0;
         if ended {
@@ -113,20 +113,20 @@ impl<'a> Receiver<'a> {
         ended
     }
 
-    /// Waits until a transfer is over: cycles until then.
+    /// Waits until a transfer ends. Returns the cycles waited, or `None` if it does not end.
     pub(crate) fn end(&self) -> Option<u32> {
         let end = wait(LONG, || self.0.events_endrx.read().bits() != 0);
         self.0.events_endrx.reset();
         end
     }
 
-    /// The byte that the last transfer brought.
+    /// Returns the byte that the last transfer stored.
     pub(crate) fn byte() -> u8 {
         compiler_fence(Ordering::SeqCst);
         BYTE_IN_MEMORY.load(Ordering::Relaxed)
     }
 
-    /// ERRORSRC, which is cleared.
+    /// Returns ERRORSRC and clears it.
     pub(crate) fn causes(&self) -> u32 {
         let causes = self.0.errorsrc.read().bits();
         // SAFETY: writing 1 to a cause clears it.
@@ -135,9 +135,9 @@ impl<'a> Receiver<'a> {
         causes
     }
 
-    /// Writes to ERRORSRC. Returns the causes that are left.
+    /// Writes to ERRORSRC. Returns the causes that are still set.
     pub(crate) fn clear(&self, causes: u32) -> u32 {
-        // SAFETY: whatever is written clears causes, or does nothing.
+        // SAFETY: writing any value only clears causes or has no effect.
         (self.0.errorsrc).write(|w| unsafe { w.bits(causes) });
         self.0.errorsrc.read().bits()
     }
@@ -156,7 +156,7 @@ impl<'a> Receiver<'a> {
         wait(LONG, || self.0.events_rxto.read().bits() != 0)
     }
 
-    /// How often ERROR comes in that many cycles.
+    /// Counts how often ERROR comes within this number of cycles.
     pub(crate) fn errors_in(&self, cycles: u32) -> u32 {
         let began = DWT::cycle_count();
         let mut errors = 0;

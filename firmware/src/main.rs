@@ -1,11 +1,11 @@
-//! framelock on the nRF52840: setpoints in by UARTE0, three servos out by PWM0.
+//! framelock on the nRF52840: UARTE0 receives setpoints, and PWM0 drives three servos.
 //!
 //! ```text
 //!  UARTE0 ──► receive handler ──► setpoint ──► main loop: failsafe ──► servos, LEDs, log, watchdog
 //! ```
 //!
-//! Who owns what: the receive handler owns the receiver, and hands the main loop one word, the
-//! setpoint; the main loop owns all the rest.
+//! The receive handler owns the receiver and passes one word, the setpoint, to the main loop.
+//! The main loop owns everything else.
 #![no_std]
 #![no_main]
 
@@ -33,7 +33,7 @@ use crate::setpoint::Published;
 use crate::settings::{FAILSAFE, Line, TICK};
 use crate::telemetry::{COUNTERS, Leds};
 
-/// From one log of the counters to the next, in microseconds.
+/// Interval between two log entries of the counters, in microseconds.
 const LOG_EVERY: u32 = 1_000_000;
 
 #[entry]
@@ -41,20 +41,20 @@ fn main() -> ! {
     static mut WIDTHS: [[u16; 4]; 2] = [[0; 4]; 2];
     static mut LINE: Line = receive::NOTHING_YET;
 
-    // Both are there at the start and cannot be refused; were they, a reset is all there is to do.
+    // Nothing has taken the peripherals yet, so neither call can fail. If one did, only a reset could help.
     let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), pac::CorePeripherals::take())
     else {
         SCB::sys_reset()
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
-    // It is off after a reset, and flash has wait states.
+    // The instruction cache is off after a reset, and flash has wait states.
     chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
     // Before anything is waited for.
     let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
         SCB::sys_reset()
     };
-    // The crystal: the UARTE's baud rate is only as accurate as this clock. If it does not start, the
-    // watchdog bites.
+    // Start the crystal, because the UARTE's baud rate is only as accurate as this clock. If the crystal
+    // does not start, the watchdog resets the chip.
     let _clocks = Clocks::new(chip.CLOCK).enable_ext_hfosc();
     let reset_cause = reset::cause(&chip.POWER);
     telemetry::booted(reset_cause);
@@ -63,7 +63,7 @@ fn main() -> ! {
     let clock = Clock::start(chip.TIMER0);
     let output = reset::last_output().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
-    // In place: to move it out of the result would take more flash than the failsafe does.
+    // The failsafe stays inside the result: moving it out would take more flash than the failsafe itself.
     let Ok(failsafe) = &mut Failsafe::resumed(FAILSAFE, now, output) else {
         SCB::sys_reset() // The settings assert the same at compile time.
     };
@@ -76,7 +76,8 @@ fn main() -> ! {
     let mut lock = Lock::default();
     let mut line_break = LineBreak::default();
     let mut logged_at = now;
-    // Once a tick. A setpoint waits for it: the pulses that it changes are handed over less often.
+    // One pass per tick. A new setpoint waits for the next tick, which costs nothing: the PWM takes new
+    // pulse widths less often than that.
     loop {
         let now = clock.now();
         clock.wake_at(now.wrapping_add(TICK));
@@ -101,7 +102,7 @@ fn main() -> ! {
     }
 }
 
-/// In lock: frames come, and nothing was dropped since the last one.
+/// The lock: held while frames arrive and no byte was discarded since the last frame.
 #[derive(Default)]
 struct Lock {
     held: bool,
@@ -125,7 +126,8 @@ impl Lock {
     }
 }
 
-/// How long breaks last: the ticks at which the line is low, since a break was reported and before a byte came.
+/// Measures how long breaks last. It counts the ticks at which the line is low, from the report of a break
+/// until the next byte arrives.
 #[derive(Default)]
 struct LineBreak {
     lasts: bool,
@@ -145,14 +147,15 @@ impl LineBreak {
     }
 }
 
-/// The receiver's handlers before the tick's, and not before each other.
+/// Sets the interrupt priorities and unmasks the interrupts. The receiver's two handlers share one priority,
+/// which is higher than that of the tick's handler.
 fn unmask_interrupts(nvic: &mut NVIC) {
     for (interrupt, priority) in [
         (Interrupt::UARTE0_UART0, 1 << 5),
         (Interrupt::TIMER2, 1 << 5),
         (Interrupt::TIMER0, 2 << 5),
     ] {
-        // SAFETY: no critical section relies on priorities, and all that the handlers need is set up.
+        // SAFETY: no critical section relies on priorities, and everything that the handlers need is set up.
         unsafe {
             nvic.set_priority(interrupt, priority);
             NVIC::unmask(interrupt);

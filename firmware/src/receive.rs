@@ -1,7 +1,8 @@
-//! Receiving without end: UARTE0, an interrupt for each byte, one step of the receiver in it.
+//! Continuous reception with UARTE0: each byte causes one interrupt, and its handler does one step of the
+//! receiver.
 //!
-//! What is decided, and why it is right, is in [`framelock_reception`]; here are the registers behind
-//! it, the handlers, and the way to the receiver.
+//! The decisions, and the reasons why they are right, are in [`framelock_reception`]. This module contains
+//! the register accesses, the handlers, and the access to the receiver.
 
 use core::cell::RefCell;
 use core::sync::atomic::AtomicU8;
@@ -17,18 +18,20 @@ use crate::settings::{GAP_AFTER, InputPin, Line, NONE_WAITS_AFTER, Parser, baud_
 use crate::telemetry::COUNTERS;
 use crate::{clock, setpoint};
 
-/// Where EasyDMA puts each byte.
+/// The byte in RAM to which EasyDMA writes.
 static BYTE: AtomicU8 = AtomicU8::new(NO_BYTE);
 
-/// Where TIMER2 has the time in which a byte that waits is stored, since a transfer was opened.
+/// The compare register of TIMER2 that holds [`NONE_WAITS_AFTER`]: within this time after a transfer was opened,
+/// the UARTE stores a byte that waits in the FIFO.
 const NONE_WAITS: usize = 1;
 
-/// The receiver and all that it owns. Its two handlers have one priority, so neither interrupts the
-/// other; the main loop looks with interrupts off. The cell checks both, at no risk and little cost.
+/// The receiver and everything that it owns. Its two handlers have the same priority, so neither interrupts
+/// the other, and the main loop accesses the receiver with interrupts off. The cell checks at run time that
+/// the accesses never overlap.
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
-/// Nothing has come yet. A constant, so that it is there at the start: to copy it into place would
-/// take more flash than the receiver does.
+/// The receiver's state before the first byte. It is a constant, so that it can initialise a `static`: copying
+/// it into place would take more flash than the receiver itself.
 pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
 type Reception = framelock_reception::Reception<NONE_WAITS_AFTER, GAP_AFTER>;
@@ -40,10 +43,11 @@ struct Hardware {
     line: &'static mut Line,
 }
 
-/// Begins to receive. Bytes come from here on, and to the handlers once they are unmasked.
+/// Starts the reception. The UARTE stores bytes from here on, and the handlers process them as soon as their
+/// interrupts are unmasked.
 pub(crate) fn start(uarte: UARTE0, timer: TIMER2, pin: &InputPin, line: &'static mut Line) {
     clock::count_microseconds(&timer);
-    // SAFETY: any value is a time.
+    // SAFETY: every value is a valid time.
     timer.cc[NONE_WAITS].write(|w| unsafe { w.bits(NONE_WAITS_AFTER) });
 
     connect(&uarte, baud_register(), pin, &BYTE);
@@ -57,11 +61,11 @@ pub(crate) fn start(uarte: UARTE0, timer: TIMER2, pin: &InputPin, line: &'static
     });
 }
 
-/// Sets the rate and the pin of a receiver that is off, and where each transfer puts its one byte.
+/// Sets the baud rate, the pin and the destination of the one-byte transfers. The receiver must be off.
 pub(crate) fn connect(uarte: &UARTE0, rate: BAUDRATE_A, pin: &InputPin, byte: &'static AtomicU8) {
     uarte.baudrate.write(|w| w.baudrate().variant(rate));
-    // SAFETY: an input is only read. The transfer is of one byte, in RAM for ever, which may change at any
-    // time: an atomic.
+    // SAFETY: the UARTE only reads its input pin. A transfer writes one byte of RAM, which is a static and an
+    // atomic, so it lives forever and may change at any time.
     unsafe {
         uarte.psel.rxd.write(|w| w.bits(pin.psel_bits()));
         uarte.rxd.ptr.write(|w| w.bits(byte.as_ptr() as u32));
@@ -69,8 +73,8 @@ pub(crate) fn connect(uarte: &UARTE0, rate: BAUDRATE_A, pin: &InputPin, byte: &'
     }
 }
 
-/// Once a tick: writes down the counters for those who look, and asks for a round. Returns whether the
-/// reception works.
+/// Copies the counters to [`COUNTERS`] and pends the receive handler. The main loop calls it once a tick.
+/// Returns whether the reception works.
 pub(crate) fn tick() -> bool {
     let works = with_receiver(|(reception, hardware)| {
         COUNTERS.show(hardware.line, reception.skipped, reception.restarts);
@@ -85,16 +89,17 @@ fn UARTE0_UART0() {
     with_receiver(|(reception, hardware)| reception.service(hardware));
 }
 
-/// The time is over: the other handler looks.
+/// Runs when a transfer has been open for [`NONE_WAITS_AFTER`], and pends the receive handler.
 #[interrupt]
 fn TIMER2() {
-    // SAFETY: writing 0 to an event only withdraws its interrupt request, and nothing is decided by it.
+    // SAFETY: writing 0 to an event only withdraws its interrupt request, and no decision depends on the event.
     unsafe { (*TIMER2::ptr()).events_compare[NONE_WAITS].reset() };
     NVIC::pend(Interrupt::UARTE0_UART0);
 }
 
-/// The only way to the receiver. If it is in use, or not there yet, this program is wrong: that is counted,
-/// and the watchdog is not fed.
+/// Calls `act` with the receiver. All accesses go through this function. If the receiver is in use or has not
+/// been started, this program has a bug: the function then counts `unserved` and returns `None`, and the main
+/// loop does not feed the watchdog.
 fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
     free(|token| {
         if let Ok(mut cell) = RECEIVER.borrow(token).try_borrow_mut()
@@ -107,8 +112,9 @@ fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
     })
 }
 
-/// One step of the receiver; a frame's setpoint is published in it. It is a function of its own, so that it
-/// can be proved in the image that is flashed: `proofs/machine-code`.
+/// Does one step of the receiver. If the byte completes a frame, it publishes the frame's setpoint. This is a
+/// separate function so that its machine code can be proved in the image that is flashed: see
+/// `proofs/machine-code`.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "Rust" fn receiver_step(line: &mut Line, byte: u8) {
@@ -118,7 +124,8 @@ extern "Rust" fn receiver_step(line: &mut Line, byte: u8) {
 }
 
 impl Hardware {
-    /// A function of its own, so that a byte without an error takes the shorter way.
+    /// Clears these causes in ERRORSRC. This is a separate, cold function so that the path of a byte without an
+    /// error stays short.
     #[cold]
     #[inline(never)]
     fn clear(&mut self, causes: u32) {
@@ -150,12 +157,12 @@ impl Registers for Hardware {
     }
 
     fn byte(&mut self) -> u8 {
-        // SAFETY: a byte that is there for ever. Volatile, so that it is read in order with the registers.
+        // SAFETY: the byte is a static. The read is volatile, so that it stays in order with the register accesses.
         unsafe { BYTE.as_ptr().read_volatile() }
     }
 
     fn start(&mut self) {
-        // SAFETY: as above; no transfer is open that could write it too.
+        // SAFETY: as above; no transfer is open that could write the byte at the same time.
         unsafe { BYTE.as_ptr().write_volatile(NO_BYTE) };
         self.uarte.events_endrx.reset();
         let start = &self.uarte.tasks_startrx;
@@ -186,7 +193,7 @@ impl Registers for Hardware {
     fn listen(&mut self, to_errors: bool, to_none_waits: bool) {
         let events = &self.uarte.inten;
         events.write(|w| w.endrx().set_bit().error().bit(to_errors));
-        // That of a time before.
+        // Clear the event of an earlier transfer.
         self.timer.events_compare[NONE_WAITS].reset();
         self.timer.intenclr.write(|w| w.compare1().clear());
         if to_none_waits {

@@ -1,8 +1,8 @@
-//! Resets: panics, faults and the watchdog; the cause of the last reset, and the outputs before it.
+//! Resets by panics, faults and the watchdog; the cause of the last reset, and the outputs before it.
 //!
-//! After a panic or a fault the servos are let go and the chip is reset. A stack overflow gets no
-//! further than a fault with nowhere to put its frame: the processor locks up, at which the chip
-//! resets itself.
+//! After a panic or a fault, the program stops the servo pulses and resets the chip. A stack overflow causes
+//! a fault whose exception frame has no room on the stack: the processor locks up, and the chip then resets
+//! itself.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -25,23 +25,24 @@ fn panic(info: &PanicInfo) -> ! {
 }
 
 #[exception]
-// SAFETY: the signature that the attribute demands; the frame is not used.
+// SAFETY: the attribute demands this signature; the frame is not used.
 unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
     servo::stop();
     SCB::sys_reset()
 }
 
-/// Fed by the main loop only, while the receiver works. If the failsafe's clock stands still no tick wakes the main
-/// loop.
+/// The watchdog. Only the main loop feeds it, and only while the receiver works. If the failsafe's clock stands
+/// still, no tick wakes the main loop, so the watchdog also covers the clock.
 pub(crate) struct Watchdog(WatchdogHandle<Hdl0>);
 
 impl Watchdog {
-    /// From here on it bites, and nothing but a reset ends it. It goes on in sleep, and halts with a
-    /// debugger: that is how it comes out of reset.
+    /// Starts the watchdog, which then runs until a reset. It keeps running during sleep and pauses while a
+    /// debugger halts the core: these are its settings after a reset.
     ///
-    /// A soft reset does not end it, and its settings cannot be changed while it runs: after
-    /// flashing, the time is still the old program's, until another reset. `None` if that program fed
-    /// it in another way; then resets help, since at last the watchdog's own is among them.
+    /// A soft reset does not stop the watchdog, and its settings cannot be changed while it runs. After
+    /// flashing, the old program's timeout therefore applies until another kind of reset. Returns `None` if
+    /// the old program fed the watchdog in another way. The caller then resets the chip, again and again,
+    /// until the unfed watchdog resets the chip itself and thereby stops.
     pub(crate) fn start(watchdog: WDT) -> Option<Self> {
         let parts = wdt::Watchdog::try_new(watchdog)
             .map(|mut watchdog| {
@@ -53,7 +54,7 @@ impl Watchdog {
         Some(Self(handle))
     }
 
-    /// Once a tick: feeds it if the receiver works.
+    /// Feeds the watchdog if the receiver works. The main loop calls it once a tick.
     pub(crate) fn feed(&mut self, receiver_works: bool) {
         if receiver_works {
             self.0.pet();
@@ -61,8 +62,8 @@ impl Watchdog {
     }
 }
 
-/// Why the chip was reset last: the bits of RESETREAS, which are cleared. 0: power came on. With the
-/// reset pin's bit others may be set that should not be (erratum 136): it alone counts.
+/// Returns the cause of the last reset, as the bits of RESETREAS, and clears the register. 0 means power-on. If
+/// the reset pin's bit is set, other bits may be set wrongly (erratum 136), so this function ignores them.
 pub(crate) fn cause(power: &POWER) -> u32 {
     let cause = power.resetreas.read();
     // SAFETY: writing 1 to a bit clears it.
@@ -73,19 +74,21 @@ pub(crate) fn cause(power: &POWER) -> u32 {
     cause.bits()
 }
 
-/// Pitch, roll, yaw in one word, and its check word. No start-up code writes to this section: after
-/// power-on it has anything, after another reset what was there, as a rule. A brown-out looks like power-on
-/// and leaves the servos where they are, so the check word alone says whether it is known: of 2^32 words at
-/// random one deceives. `used`, so that the compiler does not take the zeros for granted.
+/// The last output: pitch, roll and yaw in one word, and a check word.
+///
+/// No start-up code writes to this section. After power-on its content is arbitrary; after any other reset it
+/// usually still has its old content. A brown-out looks like power-on but leaves the servos where they are, so
+/// only the check word tells whether the output is known. One of 2^32 random check words is accepted by
+/// mistake. The attribute `used` prevents the compiler from assuming that the words are zero.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_OUTPUT")]
 static LAST_OUTPUT: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
 
-/// Tells outputs from anything else.
+/// The difference (XOR) between the check word and the output.
 const CHECK: u32 = 0x5E27_0A75;
 
-/// Where the outputs were before the reset, if it is known.
+/// Returns the outputs before the reset, or `None` if they are not known.
 pub(crate) fn last_output() -> Option<Setpoint> {
     let [output, check] = &LAST_OUTPUT;
     let output = output.load(Ordering::Relaxed);
@@ -94,7 +97,7 @@ pub(crate) fn last_output() -> Option<Setpoint> {
     is_known.then_some(Setpoint { pitch, roll, yaw })
 }
 
-/// Keeps these outputs for the time after a reset.
+/// Stores these outputs in RAM, so that the program can resume them after a reset.
 pub(crate) fn keep_output(Setpoint { pitch, roll, yaw }: Setpoint) {
     let output = u32::from_le_bytes([pitch, roll, yaw, 0]);
     let [word, check] = &LAST_OUTPUT;

@@ -1,7 +1,7 @@
-//! The self-test: asks this chip what the firmware assumes of it, and logs the answers as a table.
+//! The self-test: checks on this chip the assumptions that the firmware makes, and logs the results as a table.
 //!
-//! It needs one wire, from P1.01 to P1.02: D0 to D1 on the nRF52840-DK. The firmware's own pin, P0.08,
-//! will not do, since the kit's probe may drive it.
+//! It needs one wire, from P1.01 to P1.02: D0 to D1 on the nRF52840-DK. It cannot use the firmware's own pin,
+//! P0.08, because the kit's probe may drive that pin.
 #![no_std]
 #![no_main]
 #![allow(dead_code, reason = "shared modules have parts for the firmware only")]
@@ -31,28 +31,29 @@ use crate::loopback::{BYTE, Receiver, Sender, pause, wait};
 use crate::settings::{BAUD, Line, PULSE_PERIOD, Parser};
 use crate::telemetry::COUNTERS;
 
-/// Frames that are sent at once.
+/// Number of frames in one transmission.
 const FRAMES: usize = 80;
 
-/// How often each of the smaller questions is asked.
+/// How often each of the shorter tests is repeated.
 const TIMES: u32 = 16;
 
-/// Most cycles that the parser may take for a byte: half of what 1 Mbaud leaves.
+/// The most cycles that the parser may take for a byte: half of a byte's duration at 1 Mbaud.
 const MOST_CYCLES: u32 = 320;
 
-/// The numbers of the table, three in a row: `print ANSWERS` in a debugger.
+/// The numbers of the table, three per row. A debugger shows them with `print ANSWERS`.
 #[unsafe(no_mangle)]
 static ANSWERS: [[AtomicU32; 3]; 10] = [const { [const { AtomicU32::new(0) }; 3] }; 10];
 
-/// 1: all of them are there. 2: there is no wire.
+/// The state of the test. 0: running. 1: finished, and all numbers are in [`ANSWERS`]. 2: the wire is missing.
 #[unsafe(no_mangle)]
 static FINISHED: AtomicU32 = AtomicU32::new(0);
 
-/// How long frames are sent: 10^6 bytes at 115 200 baud, 10^7 at 1 Mbaud. A debugger may set less.
+/// How long frames are sent, in milliseconds. The default sends 10^6 bytes at 115 200 baud, or 10^7 at 1 Mbaud. A
+/// debugger may set a shorter time.
 #[unsafe(no_mangle)]
 static MILLISECONDS: AtomicU32 = AtomicU32::new(100_000);
 
-/// Notes a row of numbers, and logs them with a verdict.
+/// Stores a row of numbers, and logs them with "fine" or "NOT FINE".
 macro_rules! answer {
     ($row:expr, $text:literal, [$($number:expr),+], $is_fine:expr) => {
         let numbers = [$($number),+];
@@ -75,7 +76,8 @@ fn main() -> ! {
         SCB::sys_reset()
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
-    // The firmware's watchdog outlives flashing. Let it bite now, not in the middle.
+    // The firmware's watchdog keeps running after this program is flashed. Wait here until it resets the chip, so
+    // that it does not do so in the middle of a test.
     while chip.WDT.runstatus.read().bits() != 0 {}
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
@@ -102,12 +104,12 @@ fn main() -> ! {
         clearing(&receiver, &sender, zero);
         second_start(&receiver, &sender, SENT);
         stopping(&receiver, &sender, SENT);
-        // From here on the firmware's reception.
+        // The remaining test uses the firmware's reception.
         chip.UARTE0.enable.reset();
         chip.UARTE0.events_endrx.reset();
         receive::start(chip.UARTE0, chip.TIMER2, &pin, LINE);
         for interrupt in [Interrupt::UARTE0_UART0, Interrupt::TIMER2] {
-            // SAFETY: no critical section relies on it, and all that the handlers need is set up.
+            // SAFETY: no critical section relies on the mask, and everything that the handlers need is set up.
             unsafe { NVIC::unmask(interrupt) };
         }
         loopback(&sender, SENT);
@@ -122,18 +124,18 @@ fn main() -> ! {
     }
 }
 
-/// Whether a byte that is sent is received.
+/// Returns whether a byte arrives over the wire.
 fn is_wired(receiver: &Receiver, sender: &Sender, bytes: &[u8]) -> bool {
     sender.send(bytes.split_at(1).0, || {});
     receiver.ended()
 }
 
-/// 9: what the instruction cache gains.
+/// Row 9: measures the parser's cycles per byte with and without the instruction cache.
 fn cache(nvmc: &NVMC, bytes: &[u8]) {
     nvmc.icachecnf.write(|w| w.cacheen().disabled());
     let without = cycles(bytes);
     nvmc.icachecnf.write(|w| w.cacheen().enabled());
-    // The second run finds in the cache what the first brings there.
+    // Only the second run counts: the first one fills the cache.
     let [_, with] = [0; 2].map(|_| cycles(bytes));
     answer!(
         4,
@@ -153,14 +155,14 @@ fn cycles(bytes: &[u8]) -> u32 {
     DWT::cycle_count().wrapping_sub(began) / bytes.len() as u32
 }
 
-/// 3: bytes that come while no transfer is open: how many wait in the FIFO, in order, and how long it takes
-/// until one that waits is in memory once a transfer is open.
+/// Row 3: sends bytes while no transfer is open. Counts the bytes that wait in the FIFO in order, and measures how
+/// long the UARTE takes to store a waiting byte once a transfer is open.
 fn waiting_bytes(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut fewest, mut most, mut slowest) = (u32::MAX, 0, 0);
     for _ in 0..TIMES {
         receiver.switch_on();
         sender.send(bytes.split_at(5).0, || {});
-        // The first is in memory.
+        // The first byte is in memory.
         let mut in_order = u32::from(receiver.ended() && bytes.first() == Some(&Receiver::byte()));
         for byte in bytes.iter().take(5).skip(1) {
             receiver.open();
@@ -179,7 +181,7 @@ fn waiting_bytes(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// 4: bad stop bits, each with a good byte behind it: what ERRORSRC says when that is in memory.
+/// Row 4: sends bad stop bits, each followed by a good byte. Reads ERRORSRC when the good byte is in memory.
 fn bad_stop_bits(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut said, mut stored) = (0, 0);
     receiver.switch_on();
@@ -204,7 +206,7 @@ fn bad_stop_bits(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// 5: more bytes than the FIFO has room for.
+/// Row 5: sends more bytes than the FIFO can hold.
 fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut said, mut waited, mut oldest_is_lost) = (0, 0, 0);
     for _ in 0..TIMES {
@@ -215,7 +217,7 @@ fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
         waited = 0;
         receiver.open();
         pause(BYTE / 2);
-        // The second byte sent is 'B'; the first is in memory.
+        // The second byte sent is 'B'; the first one is in memory.
         oldest_is_lost += u32::from(Receiver::byte() != b'B');
         while receiver.ended() && waited < 12 {
             waited += 1;
@@ -231,7 +233,7 @@ fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// 6: a break of 7.5 ms, which is a byte at 1200 baud: how often ERROR comes.
+/// Row 6: sends a break of 7.5 ms, which is a byte at 1200 baud, and counts how often ERROR comes.
 fn long_break(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     receiver.switch_on();
     let mut errors = 0;
@@ -247,7 +249,7 @@ fn long_break(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     );
 }
 
-/// 13: which writes clear ERRORSRC. A break gives the causes 4 and 8.
+/// Row 13: finds out which writes clear ERRORSRC. A break sets the causes 4 and 8.
 fn clearing(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     receiver.switch_on();
     sender.set_baud(BAUDRATE_A::BAUD1200);
@@ -262,7 +264,7 @@ fn clearing(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     );
 }
 
-/// 14: a second STARTRX while a transfer is open, before two bytes come.
+/// Row 14: gives a second STARTRX while a transfer is open, then sends two bytes.
 fn second_start(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut ended_at_once, mut stored) = (0, 0);
     for _ in 0..TIMES {
@@ -285,7 +287,7 @@ fn second_start(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// 15: how long RXTO takes after STOPRX, and whether it comes without.
+/// Row 15: measures the time from STOPRX to RXTO, and counts how often RXTO comes without STOPRX.
 fn stopping(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let (mut when_open, mut when_ended, mut without) = (0, 0, 0);
     for _ in 0..TIMES {
@@ -306,7 +308,8 @@ fn stopping(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// 10: what SEQSTART does in the middle of a PWM period. The firmware works either way.
+/// Row 10: finds out whether SEQSTART in the middle of a PWM period begins a new period at once. The firmware works
+/// in both cases.
 fn period(pwm: PWM0, widths: &'static mut [[u16; 4]; 2]) {
     let (now, middle) = (0, u32::from(PULSE_PERIOD) * 64 / 2);
     let mut servos = servo::Servos::start(pwm, [], widths, (now, [0; 3].into()));
@@ -323,7 +326,7 @@ fn period(pwm: PWM0, widths: &'static mut [[u16; 4]; 2]) {
     servo::stop();
 }
 
-/// 2: every frame is committed, by the firmware's own reception at its own rate.
+/// Row 2: sends frames to the firmware's own reception, at the firmware's baud rate. Every frame must be delivered.
 fn loopback(sender: &Sender, bytes: &[u8]) {
     let byte_count = BAUD / 10_000 * MILLISECONDS.load(Ordering::Relaxed);
     let rounds = byte_count / bytes.len() as u32;

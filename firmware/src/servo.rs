@@ -1,4 +1,4 @@
-//! Three servos' pulses: PWM0, 50 Hz, 1 to 2 ms.
+//! The pulses for three servos: PWM0 generates them at 50 Hz, 1 to 2 ms wide.
 
 use core::ptr::{addr_of, addr_of_mut};
 
@@ -8,30 +8,32 @@ use nrf52840_hal::pac::PWM0;
 
 use crate::settings::{PULSE, PULSE_PERIOD, TICK};
 
-/// How long after a period has begun new widths are handed over, in microseconds: late, so that they are
-/// new. The pulses are over by then, so none is cut if the PWM begins a new period at once.
+/// Time from the start of a period until new widths are handed over to the PWM, in microseconds. The handover is
+/// late in the period, so that the widths are recent. The pulses have ended by then, so no pulse is cut short if
+/// the PWM begins a new period at once.
 const HANDOVER: u32 = PULSE_PERIOD as u32 - 2 * TICK;
 
-/// One sequence of one step: a pulse width for each of the four channels.
+/// A PWM sequence of one step: a pulse width for each of the four channels.
 type Widths = [u16; 4];
 
-/// Sets the pulse, rather than clears it, at the start of each period.
+/// The polarity bit: the output is high at the start of each period, and low after the pulse width.
 const PULSE_FIRST: u16 = 1 << 15;
 
 /// The servos' outputs.
 pub(crate) struct Servos {
     pwm: PWM0,
-    /// In RAM, where the PWM fetches them; two, so that none is written while it is fetched.
+    /// Two sets of widths, in RAM, from which the PWM fetches them. The program writes one set while the PWM may
+    /// fetch the other.
     widths: &'static mut [Widths; 2],
-    /// The one that the PWM was given last.
+    /// The index of the set that was handed over to the PWM last.
     given: usize,
     shown: Setpoint,
-    /// When the period began, as far as was seen, or widths were last handed over.
+    /// The last time at which the start of a period was seen, or at which widths were handed over.
     since: u32,
 }
 
 impl Servos {
-    /// The pulses begin now.
+    /// Starts the pulses.
     pub(crate) fn start(
         pwm: PWM0,
         pins: impl IntoIterator<Item = Pin<Output<PushPull>>>,
@@ -39,18 +41,18 @@ impl Servos {
         (now, setpoint): (u32, Setpoint),
     ) -> Self {
         for (out, pin) in pwm.psel.out.iter().zip(pins) {
-            // SAFETY: the value is a pin's own, and the pin is given up here.
+            // SAFETY: the value comes from a pin, and this function consumes the pin.
             out.write(|w| unsafe { w.bits(pin.psel_bits()) });
         }
         pwm.enable.write(|w| w.enable().enabled());
-        // 16 MHz / 16: a count is a microsecond.
+        // 16 MHz / 16: the counter counts microseconds.
         pwm.prescaler.write(|w| w.prescaler().div_16());
-        // SAFETY: below 2^15, as the settings assert.
+        // SAFETY: the period is below 2^15, as the settings assert.
         pwm.countertop
             .write(|w| unsafe { w.countertop().bits(PULSE_PERIOD) });
         pwm.decoder
             .write(|w| w.load().individual().mode().refresh_count());
-        // SAFETY: the four widths of one step.
+        // SAFETY: one step has four widths.
         pwm.seq0.cnt.write(|w| unsafe { w.cnt().bits(4) });
         let mut servos = Self {
             pwm,
@@ -63,9 +65,12 @@ impl Servos {
         servos
     }
 
-    /// The next pulses say this, if it is time to hand it over: once a period, and behind its pulses. What
-    /// SEQSTART does in the middle of a period is not specified: the next begins when this one is over,
-    /// or at once, which makes this one shorter. The PWM's events say when a period began either way.
+    /// Hands this setpoint over to the PWM for the next pulses, if it is time to do so: at most once a period, and
+    /// after the period's pulses.
+    ///
+    /// The effect of SEQSTART in the middle of a period is not specified. Either the next period begins when the
+    /// current one has ended, or it begins at once and shortens the current one. In both cases the PWM's events
+    /// tell when a period has begun.
     pub(crate) fn show(&mut self, now: u32, setpoint: Setpoint) {
         let [started, _] = &self.pwm.events_seqstarted;
         let ended = &self.pwm.events_pwmperiodend;
@@ -81,7 +86,7 @@ impl Servos {
         }
     }
 
-    /// Whether a period is over; for the self-test.
+    /// Returns whether a period has ended. Only the self-test uses it.
     #[allow(dead_code, reason = "shared with the self-test")]
     pub(crate) fn period_has_ended(&self) -> bool {
         self.pwm.events_pwmperiodend.read().bits() != 0
@@ -96,17 +101,18 @@ impl Servos {
         };
         let [pitch, roll, yaw] =
             <[u8; 3]>::from(setpoint).map(|demand| PULSE_FIRST | width(demand));
-        // SAFETY: ours, by the mutable reference; volatile, since the PWM reads it.
+        // SAFETY: the mutable reference gives exclusive access. The write is volatile because the PWM reads the
+        // widths.
         unsafe { addr_of_mut!(*widths).write_volatile([pitch, roll, yaw, PULSE_FIRST]) };
         let address = addr_of!(*widths) as u32;
-        // SAFETY: the widths are in RAM and are never moved. They are not written before the PWM was given
-        // the others, a period from now.
+        // SAFETY: the widths are in RAM and never move. They are not written again until the other set has been
+        // handed over to the PWM, which is a period later.
         self.pwm.seq0.ptr.write(|w| unsafe { w.bits(address) });
         self.pwm.tasks_seqstart[0].write(|w| w.tasks_seqstart().set_bit());
     }
 }
 
-/// Microseconds of the pulse.
+/// Returns the width of the pulse for this demand, in microseconds.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "between the two pulses, which are u16"
@@ -117,14 +123,15 @@ fn width(demand: u8) -> u16 {
     shortest + (travel * u32::from(demand) / 255) as u16
 }
 
-/// Ends the pulses after the one under way, which servos answer by going limp; for panics, so
-/// it owns nothing.
+/// Stops the pulses after the current one. Servos without pulses go limp. Panics and faults use this function,
+/// so it needs no [`Servos`].
 pub(crate) fn stop() {
-    // SAFETY: one task and one event of the PWM, and the caller never returns to anyone who uses it.
+    // SAFETY: only one task and one event of the PWM are used, and the caller never returns to code that uses it.
     let pwm = unsafe { &*PWM0::ptr() };
     pwm.events_stopped.reset();
     pwm.tasks_stop.write(|w| w.tasks_stop().set_bit());
-    // At most a period, or never if it was not running; each round takes more than six cycles.
+    // The PWM stops within a period, or never if it was not running. The loop waits for at least one period,
+    // because each iteration takes more than six cycles.
     for _ in 0..u32::from(PULSE_PERIOD) * 11 {
         if pwm.events_stopped.read().bits() != 0 {
             break;

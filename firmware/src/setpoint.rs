@@ -1,26 +1,28 @@
-//! The current setpoint, from the receive handler to the main loop.
+//! The current setpoint, which the receive handler passes to the main loop.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use framelock::motion::Setpoint;
 
-/// Pitch, roll, yaw, as they lie in a frame, and a sequence number. One word, so that it is read and
-/// written by one instruction each and never torn. Written by the receive handler only.
+/// Pitch, roll and yaw as in a frame, followed by a sequence number. All four share one word, which one
+/// instruction reads and one instruction writes, so a reader never sees a torn setpoint. Only the receive
+/// handler writes it.
 ///
-/// No test looks for a torn one: the main loop cannot run in the middle of the handler, so it could
-/// see one only if it read the word in parts, and the type leaves no way to.
+/// No test looks for a torn setpoint. The main loop cannot run in the middle of the handler, so it could see
+/// a torn setpoint only if it read the word in parts, and an atomic word cannot be read in parts.
 #[unsafe(no_mangle)]
 static SETPOINT: AtomicU32 = AtomicU32::new(0);
 
 /// A setpoint as it was published.
 ///
-/// The sequence number tells a repeated setpoint from silence. It would take 256 frames between two
-/// looks at it to deceive; at 1 Mbaud these take 17 ms, and the main loop looks every few.
+/// The sequence number distinguishes a repeated setpoint from silence. It would fail only if exactly 256
+/// frames arrived between two reads. At 1 Mbaud, 256 frames take 17 ms, and the main loop reads the
+/// setpoint every 2 ms.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Published(u32);
 
 impl Published {
-    /// The current one.
+    /// Returns the current setpoint.
     pub(crate) fn now() -> Self {
         Self(SETPOINT.load(Ordering::Relaxed))
     }
@@ -31,7 +33,7 @@ impl Published {
     }
 }
 
-/// Makes it the current one, with the next sequence number.
+/// Makes this setpoint the current one, with the next sequence number.
 pub(crate) fn publish(Setpoint { pitch, roll, yaw }: Setpoint) {
     let [.., sequence] = Published::now().0.to_le_bytes();
     let setpoint = u32::from_le_bytes([pitch, roll, yaw, sequence.wrapping_add(1)]);

@@ -1,5 +1,4 @@
-//! Everything that one would set for another machine, in one place. What contradicts itself does
-//! not compile.
+//! All settings that another machine may need to change. Contradictory settings do not compile.
 
 use core::num::NonZeroU32;
 
@@ -8,75 +7,76 @@ use framelock_reception::ERRORS_A_TICK;
 use nrf52840_hal::gpio::{Disconnected, Input, Level, Output, Pin, PullUp, PushPull, p0, p1};
 use nrf52840_hal::pac::uarte0::baudrate::BAUDRATE_A;
 
-/// Bits a second on the line, 8N1. The chip has only certain rates: see [`baud_register`].
+/// Baud rate of the line, 8N1. The chip supports only certain rates: see [`baud_register`].
 pub(crate) const BAUD: u32 = if cfg!(feature = "megabaud") {
     1_000_000
 } else {
     115_200
 };
 
-/// What finds the frames. The receiver searches the bytes of a broken frame again.
+/// The parser, for frames without a checksum. It searches the bytes of a broken frame again.
 #[cfg(not(any(feature = "lecture", feature = "bin-crc8")))]
 pub(crate) type Parser = framelock::Receiver<framelock::motion::Bin>;
-/// What finds the frames, which have a checksum.
+/// The parser, for frames with a checksum.
 #[cfg(feature = "bin-crc8")]
 pub(crate) type Parser = framelock::Receiver<framelock::motion::BinCrc8>;
-/// What finds the frames. The lecture's machine throws a broken frame away.
+/// The parser: the lecture's machine, which discards a broken frame.
 #[cfg(feature = "lecture")]
 pub(crate) type Parser = framelock::lecture::Lecture;
 
-/// The receiver, and the counters of what came over the line.
+/// The receiver, with counters of its bytes, frames and line events.
 pub(crate) type Line = framelock::Line<Parser>;
 
-/// In this time, in microseconds, the UARTE stores a byte that waits, once it may. Under half a byte
-/// time, so that after a line error it is over before the next byte comes.
+/// Time limit, in microseconds, within which the UARTE stores a byte that waits in the FIFO once a transfer is
+/// open. It is less than half a byte time, so that after a line error it expires before the next byte arrives.
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
-/// Silence that ends a frame, in microseconds (L1). More than a USB serial adapter leaves inside a
-/// frame, less than the sender leaves between frames.
+/// Silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a USB serial
+/// adapter inserts into a frame, and shorter than the sender's pauses between frames.
 pub(crate) const GAP_AFTER: u32 = 5_000;
 
-/// How the outputs behave when frames stop, and come again. Ticks are microseconds.
+/// The outputs' behaviour when frames stop and when they resume. The failsafe's ticks are microseconds here.
 pub(crate) const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 100_000,
     ramp_after: 500_000,
     park: [128; 3],
-    // The full travel in one second.
+    // The outputs cover their full travel in one second.
     ticks_per_unit: [NonZeroU32::new(3_922).unwrap(); 3],
 };
 
-/// The main loop runs at least this often, in microseconds, also in silence.
+/// Period of the main loop, in microseconds. The main loop also runs while the line is silent.
 pub(crate) const TICK: u32 = 2_000;
 
-/// The watchdog resets the chip if it was not fed for this long, in milliseconds. A change counts
-/// from the first reset that ends the watchdog: power-on, pin, or its own.
+/// The watchdog's timeout, in milliseconds. A new value takes effect after the first reset that stops the
+/// watchdog: power-on, the reset pin, or the watchdog's own reset.
 pub(crate) const WATCHDOG: u32 = 250;
 
-/// Width of a servo's pulse at demand 0 and at 255, in microseconds.
+/// Widths of a servo's pulse at demand 0 and at demand 255, in microseconds.
 pub(crate) const PULSE: [u16; 2] = [1_000, 2_000];
 
-/// From one pulse to the next, in microseconds: 50 Hz.
+/// Period of the servo pulses, in microseconds: 50 Hz.
 pub(crate) const PULSE_PERIOD: u16 = 20_000;
 
-/// Whether the debug port and the reset button are kept working, for which UICR is written: see
+/// Whether the firmware keeps the debug port and the reset button working. To do so, it writes to UICR: see
 /// `debug_port.rs`.
 pub(crate) const KEEP_DEBUGGABLE: bool = !cfg!(feature = "leave-debug-port");
 
-/// The reset button's pin, P0.18: the number is written to UICR as it is.
+/// The reset button's pin, P0.18. The firmware writes this number to UICR unchanged.
 pub(crate) const RESET_PIN: u32 = 18;
 
-/// Pulled up: nothing connected reads as a quiet line.
+/// An input with a pull-up resistor: an unconnected pin reads as an idle line.
 pub(crate) type InputPin = Pin<Input<PullUp>>;
 
-/// The pins in use. Each can be given away only once.
+/// The pins in use. Each is moved out of this struct, so only one owner can use it.
 pub(crate) struct Pins {
     /// Serial data in.
     pub(crate) receive: InputPin,
-    /// Where the kit's probe has RTS. It leaves flow control off if this is high before the first byte.
+    /// The pin that is connected to RTS of the kit's probe. The probe leaves flow control off if this pin is high
+    /// before the first byte.
     _flow_control: p0::P0_05<Input<PullUp>>,
-    /// Pulses for pitch, roll, yaw.
+    /// The servo pulses for pitch, roll and yaw.
     pub(crate) servos: [Pin<Output<PushPull>>; 3],
-    /// In lock, line error, failsafe. They light when low.
+    /// The LEDs for lock, line error and failsafe. They are lit when the pin is low.
     pub(crate) leds: [Pin<Output<PushPull>>; 3],
 }
 
@@ -106,10 +106,10 @@ fn high(pin: Pin<Disconnected>) -> Pin<Output<PushPull>> {
     pin.into_push_pull_output(Level::High)
 }
 
-/// One byte on the line, in microseconds, rounded up: start bit, eight bits, stop bit.
+/// Duration of one byte on the line, in microseconds, rounded up: start bit, eight data bits, stop bit.
 pub(crate) const BYTE_TIME: u32 = 10_000_000_u32.div_ceil(BAUD);
 
-/// The value for the UARTE's register. Any other rate does not compile.
+/// Returns the value of the UARTE's BAUDRATE register. A rate that the UARTE does not support does not compile.
 pub(crate) const fn baud_register() -> BAUDRATE_A {
     match BAUD {
         9_600 => BAUDRATE_A::BAUD9600,

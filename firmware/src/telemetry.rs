@@ -1,4 +1,4 @@
-//! What the firmware reports: by LEDs and to a debugger always, over RTT with the feature `defmt`.
+//! The firmware's reports. LEDs and a debugger always show them; the feature `defmt` adds a log over RTT.
 
 use core::panic::Location;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -12,26 +12,26 @@ use crate::settings::Line;
 
 macro_rules! shown {
     ($($(#[$attribute:meta])* $name:ident $(= $counter:ident$(.$of_it:ident)?)?;)*) => {
-        /// The counters: `print COUNTERS` in a debugger.
+        /// The counters. A debugger shows them with `print COUNTERS`.
         #[repr(C)]
         pub(crate) struct Shown {
             $($(#[$attribute])* pub(crate) $name: Count,)*
         }
 
-        /// Written by the main loop, once a tick.
+        /// The counters, which the main loop writes once a tick.
         #[unsafe(no_mangle)]
         pub(crate) static COUNTERS: Shown = Shown { $($name: Count(AtomicU32::new(0)),)* };
 
         impl Shown {
-            /// Takes over what the receiver has counted.
+            /// Copies the receiver's counters.
             fn show_counters(&self, counters: &Counters) {
                 $($(self.$name.set(counters.$counter$(.$of_it)?);)?)*
             }
         }
 
         const NAMES: &str = concat!($(stringify!($name), " "),*);
-        /// Their names, in the order in which they lie there, for who reads them from outside: in the
-        /// file, not in flash (memory.x).
+        /// The names of the counters, in their order in memory, for programs that read the counters from outside
+        /// the chip. The names are only in the ELF file, not in flash (see `memory.x`).
         #[used]
         #[unsafe(link_section = ".counters")]
         static COUNTER_NAMES: [u8; NAMES.len()] = *NAMES.as_bytes().first_chunk().unwrap();
@@ -52,19 +52,19 @@ shown! {
     overrun = events.overrun;
     line_break = events.line_break;
     idle = events.idle;
-    /// Bytes held because a frame may yet include them.
+    /// Bytes that the receiver holds because they may still be part of a frame.
     pending;
     /// Bytes that were received and dropped, since they may have come before an error.
     skipped;
-    /// How often the UARTE was switched off and on, since it did not say that a byte was there.
+    /// How often the UARTE was switched off and on because an ENDRX was lost.
     restarts;
     /// Ticks of 2 ms at which the line was still low after a break.
     break_ticks;
-    /// How often the receiver could not be reached: a mistake in this program.
+    /// How often this program could not access the receiver, which indicates a bug.
     unserved;
 }
 
-/// One counter, read and written by one instruction.
+/// One counter, which one instruction reads and one instruction writes.
 #[repr(transparent)]
 pub(crate) struct Count(AtomicU32);
 
@@ -73,7 +73,7 @@ impl Count {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// One more. Nothing else may count it meanwhile.
+    /// Adds one. No other code may write to this counter at the same time.
     pub(crate) fn count(&self) {
         self.0.store(self.get().wrapping_add(1), Ordering::Relaxed);
     }
@@ -95,7 +95,7 @@ impl Shown {
         self.restarts.set(restarts);
     }
 
-    /// All line errors, modulo 2^32. A gap is none.
+    /// Returns the number of line errors, modulo 2^32. Gaps are not errors.
     pub(crate) fn line_errors(&self) -> u32 {
         (self.framing.get())
             .wrapping_add(self.parity.get())
@@ -103,7 +103,7 @@ impl Shown {
             .wrapping_add(self.line_break.get())
     }
 
-    /// All bytes that are part of no frame, modulo 2^32.
+    /// Returns the number of discarded bytes, modulo 2^32.
     pub(crate) fn discarded(&self) -> u32 {
         (self.no_sync.get())
             .wrapping_add(self.broken_sync.get())
@@ -113,10 +113,10 @@ impl Shown {
     }
 }
 
-/// How long LED2 stays on after an error, in microseconds: long enough to see.
+/// How long LED2 stays on after an error, in microseconds. It is long enough to see.
 const ERROR_SHOWN: u32 = 100_000;
 
-/// The LEDs, and what they show.
+/// The LEDs, and the state of the error indicator.
 pub(crate) struct Leds {
     pins: [Pin<Output<PushPull>>; 3],
     line_errors: u32,
@@ -124,7 +124,7 @@ pub(crate) struct Leds {
 }
 
 impl Leds {
-    /// All dark.
+    /// Starts with all LEDs off.
     pub(crate) fn new(pins: [Pin<Output<PushPull>>; 3]) -> Self {
         Self {
             pins,
@@ -133,7 +133,7 @@ impl Leds {
         }
     }
 
-    /// LED1: in lock. LED2: an error on the line a moment ago. LED3: the failsafe has the outputs.
+    /// Shows the lock on LED1, a recent line error on LED2, and on LED3 that the failsafe controls the outputs.
     pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, phase: Phase) {
         if line_errors != self.line_errors {
             self.line_errors = line_errors;
@@ -145,7 +145,7 @@ impl Leds {
         let failsafe = !matches!(phase, Phase::Live | Phase::Approach);
         let lit = [in_lock, self.error_at.is_some(), failsafe];
         for (pin, lit) in self.pins.iter_mut().zip(lit) {
-            // Cannot fail: the error is uninhabited.
+            // This cannot fail, because the error type is uninhabited.
             let _ = pin.set_state(PinState::from(!lit));
         }
     }
@@ -154,7 +154,7 @@ impl Leds {
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
 
-/// Boot, and why.
+/// Logs the start of the program and the cause of the reset.
 pub(crate) fn booted(reset_cause: u32) {
     #[cfg(feature = "defmt")]
     let named = |is_cause: bool, name| if is_cause { name } else { "" };
@@ -173,7 +173,7 @@ pub(crate) fn booted(reset_cause: u32) {
     let _ = reset_cause;
 }
 
-/// Lock was gained or lost.
+/// Logs that the lock was gained or lost.
 pub(crate) fn lock(gained: bool) {
     #[cfg(feature = "defmt")]
     if gained {
@@ -185,7 +185,7 @@ pub(crate) fn lock(gained: bool) {
     let _ = gained;
 }
 
-/// The counters, once a second.
+/// Logs the counters. The main loop calls it once a second.
 pub(crate) fn log() {
     #[cfg(feature = "defmt")]
     {
@@ -220,7 +220,7 @@ pub(crate) fn log() {
     }
 }
 
-/// The place of a panic.
+/// Logs the location of a panic.
 pub(crate) fn panicked(location: Option<&Location>) {
     #[cfg(feature = "defmt")]
     if let Some(location) = location {

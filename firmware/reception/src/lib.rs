@@ -1,8 +1,11 @@
-//! What the firmware's reception decides, without the hardware: which bytes the receiver sees.
+//! The decisions of the firmware's reception, without the hardware: which bytes the receiver sees.
 //!
-//! EasyDMA brings one byte at a time. At each ENDRX the handler reads the byte, starts the next transfer,
-//! and the receiver makes one step. Nothing else starts a transfer, so no byte is overwritten before
-//! it is read; what comes meanwhile waits in the UARTE's FIFO.
+//! EasyDMA stores one byte at a time. At each ENDRX the handler reads the byte and starts the next transfer,
+//! and the receiver does one step. Nothing else starts a transfer, so no byte is overwritten before
+//! it is read. Bytes that arrive meanwhile wait in the UARTE's FIFO.
+//!
+//! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte
+//! *waits* if it is in the FIFO. A gap is a silence that ends a frame.
 //!
 //! ```text
 //!            ┌───────────┐    line error: report it    ┌──────────┐
@@ -19,20 +22,21 @@
 //!  in Receiving and Draining: a gap: report it
 //! ```
 //!
-//! **Draining.** No register says between which bytes an error came. So it is reported, and all that
-//! comes out from then on is dropped, until a transfer has been open for `NONE_WAITS` and has brought
-//! nothing: then the FIFO is empty, and every later byte comes behind the error. Nothing is handed on
-//! meanwhile, so the one report stands between the bytes of both sides.
+//! **Draining.** No register tells between which bytes an error occurred. The reception therefore reports the
+//! error and drops every byte that it reads from then on, until a transfer has been open for `NONE_WAITS` without
+//! storing a byte. At that point the FIFO is empty, so every later byte was received after the error. No byte is
+//! handed on during the drain, so this one report separates the bytes before the error from those after it.
 //!
-//! **Events only wake.** What a round does is decided by what stays until it is taken: the time, ERRORSRC,
-//! ENDRX. The main loop asks for a round at each tick, so any other event that is lost, doubled or late
-//! costs a tick at most. For ENDRX the memory tells: a byte that lies there for a tick was never seen; one that
-//! comes again is cleared before the next transfer.
+//! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it:
+//! the timer, ERRORSRC and ENDRX. The main loop requests a round at each tick, so if any other event is lost,
+//! duplicated or late, this costs at most a tick. If ENDRX is lost, the memory shows it: a byte that has lain in
+//! memory for a whole tick was never read. If ENDRX comes twice, it is cleared before the next transfer.
 //!
-//! **Stopping.** After a lost ENDRX the UARTE is switched off and on. A running receiver is stopped first: STOPRX,
-//! then RXTO, five byte times later. No handler waits for RXTO; it interrupts. If RXTO is lost, the first tick
-//! after twice `GAP` ends the wait. RXTO may also come too early: then the UARTE is switched off while it runs.
-//! Bytes that arrive meanwhile are lost, after the report.
+//! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. A running receiver must be stopped first:
+//! the reception gives STOPRX, and RXTO follows five byte times later. No handler waits for RXTO, because RXTO
+//! causes an interrupt. If RXTO is lost, the first tick after twice `GAP` ends the wait. RXTO may also come too
+//! early; then the UARTE is switched off while it still runs. Bytes that arrive while the reception is stopping are
+//! lost, but the loss has already been reported.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -43,21 +47,21 @@ mod verification;
 
 use framelock::LineEvent;
 
-/// What memory holds when the byte was taken out. It may be any value: a byte that looks the same is
-/// missed only if its ENDRX is lost too, and then until the FIFO is full.
+/// The value in memory while no byte is stored there. Any value would do. A received byte of the same value is
+/// overlooked only if its ENDRX is lost too, and then only until the FIFO overruns.
 pub const NO_BYTE: u8 = 0xEE;
 
-/// Line errors that interrupt from one tick to the next. Later ones wake nobody, so a flood of errors
-/// leaves time for all else; they are seen with the next byte, before it is handed on, or at the tick.
-/// Several of them count as one.
+/// The most line errors that may interrupt between two ticks. Later ones cause no interrupt, so that a flood of
+/// errors leaves time for everything else. The reception notices them with the next byte, before it hands on that
+/// byte, or at the tick. Several such errors count as one.
 pub const ERRORS_A_TICK: u8 = 32;
 
-/// Restarts without a byte between them, after which the reception does not work.
+/// After this number of restarts without a byte between them, the reception counts as broken.
 const MOST_RESTARTS: u16 = 8;
 
-/// ERRORSRC: a byte was lost since the FIFO was full.
+/// The bit of ERRORSRC that says that a byte was lost because the FIFO was full.
 const OVERRUN: u32 = 1;
-/// By the bits of ERRORSRC.
+/// The line events, in the order of ERRORSRC's bits.
 const EVENTS: [LineEvent; 4] = [
     LineEvent::Overrun,
     LineEvent::Parity,
@@ -65,32 +69,33 @@ const EVENTS: [LineEvent; 4] = [
     LineEvent::Break,
 ];
 
-/// The hardware, and the receiver that takes the bytes.
+/// The hardware's registers, and the receiver that takes the bytes.
 pub trait Registers {
-    /// The timer: for how long the transfer has been open.
+    /// Returns the timer's count: for how long the transfer has been open.
     fn open_for(&mut self) -> u32;
     /// Sets the timer to 0.
     fn restart_timer(&mut self);
-    /// Whether ENDRX has come since [`start`](Self::start), which clears it.
+    /// Returns whether ENDRX has come since [`start`](Self::start), which clears it.
     fn ended(&mut self) -> bool;
-    /// Clears ERROR, then reads ERRORSRC and clears the causes that were read. If there are none, it writes nothing:
-    /// any write may clear all causes.
+    /// Clears ERROR, then reads ERRORSRC and clears the causes that were read. If no cause was set, it must not write
+    /// to ERRORSRC, because any write may clear all causes.
     fn take_causes(&mut self) -> u32;
-    /// What memory holds.
+    /// Returns the byte in memory, or [`NO_BYTE`] if no byte is stored there.
     fn byte(&mut self) -> u8;
     /// Writes [`NO_BYTE`] to memory, clears ENDRX, opens a transfer (STARTRX), and sets the timer to 0.
     fn start(&mut self);
     /// Clears RXTO, stops the receiver (STOPRX), and sets the timer to 0. Only RXTO interrupts from here on.
     fn stop(&mut self);
-    /// Whether RXTO has come since [`stop`](Self::stop).
+    /// Returns whether RXTO has come since [`stop`](Self::stop).
     fn stopped(&mut self) -> bool;
-    /// Switches the UARTE off and on, which empties the FIFO, clears ERRORSRC, and starts.
+    /// Switches the UARTE off and on, which empties the FIFO, clears ERRORSRC, and opens a transfer.
     fn start_anew(&mut self);
-    /// Sets whether ERROR interrupts, and the timer at `NONE_WAITS`. ENDRX does, RXTO does not.
+    /// Sets whether ERROR and the timer's count of `NONE_WAITS` cause interrupts. From here on ENDRX causes
+    /// interrupts, and RXTO does not.
     fn listen(&mut self, to_errors: bool, to_none_waits: bool);
-    /// Hands on a byte.
+    /// Hands on a byte to the receiver.
     fn push(&mut self, byte: u8);
-    /// Reports an event behind the bytes handed on.
+    /// Reports an event that follows all bytes handed on so far.
     fn report(&mut self, event: LineEvent);
 }
 
@@ -103,28 +108,31 @@ enum State {
     Stopping,
 }
 
-/// Since the last byte came. It fills a word, so that it is cleared by one instruction.
+/// The state since the last byte. It fills one word, so that one instruction clears it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct SinceByte {
-    /// The gap was reported.
+    /// Whether the gap was reported.
     in_gap: bool,
-    /// At the last tick a byte lay in memory, and no transfer was started since.
+    /// Whether a byte lay in memory at the last tick and no transfer was started since.
     lay_there: bool,
     restarts: u16,
 }
 
-/// The reception. `NONE_WAITS`: in this time a byte that waits in the FIFO is stored once a transfer is
-/// open. `GAP`: after this time without a byte no frame goes on (L1).
+/// The reception.
+///
+/// `NONE_WAITS` is the time within which the UARTE stores a byte that waits in the FIFO, once a transfer is open.
+/// `GAP` is the silence after which no frame may continue (L1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
     state: State,
     since_byte: SinceByte,
-    /// Since the last tick: how many line errors, and whether a round was.
+    /// The number of line errors since the last tick.
     errors: u8,
+    /// Whether there was a round since the last tick.
     served: bool,
-    /// Bytes that were received and dropped, since they may have come before an error. Counts wrap.
+    /// Number of bytes that were received and dropped because they may have come before an error. The count wraps.
     pub skipped: u32,
-    /// How often the UARTE was switched off and on, since an ENDRX was lost.
+    /// How often the UARTE was switched off and on because an ENDRX was lost.
     pub restarts: u32,
 }
 
@@ -137,12 +145,13 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         reception
     }
 
-    /// The handler: one round.
+    /// Does one round. The handler calls it.
     #[inline]
     pub fn service(&mut self, registers: &mut impl Registers) {
         self.served = true;
-        // In this order: if the time is over and then there is no ENDRX, no byte has waited; if the byte is
-        // there and then there is no error, it came before any.
+        // The order of these reads matters. If the time is over and ENDRX, which is read later, has not come,
+        // no byte was waiting. If the byte is in memory and ERRORSRC, which is read later, shows no error,
+        // the byte came before any error.
         let open_for = registers.open_for();
         if self.state == State::Stopping {
             return self.wait_for_stop(open_for, registers);
@@ -172,15 +181,17 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// Once a tick, with the handler held off; a round follows. Returns whether the reception works: if there
-    /// are no rounds, or one ENDRX after another is lost, it does not, and nothing but a reset may help.
+    /// Does the work of a tick. The caller holds off the handler during the call and requests a round after it.
+    /// Returns whether the reception works. It does not work if there are no rounds, or if one ENDRX after another
+    /// is lost; then only a reset may help.
     pub fn tick(&mut self, registers: &mut impl Registers) -> bool {
         self.errors = 0;
         if self.state != State::Stopping {
             self.listen(registers);
             let lies_there = registers.byte() != NO_BYTE;
             let lay_there = core::mem::replace(&mut self.since_byte.lay_there, lies_there);
-            // The first time its ENDRX may be about to come, or to be handled.
+            // A byte that is seen for the first time is no proof of a lost ENDRX: ENDRX may be about to come, or
+            // to be handled.
             if lay_there && lies_there && !registers.ended() {
                 registers.report(LineEvent::Overrun);
                 self.stop(registers);
@@ -189,14 +200,14 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         core::mem::take(&mut self.served) && self.since_byte.restarts < MOST_RESTARTS
     }
 
-    /// A line error. The byte that came out with it, if one did, may be from before it.
+    /// Handles a line error. If a byte was read in the same round, it may have been received before the error.
     #[cold]
     #[inline(never)]
     fn fail(&mut self, ended: bool, open_for: u32, causes: u32, registers: &mut impl Registers) {
         self.errors = self.errors.saturating_add(1);
         self.skipped = self.skipped.wrapping_add(ended.into());
-        // A full FIFO fills an open transfer, so ENDRX must have come by now: the time was over before, and if
-        // the handler was interrupted since, ENDRX comes before the overrun.
+        // A byte from a full FIFO ends an open transfer, so ENDRX must have come by now: `NONE_WAITS` was already
+        // over, and if the handler was interrupted since then, ENDRX comes before the overrun.
         let is_full = causes & OVERRUN != 0 && open_for >= NONE_WAITS;
         if is_full && !ended && !registers.ended() {
             self.stop(registers);
@@ -211,14 +222,15 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// From now on what comes out is dropped, until none has waited for the time that begins now.
+    /// Starts the drain: bytes are dropped until a transfer has been open for `NONE_WAITS` without a byte. The time
+    /// starts now.
     fn drain(&mut self, registers: &mut impl Registers) {
         self.state = State::Draining;
         registers.restart_timer();
         self.listen(registers);
     }
 
-    /// An ENDRX was lost.
+    /// Stops the receiver after a lost ENDRX.
     fn stop(&mut self, registers: &mut impl Registers) {
         self.state = State::Stopping;
         self.restarts = self.restarts.wrapping_add(1);
@@ -226,7 +238,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         registers.stop();
     }
 
-    /// Starts the UARTE anew when the receiver has stopped.
+    /// Restarts the UARTE if the receiver has stopped, or if the wait for RXTO has timed out.
     #[cold]
     #[inline(never)]
     fn wait_for_stop(&mut self, waited: u32, registers: &mut impl Registers) {
@@ -238,7 +250,8 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// After too many errors only the tick wakes.
+    /// Sets which events interrupt. After too many errors, line errors and the timer no longer interrupt until the
+    /// next tick.
     fn listen(&self, registers: &mut impl Registers) {
         let few = self.errors < ERRORS_A_TICK;
         registers.listen(few, few && self.state == State::Draining);

@@ -1,60 +1,61 @@
-//! The chip as the handler sees it, and what it may do.
+//! The model of the chip: its state as the handler sees it, and its steps.
 
 use framelock::LineEvent;
 
 use crate::{NO_BYTE, OVERRUN, Registers};
 
-/// Bytes that the UARTE's FIFO holds.
+/// Number of bytes that the UARTE's FIFO can hold.
 pub(super) const FIFO: u8 = 3;
 
-/// Times of the timer that the model tells apart.
+/// Number of timer values that the model distinguishes.
 pub(super) const TIMES: u8 = 5;
 
-/// What memory holds.
+/// A byte in memory.
 #[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
 pub(super) struct Byte {
     pub(super) number: u8,
-    /// It was received behind the last error that came before it was stored.
+    /// Whether the byte was received after the last error that had come when the byte was stored.
     pub(super) is_sound: bool,
-    /// It looks like [`NO_BYTE`].
+    /// Whether the byte's value is [`NO_BYTE`].
     pub(super) is_hidden: bool,
 }
 
 #[derive(Clone, Copy)]
 pub(super) struct Chip {
-    /// The number of the next byte on the line. A byte that is lost has a number too.
+    /// The number of the next byte on the line. Lost bytes have numbers too.
     pub(super) next: u8,
-    /// Bytes in the FIFO that may be from before the last error, or spoilt; and those behind them, which
-    /// are sound and the last on the line.
+    /// Numbers of two kinds of bytes in the FIFO. The first `old` bytes may be corrupted, or from before the last
+    /// error. The `new` bytes that follow are sound, and are the latest on the line.
     pub(super) old: u8,
     pub(super) new: u8,
     pub(super) open: bool,
-    /// What the last transfer brought, until it is taken out.
+    /// The byte that the last transfer stored, until the next transfer is opened.
     pub(super) memory: Option<Byte>,
     pub(super) ended: bool,
-    /// The transfer is over and ENDRX has not come: it is late, or lost.
+    /// Whether the transfer has ended but ENDRX has not come, because it is late or lost.
     pub(super) owes_end: bool,
-    /// ERRORSRC says something, and the event ERROR is set.
+    /// `failed`: whether a cause is set in ERRORSRC. `error`: whether the event ERROR is set.
     pub(super) failed: bool,
     pub(super) error: bool,
-    /// One of the causes is that the FIFO has overrun.
+    /// Whether an overrun of the FIFO is among the causes.
     pub(super) overran: bool,
-    /// The timer: 0, `NONE_WAITS`, `GAP`, more, twice `GAP`.
+    /// The timer. Its values 0 to 4 stand for 0, `NONE_WAITS`, `GAP`, more than `GAP`, and twice `GAP`.
     pub(super) time: u8,
-    /// STOPRX was given, and nothing started since; RXTO has come, with a cause or without.
+    /// `stopping`: whether STOPRX was given and no transfer started since. `timeout`: whether RXTO has come, with or
+    /// without a reason.
     pub(super) stopping: bool,
     pub(super) timeout: bool,
-    /// Whether an ENDRX may be late or lost; whether it does anything between two accesses; whether ENDRX has
-    /// come again though the next transfer is open.
+    /// `may_owe`: whether an ENDRX may be late or lost. `moves`: whether the chip takes steps between two accesses.
+    /// `ghost`: whether a duplicate ENDRX has come although the next transfer is open.
     pub(super) may_owe: bool,
     pub(super) moves: bool,
     pub(super) ghost: bool,
-    /// Of what was handed on: the number that would follow, and whether an event was reported since.
+    /// `expected`: the number after that of the last byte handed on. `reported`: whether an event was reported since.
     pub(super) expected: u8,
     pub(super) reported: bool,
-    /// When the handler last asked for ENDRX, it was late or lost.
+    /// Whether ENDRX was late or lost when the handler last read it.
     pub(super) owed: bool,
-    /// What a round did: the byte that it looked at last.
+    /// The byte that the round read last. The following fields also record the actions of a round.
     pub(super) looked_at: Option<Byte>,
     pub(super) pushed: u8,
     pub(super) idles: u8,
@@ -64,16 +65,16 @@ pub(super) struct Chip {
 }
 
 impl Chip {
-    /// The number of the first byte in the FIFO that is behind every error.
+    /// Returns the number of the first byte in the FIFO that was received after every error.
     pub(super) fn first_new(&self) -> u8 {
         self.next - self.new
     }
 
-    /// The chip does nothing, or any number of steps, in any order. Between two accesses it stores one byte
-    /// at most, since nothing opens a transfer.
+    /// Takes any number of the chip's steps, or none, in any order. Between two accesses the chip stores at most one
+    /// byte, because nothing opens another transfer.
     pub(super) fn moves(&mut self) {
         if self.stopping {
-            // Nothing but the time and RXTO is looked at, and all that comes is lost.
+            // The handler reads only the timer and RXTO, and all bytes that arrive are lost.
             self.time = kani::any_where(|time| *time >= self.time && *time < TIMES);
             self.timeout |= kani::any::<bool>();
             return;
@@ -86,17 +87,17 @@ impl Chip {
             self.time_passes();
         }
         if self.owes_end {
-            // It may be late.
+            // The ENDRX that is still due may come now.
             let is_late = self.memory.is_some_and(|byte| !byte.is_hidden) && kani::any();
             self.owes_end = !is_late;
             self.ended = is_late;
         } else if !self.open {
-            // It may come again.
+            // ENDRX may come again.
             self.ended |= kani::any::<bool>();
         }
     }
 
-    /// A1: no byte waits when the time is over.
+    /// Advances the timer by any time. By A1 it stays below `NONE_WAITS` while a byte waits and a transfer is open.
     fn time_passes(&mut self) {
         let waits = self.open && (self.old > 0 || self.new > 0);
         if !waits {
@@ -104,18 +105,18 @@ impl Chip {
         }
     }
 
-    /// Any number of bytes, lost or spoilt ones among them, or none.
+    /// Receives any number of bytes, or none. Some of them may be lost or corrupted.
     fn receives(&mut self) {
         let more: u8 = kani::any();
         kani::assume(more < FIFO + 2);
         self.next += more;
         let waited = self.old + self.new > 0;
         if kani::any() {
-            // All are sound, and there is room.
+            // All bytes are sound, and the FIFO has room for them.
             self.new += more;
         } else {
-            // An error comes before the first is stored, or spoils it: A3, A4. What was there may be lost to an
-            // overrun, but for the last.
+            // An error comes before the first of these bytes is stored, or corrupts it (A3, A4). An overrun may lose
+            // the bytes that were in the FIFO, except the last one.
             self.failed = true;
             self.error |= kani::any::<bool>();
             self.old = kani::any();
@@ -131,7 +132,7 @@ impl Chip {
         kani::assume(self.old + self.new > 0 || !waited && !self.overran);
     }
 
-    /// Stores the first byte of the FIFO, if a transfer is open.
+    /// Stores the first byte of the FIFO in memory, if a transfer is open.
     pub(super) fn stores(&mut self) {
         if !self.open || self.old == 0 && self.new == 0 {
             return;
@@ -154,8 +155,9 @@ impl Chip {
         self.ended = !self.owes_end;
     }
 
-    /// In front of each access that reads or changes what the chip does. What it does in front of the others it
-    /// may as well do in front of the next of these: none of its steps depends on them.
+    /// Takes the chip's steps before an access. Each access that reads or changes the chip's state calls this
+    /// function. The other accesses need not call it: no step of the chip depends on them, so the chip can take its
+    /// steps before the next access that does.
     fn access(&mut self) {
         if self.moves {
             self.moves();
@@ -166,7 +168,7 @@ impl Chip {
         assert!(!self.open || self.ghost, "a transfer is open already");
         assert!(!self.owes_end, "the last transfer's ENDRX is to come");
         if let (true, None, Some(byte)) = (self.ghost, self.looked_at, self.memory) {
-            // L4: overwritten.
+            // L4: the byte in memory is overwritten.
             self.expected = if byte.is_sound {
                 byte.number + 1
             } else {
@@ -201,8 +203,8 @@ impl Registers for Chip {
         self.error = false;
         self.access();
         let (failed, overran) = (self.failed, self.overran);
-        // One of the same kind that comes before the causes are cleared is cleared with them; one of another kind
-        // too, if any write clears all.
+        // An error that comes before the causes are cleared is cleared with them if it has the same cause. An error
+        // with another cause is cleared too if any write clears all causes.
         self.access();
         if !failed {
             return 0;
@@ -246,7 +248,7 @@ impl Registers for Chip {
         self.access();
         assert!(self.stopping, "the receiver is stopped first");
         self.stopping = false;
-        // The FIFO's bytes are lost, and so are all that come until it is on again.
+        // The bytes in the FIFO are lost, and so are all bytes that arrive until the UARTE is on again.
         (self.old, self.new) = (0, 0);
         self.next += 1;
         (self.open, self.owes_end) = (false, false);

@@ -1,14 +1,14 @@
-//! What always holds of the chip and of the reception, between any two rounds and steps.
+//! The invariant of the chip and the reception. It holds between any two rounds and steps.
 
 use super::Reception;
 use super::chip::{Byte, Chip, FIFO, TIMES};
 use crate::{ERRORS_A_TICK, SinceByte, State};
 
-/// Numbers on the line begin below this: they do not wrap within a round.
+/// Upper bound of the bytes' numbers at the start of a harness, so that they do not wrap within a round.
 const NUMBERS: u8 = 30;
 
 impl Chip {
-    /// Any state in which the invariant holds.
+    /// Returns an arbitrary chip in a state in which the invariant holds.
     pub(super) fn any(reception: &Reception) -> Self {
         let chip = Self {
             next: kani::any(),
@@ -41,10 +41,10 @@ impl Chip {
         chip
     }
 
-    /// The invariant.
+    /// Returns whether the invariant holds.
     pub(super) fn holds(&self, state: State) -> bool {
         if state == State::Stopping {
-            // Nothing comes out.
+            // No byte is stored or handed on.
             return self.stopping
                 && self.reported
                 && self.expected < self.next + 1
@@ -54,14 +54,15 @@ impl Chip {
         !self.stopping
             && self.is_possible()
             && self.is_in_order()
-            // The one report stands in front of all that comes behind the drain.
+            // The report was made before any byte that follows the drain.
             && (!draining || self.reported)
             && (self.failed || draining || self.is_lost_and_hidden() || self.is_clean())
-            // When the time is over the FIFO is empty: what is in it has come since.
+            // When `NONE_WAITS` is over, the FIFO has been empty, so all bytes in it have come since.
             && (self.failed || !draining || !self.open || self.time == 0 || self.old == 0)
     }
 
-    /// One transfer is open, or its ENDRX has come, or is still to come.
+    /// Returns whether the chip's state is possible. Exactly one of three cases holds: a transfer is open, or its ENDRX
+    /// has come, or its ENDRX is still due.
     fn is_possible(&self) -> bool {
         self.old < FIFO + 1
             && self.new < FIFO + 1
@@ -69,14 +70,15 @@ impl Chip {
             && self.new < self.next + 1
             && self.time < TIMES
             && (self.failed || !self.overran)
-            // A full FIFO keeps a byte until a transfer takes it, which A1 says is soon.
+            // After an overrun, the FIFO keeps a byte until a transfer takes it, which by A1 happens soon.
             && (!self.open || !self.overran || self.time == 0 && self.old + self.new > 0)
             && u8::from(self.open) + u8::from(self.ended) + u8::from(self.owes_end) == 1
             && self.open != self.memory.is_some()
             && self.memory.is_none_or(|byte| byte.number < self.next)
     }
 
-    /// Nothing that was handed on comes again.
+    /// Returns whether the bytes in memory and in the FIFO all follow the bytes handed on, so that no byte is handed on
+    /// again.
     fn is_in_order(&self) -> bool {
         let follows = match self.memory {
             Some(Byte {
@@ -87,8 +89,8 @@ impl Chip {
         self.expected < self.first_new() + 1 && follows
     }
 
-    /// No error has come that was not reported: what has come out next is the next on the line, or an event
-    /// was reported since.
+    /// Returns whether every error so far was reported: either the next byte to hand on follows the last one on
+    /// the line, or an event was reported since.
     fn is_clean(&self) -> bool {
         let next = self.memory.map_or(self.first_new(), |byte| byte.number);
         self.old == 0
@@ -98,14 +100,14 @@ impl Chip {
             && (next == self.expected || self.reported)
     }
 
-    /// A byte lies in memory, looks like none, and its ENDRX will never come: nothing comes out any more until
-    /// the FIFO has overrun.
+    /// Returns whether a byte whose value is `NO_BYTE` lies in memory and its ENDRX is lost. No further byte is stored
+    /// until the FIFO has overrun.
     fn is_lost_and_hidden(&self) -> bool {
         self.owes_end && self.memory.is_some_and(|byte| byte.is_hidden)
     }
 }
 
-/// Any state of the reception.
+/// Returns a reception in an arbitrary state.
 pub(super) fn any_reception() -> Reception {
     Reception {
         state: match kani::any() {
@@ -125,7 +127,7 @@ pub(super) fn any_reception() -> Reception {
     }
 }
 
-/// Any state of a reception that takes bytes, and a chip that it may meet.
+/// Returns a reception in an arbitrary state other than stopping, and a chip in any state that is possible with it.
 pub(super) fn any_that_takes_bytes() -> (Reception, Chip) {
     let reception = any_reception();
     kani::assume(reception.state != State::Stopping);

@@ -1,11 +1,12 @@
-//! L1 to L4: what must come, comes. Between two rounds the chip does what A1 says, and else nothing.
+//! L1 to L4: the reception makes progress. Except for L4, the chip does between two rounds only what A1 demands.
 
 use super::chip::{Chip, FIFO};
 use super::invariant::{any_reception, any_that_takes_bytes};
 use crate::{MOST_RESTARTS, State};
 
 impl Chip {
-    /// A1: a byte that waits is stored, and its ENDRX comes; and if none waits, `NONE_WAITS` is over.
+    /// Takes the step that A1 demands: if a byte waits, it is stored and its ENDRX comes; if none waits, `NONE_WAITS`
+    /// passes.
     fn does_what_it_must(&mut self) {
         if self.open && (self.old > 0 || self.new > 0) {
             self.stores();
@@ -31,7 +32,7 @@ fn a_round_takes_what_has_come() {
     assert!(chip.idles == u8::from(time >= 2 && !before.since_byte.in_gap));
     assert!(!had_failed || chip.reported && reception.state != State::Receiving);
     assert!(had_ended || reception.since_byte.restarts >= before.since_byte.restarts);
-    // ... and an ERROR that says nothing is cleared.
+    // ... and an ERROR without a cause is cleared.
     assert!(!chip.error);
     kani::cover!(chip.pushed == 1);
     kani::cover!(dropped == 1 && had_failed);
@@ -43,7 +44,7 @@ fn after_the_last_error_it_hears_again() {
     let (mut reception, mut chip) = any_that_takes_bytes();
     chip.may_owe = false;
     kani::assume(!chip.owes_end);
-    // L2: one round for the error, one for each byte in memory and in the FIFO, and one for the time.
+    // L2: one round for the error, one round for each byte in memory and in the FIFO, and one for `NONE_WAITS`.
     for _ in 0..FIFO + 2 {
         reception.service(&mut chip);
         (chip.failed, chip.overran) = (false, false);
@@ -63,7 +64,7 @@ fn an_error_wakes_when_its_time_is_over() {
     kani::assume(chip.failed);
     reception.service(&mut chip);
     kani::assume(!chip.stopping);
-    // Too many: the tick.
+    // After too many errors, only the tick allows ERROR and the timer to wake the handler again.
     assert!(chip.wakes_by_timer == chip.wakes_by_error);
     if !chip.wakes_by_error {
         reception.tick(&mut chip);
@@ -80,7 +81,7 @@ fn a_lost_endrx_is_seen_by_the_second_tick() {
     kani::assume(chip.owes_end && !chip.failed);
     let hidden = chip.memory.is_some_and(|byte| byte.is_hidden);
     if hidden {
-        // L3: more bytes come, and the FIFO overruns.
+        // L3: more bytes arrive, and the FIFO overruns.
         (chip.failed, chip.overran) = (true, true);
         chip.time = chip.time.max(1);
         reception.service(&mut chip);
@@ -95,8 +96,8 @@ fn a_lost_endrx_is_seen_by_the_second_tick() {
     kani::cover!(!hidden);
 }
 
-/// It is started anew with RXTO, or without it after twice `GAP`; then it is a round for the time from hearing
-/// again.
+/// Checks that the UARTE is restarted at RXTO, or after twice `GAP` without RXTO. One more round, after
+/// `NONE_WAITS`, ends the drain.
 #[kani::proof]
 #[kani::unwind(6)]
 fn after_a_stop_it_hears_again() {
@@ -114,8 +115,8 @@ fn after_a_stop_it_hears_again() {
     kani::cover!(!chip.timeout);
 }
 
-/// Each restart counts, and only a byte that comes out ends the row; so if none comes any more, the reception says
-/// so after `MOST_RESTARTS`. So it does if there was no round.
+/// Checks that each restart is counted. Only a byte that is read resets the count, so if no byte is read any more,
+/// the tick returns false after `MOST_RESTARTS`. The tick also returns false if there was no round.
 #[kani::proof]
 #[kani::unwind(6)]
 fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
@@ -135,7 +136,7 @@ fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
     kani::cover!(works);
 }
 
-/// L2 without a bound: whatever came before, and however late.
+/// Checks L2 without a bound on the number of rounds: it holds whatever happened before and however late the round is.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_in_a_pause_ends_the_drain() {
@@ -147,7 +148,8 @@ fn a_round_in_a_pause_ends_the_drain() {
     kani::cover!(before == State::Draining && chip.new > 0);
 }
 
-/// L4: nothing but one byte too many, which the chip did not store, or in place of one.
+/// Checks L4: a duplicate ENDRX costs only one spurious byte, which is delivered in addition to the stored bytes or
+/// instead of one of them.
 #[kani::proof]
 #[kani::unwind(6)]
 fn an_endrx_that_comes_again_for_an_open_transfer_costs_a_byte() {

@@ -1,4 +1,5 @@
-//! S3: what is reported has happened. Here the registers say anything, for no chip could make more of it.
+//! S3: every reported event has happened. In these harnesses the registers return arbitrary values, which covers
+//! every chip.
 
 use framelock::LineEvent;
 
@@ -6,10 +7,10 @@ use super::Reception;
 use super::invariant::any_reception;
 use crate::{NO_BYTE, OVERRUN, Registers, State};
 
-/// Registers that say these values, and what was reported.
+/// Registers that return these values, and a record of the reports.
 struct Uarte {
     says: Values,
-    /// A byte lay in memory at the last tick, and no transfer was started since.
+    /// Whether a byte lay in memory at the last tick and no transfer was started since.
     lay_there: bool,
     stopping: bool,
     reported: Reported,
@@ -96,8 +97,8 @@ impl Registers for Uarte {
     fn push(&mut self, _: u8) {}
 }
 
-/// By ERRORSRC's bits, each once, and the gap. The UARTE is started anew only after an overrun with no ENDRX before
-/// it, though a transfer was open for long enough.
+/// Checks that a round reports each cause in ERRORSRC once, and the gap. It stops the UARTE only if an overrun came before
+/// ENDRX although a transfer was open for long enough.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_reports_what_has_happened() {
@@ -123,9 +124,11 @@ fn a_round_reports_what_has_happened() {
     kani::cover!(expected.restarts == 1);
 }
 
-/// A byte that lies there at one tick may have come just now; if it lies there at the second, with no ENDRX and
-/// nothing started between them, its ENDRX was lost. Rounds between them change this only if they start
-/// something: two may each do all that many do.
+/// Checks that a tick reports a lost ENDRX only if it is lost.
+///
+/// A byte that lies in memory at one tick may have just been stored. If it still lies there at the second tick, and no
+/// ENDRX came and no transfer was started between the ticks, its ENDRX was lost. Rounds between the ticks matter only
+/// if they start a transfer, so two arbitrary rounds stand for any number of rounds.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_tick_reports_no_byte_that_has_just_come() {

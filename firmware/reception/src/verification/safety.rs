@@ -1,5 +1,5 @@
-//! S1 and S2: the invariant holds at the start, and everything keeps it. That bytes are handed on as they
-//! should be is asserted where the chip is given them: [`Chip::push`](crate::Registers::push).
+//! S1 and S2: the invariant holds at the start, and every step preserves it. The model of the chip receives the bytes
+//! that are handed on, and asserts S1 and S2 for each: see [`Chip::push`](crate::Registers::push).
 
 use super::Reception;
 use super::chip::Chip;
@@ -9,7 +9,7 @@ use crate::State;
 #[kani::proof]
 fn at_the_start() {
     let mut chip = Chip::any(&Reception::default());
-    // Switched on just now, with nothing opened.
+    // The UARTE has just been switched on, and no transfer is open.
     chip.old = 0;
     chip.new = 0;
     chip.open = false;
@@ -34,7 +34,7 @@ fn whatever_the_chip_does() {
     kani::cover!(chip.failed && chip.old == 1 && chip.new == 1);
 }
 
-/// A round in which the chip moves.
+/// Checks a round during which the chip takes any steps. `begins_with` restricts the state at its start.
 fn a_round(begins_with: fn(&Chip) -> bool) -> Chip {
     let (mut reception, mut chip) = any_that_takes_bytes();
     kani::assume(begins_with(&chip));
