@@ -60,7 +60,8 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
         .build_const()
 }
 
-/// The layouts with one message: a format replaces it by its own without a check for each byte.
+/// The layouts with one placeholder message. A format replaces it by its own messages, so that the layout is not checked
+/// again for each byte.
 const MAVLINK1: Layout<'static> = layout_v1(&[KnownMessage::new(0)]);
 const MAVLINK2: Layout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
@@ -83,8 +84,8 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 ///
 /// For MAVLink 1 on the same line give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
-/// The CRC notices every burst of up to 16 wrong bits, and lets one in 65 536 random frames pass. It is computed
-/// without a table; the feature `pc-crc-table` uses one of 16 KiB, which is faster on a PC.
+/// The CRC detects every burst of up to 16 wrong bits. One in 65 536 random frames passes undetected. The CRC is computed
+/// without a table. The feature `pc-crc-table` adds a table of 16 KiB, which is faster on a PC.
 ///
 /// Source: <https://mavlink.io/en/guide/serialization.html>, "MAVLink 2 Packet Format", "Payload
 /// Truncation", "Checksum", and <https://mavlink.io/en/guide/message_signing.html>.
