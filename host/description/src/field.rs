@@ -180,7 +180,7 @@ impl NumberType {
         }
     }
 
-    /// Returns the index of a byte in the frame. `byte` counts the number's bytes from the lowest one.
+    /// Returns the position of a byte among the number's bytes in the frame. `byte` is 0 for the lowest byte.
     pub(crate) fn place(self, byte: usize) -> usize {
         match self.order {
             ByteOrder::Little => byte,

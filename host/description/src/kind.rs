@@ -66,7 +66,8 @@ impl Kind {
         frame.get(*at..at + bytes.len()) == Some(bytes) && self.has_length_of(frame)
     }
 
-    /// Returns true if the frame has exactly the length of the fields, so that each of its bytes is in a field.
+    /// Returns true if a field ends where the frame ends, or takes the rest of the frame: every byte is then in a field.
+    /// Truncated zeros count as present.
     fn has_length_of(&self, frame: &[u8]) -> bool {
         let appended = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
         let length = self.layout.counted_length(frame);
