@@ -1,5 +1,5 @@
-//! Streams with faults, cut into slices anywhere. The receiver must find the same frames as the reference, and each frame
-//! must begin with the protocol's sync.
+//! Streams with faults, cut into slices anywhere. The receiver must find the same frames as the reference. Each frame must
+//! begin where the protocol says.
 
 use framelock_fuzz_oracles::{Fault, FormatLine, FormatStep, Protocol, formats};
 use proptest::prelude::*;
