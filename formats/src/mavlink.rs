@@ -74,15 +74,15 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
     Layout { messages, ..layout }
 }
 
-/// MAVLink 2: `FD`, nine bytes of header, up to 255 of payload, a CRC-16, and 13 bytes of signature if
-/// the header says so.
+/// MAVLink 2: `FD`, nine more bytes of header, up to 255 bytes of payload, a CRC-16, and 13 bytes of signature if the
+/// header announces it.
 ///
-/// It holds the messages of a dialect, by rising numbers: [`ARDUPILOTMEGA`] has all of the
-/// dialects `common` and `ardupilotmega`. Frames of other messages are dropped: their CRC, which includes a byte
-/// made of the message's definition, cannot be checked. So are those with incompatible flags other than "signed".
-/// **Signatures are not verified.**
+/// The value contains the messages of a dialect, in ascending order of their numbers. [`ARDUPILOTMEGA`] contains all
+/// messages of the dialects `common` and `ardupilotmega`. Frames of other messages are dropped, because their CRC cannot
+/// be checked: it covers an extra byte that is computed from the message's definition. Frames with incompatible flags
+/// other than "signed" are dropped too. **Signatures are not verified.**
 ///
-/// For MAVLink 1 on the same line give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
+/// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
 /// The CRC detects every burst of up to 16 wrong bits. One in 65 536 random frames passes undetected. The CRC is computed
 /// without a table. The feature `pc-crc-table` adds a table of 16 KiB, which is faster on a PC.

@@ -10,8 +10,8 @@ use crate::streams::{Protocol, Stream};
 pub(crate) struct Answer {
     /// The number of frames that arrived whole and were not delivered.
     pub(crate) lost: usize,
-    /// What was delivered and is none of these: damaged frames whose check is right, frames inside
-    /// the payload of others.
+    /// The number of delivered frames that did not arrive whole, or were never sent: damaged frames whose check is right,
+    /// and frames inside the payload of others.
     pub(crate) false_frames: usize,
     /// The greatest number of bytes between the last byte of a frame and its delivery.
     pub(crate) latest: usize,
@@ -40,8 +40,8 @@ impl Answer {
     }
 }
 
-/// Panics unless ours gives what the reference gives, in its order, however the stream is handed over;
-/// and loses no whole frame but under a false one whose check is right.
+/// Panics unless framelock delivers the same frames as the reference, in the same order, however the stream is split. Also
+/// panics if framelock loses a whole frame that is not covered by a false frame whose check is right.
 pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
     let Some(reference) = &entry.reference else {
         return;

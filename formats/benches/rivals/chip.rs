@@ -34,8 +34,8 @@ const CONTENDERS: [(&str, &str, &str); 13] = [
 /// Every panic goes through a function of `core::panicking` to the program's own handler.
 const PANICS: [&str; 2] = ["core::panicking", "rust_begin_unwind"];
 
-/// What is not counted: functions that hardly any program does without, and the MAVLink dialect, which is the
-/// user's.
+/// Symbols that are not counted: functions that almost every program contains, and the MAVLink dialect, which the user
+/// chooses.
 const COMMON: [&str; 4] = ["memcpy", "memclr", "memset", "rivals_on_chip::message"];
 
 /// The number of bytes in the instruction that calls a function.
@@ -112,7 +112,7 @@ impl Cost {
 pub(crate) struct Run {
     state: u32,
     pub(crate) frames: u32,
-    /// Of all bytes but those skipped, each from the first instruction of its call to the return.
+    /// The cost of all bytes except the skipped ones. Each byte is counted from the first instruction of its call to the return.
     pub(crate) all: Cost,
     /// The cycles of the most expensive byte.
     pub(crate) costliest: u64,
@@ -165,7 +165,7 @@ impl Program {
         ]
     }
 
-    /// Gives it a stream. What the first `skip` bytes cost is not counted.
+    /// Runs the program on a stream. The cost of the first `skip` bytes is not counted.
     pub(crate) fn take(&self, stream: &[u8], skip: usize) -> Result<Run, Box<dyn Error>> {
         let image = Image::parse(&self.elf)?;
         let mut symbols = image.symbols().iter().filter(|symbol| {

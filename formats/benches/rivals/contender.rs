@@ -66,7 +66,7 @@ pub(crate) struct Entry {
     pub(crate) deliver: Box<dyn Fn(&[u8], Cut) -> Vec<Delivered>>,
     /// Returns the time that the contender takes for a stream.
     pub(crate) time: Box<dyn Fn(&[u8], Cut) -> Duration>,
-    /// Ours only: where the frames are that the reference finds.
+    /// The positions of the frames that the reference finds. Only framelock's own entries have it.
     pub(crate) reference: Option<Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>>,
 }
 
