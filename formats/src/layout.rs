@@ -171,7 +171,7 @@ impl<'a> Layout<'a> {
         self.content
     }
 
-    /// The bytes that a frame may end with as well, of any lengths.
+    /// The other terminators that a frame may end with. They may have different lengths.
     #[inline]
     #[must_use]
     pub const fn other_terminators(&self) -> &'a [&'a [u8]] {

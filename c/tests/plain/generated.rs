@@ -24,7 +24,7 @@ struct Case {
     expected: String,
 }
 
-/// Several kinds of frames, as the guide to one's own frame has them.
+/// Several kinds of frames, from the guide in `docs/own-frame.md`.
 const MOTOR: &str = "
     sync = 'AA 55'
     length_field = { at = 2, type = 'u8', plus = 5 }

@@ -79,27 +79,27 @@ struct KindItem {
 #[derive(Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "templates ask for each")]
 struct Item {
-    /// Its name in the program.
+    /// The name in the program.
     name: String,
     /// Bytes of the shortest frame that has the field; `None` if every frame has it.
     needs: Option<usize>,
     /// The least number of bytes in a frame with this field, if it may exceed `start`.
     least: Option<usize>,
-    /// The index of its first byte, or a negative distance from the end.
+    /// The index of the first byte, or a negative distance from the end.
     at: i16,
     /// The number of bytes between the field and the frame's end, if the field takes the rest.
     margin: usize,
-    /// Its type in the description.
+    /// The field's type in the description.
     described_type: String,
-    /// Whether it consists of bytes instead of numbers.
+    /// Whether the field consists of bytes instead of numbers.
     is_text: bool,
-    /// Whether it takes the rest of the frame.
+    /// Whether the field takes the rest of the frame.
     is_rest: bool,
     is_array: bool,
     is_appended: bool,
     /// The number of values, or of bytes.
     count: Option<usize>,
-    /// The smallest type that holds its number, in Rust.
+    /// The smallest Rust type that holds the number.
     number: String,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
