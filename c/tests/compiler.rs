@@ -1,4 +1,4 @@
-//! C programs, compiled against the header and the library, and run.
+//! Compiles C programs against the header and the library, and runs them.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -13,8 +13,8 @@ use crate::pages::IN_C;
 pub(crate) const C: [&str; 4] = ["cc", "-std=c99", "-Wpedantic", "-Wconversion"];
 pub(crate) const CPP: [&str; 4] = ["c++", "-std=c++17", "-xc++", "-Wconversion"];
 
-/// Compiles the sources as one program, runs it, and returns what it writes. It must compile without a
-/// warning, and end well.
+/// Compiles the sources as one program, runs it, and returns its output. The program must compile without a warning and
+/// exit successfully.
 pub(crate) fn run(compiler: &[&str], sources: &[&Path], input: &[u8]) -> String {
     let folder = TempDir::new().unwrap();
     let program = folder.path().join("program");
@@ -24,7 +24,7 @@ pub(crate) fn run(compiler: &[&str], sources: &[&Path], input: &[u8]) -> String 
     succeeds(&mut Command::new(program), input, "")
 }
 
-/// Compiles the sources with a library as one program, without a warning. `install` says how one gets the compiler.
+/// Compiles the sources with a library as one program, without a warning. `install` says how to install the compiler.
 pub(crate) fn compile(
     compiler: &[&str],
     sources: &[&Path],
@@ -52,7 +52,7 @@ pub(crate) fn compile(
     succeeds(&mut compile, &[], install);
 }
 
-/// Runs a program that must end well, and returns what it writes. `install` says how one gets it.
+/// Runs a program that must exit successfully, and returns its output. `install` says how to install the program.
 pub(crate) fn succeeds(command: &mut Command, input: &[u8], install: &str) -> String {
     command
         .stdin(Stdio::piped())
@@ -74,13 +74,13 @@ pub(crate) fn succeeds(command: &mut Command, input: &[u8], install: &str) -> St
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// One of the programs beside the tests.
+/// Returns the path of a program beside the tests.
 pub(crate) fn program(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     folder.join("tests/programs").join(name)
 }
 
-/// The library, built as the page says, but for this computer.
+/// Builds the library with the commands of the page, but for this computer.
 pub(crate) fn library() -> &'static Path {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(|| {

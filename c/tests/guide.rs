@@ -1,4 +1,4 @@
-//! The programs in `docs/c.md` do what the same in Rust does: here, and on the emulated chip.
+//! The programs in `docs/c.md` behave like the same programs in Rust, on this computer and on the emulated chip.
 
 use std::fmt::Write;
 use std::num::NonZeroU32;
@@ -66,7 +66,7 @@ pub(crate) fn programs(frames: usize) -> [Program; 4] {
     ]
 }
 
-/// Where the actuators are driven after each millisecond.
+/// Returns the setpoint of the actuators after each millisecond.
 fn driven(stream: &[u8]) -> String {
     let mut line = Line::new(Receiver::<Bin>::new());
     let parameters = FailsafeParameters {

@@ -1,6 +1,6 @@
 //! The header that is committed is the one that cbindgen makes.
 //!
-//! After a change that is meant, `FRAMELOCK_WRITE_HEADER=1 cargo test -p framelock-c header` writes it anew.
+//! After an intended change, `FRAMELOCK_WRITE_HEADER=1 cargo test -p framelock-c header` writes the header again.
 
 use std::path::Path;
 use std::{env, fs};

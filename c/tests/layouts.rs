@@ -1,4 +1,4 @@
-//! A C program receives frames of any layouts as a Rust program does, and makes the same ones.
+//! A C program receives frames of arbitrary layouts like a Rust program, and makes the same frames.
 
 use std::fmt::Write;
 
@@ -110,7 +110,7 @@ fn c_receives_frames_of_any_layouts_as_rust_does() {
             *sum += lines.filter(|line| line.starts_with(first)).count();
         }
     }
-    // What is compared also happens.
+    // Every compared event occurs at least once.
     assert!(
         happened.iter().all(|&counter| counter > 1000),
         "{happened:?}"
@@ -177,7 +177,7 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Vec<u8> {
         let length = random.random_range(layout.shortest()..=layout.longest().min(90));
         let sync = layout.sync().bytes;
         let is_text = layout.length() == Length::Delimiter;
-        // Bytes that look like parts of a frame, or any.
+        // Bytes that look like parts of a frame, or arbitrary bytes.
         let byte = |random: &mut ChaCha8Rng| match random.random_range(0..8) {
             0 if layout.content().is_empty() => sync[random.random_range(0..sync.len())],
             _ if is_text => random.random_range(b'%'..b'~'),
@@ -199,7 +199,7 @@ fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Vec<u8> {
     }
 }
 
-/// What the program should say.
+/// Returns the expected output of the program.
 fn taken(steps: &mut [u8]) -> String {
     let (number, mut steps) = steps.split_first_mut().unwrap();
     let layouts = LINES[usize::from(*number)];
@@ -221,7 +221,7 @@ fn taken(steps: &mut [u8]) -> String {
                 0
             }
             b'e' => {
-                // The last is none: it is ignored.
+                // The last event does not exist and is ignored.
                 if let Some(&event) = EVENTS.get(usize::from(rest[0])) {
                     line.line_event(event, |found| {
                         if let Some(frame) = found.message() {

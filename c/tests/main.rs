@@ -1,4 +1,4 @@
-//! The header, the library and the pages about them, as a C compiler meets them.
+//! Tests of the header, the library and the pages about them with a C compiler.
 #![cfg(unix)]
 #![allow(
     clippy::unwrap_used,

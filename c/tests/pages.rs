@@ -18,7 +18,7 @@ use crate::receiving::assert_same;
 pub(crate) const IN_C: &str = include_str!("../../docs/c-library.md");
 pub(crate) const FROM_THE_LECTURE: &str = include_str!("../../docs/from-the-lecture.md");
 
-/// The page's blocks in that language.
+/// Returns the code blocks of the page in this language.
 pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
     let fence = format!("\n```{language}\n");
     let behind = page.split(&fence).skip(1);
@@ -95,7 +95,7 @@ fn the_page_about_c_links() {
         fs::copy(program(part), file(part)).unwrap();
     }
     fs::copy(program("steps.h"), file("steps.h")).unwrap();
-    // framelock's folder, but the library is for this computer.
+    // The folder is framelock's own, but the library is built for this computer.
     let built = file("framelock/target/thumbv7em-none-eabihf/firmware");
     fs::create_dir_all(&built).unwrap();
     symlink(library(), built.join("libframelock_c.a")).unwrap();

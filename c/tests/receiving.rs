@@ -1,4 +1,4 @@
-//! A C program receives what a Rust program does.
+//! A C program receives the same frames as a Rust program.
 
 use std::fmt::Write;
 use std::num::NonZeroU32;
@@ -56,7 +56,7 @@ fn faulty_stream<F: Encode<Message = Setpoint>>() -> Vec<u8> {
     let mut random = ChaCha8Rng::seed_from_u64(16);
     let mut steps = Vec::new();
     for _ in 0..20_000 {
-        // Bytes that look like parts of a frame, or any.
+        // Bytes that look like parts of a frame, or arbitrary bytes.
         let setpoint = [(); 3].map(|()| match random.random_range(0..8) {
             0 => b'A',
             1 => b'B',
@@ -79,7 +79,7 @@ fn faulty_stream<F: Encode<Message = Setpoint>>() -> Vec<u8> {
     steps
 }
 
-/// What `receive.c` should write.
+/// Returns the expected output of `receive.c`.
 fn received<F: FixedFormat<Message = Setpoint> + 'static>(steps: &[u8]) -> String {
     let mut line = Line::new(Receiver::<F>::new());
     let mut now = 0xFFFF_FF00_u32;
@@ -120,7 +120,7 @@ fn received<F: FixedFormat<Message = Setpoint> + 'static>(steps: &[u8]) -> Strin
     }
     let counters = line.counters();
     let (discarded, events) = (counters.discarded, counters.events);
-    // The comparison is of something.
+    // The comparison is not empty.
     assert!(counters.frames > 10_000 && counters.resynchronisations > 1000);
     writeln!(
         text,

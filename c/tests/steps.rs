@@ -11,7 +11,7 @@ use crate::receiving::assert_same;
 use crate::{guide, layouts};
 
 pub(crate) struct Program {
-    /// Code that a page shows.
+    /// The code that a page shows.
     pub(crate) page: Option<&'static str>,
     /// The rest of it, beside the tests.
     pub(crate) source: &'static str,
@@ -62,7 +62,7 @@ impl Program {
     }
 }
 
-/// Debian's, for a Cortex-M4 with `-mfloat-abi=hard`.
+/// Debian's compiler for a Cortex-M4 with `-mfloat-abi=hard`.
 const ARM: [&str; 9] = [
     "arm-none-eabi-gcc",
     "-mcpu=cortex-m4",

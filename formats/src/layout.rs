@@ -171,7 +171,7 @@ impl<'a> Layout<'a> {
         self.content
     }
 
-    /// The bytes that a frame may end with as well, of any lengths.
+    /// The other terminators that a frame may end with. They may have different lengths.
     #[inline]
     #[must_use]
     pub const fn other_terminators(&self) -> &'a [&'a [u8]] {
@@ -185,13 +185,14 @@ impl<'a> Layout<'a> {
         self.trailer
     }
 
-    /// Returns the length that places in this frame are counted with: a frame that ends with one of the
-    /// [`other_terminators`](Self::other_terminators) is counted as if it ended with the [`terminator`](Self::terminator).
+    /// Returns the length from which positions relative to the end of this frame are counted. A frame that ends with one
+    /// of the [`other_terminators`](Self::other_terminators) is counted as if it ended with the
+    /// [`terminator`](Self::terminator).
     #[inline(always)]
     #[must_use]
     pub fn counted_length(&self, frame: &[u8]) -> usize {
         let others = self.other_terminators.iter().copied();
-        // The longest: a shorter one may be its end.
+        // Takes the longest terminator that fits, because a shorter one may be the end of it.
         let ends = self.terminator.each().chain(others);
         let ends = ends.filter(|end| {
             let mut both = end.iter().rev().zip(frame.iter().rev());

@@ -60,7 +60,8 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
         .build_const()
 }
 
-/// The layouts with one message: a format replaces it by its own without a check for each byte.
+/// The layouts with one placeholder message. A format replaces it by its own messages, so that the layout is not checked
+/// again for each byte.
 const MAVLINK1: Layout<'static> = layout_v1(&[KnownMessage::new(0)]);
 const MAVLINK2: Layout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
@@ -73,18 +74,18 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
     Layout { messages, ..layout }
 }
 
-/// MAVLink 2: `FD`, nine bytes of header, up to 255 of payload, a CRC-16, and 13 bytes of signature if
-/// the header says so.
+/// MAVLink 2: `FD`, nine more bytes of header, up to 255 bytes of payload, a CRC-16, and 13 bytes of signature if the
+/// header announces it.
 ///
-/// It holds the messages of a dialect, by rising numbers: [`ARDUPILOTMEGA`] has all of the
-/// dialects `common` and `ardupilotmega`. Frames of other messages are dropped: their CRC, which includes a byte
-/// made of the message's definition, cannot be checked. So are those with incompatible flags other than "signed".
-/// **Signatures are not verified.**
+/// The value contains the messages of a dialect, in ascending order of their numbers. [`ARDUPILOTMEGA`] contains all
+/// messages of the dialects `common` and `ardupilotmega`. Frames of other messages are dropped, because their CRC cannot
+/// be checked: it covers an extra byte that is computed from the message's definition. Frames with incompatible flags
+/// other than "signed" are dropped too. **Signatures are not verified.**
 ///
-/// For MAVLink 1 on the same line give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
+/// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
-/// The CRC notices every burst of up to 16 wrong bits, and lets one in 65 536 random frames pass. It is computed
-/// without a table; the feature `pc-crc-table` uses one of 16 KiB, which is faster on a PC.
+/// The CRC detects every burst of up to 16 wrong bits. One in 65 536 random frames passes undetected. The CRC is computed
+/// without a table. The feature `pc-crc-table` adds a table of 16 KiB, which is faster on a PC.
 ///
 /// Source: <https://mavlink.io/en/guide/serialization.html>, "MAVLink 2 Packet Format", "Payload
 /// Truncation", "Checksum", and <https://mavlink.io/en/guide/message_signing.html>.

@@ -1,9 +1,9 @@
-//! Theorem 13g: whatever stands in a layout, it keeps the laws of [`Format`], alone and among others; and nothing
-//! panics, in deciding, in checking, in writing, or in decoding the shipped formats, whatever the bytes are.
+//! Theorem 13g. Every layout keeps the laws of [`Format`], alone and together with other layouts. In addition, nothing
+//! panics for any bytes: neither the classification, nor the check and the writing of frames, nor the decoding of the
+//! shipped formats.
 //!
-//! Each harness of the laws takes any bytes, and asks about the first of them twice: about `some`, and about
-//! `more`. What says whether a checksum is right is any function of the frame: so the laws hold with any
-//! checksum.
+//! Each harness of the laws takes arbitrary bytes and classifies two prefixes of them: `some` bytes, and `more` bytes. An
+//! arbitrary function of the frame decides whether the checksum is right, so the laws hold with every checksum.
 
 mod any_layout;
 mod any_of;

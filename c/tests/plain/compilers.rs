@@ -1,4 +1,4 @@
-//! C and C++ compilers, and what they need.
+//! C and C++ compilers, and the packages that they need.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ pub(crate) const CLANGXX: Compiler = Compiler {
     command: &["clang++", "-std=c++17", "-xc++"],
     package: "clang",
 };
-/// Debian's, for a Cortex-M4.
+/// Debian's compiler for a Cortex-M4.
 pub(crate) const M4: Compiler = Compiler {
     command: &[
         "arm-none-eabi-gcc",
@@ -48,7 +48,7 @@ pub(crate) const M0: Compiler = Compiler {
     ],
     package: "gcc-arm-none-eabi",
 };
-/// Its `int` has 16 bits.
+/// A compiler whose `int` has 16 bits.
 pub(crate) const AVR: Compiler = Compiler {
     command: &["avr-gcc", "-std=c99", "-mmcu=atmega328p"],
     package: "gcc-avr avr-libc",
@@ -66,7 +66,8 @@ const WARNINGS: [&str; 7] = [
 ];
 
 impl Compiler {
-    /// Compiles a program that ends with an error at undefined behaviour, and, by gcc, at an access outside of an object.
+    /// Compiles a program that exits with an error at undefined behaviour. With gcc, it also does so at an access outside of an
+    /// object.
     pub(crate) fn compile_with_sanitizers(&self, source: &Path, options: &[&str], output: &Path) {
         // Debian's clang comes without the library that gcc's needs.
         let sanitizers = if self.package == "clang" {
@@ -91,7 +92,8 @@ impl Compiler {
     }
 }
 
-/// Runs a program that must end well. Returns its standard output, followed by its standard error. `package` is the Debian package that has it.
+/// Runs a program that must exit successfully. Returns its standard output, followed by its standard error. `package` is the
+/// Debian package that contains the program.
 pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> String {
     command
         .stdin(Stdio::piped())

@@ -51,7 +51,7 @@ fn the_lectures_page_shows_the_receiver() {
     }
 }
 
-/// Debian's core for Arduino boards, of the package arduino-core-avr.
+/// Debian's core for Arduino boards, from the package arduino-core-avr.
 const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
 
 fn arduino_compiler(name: &str) -> Command {

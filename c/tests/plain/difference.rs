@@ -1,5 +1,5 @@
-//! A generated receiver in C and the Rust receiver take the same faulty streams: the same frames, counters and pending
-//! bytes after each step.
+//! A generated receiver in C and the Rust receiver process the same faulty streams. They must have the same frames, counters
+//! and pending bytes after each step.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -118,7 +118,7 @@ impl Case {
         }
     }
 
-    /// Returns what the program has to say: see `difference.c`.
+    /// Returns the expected output of the program: see `difference.c`.
     fn expected(&self, first: u32, last: u32) -> String {
         let mut reference = Reference::new(self);
         let (mut said, mut number, mut at) = (String::new(), 0, 0);
@@ -161,7 +161,7 @@ impl Case {
         &self.steps
     }
 
-    /// A comparison of streams in which nothing happens finds nothing.
+    /// Asserts that each counted event occurs, because a comparison without events would prove nothing.
     fn demand_that_all_happened(&self, reference: &Reference) {
         let (name, counters) = (&self.name, reference.counters());
         assert!(

@@ -1,4 +1,4 @@
-//! The failsafe in C does what the one in Rust does: the same output and phase after each poll.
+//! The failsafe in C behaves like the failsafe in Rust: both have the same output and phase after each poll.
 
 use std::fmt::Write as _;
 use std::num::NonZeroU32;

@@ -1,5 +1,5 @@
-/* What generated headers make of streams: the values of each frame, and the frame of these values.
- * Behind it a test writes a function that says the fields of each, and main. */
+/* Runs generated headers on streams: prints the values of each frame, and the frame that encodes these values.
+ * After this text, a test appends main and, for each header, a function that prints its fields. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -10,7 +10,7 @@
 static uint8_t stream[1 << 20], made[1 << 17];
 static size_t frames;
 
-/* The next of the streams in the input, each behind its length. */
+/* Returns the next stream in the input. Its length precedes each stream. */
 static inline size_t next_stream(void)
 {
     uint8_t head[4];

@@ -1,4 +1,5 @@
-//! Generated code, compiled and run, says of faulty streams what the descriptions say, and makes the same frames.
+//! Compiles and runs generated code. On faulty streams, it must find the same frames as the description, and make the same
+//! frames.
 
 use std::fmt::Write;
 use std::fs;
@@ -15,7 +16,7 @@ use tempfile::TempDir;
 use crate::compilers::{CLANGXX, GCC, beside, succeeds};
 use crate::drawn;
 
-/// A description, the code of it, and what that is to say of a stream.
+/// A description, the code generated from it, and the expected output of this code for a stream.
 struct Case {
     name: String,
     description: Description,
@@ -23,7 +24,7 @@ struct Case {
     expected: String,
 }
 
-/// Several kinds of frames, as the guide to one's own frame has them.
+/// Several kinds of frames, from the guide in `docs/own-frame.md`.
 const MOTOR: &str = "
     sync = 'AA 55'
     length_field = { at = 2, type = 'u8', plus = 5 }
@@ -95,7 +96,7 @@ fn cases(random_ones: usize) -> Vec<Case> {
     cases
 }
 
-/// What the description says of a stream.
+/// Returns the expected output for a stream, according to the description.
 fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     let format = description.format();
     let mut receiver =
@@ -115,7 +116,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
                 writeln!(text, "{}{values}", field.name).unwrap();
             }
             match description.encode(&drawn::values(description, frame)) {
-                // In a row an empty text is none, in code it is there, so the frame may be longer.
+                // An empty text counts as missing in a row, but as present in code, so the frame in code may be longer.
                 Ok(_) if has_empty => text.push_str("= any\n"),
                 Ok(made) => {
                     text.push_str("= ");
@@ -129,7 +130,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     receiver.feed(stream, |found| note(found.map(|frame| frame.message())));
     let idle = framelock::LineEvent::Idle;
     receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
-    // What is compared also happens; without sync and checksum each terminator ends a frame.
+    // Every compared event occurs at least once. Without sync and checksum, each terminator ends a frame.
     let layout = description.kinds[0].layout;
     let takes_all = layout.sync().length == 0 && layout.checksum().is_none();
     assert!(
@@ -141,7 +142,7 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     text
 }
 
-/// A value as the generated code has it: what stands in the frame.
+/// Returns a value as the generated code represents it: the unscaled value in the frame.
 fn said(field: &Field, value: Value) -> String {
     match (value, &field.scale) {
         (Value::Unsigned(number), _) => format!(" {number}"),
@@ -160,7 +161,7 @@ fn fields(kind: &framelock_description::Kind) -> impl Iterator<Item = &Field> {
     kind.fields.iter().filter(|field| field.constant.is_none())
 }
 
-/// What a field is called in code: a keyword has an underscore behind it.
+/// Returns the name of a field in code. An underscore follows a keyword.
 fn member(field: &Field, code: &str) -> String {
     let name = format!("{}_", field.name);
     let is_it = [":", ";", "["]
@@ -177,7 +178,7 @@ fn input(cases: &[Case]) -> Vec<u8> {
     each.collect()
 }
 
-/// That what is found is what is expected of all.
+/// Asserts that the output is the expected output of all cases.
 fn check(found: &str, cases: &[Case]) {
     let expected: String = cases.iter().map(|case| &*case.expected).collect();
     let lines = found.lines().zip(expected.lines());
@@ -265,7 +266,7 @@ fn in_rust(cases: &[Case]) {
     check(&cargo(&["run"], &input(cases)), cases);
 }
 
-/// A program that includes the headers, as C99 and as C++17.
+/// Compiles and runs a program that includes the headers, as C99 and as C++17.
 fn in_c(cases: &[Case]) {
     let folder = TempDir::new().unwrap();
     let mut text = "#include \"generated.h\"\n".to_owned();
@@ -355,7 +356,7 @@ fn hex(text: &mut String, bytes: &[u8]) {
     text.push('\n');
 }
 
-/// Values that no frame has: a channel of twelve bits, a payload that is too long, an address that is none.
+/// Values that no frame can contain: a channel of twelve bits, a payload that is too long, an address that does not exist.
 const IMPOSSIBLE: &str = "
 static void impossible(void)
 {
@@ -380,7 +381,7 @@ static void impossible(void)
 }
 ";
 
-/// The statements that say a field of `it`.
+/// Returns the statements that print a field of `it`.
 fn said_in_c(field: &Field, code: &str) -> String {
     let name = member(field, code);
     let (count, value) = match (field.count, field.is_text()) {

@@ -1,6 +1,6 @@
-//! What generated modules make of streams: the values of each frame, and the frame of these values.
+//! Runs generated modules on streams: prints the values of each frame, and the frame that encodes these values.
 //!
-//! Behind it a test writes `say`, with the names of the fields, for each module, and `main`.
+//! After this text, a test appends `main` and, for each module, `say` with the names of the fields.
 
 use std::fmt::Display;
 use std::io::Read;
@@ -64,7 +64,7 @@ fn field(name: &str, field: &impl Values) {
     }
 }
 
-/// The next of the streams in the input, each behind its length.
+/// Returns the next stream in the input. Its length precedes each stream.
 fn stream(input: &mut &[u8]) -> Vec<u8> {
     let (length, rest) = input.split_first_chunk().unwrap();
     let (stream, rest) = rest.split_at(u32::from_le_bytes(*length) as usize);
@@ -78,7 +78,7 @@ fn input() -> Vec<u8> {
     input
 }
 
-/// Values that no frame has: a channel of twelve bits, a payload that is too long, an address that is none.
+/// Values that no frame can contain: a channel of twelve bits, a payload that is too long, an address that does not exist.
 fn impossible() {
     let mut made = [0; 100];
     let mut channels = generated::sbus::Message::decode(&[0; 25]);

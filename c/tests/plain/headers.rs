@@ -1,4 +1,4 @@
-//! The headers in `c/headers` are what `framelock generate` writes, and no compiler warns of them.
+//! The headers in `c/headers` equal the output of `framelock generate`, and no compiler warns about them.
 //!
 //! `FRAMELOCK_WRITE_HEADERS=1 cargo test -p framelock-c --test plain headers` writes them.
 

@@ -85,7 +85,7 @@ fn on_avr(case: &Case, program: &str, steps: &[u8]) -> Vec<u32> {
         .args(["-m", "atmega328p", "-f", "16000000"])
         .arg(output);
     let said = succeeds(&mut simavr, &[], "simavr");
-    // It colours what comes out of the UART, and shows the end of a line as a dot.
+    // The simulator colours the output of the UART, and shows the end of a line as a dot.
     let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
     let words = said.split(|c: char| !c.is_ascii_alphanumeric());
     let words = words.map(|word| word.strip_prefix("32m").unwrap_or(word));

@@ -94,7 +94,7 @@ static const framelock_layout own_mavlink[] = {
     },
 };
 
-/* What no protocol above has. */
+/* Parts that no protocol above has. */
 static const framelock_layout odd[] = {
     {
         .sync = {(const uint8_t *)"<1<2", 2, 2},

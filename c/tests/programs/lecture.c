@@ -1,4 +1,5 @@
-/* What docs/from-the-lecture.md leaves to the firmware: bytes from standard input, and the setpoint after each. */
+/* The part that docs/from-the-lecture.md leaves to the firmware. Reads bytes from standard input, and prints the setpoint
+ * after each byte. */
 #include <stdio.h>
 #include <stdint.h>
 

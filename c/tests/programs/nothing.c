@@ -1,4 +1,4 @@
-/* NULL, zeros, and parameters and layouts that break a rule do what the header says: nothing. */
+/* Calls with NULL, with zeros, and with parameters and layouts that break a rule have no effect, as the header says. */
 #undef NDEBUG
 #include <assert.h>
 

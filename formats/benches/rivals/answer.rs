@@ -1,19 +1,19 @@
-//! Which frames a receiver found, compared with those that arrived whole, and with the reference.
+//! Compares the frames that a receiver found with the frames that arrived whole, and with the reference.
 
 use std::collections::HashMap;
 
 use crate::contender::{Cut, Entry};
 use crate::streams::{Protocol, Stream};
 
-/// What a receiver made of a stream.
+/// The result of a receiver for a stream.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Answer {
-    /// Frames that arrived whole and were not delivered.
+    /// The number of frames that arrived whole and were not delivered.
     pub(crate) lost: usize,
-    /// What was delivered and is none of these: damaged frames whose check is right, frames inside
-    /// the payload of others.
+    /// The number of delivered frames that did not arrive whole, or were never sent: damaged frames whose check is right,
+    /// and frames inside the payload of others.
     pub(crate) false_frames: usize,
-    /// How many bytes behind its last byte a frame was delivered, at most.
+    /// The greatest number of bytes between the last byte of a frame and its delivery.
     pub(crate) latest: usize,
 }
 
@@ -40,8 +40,8 @@ impl Answer {
     }
 }
 
-/// Panics unless ours gives what the reference gives, in its order, however the stream is handed over;
-/// and loses no whole frame but under a false one whose check is right.
+/// Panics unless framelock delivers the same frames as the reference, in the same order, however the stream is split. Also
+/// panics if framelock loses a whole frame that is not covered by a false frame whose check is right.
 pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
     let Some(reference) = &entry.reference else {
         return;

@@ -1,4 +1,4 @@
-//! The receivers on the emulated Cortex-M4: what they add to a program, and what a byte costs.
+//! The receivers on the emulated Cortex-M4: the size that they add to a program, and the cost of a byte.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -11,7 +11,7 @@ use object::{Object, ObjectSection};
 
 use crate::streams::{Protocol, Stream};
 
-/// Frames in the stream that the chip takes.
+/// The number of frames in the stream for the chip.
 const FRAMES: u16 = 200;
 
 /// Protocol and contender, and the features of `on-chip` that choose the contender.
@@ -34,24 +34,24 @@ const CONTENDERS: [(&str, &str, &str); 13] = [
 /// Every panic goes through a function of `core::panicking` to the program's own handler.
 const PANICS: [&str; 2] = ["core::panicking", "rust_begin_unwind"];
 
-/// What is not counted: functions that hardly any program does without, and the MAVLink dialect, which is the
-/// user's.
+/// Symbols that are not counted: functions that almost every program contains, and the MAVLink dialect, which the user
+/// chooses.
 const COMMON: [&str; 4] = ["memcpy", "memclr", "memset", "rivals_on_chip::message"];
 
-/// Bytes of the instruction that calls a function.
+/// The number of bytes in the instruction that calls a function.
 const CALL: u32 = 4;
 
-/// A receiver on the chip. What the same program takes without one is taken off.
+/// The sizes of a receiver on the chip. The sizes of the same program without a receiver are subtracted.
 pub(crate) struct Figures {
     pub(crate) protocol: &'static str,
     pub(crate) contender: &'static str,
     pub(crate) text: u64,
     /// Constants, tables for example.
     pub(crate) rodata: u64,
-    /// Bytes of RAM, besides the stack.
+    /// The number of bytes of RAM, without the stack.
     pub(crate) state: u32,
     pub(crate) cycles_a_frame: u64,
-    /// The program has a way to panic.
+    /// Whether the program can panic.
     pub(crate) can_panic: bool,
 }
 
@@ -68,7 +68,7 @@ pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn E
             return Err(format!("{features}: {} frames of {FRAMES}", run.frames).into());
         }
         let [text, rodata] = program.more_than(&nothing);
-        // A call that does nothing takes a few cycles too.
+        // Even a call that does nothing takes a few cycles.
         let cycles = run.all.cycles - nothing.take(&stream, 0)?.all.cycles;
         figures.push(Figures {
             protocol,
@@ -112,9 +112,9 @@ impl Cost {
 pub(crate) struct Run {
     state: u32,
     pub(crate) frames: u32,
-    /// Of all bytes but those skipped, each from the first instruction of its call to the return.
+    /// The cost of all bytes except the skipped ones. Each byte is counted from the first instruction of its call to the return.
     pub(crate) all: Cost,
-    /// Cycles of the byte that took most.
+    /// The cycles of the most expensive byte.
     pub(crate) costliest: u64,
 }
 
@@ -157,7 +157,7 @@ impl Program {
         })
     }
 
-    /// Code and constants that it has more than another.
+    /// Returns the size of code and constants that this program has in addition to another one.
     pub(crate) fn more_than(&self, nothing: &Self) -> [u64; 2] {
         [
             self.text - nothing.text,
@@ -165,7 +165,7 @@ impl Program {
         ]
     }
 
-    /// Gives it a stream. What the first `skip` bytes cost is not counted.
+    /// Runs the program on a stream. The cost of the first `skip` bytes is not counted.
     pub(crate) fn take(&self, stream: &[u8], skip: usize) -> Result<Run, Box<dyn Error>> {
         let image = Image::parse(&self.elf)?;
         let mut symbols = image.symbols().iter().filter(|symbol| {
@@ -188,7 +188,7 @@ impl Program {
         board.patch(bytes, stream)?;
         board.patch(length, &count.to_le_bytes())?;
         let (mut all, mut costliest, mut bytes_taken) = (Cost::default(), 0, 0);
-        // Where the call under way returns to, and what all has cost before it.
+        // The return address of the current call, and the total cost before the call.
         let mut call: Option<(u32, Cost)> = None;
         let mut before = 0;
         let is_over = board.run(limit, |board| {

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use framelock::{BufferedReceiver, Format, Found};
 use framelock_proofs::reference;
 
-/// A receiver of a protocol's frames. An adapter does what its crate's documentation shows, and no more.
+/// A receiver of a protocol's frames. An adapter uses its crate as the crate's documentation shows, and adds nothing.
 pub(crate) trait Contender {
-    /// What the receiver gives its user.
+    /// The data that the receiver returns to its user.
     type Message<'a>;
 
     /// Takes bytes as they come, and calls `found` for each frame.
@@ -49,24 +49,24 @@ impl<F: Format, const N: usize> Contender for Framelock<F, N> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Cut {
     Bytes,
-    /// As half a DMA buffer often has.
+    /// A common size of half a DMA buffer.
     ChunksOf64,
 }
 
-/// A frame that was delivered: its key, and how many bytes of the stream had been taken by then.
+/// A delivered frame: its key, and the number of bytes of the stream that had been processed by then.
 pub(crate) struct Delivered {
     pub(crate) key: Vec<u8>,
     pub(crate) taken: usize,
 }
 
-/// A contender, so that all of them fit one list.
+/// A contender as a trait object, so that one list holds all of them.
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
-    /// The frames that it finds in a stream.
+    /// Returns the frames that the contender finds in a stream.
     pub(crate) deliver: Box<dyn Fn(&[u8], Cut) -> Vec<Delivered>>,
-    /// How long it takes for a stream.
+    /// Returns the time that the contender takes for a stream.
     pub(crate) time: Box<dyn Fn(&[u8], Cut) -> Duration>,
-    /// Ours only: where the frames are that the reference finds.
+    /// The positions of the frames that the reference finds. Only framelock's own entries have it.
     pub(crate) reference: Option<Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>>,
 }
 

@@ -1,4 +1,4 @@
-//! What a byte costs: in clean streams, in noise, and in the worst of a few that were made to be costly.
+//! The cost of a byte in clean streams, in noise, and in the worst of a few streams that were designed to be costly.
 
 use std::hint::black_box;
 
@@ -14,14 +14,15 @@ use crate::contender::{Cut, Entry};
 use crate::streams::{Protocol, SEED, Stream};
 use crate::{crsf, ibus, mavlink2, sbus, ubx};
 
-/// Bytes in a stream of noise, and in a hostile one.
+/// The number of bytes in a stream of noise, and in a hostile stream.
 pub(crate) const BYTES: usize = 6_000;
-/// Of a hostile stream these are not counted: until the first false frame ends, nothing is decided.
+/// The number of bytes at the beginning of a hostile stream that are not counted. Nothing is decided until the first false
+/// frame ends.
 pub(crate) const SKIPPED: usize = 1_000;
-/// Frames in a clean stream.
+/// The number of frames in a clean stream.
 const FRAMES: u16 = 200;
 
-/// A format, its streams, and who takes them.
+/// A format, its streams, and the receivers that process them.
 pub(crate) struct Case {
     pub(crate) format: &'static str,
     pub(crate) clean: Vec<u8>,
@@ -114,7 +115,7 @@ pub(crate) fn cases() -> Vec<Case> {
             &[
                 b"\xFD\xFF\0\0\0\0\0\x83\0\0",
                 b"\xFD\xFF\x01\0\0\0\0\x83\0\0",
-                // Two rows of starts: the length of the one is the message of the other.
+                // Two interleaved series of starts: the length byte of one series is the message byte of the other.
                 b"\xFD\x83\0\0\xFD\xFF\0\x83\0\0",
                 b"\xFD",
             ],
@@ -137,7 +138,7 @@ pub(crate) fn cases() -> Vec<Case> {
             "BIN-CRC8",
             "bin-crc8",
             |random| random.random::<[u8; 3]>().into(),
-            // Each fourth byte ends a frame but for its check.
+            // Every fourth byte ends a frame that only its check rejects.
             &[b"A", b"AB", b"AB012345", b"AB0\r"],
         ),
     ];

@@ -1,7 +1,7 @@
-//! What the formats cost on the chip, which repeats exactly: compared with a file, on every commit.
+//! Compares the costs of the formats on the chip with a file, on every commit. These costs are exactly repeatable.
 //!
-//! After a change that is meant, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes them anew.
-//! With another compiler than the one that made them they are not compared.
+//! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes the file again. The
+//! costs are compared only with the same compiler that produced the file.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -15,7 +15,7 @@ framelock's receivers on the emulated Cortex-M4, as docs/costs.md has them: byte
 and cycles of 200 clean frames; cycles of the costliest hostile stream, and of the costliest byte of any stream.
 ";
 
-/// An error if they are others than in the file.
+/// Returns an error if the costs differ from those in the file.
 pub(crate) fn compare(file: &str) -> Result<(), Box<dyn Error>> {
     let compiler = tables::compiler()?;
     let mut text = format!("{BEGINNING}{compiler}\n\n");

@@ -34,22 +34,22 @@ mod tables;
 mod ubx;
 mod valgrind;
 
-/// Frames in a stream.
+/// The number of frames in a stream.
 const FRAMES: u16 = 6_000;
-/// The same where nothing is timed.
+/// The number of frames in a stream if nothing is timed.
 const FEW_FRAMES: u16 = 300;
-/// Of so many rounds the fastest counts: what else the machine does makes them slower, never faster.
+/// The number of rounds, of which the fastest counts. Other work on the machine only makes rounds slower, never faster.
 const ROUNDS: usize = 60;
 
-/// A protocol, and what its contenders did.
+/// A protocol, and the results of its contenders.
 struct Match {
     protocol: Protocol,
     rows: Vec<Row>,
-    /// Of each of the streams: how many frames arrived whole.
+    /// For each stream, the number of frames that arrived whole.
     whole: Vec<usize>,
 }
 
-/// What a contender did, for each of the streams.
+/// The results of a contender for each of the streams.
 struct Row {
     name: &'static str,
     by_byte: Vec<Answer>,

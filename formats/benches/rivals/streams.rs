@@ -1,4 +1,4 @@
-//! What is sent, what happens to it on the way, and which frames arrive whole.
+//! The sent frames, the faults on the line, and the frames that arrive whole.
 
 use std::ops::Range;
 
@@ -9,10 +9,10 @@ use rand_chacha::ChaCha8Rng;
 /// One seed for all streams: the same bytes in every run, on every machine.
 pub(crate) const SEED: u64 = 15;
 
-/// Bytes behind the last frame that begin none: whoever waits for the end of a false frame gets it.
+/// The number of bytes after the last frame. They begin no frame, but complete any false frame for which a receiver waits.
 const BEHIND: [u8; 300] = [0x55; 300];
 
-/// What happens to the bytes.
+/// The faults of the line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Fault {
     Clean,
@@ -58,15 +58,15 @@ impl Fault {
 /// A protocol's frames.
 pub(crate) struct Protocol {
     pub(crate) name: &'static str,
-    /// What payloads consist of in the sync-dense stream: bytes that begin frames, and short lengths.
+    /// The bytes of payloads in the sync-dense stream: bytes that begin frames, and short lengths.
     pub(crate) sync_dense: &'static [u8],
-    /// The place of the length byte; of the second byte where there is none.
+    /// The index of the length byte, or of the second byte if the protocol has no length byte.
     pub(crate) length_at: usize,
     /// The longest frame that is sent.
     pub(crate) longest: usize,
     /// Makes a frame.
     pub(crate) frame: fn(&mut Payload) -> Vec<u8>,
-    /// What receivers are compared by: the part of a frame that each of them gives its user.
+    /// The part of a frame by which receivers are compared: every receiver returns it to its user.
     pub(crate) key: fn(&[u8]) -> Vec<u8>,
 }
 
@@ -78,7 +78,7 @@ pub(crate) struct Payload {
 }
 
 impl Payload {
-    /// One of several kinds of frames, each as often as the others.
+    /// Returns one of several kinds of frames. All kinds are equally frequent.
     pub(crate) fn one_of<T: Copy>(&mut self, kinds: &[T]) -> T {
         kinds[self.random.random_range(0..kinds.len())]
     }
@@ -99,7 +99,7 @@ impl Payload {
 /// Bytes as they arrive.
 pub(crate) struct Stream {
     pub(crate) bytes: Vec<u8>,
-    /// Where the frames are that arrive whole.
+    /// The positions of the frames that arrive whole.
     pub(crate) whole: Vec<Range<usize>>,
 }
 

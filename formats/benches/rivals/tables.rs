@@ -135,7 +135,7 @@ fn protocol(text: &mut String, played: &Match) -> fmt::Result {
     Ok(())
 }
 
-/// A line for each rival: what it does at least as well as framelock.
+/// Returns a line for each rival, which lists where it is at least as good as framelock.
 fn as_good(text: &mut String, played: &Match, figures: &[Figures]) -> fmt::Result {
     let (ours, rivals): (Vec<&Row>, Vec<&Row>) = played
         .rows
@@ -254,7 +254,7 @@ pub(crate) fn versions() -> Result<String, Box<dyn Error>> {
     Ok(versions?.join(", "))
 }
 
-/// When it ran, and what compiled it.
+/// Returns the date of the run, and the compiler's version.
 pub(crate) fn compiler_and_day() -> Result<String, Box<dyn Error>> {
     let day = says("date", "+%Y-%m-%d")?;
     Ok(format!("{day}, {}", compiler()?))

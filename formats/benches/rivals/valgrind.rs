@@ -1,4 +1,4 @@
-//! Instructions on this machine, which valgrind's callgrind counts.
+//! Counts instructions on this machine with valgrind's callgrind.
 
 use std::error::Error;
 use std::fs;
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use crate::costs::Case;
 
-/// Under valgrind the benchmark is called with this, and does nothing else.
+/// The argument of the benchmark under valgrind. With it, the benchmark only runs the counted receivers.
 pub(crate) const ARGUMENT: &str = "--under-valgrind";
 
 /// What callgrind counts: from its call to its return, and nothing else.
@@ -49,7 +49,7 @@ pub(crate) fn count(cases: &[Case]) -> Result<Vec<Vec<Vec<f64>>>, Box<dyn Error>
     if !status.success() {
         return Err("the benchmark fails under valgrind".into());
     }
-    // One file for each call.
+    // Callgrind writes one file for each call.
     let mut calls = 0;
     let mut next = || -> Result<u64, Box<dyn Error>> {
         calls += 1;

@@ -263,7 +263,7 @@ pub(super) const fn without_trailer(layout: &Layout) -> usize {
     layout.longest
 }
 
-/// Whether the bytes are a whole number of patterns.
+/// Returns true if the bytes are a whole number of patterns.
 const fn are_whole(patterns: &Patterns) -> bool {
     match patterns.bytes.len().checked_rem(patterns.length) {
         Some(rest) => rest == 0 && !patterns.bytes.is_empty(),

@@ -7,7 +7,7 @@ use crate::layout::{
     LengthField, Messages, Number, Patterns, Table, Trailer,
 };
 
-/// What a layout borrows: up to `F` fixed bits and `M` messages.
+/// The parts that a layout borrows: up to `F` fixed bits and `M` messages.
 pub(super) struct Parts<const F: usize, const M: usize> {
     fixed: [FixedBits; F],
     messages: [KnownMessage; M],
@@ -30,7 +30,7 @@ impl<const F: usize, const M: usize> Parts<F, M> {
         }
     }
 
-    /// Any layout that has these parts, or fewer, without sync, terminator or checksum.
+    /// Returns an arbitrary layout with some or all of these parts, without sync, terminator or checksum.
     pub(super) fn layout(&self) -> Layout<'_> {
         Layout {
             sync: Patterns::NONE,
@@ -64,7 +64,7 @@ impl<const F: usize, const M: usize> Parts<F, M> {
     }
 }
 
-/// Two sequences of so many bytes, which may be the same.
+/// Returns patterns of two sequences, which may be equal.
 pub(super) fn patterns<const LENGTH: usize>(bytes: &[[u8; LENGTH]; 2]) -> Patterns<'_> {
     Patterns {
         bytes: bytes.as_flattened(),
@@ -84,7 +84,7 @@ fn any_number() -> Number {
     }
 }
 
-/// Any checksum, without a table.
+/// Returns an arbitrary checksum without a table.
 pub(super) fn any_checksum() -> Checksum<'static> {
     Checksum {
         algorithm: match kani::any::<u8>() {

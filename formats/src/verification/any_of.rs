@@ -1,5 +1,5 @@
-//! Several layouts on one line keep the laws if each of them keeps the laws. The first that does not reject the bytes
-//! decides.
+//! Several layouts on one line keep the laws if each of them keeps the laws. The first layout that does not reject the
+//! bytes decides.
 
 use framelock::any_format::{Row, any_up_to, any_verdict};
 use framelock::{Classification, DiscardReason, Format};
@@ -8,15 +8,15 @@ use super::laws::{any_some_and_more, assert_lawful};
 use crate::any_of::{AnyOf, first, kind};
 use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 
-/// Bytes in the longest frame.
+/// The number of bytes in the longest frame.
 const MOST: usize = 4;
 
-/// One of them: anything that is lawful, about one place of the stream.
+/// One of the layouts: arbitrary lawful classifications of the bytes from one position of the stream on.
 struct Classified {
     longest: usize,
     starts: bool,
     row: Row,
-    /// How many it asks for when it has so many and one more.
+    /// The number of bytes that an incomplete classification asks for. Entry `n` is for `n + 1` bytes.
     at_least: [usize; MOST],
 }
 
@@ -27,7 +27,7 @@ impl Classified {
         let row = Row::any(longest);
         let starts = row.settled != Classification::Rejected(DiscardReason::NoSync);
         kani::assume(starts || row.settled_at == 1);
-        // A layout needs no bytes after a frame to find it: see `keeps_the_laws`.
+        // A layout finds a frame without any bytes after it: see `keeps_the_laws`.
         if let Classification::Frame(length) = row.settled {
             kani::assume(length == row.settled_at);
         }
@@ -51,14 +51,14 @@ impl Classified {
             None => Classification::Incomplete {
                 at_least: self.at_least[count - 1],
             },
-            // If the first `seen` were not incomplete, law 5 says nothing.
+            // If the first `seen` bytes were not incomplete, law 5 allows any answer.
             Some(_) if seen > 0 && self.row.settled(seen).is_some() => any_verdict(),
             Some(settled) => settled,
         }
     }
 }
 
-/// Of three. A layout that no byte starts is like none.
+/// Proves the laws for three layouts. This includes one or two layouts, since a layout that no byte starts has no effect.
 #[kani::proof]
 #[kani::unwind(6)]
 fn any_of_three() {
@@ -76,7 +76,7 @@ fn any_of_three() {
     if matches!(early, Classification::Incomplete { .. }) {
         assert!(classify_after(more, some) == late);
     }
-    // The first that does not reject the bytes decides.
+    // The first layout that does not reject the bytes decides.
     let each = all.each_ref().map(|one| one.classify(more, 0));
     let is_rejected = |one: &Classification| matches!(one, Classification::Rejected(_));
     match each.iter().find(|one| !is_rejected(one)) {
@@ -96,7 +96,7 @@ fn any_of_three() {
     }
 }
 
-/// A layout of which nothing is told but its syncs of one byte.
+/// Returns a layout with these syncs of one byte each. Its other parts do not matter.
 fn of_syncs<'a>(syncs: &'a [u8], no_bits: &'a [FixedBits; 0]) -> Layout<'a> {
     Layout {
         sync: Patterns {
@@ -116,7 +116,7 @@ fn of_syncs<'a>(syncs: &'a [u8], no_bits: &'a [FixedBits; 0]) -> Layout<'a> {
     }
 }
 
-/// Frames are no longer than [`AnyOf`] says, and begin as it says.
+/// Proves that frames are no longer than [`AnyOf`] claims, and begin with bytes that it accepts.
 #[kani::proof]
 #[kani::unwind(5)]
 fn any_of_two_layouts() {
@@ -147,7 +147,8 @@ fn any_of_two_layouts() {
     );
 }
 
-/// A frame may begin with the first byte of each sync, and with no other: of two layouts, one with six syncs.
+/// Proves that a frame may begin with the first byte of each sync, and with no other byte. Uses two layouts, one of them
+/// with six syncs.
 #[kani::proof]
 #[kani::unwind(8)]
 fn starts_are_those_of_the_syncs() {

@@ -10,7 +10,7 @@ use crate::classify::Header;
 use crate::layout::check::check_bounds;
 use crate::layout::{Layout, Length, LengthField, Messages, Number, Patterns};
 
-/// Laws 1 to 3, of what is said of `some` bytes, and of `more`.
+/// Asserts laws 1 to 3 for the classification `early` of `some` bytes and the classification `late` of `more` bytes.
 pub(super) fn assert_lawful(
     early: Classification,
     late: Classification,
@@ -41,19 +41,19 @@ pub(super) fn assert_lawful(
     );
 }
 
-/// Two numbers of bytes, neither above `most` or `longest`.
+/// Returns two arbitrary numbers of bytes in ascending order, neither above `most` or `longest`.
 pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     let most = most.min(longest);
     let some = kani::any_where(|&some| 1 <= some && some <= most);
     (some, kani::any_where(|&more| some <= more && more <= most))
 }
 
-/// A layout whose headers say anything, and whose frames are right or wrong in any way.
+/// A layout whose headers parse to an arbitrary result, and whose frames are right or wrong in an arbitrary way.
 struct Classified<'a> {
     layout: Layout<'a>,
     header: Result<Header, DiscardReason>,
     mismatch: Option<DiscardReason>,
-    /// Bytes in the frame that was asked about.
+    /// The length of the frame that was checked, once a frame has been checked.
     asked: Cell<Option<usize>>,
 }
 
@@ -71,7 +71,7 @@ impl Classified<'_> {
         ));
         let header = self.header.map_err(Classification::Rejected)?;
         let frame = self.layout.frame_of(&header, bytes, seen)?;
-        // It is asked about the same frame each time.
+        // Every call must check the same frame, because `mismatch` is one fixed answer.
         let length = self.asked.get().unwrap_or(frame.len());
         assert!(core::ptr::eq(frame, &raw const bytes[..length]));
         self.asked.set(Some(length));
@@ -81,7 +81,7 @@ impl Classified<'_> {
     }
 }
 
-/// Whether a header may say so: it does, by [`what_a_header_says`].
+/// Returns true if parsing a header can have this result. [`what_a_header_says`] proves it for every parsed header.
 fn is_possible(layout: &Layout, header: Result<Header, DiscardReason>) -> bool {
     match header {
         Ok(header) => match header.length {
@@ -102,9 +102,9 @@ fn what_a_header_says() {
         ..parts.layout()
     };
     let count = layout.header();
-    // Whatever else it contradicts.
+    // Only the bounds are checked here, so the layout may contain other contradictions.
     if check_bounds(&layout).is_ok() {
-        // A delimiter alone has a byte.
+        // A layout without messages, in which a delimiter alone may be a frame, needs no header before the terminator.
         let is_alone = layout.length == Length::Delimiter && layout.messages.is_none();
         assert!(is_alone || has_header_and_terminator(&layout));
         assert!(layout.shortest <= layout.longest);
@@ -117,12 +117,12 @@ fn what_a_header_says() {
     kani::cover!(header.is_ok_and(|header| header.extra.is_some()));
 }
 
-/// Whether the shortest frame has its header before its terminator, as [`what_a_header_says`] shows.
+/// Returns true if the shortest frame has room for its header and its terminator, as [`what_a_header_says`] proves.
 fn has_header_and_terminator(layout: &Layout) -> bool {
     layout.header().saturating_add(layout.terminator.length) <= layout.shortest
 }
 
-/// Any header and any mismatch that there may be.
+/// Returns the layout with an arbitrary possible header and an arbitrary mismatch.
 fn classified<'a>(layout: &Layout<'a>) -> Classified<'a> {
     let has_a_length = layout.length != Length::Delimiter;
     let header = if kani::any() {
@@ -145,7 +145,7 @@ fn classified<'a>(layout: &Layout<'a>) -> Classified<'a> {
     }
 }
 
-/// Laws 1 to 4.
+/// Asserts laws 1 to 4 for a layout.
 fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     let bytes: [u8; MOST] = kani::any();
     let layout = classified(layout);
@@ -153,7 +153,7 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     let (some, more) = any_some_and_more(MOST, longest);
     let early = layout.classify_after(&bytes[..some], 0);
     let late = layout.classify_after(&bytes[..more], 0);
-    // Law 4, and no byte is taken for a start that is none, if there are frames at all.
+    // Law 4. In addition, `starts` accepts no byte that cannot start a frame, if the layout has frames at all.
     let no_sync = late == Classification::Rejected(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
@@ -163,7 +163,7 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     assert_lawful(early, late, some, more, longest);
 }
 
-/// Law 5. What was seen is told to [`Layout::frame_of`] alone, and only where the end is to be looked for.
+/// Asserts law 5 for a layout. Only [`Layout::frame_of`] uses `seen`, and only to search for the end of a frame.
 fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     let bytes: [u8; MOST] = kani::any();
     let header = Header {
@@ -173,7 +173,7 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     };
     let end = |bytes, seen| layout.frame_of(&header, bytes, seen).map(<[u8]>::len);
     let (seen, more) = any_some_and_more(MOST, layout.longest);
-    // Before the header was there, nobody looked.
+    // While the header was incomplete, nothing searched for the end.
     let looked = seen >= layout.header();
     let found_none = matches!(
         end(&bytes[..seen], 0),
@@ -186,7 +186,8 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     kani::cover!(looked && late == Ok(MOST), "that was looked for before");
 }
 
-/// With two syncs of `SYNC` bytes. The header ends where its last number does, whichever it is.
+/// Asserts the laws for a layout with a length field and two syncs of `SYNC` bytes. The length field begins at byte 0, so
+/// the end of the header is arbitrary.
 fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
     let syncs = kani::any::<[[u8; SYNC]; 2]>();
     keeps_the_laws::<MOST>(&Layout {
@@ -222,8 +223,9 @@ fn lengths_behind_three_bytes() {
     a_layout_with_lengths::<3, 6>();
 }
 
-/// Two syncs of `SYNC` bytes, two delimiters of `END`, and another one of `OTHER`. Content is a range of bytes, or any. The
-/// header ends where its last number does, whichever it is.
+/// Defines harnesses for layouts with delimiters: two syncs of `SYNC` bytes, two terminators of `END` bytes, and up to one
+/// other terminator of `OTHER` bytes. The content is one range of bytes, or any bytes. The number of the messages
+/// determines the end of the header.
 macro_rules! delimiters {
     ($keeps:ident: $($name:ident $sync:literal $end:literal $other:literal)*) => {$(
         #[kani::proof]
@@ -251,7 +253,7 @@ macro_rules! delimiters {
                 other_terminators: &others[..any_up_to(1)],
                 trailer: None,
             };
-            // A contradiction otherwise.
+            // `build` rejects all other layouts as contradictions.
             let ends_before = |end: &[u8; $end]| other.starts_with(end) || end.starts_with(&other);
             kani::assume(layout.content.is_empty() || !ends.iter().any(ends_before));
             kani::assume(has_header_and_terminator(&layout));

@@ -1,4 +1,4 @@
-//! Nothing panics.
+//! Proofs that no function of the formats panics.
 
 use framelock::Format;
 
@@ -14,12 +14,13 @@ use crate::rtcm::Rtcm;
 use crate::sbus::Sbus;
 use crate::ubx::Ubx;
 
-/// Up to `N` bytes.
+/// Returns an arbitrary number of the bytes, up to `N`.
 fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
     &bytes[..kani::any_where(|&count| count <= N)]
 }
 
-/// Any checksum of each algorithm but a CRC: one by one, so that no prover takes all five at once.
+/// Calls a function with an arbitrary checksum of each algorithm except a CRC. The algorithms come one by one, because all
+/// five at once would be too much for the prover.
 fn for_each_sum(mut of: impl FnMut(Checksum<'static>)) {
     let mut of = |algorithm| {
         of(Checksum {
@@ -50,7 +51,7 @@ fn in_checking() {
     });
 }
 
-/// By one algorithm: writing is the same for all, and computing them is in [`in_checking`] and [`in_a_crc`].
+/// Uses one algorithm, because writing is the same for all. [`in_checking`] and [`in_a_crc`] compute the others.
 #[kani::proof]
 #[kani::unwind(9)]
 fn in_writing_a_checksum() {
@@ -62,7 +63,7 @@ fn in_writing_a_checksum() {
     kani::cover!(sum.write(&mut bytes, kani::any(), any_extra()), "written");
 }
 
-/// Bit by bit; four bytes at once, with MAVLink's; and sixteen, four and one by tables.
+/// Computes CRCs bit by bit, four bytes at once with MAVLink's CRC, and sixteen, four and one bytes at once with tables.
 #[kani::proof]
 #[kani::unwind(22)]
 fn in_a_crc() {
@@ -81,7 +82,8 @@ fn in_a_crc() {
     }
 }
 
-/// Any layout, but for its checksum: see [`in_checking`]. What is written is then classified: see [`super::laws`].
+/// Seals a frame of an arbitrary layout, except for its checksum: see [`in_checking`]. The sealed bytes are then
+/// classified: see [`super::laws`].
 #[kani::proof]
 #[kani::unwind(5)]
 fn in_sealing() {

@@ -1,4 +1,5 @@
-//! Lines with faults, cut anywhere: the receiver finds what the reference does, and a frame begins where the protocol says.
+//! Streams with faults, cut into slices anywhere. The receiver must find the same frames as the reference. Each frame must
+//! begin where the protocol says.
 
 use framelock_fuzz_oracles::{Fault, FormatLine, FormatStep, Protocol, formats};
 use proptest::prelude::*;

@@ -1,4 +1,5 @@
-//! The check of layouts: each contradiction is an error that names its part, and every other layout has frames.
+//! Tests of the check of layouts. Each contradiction must be an error that names the wrong part. Every layout that passes
+//! the check must have frames.
 
 use framelock::{BufferedReceiver, Format};
 use framelock_formats::layout::{
@@ -54,7 +55,7 @@ const KNOWN: [KnownMessage; 3] = [
 const BYTES: [u8; 256] = Crc::new(8, 7).table_of_bytes();
 const WORDS: [u32; 256] = Crc::new(16, 7).table_of_words();
 
-/// A layout that contradicts itself, the part and the message, and a layout that does not.
+/// A layout that contradicts itself, the part and the message of the error, and a similar layout without contradiction.
 #[rustfmt::skip]
 const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (COUNTED.sync(Patterns::any_of(b"ABC", 2)), Part::Sync, "sync: its bytes are not a whole number", COUNTED.sync(Patterns::any_of(b"ABCD", 2))),
@@ -199,14 +200,14 @@ fn shipped_layouts_have_frames() {
     }
 }
 
-/// Whether a receiver delivers a frame of this layout.
+/// Returns true if a receiver delivers a frame of this layout.
 fn delivers(layout: &Layout) -> bool {
     let mut random = Random(7);
     let known = layout.messages().map_or(&[][..], |messages| messages.known);
     let lengths = (layout.shortest()..=layout.longest())
         .flat_map(|length| (0..16).map(move |try_| (length, try_)));
     let mut of_lengths = lengths.flat_map(|(length, try_)| {
-        // A header without a known message, or with each.
+        // Tries a header without a known message, and a header with each known message.
         let messages = known.iter().map(|message| Some(message.number));
         let messages: Vec<_> = if known.is_empty() {
             vec![None]
@@ -273,7 +274,7 @@ fn is_received(layout: &Layout, frame: &[u8]) -> bool {
     frames == 1
 }
 
-/// Xorshift.
+/// Returns the next random number (xorshift).
 struct Random(u64);
 
 impl Random {
@@ -371,7 +372,7 @@ impl Random {
     }
 }
 
-/// The check is not too lax: a layout of random parts contradicts itself, or a receiver delivers its frames.
+/// Shows that the check is not too lax: a layout of random parts is rejected, or a receiver delivers its frames.
 #[test]
 fn a_layout_that_the_check_accepts_has_frames() {
     let mut random = Random(26);
@@ -426,7 +427,7 @@ fn a_layout_that_the_check_accepts_has_frames() {
             Err(contradiction) => *rejected.entry(contradiction.message()).or_insert(0) += 1,
         }
     }
-    // Both happen, for every kind of length and for almost every reason.
+    // Both outcomes occur for every kind of length, and almost every contradiction occurs.
     assert!(accepted.iter().all(|&count| count > 300), "{accepted:?}");
     assert!(rejected.len() >= 25, "{rejected:#?}");
 }

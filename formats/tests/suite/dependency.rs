@@ -1,10 +1,11 @@
-//! What a package finds that depends on both crates: under names of its own, and with formats given to the wrong receiver.
+//! Compiles a package that depends on both crates. The package renames the crates, or gives a format to the wrong receiver.
 
 use std::path::Path;
 use std::process::Command;
 use std::{env, fs};
 
-/// What the compiler says of a package with this source. It calls the crates `receiver` and `frames`.
+/// Returns the output of the compiler for a package with this source. The package renames the crates to `receiver` and
+/// `frames`.
 fn checked(name: &str, source: &str) -> (bool, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let package = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -18,7 +19,7 @@ fn checked(name: &str, source: &str) -> (bool, String) {
     );
     fs::write(package.join("Cargo.toml"), manifest).expect("a manifest");
     fs::write(package.join("src/lib.rs"), source).expect("a source");
-    // The packages that are here already, so that nothing is looked up.
+    // The package uses the workspace's lock file, so that Cargo downloads nothing.
     fs::copy(root.join("Cargo.lock"), package.join("Cargo.lock")).expect("a lock file");
     let output = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
         .args(["check", "--quiet", "--offline"])

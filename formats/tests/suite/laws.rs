@@ -1,5 +1,5 @@
-//! Each format keeps the laws of [`Format`], tried on its shortest and longest frames with anything behind
-//! them, each byte changed to every other.
+//! Checks that each format keeps the laws of [`Format`]. The streams are its shortest and longest frames followed by other
+//! bytes, with each byte changed to every other value.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Classification, DiscardReason, Encode as _, Format};
@@ -29,7 +29,7 @@ fn keeps_the_laws<F: Format>(format: &F, frames: &[Vec<u8>]) {
     }
 }
 
-/// The core's example of a format that is written by hand.
+/// The core's example of a handwritten format.
 #[test]
 fn own_format() {
     let longest = [&b"\xAA\x1F"[..], &[1; 31], &[31]].concat();
@@ -97,10 +97,10 @@ fn mavlink2() {
     );
 }
 
-/// The longest frame is that of the value, not that of the type.
+/// The longest frame is determined by the format's value, not by its type.
 #[test]
 fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
-    /// A mistake in `AnyOf`: it says that its longest frame is shorter than it is.
+    /// A mistake in `AnyOf`: it claims a longest frame that is too short.
     #[derive(Clone, Copy)]
     struct Shortened(AnyOf<'static>);
     impl Format for Shortened {
@@ -122,10 +122,10 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     keeps_the_laws(&several, &[stream.clone()]);
 }
 
-/// Long frames are tried in a test without optimisation, too.
+/// Long frames can be checked even in a test without optimisation.
 #[test]
 fn a_frame_of_300_bytes() {
-    /// A mistake that shows in one value of one byte, and in no frame that is right.
+    /// A mistake that only one value of one byte reveals, and that no valid frame reveals.
     #[derive(Clone, Copy)]
     struct Hasty;
     impl Format for Hasty {
@@ -165,7 +165,7 @@ pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
     signed
 }
 
-/// What a layout says of a frame is what the small receiver's format says.
+/// A layout and the small receiver's format classify frames in the same way.
 #[test]
 fn bin_and_bin_crc8() {
     for seed in 0..=u8::MAX {
@@ -184,7 +184,7 @@ fn bin_and_bin_crc8() {
     }
 }
 
-/// Of a byte that tells the length and something else, sealing writes the bits of the length.
+/// If a byte contains the length and other bits, sealing writes only the bits of the length.
 #[test]
 fn what_is_not_of_the_length_stays_as_it_is() {
     const LAYOUT: Layout = Layout::builder()
@@ -197,7 +197,7 @@ fn what_is_not_of_the_length_stays_as_it_is() {
     assert_eq!(frame, [0x24, 0x85, 1, 2, 3]);
 }
 
-/// Of several layouts, the first of those that come furthest with a beginning.
+/// If several layouts reject the bytes, the reason comes from the first layout that got furthest.
 #[test]
 fn the_reason_is_that_of_the_layout_that_comes_furthest() {
     let layout = |sync| {
@@ -223,7 +223,7 @@ fn built<'a>(builder: &LayoutBuilder<'a>) -> Layout<'a> {
     builder.build().expect("its parts agree")
 }
 
-/// Frames as short and as long as may be, fixed bits beside the end of the header, lengths below nothing.
+/// Limits: the shortest and longest frames, fixed bits next to the end of the header, and negative lengths.
 #[test]
 fn what_a_layout_says_at_its_limits() {
     let counted = |field| {
@@ -234,7 +234,7 @@ fn what_a_layout_says_at_its_limits() {
     let has_a_bit = |at| [FixedBits::new(at, 0x40, 0x40)];
     let (in_header, behind) = (has_a_bit(1), has_a_bit(2));
     for (layout, bytes, says) in [
-        // A frame that is nothing but its header, also if no longer one may be.
+        // A frame that consists of its header alone, also if no longer frame is allowed.
         (layout, &[0x24, 2][..], Classification::Frame(2)),
         (layout.longest(2), &[0x24, 2], Classification::Frame(2)),
         (
@@ -252,7 +252,7 @@ fn what_a_layout_says_at_its_limits() {
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
-        // As many bytes as a frame may have, and no end.
+        // As many bytes as the longest frame has, without a terminator.
         (
             layout
                 .length(Length::Delimiter)
@@ -267,8 +267,8 @@ fn what_a_layout_says_at_its_limits() {
     }
 }
 
-/// What was seen before is looked at again where nobody has looked for an end: in a header that was not there in
-/// full, and by a layout that was not asked.
+/// Bytes that were seen before are searched again if no search for the end has covered them. This is the case in a header
+/// that was incomplete, and for a layout that was not tried.
 #[test]
 fn an_end_in_what_was_seen_is_found() {
     let lines = Layout::builder()

@@ -1,4 +1,4 @@
-//! What no receiver of such frames can do: N4 and N5 of docs/protocol.md, each by its example.
+//! Limits that no receiver of such frames can overcome: N4 and N5 of docs/protocol.md, each with its example.
 
 use framelock::{BufferedReceiver, LineEvent};
 use framelock_formats::crsf::{self, Crsf};
@@ -14,15 +14,15 @@ fn crsf(kind: u8, payload: &[u8]) -> Vec<u8> {
     frame(&Crsf, message)
 }
 
-/// The kinds of the messages that a stream brings.
+/// Returns the kinds of the messages in a stream.
 fn kinds(stream: &[u8]) -> Vec<u8> {
     let mut kinds = Vec::new();
     receive::<_, 64>(Crsf, stream, |message| kinds.push(message.kind));
     kinds
 }
 
-/// Behind `C8 3E`, which may begin a frame of 64 bytes, one of four bytes comes 59 bytes late; or with
-/// the silence behind it.
+/// `C8 3E` may begin a frame of 64 bytes. A frame of four bytes after it is delivered 59 bytes late, or at the following
+/// silence.
 #[test]
 fn a_frame_behind_a_false_beginning_is_late() {
     let late_by = |late: usize| [&[0xC8, 0x3E], &crsf(2, &[])[..], &vec![0; late]].concat();
@@ -40,7 +40,7 @@ fn a_frame_behind_a_false_beginning_is_late() {
     assert_eq!(found, [2]);
 }
 
-/// Two bytes behind `C8 04` make a frame of them and the beginning of the true one.
+/// A false start `C8 04` swallows the beginning of the true frame: together they form a valid frame.
 #[test]
 fn a_frame_that_begins_in_a_false_one_whose_check_is_right_is_lost() {
     let sent = crsf(0x16, &[1, 2, 3]);
@@ -52,7 +52,7 @@ fn a_frame_that_begins_in_a_false_one_whose_check_is_right_is_lost() {
     assert!(false_head, "one in 256 has a right check");
 }
 
-/// The first byte of a frame is lost: a frame in its payload comes.
+/// The first byte of a frame is lost. The receiver then delivers a frame from its payload.
 #[test]
 fn a_frame_inside_one_whose_beginning_is_lost_is_delivered() {
     let sent = crsf(7, &crsf(9, &[1, 2, 3]));

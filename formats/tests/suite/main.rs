@@ -1,4 +1,4 @@
-//! The formats against other crates' encoders and decoders, the laws, and the reference.
+//! Tests of the formats against other crates' encoders and decoders, the laws, and the reference.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 mod against_reference;
@@ -13,7 +13,7 @@ mod others;
 use framelock::{BufferedReceiver, EncodeInto, Format};
 use framelock_formats::layout::KnownMessage;
 
-/// What the format finds in a stream: calls `see` with each message.
+/// Receives a stream and calls `see` with each message.
 fn receive<F: Format, const N: usize>(
     format: F,
     stream: &[u8],

@@ -1,4 +1,4 @@
-//! NMEA sentences that others recorded, with the line ends, lengths and noise that occur.
+//! NMEA sentences from other projects' recordings, with the line ends, lengths and noise that occur in practice.
 
 use framelock::EncodeInto;
 use framelock_formats::gnss::{Gnss, Message};
@@ -20,7 +20,7 @@ const PUBX_03: &str = "$PUBX,03,23,1,-,014,06,08,000,12,U,207,43,28,009,14,-,049
 const GNRMC: &str = "$GNRMC,012250.00,A,4552.65525,S,17030.00564,E,0.069,,120419,,,A,V*08";
 const UBX_END: &[u8] = b"!\x04\x00\x00c\xAD";
 
-/// The sentences that a stream has.
+/// Returns the sentences in a stream.
 fn received(stream: &[u8]) -> Vec<String> {
     let mut all = Vec::new();
     let text = |sentence: &[u8]| String::from_utf8(sentence.to_vec()).expect("a sentence is text");

@@ -1,4 +1,4 @@
-//! Frames made by independent crates mean the same here, and frames made here mean the same to them.
+//! Checks against independent crates: each side decodes the other's frames to the same values.
 
 use framelock_formats::layout::{Algorithm, Crc, Table};
 use framelock_formats::{
@@ -137,7 +137,7 @@ proptest! {
         });
     }
 
-    /// Of a class that ublox has no message of, so that it gives the payload as it is.
+    /// A class without messages in the crate ublox, which therefore returns the payload undecoded.
     #[test]
     fn ubx(id: u8, payload in prop::collection::vec(any::<u8>(), 0..=240)) {
         let sent = ubx::Message { class: 0x7F, id, payload: &payload };
@@ -203,7 +203,7 @@ proptest! {
     }
 }
 
-/// HEARTBEAT as `mavlink_core` makes it.
+/// HEARTBEAT, encoded by `mavlink_core`.
 struct Heartbeat([u8; 9]);
 
 impl mavlink_core::Message for Heartbeat {
@@ -254,7 +254,7 @@ impl mavlink_core::Message for Heartbeat {
 }
 
 proptest! {
-    /// Zeros at the end are left out in the same way.
+    /// Both encoders leave out trailing zeros in the same way.
     #[test]
     fn mavlink2_by_mavlink_core(payload: [u8; 9], zeros in 0..=9_usize, sequence: u8) {
         let mut payload = payload;
@@ -289,7 +289,7 @@ fn mavlink2_with_an_unknown_incompatible_flag_is_dropped() {
     }
 }
 
-/// Their CRC, of no byte, would be right.
+/// The CRC of such frames, over no bytes, would be right.
 #[test]
 fn crsf_has_no_frame_of_fewer_than_four_bytes() {
     let stream = [0xC8, 0, 0xC8, 1, 0, 0xC8, 0];

@@ -1,9 +1,9 @@
-//! Checksums by name or by their parameters: the catalogue's CRCs, and the sums that people use instead.
+//! Checksums by name or by their parameters: the CRCs of the catalogue, and common sums.
 
 use framelock_formats::layout::{Algorithm, Crc, Table};
 use serde::Deserialize;
 
-/// What a checksum is called in a description.
+/// The name of a checksum in a description.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Named(pub(crate) Algorithm<'static>);
@@ -64,7 +64,7 @@ fn spelled(name: &str) -> String {
     }
 }
 
-/// A name without what people spell in different ways.
+/// Returns a name without the characters that people spell in different ways.
 fn plain(name: &str) -> String {
     let kept = name.chars().filter(char::is_ascii_alphanumeric);
     kept.collect::<String>().to_ascii_lowercase()

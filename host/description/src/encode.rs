@@ -1,4 +1,4 @@
-//! A frame of values.
+//! Encoding: makes a frame from values.
 
 use framelock::{Classification, DiscardReason, Format as _};
 use serde_json::Value as Json;
@@ -9,17 +9,18 @@ use crate::text::quote;
 use crate::{Description, KIND};
 use framelock_formats::layout::index;
 
-/// What a field is to be: the bits of each of its values, or bytes.
+/// The content to write into a field: the bits of each of its values, or bytes.
 enum Wanted {
     Bits(Vec<u64>),
     Bytes(Vec<u8>),
 }
 
 impl Description {
-    /// The frame with these values, in the order of the columns; those of other kinds' columns mean nothing.
+    /// Returns the frame with these values, which are in the order of the columns. Values in the columns of other kinds are
+    /// ignored.
     ///
     /// # Errors
-    /// Which value is missing, or cannot be.
+    /// Names the value that is missing or impossible.
     pub fn encode(&self, values: &[Option<Json>]) -> Result<Vec<u8>, String> {
         let value = |name: &str| {
             let place = self.columns.iter().position(|column| column.name == name)?;
@@ -30,7 +31,7 @@ impl Description {
             (_, wanted) => wanted.ok_or("missing field `kind`")?,
         };
         let mut outcome = Err(None);
-        // Views of several kinds may have the same name: the first that has such values is meant.
+        // Views of several kinds may have the same name. The first one that accepts the values is used.
         for (number, kind) in self.kinds.iter().enumerate() {
             let named = kind.with_views().filter(|kind| wanted == &*kind.name);
             for shown in named {
@@ -48,7 +49,7 @@ impl Description {
         })
     }
 
-    /// A frame of the kind with that number, with the values of that kind or of one of its views.
+    /// Returns a frame of the kind with this number, with the values of this kind or of one of its views.
     fn encode_as<'v>(
         &self,
         number: usize,
@@ -59,7 +60,8 @@ impl Description {
             let all = (0..field.values()).map(|number| value(&field.column(number)));
             all.flatten().collect()
         })?;
-        // Headers of other kinds are tried before. A view's frame may be written as one of its kind.
+        // A receiver tries earlier kinds first, and one of them may accept the frame. A frame of a view may also be written
+        // as a frame of its kind.
         let format = self.format();
         let is_it = |kind: &Kind| kind.name == shown.name || !shown.views.is_empty();
         if format.classify(&frame) == Classification::Frame(frame.len())
@@ -73,7 +75,7 @@ impl Description {
 }
 
 impl Kind {
-    /// The frame with the values that each field is given.
+    /// Returns the frame with the values that `given` returns for each field.
     fn encode<'v>(&self, given: impl Fn(&Field) -> Vec<&'v Json>) -> Result<Vec<u8>, String> {
         let (mut written, mut ends, mut appended) = (Vec::new(), Vec::new(), Vec::new());
         for field in self.fields.iter().filter(|field| field.item.is_none()) {
@@ -95,7 +97,7 @@ impl Kind {
             ends.extend(field.end(rest));
             written.push((field, wanted));
         }
-        // Bytes of no field make a frame as long as the shortest, unless a field takes the rest.
+        // Bytes without a field pad the frame to the shortest length, unless a field takes the rest.
         let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
         let shortest = if takes_rest {
             0
@@ -104,7 +106,7 @@ impl Kind {
         };
         let length = self.next_length(self.least_length(ends).max(shortest));
         let mut frame = vec![0; length];
-        // Of several the first, unless a field says which.
+        // Writes the first of several syncs or terminators, unless a field selects another one.
         let end = length.saturating_sub(self.layout.terminator().length);
         for (at, patterns) in [(0, self.layout.sync()), (end, self.layout.terminator())] {
             put_bytes(patterns.each().next().unwrap_or_default(), &mut frame, at);
@@ -118,11 +120,11 @@ impl Kind {
             put(field, wanted, &mut frame);
         }
         frame.extend(appended);
-        // Text before the terminator must not become a part of another one.
+        // The text before the terminator must not combine with it to form another terminator.
         let is_sealed = self.layout.seal(&mut frame);
         if is_sealed && self.layout.counted_length(&frame) == frame.len() {
             let alone = frame.get(..length).unwrap_or_default();
-            // What is there already changes nothing if it is written again.
+            // If the frame already contains a field's value, writing the value again changes nothing.
             let mut again = alone.to_vec();
             let is_missing = |(field, wanted): &&(&Field, Wanted)| {
                 put(field, wanted, &mut again);
@@ -142,7 +144,7 @@ impl Kind {
         Err(self.why_not(&frame))
     }
 
-    /// Leaves out the zeros at the end of the payload, except its first byte, of a frame that has `length` bytes without
+    /// Removes the zeros at the end of the payload, but keeps the payload's first byte. The frame has `length` bytes without
     /// its trailer.
     fn without_zeros(&self, frame: Vec<u8>, length: usize) -> Vec<u8> {
         let end = length.saturating_sub(self.from_end);
@@ -161,9 +163,9 @@ impl Kind {
         }
     }
 
-    /// What is given for a field; nothing if it may be missing, and is.
+    /// Returns the content that is given for a field; `None` if the field is optional and no value is given.
     fn wanted(&self, field: &Field, given: &[&Json]) -> Result<Option<Wanted>, String> {
-        // `null` is a number's NaN if it can be one.
+        // `null` means NaN for a field of floating-point numbers.
         let is_float = field.class() == Class::Float;
         let is_nothing = |value: &&Json| value.is_null() && !is_float || *value == "";
         if self.shortest_with(field).is_some() && given.iter().all(is_nothing) {
@@ -183,7 +185,7 @@ impl Kind {
         Ok(Some(Wanted::Bits(bits.collect::<Result<_, _>>()?)))
     }
 
-    /// Why bytes cannot be made a frame.
+    /// Returns the reason why these bytes cannot become a frame.
     fn why_not(&self, frame: &[u8]) -> String {
         let layout = &self.layout;
         match layout.classify(frame) {
@@ -212,13 +214,13 @@ impl Kind {
     }
 }
 
-/// Writes bytes into a frame from a place on, as far as it has room for them.
+/// Copies bytes into a frame from index `at` on, and stops at the end of the frame.
 fn put_bytes(bytes: &[u8], frame: &mut [u8], at: usize) {
     let place = frame.iter_mut().skip(at);
     place.zip(bytes).for_each(|(place, byte)| *place = *byte);
 }
 
-/// Writes what a field is to be into a frame that has room for it.
+/// Writes the content of a field into a frame that has room for it.
 fn put(field: &Field, wanted: &Wanted, frame: &mut [u8]) {
     let from = index(field.at, frame.len()).unwrap_or_default();
     match wanted {

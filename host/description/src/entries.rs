@@ -16,15 +16,15 @@ use crate::item::Item;
 use crate::value::Decimal;
 use crate::{hex, text};
 
-/// A mistake: its place in the text, in bytes, and what is wrong there.
+/// A mistake in a description: its position in the text, in bytes, and the error message.
 pub(crate) struct Problem(pub(crate) Range<usize>, pub(crate) String);
 
-/// Returns the problem that the text at this place is wrong.
+/// Returns the problem that the text at this position is wrong.
 pub(crate) fn wrong<T, V>(place: &Spanned<V>, what: impl Into<String>) -> Result<T, Problem> {
     Err(Problem(place.span(), what.into()))
 }
 
-/// Returns a function that places a problem at this part of the text.
+/// Returns a function that makes a problem at this position in the text.
 pub(crate) fn at<V, S: Into<String>>(place: &Spanned<V>) -> impl Fn(S) -> Problem {
     |what| Problem(place.span(), what.into())
 }
@@ -38,10 +38,10 @@ pub(crate) fn missing<T>(what: &str) -> Result<T, Problem> {
 #[derive(Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FrameEntry {
-    /// Of a kind.
+    /// The name of a kind. A whole description has none.
     pub(crate) name: Option<Spanned<String>>,
     pub(crate) sync: Option<Spanned<Alternatives>>,
-    /// Bytes in every frame.
+    /// The number of bytes in every frame.
     pub(crate) length: Option<Spanned<usize>>,
     pub(crate) length_field: Option<Spanned<LengthEntry>>,
     pub(crate) shortest: Option<usize>,
@@ -51,7 +51,7 @@ pub(crate) struct FrameEntry {
     pub(crate) checksum: Option<Spanned<ChecksumEntry>>,
     pub(crate) messages: Option<Spanned<MessagesEntry>>,
     pub(crate) trailer: Option<Spanned<TrailerEntry>>,
-    /// Whether fields that a frame is too short for are zero, not missing.
+    /// Whether fields after the end of a short frame are zero instead of missing.
     pub(crate) truncated_zeros: Option<bool>,
     #[serde(default)]
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
@@ -59,13 +59,14 @@ pub(crate) struct FrameEntry {
     pub(crate) kinds: Vec<Spanned<FrameEntry>>,
     #[serde(default)]
     pub(crate) views: Vec<Spanned<ViewEntry>>,
-    /// Shipped descriptions, by name.
+    /// The names of shipped descriptions.
     #[serde(default)]
     pub(crate) any_of: Vec<Spanned<String>>,
 }
 
 impl FrameEntry {
-    /// A kind with what it does not say itself from the description that it is in; the fields of both.
+    /// Completes a kind with the entries of the surrounding description that the kind does not contain itself. The kind
+    /// gets the fields of both.
     pub(crate) fn within(mut self, whole: &Self) -> Self {
         let has_length = self.length.is_some() || self.length_field.is_some();
         if self.length.is_none() {
@@ -88,7 +89,7 @@ impl FrameEntry {
         self
     }
 
-    /// Whether it says anything of frames itself.
+    /// Returns true if the entry itself describes frames.
     pub(crate) fn has_more(&self) -> bool {
         self.sync.is_some()
             || self.length.is_some()
@@ -110,13 +111,13 @@ pub(crate) struct ViewEntry {
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
 }
 
-/// Bytes in hex, and between alternatives of the same length a bar.
+/// Bytes in hex, with a bar between alternatives of the same length.
 #[derive(Clone, Default, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Alternatives {
-    /// All of them, one behind the other.
+    /// All alternatives, concatenated.
     pub(crate) bytes: Vec<u8>,
-    /// Bytes in each.
+    /// The number of bytes in each alternative.
     pub(crate) length: usize,
 }
 
@@ -148,7 +149,7 @@ fn sequences(text: &str) -> Result<Vec<Vec<u8>>, String> {
 #[derive(Clone, Default, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Terminators {
-    /// The first one, and those of the same length.
+    /// The first alternative, and those of the same length.
     pub(crate) first: Alternatives,
     pub(crate) others: Vec<Vec<u8>>,
 }
@@ -169,14 +170,14 @@ impl TryFrom<String> for Terminators {
 }
 
 impl Terminators {
-    /// Whether a field may tell which one a frame has: there are several of one length.
+    /// Returns true if a field may select the alternative: there are several of the same length.
     pub(crate) fn may_be_a_field(&self) -> bool {
         self.others.is_empty() && self.first.bytes.len() > self.first.length
     }
 }
 
-/// Bytes in hex that a frame may contain, single ones and ranges, and after `except` those that it may not:
-/// `20-7E except 21 24`.
+/// The bytes that a frame may contain, in hex: single bytes and ranges, then the forbidden bytes after `except`. An example
+/// is `20-7E except 21 24`.
 #[derive(Clone, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Content(pub(crate) Vec<(u8, u8)>);
@@ -199,7 +200,7 @@ impl TryFrom<String> for Content {
         if content.is_empty() {
             return Err("no bytes: leave the key out if a frame may contain any".into());
         }
-        // Most bytes are in the widest range, which is then tried first.
+        // The widest range is tried first, because most bytes are in it.
         content.sort_by_key(|(first, last)| first.abs_diff(*last));
         content.reverse();
         Ok(Self(content))
@@ -221,7 +222,7 @@ fn ranges(text: &str) -> Result<Vec<(u8, u8)>, String> {
     words.collect()
 }
 
-/// A place that is counted from the front.
+/// A position that is counted from the front.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "i16")]
 pub(crate) struct Front(pub(crate) usize);
@@ -236,7 +237,7 @@ impl TryFrom<i16> for Front {
     }
 }
 
-/// A number without sign of up to four bytes.
+/// An unsigned number of up to four bytes.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Unsigned(pub(crate) NumberType);
@@ -258,7 +259,7 @@ impl Unsigned {
         is_unsigned.then_some(Self(number))
     }
 
-    /// As the layout has it.
+    /// Returns the number at this position, as a part of a layout.
     pub(crate) fn at(self, at: usize) -> layout::Number {
         layout::Number::new(at, self.0.bytes, self.0.order)
     }
@@ -304,7 +305,7 @@ pub(crate) struct ChecksumEntry {
 }
 
 impl ChecksumEntry {
-    /// The checksum, or the reason why the entry names no algorithm.
+    /// Returns the checksum, or the reason why the entry does not name an algorithm.
     pub(crate) fn checksum(&self) -> Result<Checksum<'static>, &'static str> {
         Ok(Checksum::at_the_end(self.stored.bytes)
             .algorithm(self.algorithm()?)
@@ -336,11 +337,11 @@ impl ChecksumEntry {
     }
 }
 
-/// How a checksum is written.
+/// The encoding of a checksum in the frame.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Stored {
-    /// Bytes that are kept of it.
+    /// The number of the checksum's bytes that are stored.
     pub(crate) bytes: usize,
     pub(crate) encoding: layout::Encoding,
 }
@@ -367,7 +368,7 @@ impl TryFrom<String> for Stored {
     }
 }
 
-/// Which messages there are.
+/// The messages that exist.
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MessagesEntry {
@@ -442,7 +443,7 @@ impl MessagesEntry {
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TrailerEntry {
-    /// What it is called.
+    /// The name of the trailer.
     pub(crate) name: Spanned<String>,
     at: Front,
     mask: u8,
@@ -475,13 +476,13 @@ pub(crate) struct FieldEntry {
 }
 
 impl FieldEntry {
-    /// Whether it takes the bytes that are left.
+    /// Returns true if the field takes the rest of the frame.
     pub(crate) fn takes_rest(&self) -> bool {
         self.count.is_none() && matches!(self.kind, Some(Type::Bytes | Type::Text))
     }
 }
 
-/// What a field always is, or one of what.
+/// The constant value of a field, or the list of its possible values.
 #[derive(Clone, Deserialize)]
 #[serde(untagged, expecting = "a value is a whole number, or a list of them")]
 pub(crate) enum Values {

@@ -1,4 +1,4 @@
-//! What stands in a frame: places, types, and how values are read from bytes and written to them.
+//! The fields of a frame: their positions and types, and how their values are read from bytes and written to bytes.
 
 use std::fmt;
 use std::ops::Range;
@@ -14,30 +14,31 @@ use crate::{hex, text};
 /// A field of a frame.
 #[derive(Clone, Default, Debug)]
 pub struct Field {
-    /// What it is called.
+    /// The field's name.
     pub name: String,
-    /// The place of its first byte: from the front, 0 being the first, or, negative, from the end, -1 being the last.
-    /// What is appended to a frame has places of its own.
+    /// The position of the field's first byte. From 0 on, it is counted from the front; 0 is the first byte. Negative
+    /// positions are counted from the end; -1 is the last byte. The positions in a trailer are relative to the trailer.
     pub at: i16,
-    /// What it is.
+    /// The field's type.
     pub kind: Type,
-    /// How many values, or for bytes and text how many bytes; none is one value, or all that is left.
+    /// The number of values; for bytes and text the number of bytes. `None` means one value; for bytes and text it means
+    /// the rest of the frame.
     pub count: Option<usize>,
-    /// Which bits of a number are its value, the lowest being the value's lowest.
+    /// The bits of a number that form the value. The lowest bit of the mask is the lowest bit of the value.
     pub mask: Option<u64>,
     /// The factor and the offset of a number.
     pub scale: Option<Scale>,
-    /// What it is measured in.
+    /// The unit of measurement.
     pub unit: Option<String>,
-    /// What its bits always are, where the mask has them.
+    /// The bits that are the same in every frame, in their positions in the mask.
     pub constant: Option<u64>,
-    /// Counted from the front, it ends before this many bytes at the end.
+    /// The number of bytes at the end of the frame that a field does not take if it takes the rest.
     pub margin: usize,
-    /// Which value between commas it is, of text.
+    /// The part of a comma-separated text that the field shows.
     pub item: Option<Item>,
-    /// Whether it is behind the frame: all that is appended.
+    /// Whether the field is the trailer, which follows the frame.
     pub is_appended: bool,
-    /// Answers that each frame asks for, prepared when the description is read.
+    /// Properties that are needed for each frame. They are computed once, when the description is read.
     pub(crate) prepared: Prepared,
 }
 
@@ -56,11 +57,11 @@ pub(crate) struct Prepared {
 pub enum Type {
     /// A number of whole bytes.
     Number(NumberType),
-    /// This many bits; the first is this one, counted from the lowest of the first byte.
+    /// A sequence of bits.
     Bits {
-        /// The first.
+        /// The index of the first bit, counted from the lowest bit of the first byte.
         first: usize,
-        /// How many.
+        /// The number of bits.
         width: usize,
     },
     /// Bytes, shown in hex.
@@ -73,18 +74,18 @@ pub enum Type {
 /// A number of whole bytes, `u16le` for example.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NumberType {
-    /// What its bits mean.
+    /// The meaning of the number's bits.
     pub class: Class,
-    /// How many bytes it has: 1, 2, 3, 4 or 8.
+    /// The number of bytes: 1, 2, 3, 4 or 8.
     pub bytes: usize,
-    /// Which of them comes first.
+    /// The order of the bytes.
     pub order: ByteOrder,
 }
 
-/// What the bits of a number mean.
+/// The meaning of the bits of a number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Class {
-    /// No sign.
+    /// Without a sign.
     Unsigned,
     /// Two's complement.
     Signed,
@@ -160,17 +161,17 @@ impl fmt::Display for NumberType {
 }
 
 impl NumberType {
-    /// All its bits.
+    /// Returns a mask with all bits of the number.
     pub(crate) fn all(self) -> u64 {
         ones(8 * self.bytes)
     }
 
-    /// Its bits, from that many bytes.
+    /// Reads the bits of the number from its bytes. Missing bytes at the end are zero.
     #[inline]
     fn bits(self, bytes: &[u8]) -> u64 {
         let add = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
         match self.order {
-            // Its last bytes may be zeros that the sender has left out.
+            // The sender may have left out zero bytes at the end.
             ByteOrder::Big => {
                 let bits = bytes.iter().fold(0, add);
                 (bytes.len()..self.bytes).fold(bits, |bits, _| bits << 8)
@@ -179,7 +180,7 @@ impl NumberType {
         }
     }
 
-    /// Where the byte with these of its bits is, of the lowest first.
+    /// Returns the position of a byte among the number's bytes in the frame. `byte` is 0 for the lowest byte.
     pub(crate) fn place(self, byte: usize) -> usize {
         match self.order {
             ByteOrder::Little => byte,
@@ -193,13 +194,13 @@ pub(crate) fn ones(width: usize) -> u64 {
 }
 
 impl Field {
-    /// Whether its values are text, or bytes in hex.
+    /// Returns true if the values are text, or bytes in hex.
     #[must_use]
     pub fn is_text(&self) -> bool {
         matches!(self.kind, Type::Bytes | Type::Text) && self.item.is_none_or(Item::is_text)
     }
 
-    /// The bytes of its value among the field's; none if it is an item that has none.
+    /// Returns the bytes of the value in the field's bytes; `None` if the field is an item without a value.
     #[inline]
     pub(crate) fn item<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
         match self.item {
@@ -208,7 +209,7 @@ impl Field {
         }
     }
 
-    /// Returns how the bits of its values are read: bits, bytes and text have no sign.
+    /// Returns the meaning of the bits of a value. Bits, bytes and text have no sign.
     #[must_use]
     pub fn class(&self) -> Class {
         match self.kind {
@@ -217,19 +218,19 @@ impl Field {
         }
     }
 
-    /// Whether it has a number of values.
+    /// Returns true if the field is an array, which has a number of values.
     #[must_use]
     pub fn is_array(&self) -> bool {
         self.count.is_some() && !self.is_text()
     }
 
-    /// How many values it has.
+    /// Returns the number of values.
     #[must_use]
     pub fn values(&self) -> usize {
         self.count.filter(|_| !self.is_text()).unwrap_or(1)
     }
 
-    /// The name of one of its values in a table, counted from 0.
+    /// Returns the column name of a value in a table. `number` counts the field's values from 0.
     #[must_use]
     pub fn column(&self, number: usize) -> String {
         if self.is_array() {
@@ -239,7 +240,8 @@ impl Field {
         }
     }
 
-    /// Its bits, counted from the lowest of its first byte; none if it takes what is left.
+    /// Returns the range of the field's bits, counted from the lowest bit of its first byte; `None` if the field takes the
+    /// rest of the frame.
     pub(crate) fn bits(&self) -> Option<Range<usize>> {
         Some(match self.kind {
             Type::Number(number) => 0..8 * number.bytes * self.values(),
@@ -248,7 +250,7 @@ impl Field {
         })
     }
 
-    /// How many bytes it takes from its place on; none if it takes what is left.
+    /// Returns the number of bytes that the field occupies; `None` if it takes the rest of the frame.
     #[must_use]
     #[inline]
     pub fn length(&self) -> Option<usize> {
@@ -258,8 +260,8 @@ impl Field {
         }
     }
 
-    /// Returns the bytes of one of its values, counted from its first byte. They may share the first and the last with
-    /// other bits. `all` is the number of the field's bytes.
+    /// Returns the range of bytes that one value occupies, counted from the field's first byte. The first and the last of
+    /// these bytes may also contain other bits. `all` is the number of the field's bytes.
     #[inline]
     pub(crate) fn value_bytes(&self, number: usize, all: usize) -> Range<usize> {
         match self.kind {
@@ -275,7 +277,7 @@ impl Field {
         }
     }
 
-    /// Prepares the answers that each frame asks for. Call it when nothing else changes any more.
+    /// Computes the properties that are needed for each frame. Call this function after the last change to the field.
     pub(crate) fn prepare(&mut self) {
         let from = usize::try_from(self.at).ok();
         let to = from.and_then(|from| Some(from + self.length()?));
@@ -289,7 +291,8 @@ impl Field {
         };
     }
 
-    /// Its bytes in a frame whose places are counted with `length`; `None` if the frame is too short to have it.
+    /// Returns the field's bytes in a frame; `None` if the frame is too short to contain the field. `length` is the length
+    /// from which positions relative to the end are counted.
     #[inline]
     pub(crate) fn bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         match &self.prepared.place {
@@ -299,13 +302,14 @@ impl Field {
         }
     }
 
-    /// The same of what is counted from the end or takes what is left.
+    /// Returns the field's bytes as [`bytes`](Self::bytes) does, for a field that is counted from the end or takes the rest
+    /// of the frame.
     #[inline(never)]
     fn other_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         frame.get(self.position(length)?)
     }
 
-    /// Returns its first bytes if a frame ends within the field or before it.
+    /// Returns the field's first bytes, possibly none, if a frame ends within the field or before it.
     #[inline(never)]
     pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         let (place, _) = self.prepared.place.as_ref()?;
@@ -313,13 +317,13 @@ impl Field {
         frame.get(place.start.min(end)..place.end.min(end))
     }
 
-    /// Its values, of its bytes.
+    /// Reads the field's values from its bytes.
     #[inline]
     pub(crate) fn read<'a>(&'a self, bytes: &'a [u8]) -> impl Iterator<Item = Value<'a>> {
         (0..self.prepared.values).map(|number| self.value(bytes, number))
     }
 
-    /// One of its values, of its bytes.
+    /// Reads one of the field's values from its bytes.
     #[inline]
     pub(crate) fn value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
         if let ([byte], true) = (bytes, self.prepared.is_plain) {
@@ -330,7 +334,8 @@ impl Field {
 
     #[inline(never)]
     fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        // Called in each arm, where the compiler knows the type: this is faster than one call before.
+        // Each arm calls this closure itself. The compiler knows the type there, which is faster than one call before the
+        // match.
         let own = || {
             let Range { start, end } = self.value_bytes(number, bytes.len());
             // Bytes that the sender has left out are zero.
@@ -353,7 +358,7 @@ impl Field {
         }
     }
 
-    /// What bits mean.
+    /// Returns the value that these bits represent.
     fn of_bits(&self, class: Class, bits: u64) -> Value<'static> {
         let bits = match self.mask {
             Some(mask) => (bits & mask) >> mask.trailing_zeros(),
@@ -374,7 +379,7 @@ impl Field {
         }
     }
 
-    /// Bits of one of its values, before a mask leaves some out.
+    /// Returns the number of bits in a value before the mask is applied.
     fn width(&self) -> usize {
         match self.kind {
             Type::Number(number) => 8 * number.bytes,
@@ -383,13 +388,13 @@ impl Field {
         }
     }
 
-    /// Bits of one of its values.
+    /// Returns the number of bits in a value.
     #[must_use]
     pub fn value_width(&self) -> usize {
         self.mask.map_or(self.width(), width)
     }
 
-    /// The bits of a value, in their places, or what it is not.
+    /// Returns the bits of a value in their positions. The error says why the value does not fit the field.
     pub(crate) fn to_bits(&self, value: &Json) -> Result<u64, String> {
         let class = self.class();
         #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
@@ -432,7 +437,7 @@ impl Field {
         Ok(bits)
     }
 
-    /// The bytes of text or of bytes in hex, or what it is not.
+    /// Returns the bytes of a text, or of bytes in hex. The error says why the value does not fit the field.
     pub(crate) fn to_bytes(&self, value: &Json) -> Result<Vec<u8>, String> {
         let bytes = match self.kind {
             Type::Bytes => {
@@ -450,8 +455,9 @@ impl Field {
         }
     }
 
-    /// For each bit of its values that counts: its place, counted from the lowest bit of the field's first byte, the
-    /// number of the value, and which of the value's bits it is. It takes what is left, of so many bytes, if that is so.
+    /// Calls `bit` for each bit that belongs to a value. The arguments are the position of the bit, counted from the lowest
+    /// bit of the field's first byte, the index of the value, and the index of the bit in the value. `left` is the number
+    /// of bytes of a field that takes the rest of the frame.
     pub(crate) fn each_bit(&self, left: usize, mut bit: impl FnMut(usize, usize, usize)) {
         let all = self.bits().unwrap_or(0..8 * left);
         let width = self.width();
@@ -473,7 +479,7 @@ impl Field {
     }
 }
 
-/// From the lowest bit of a mask to the highest.
+/// Returns the number of bits from the lowest bit of a mask to the highest.
 fn width(mask: u64) -> usize {
     (64 - mask.leading_zeros() - mask.trailing_zeros().min(63)) as usize
 }

@@ -1,19 +1,19 @@
-//! Bytes as people write them in hex.
+//! Reads and writes bytes in hex.
 
 use std::ffi::OsStr;
 
 use crate::text;
 
-/// The bytes of words in hex, separated by arguments, blanks, commas, semicolons or colons; each
-/// with or without `0x`.
+/// Parses words in hex. Words are separate arguments, or are separated by blanks, commas, semicolons or colons. Each word
+/// may begin with `0x`.
 ///
 /// # Errors
-/// Which word is not bytes in hex, and why.
+/// Names the word that is not bytes in hex, and the reason.
 pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut number = 0;
     for argument in arguments {
-        // What is not Unicode is not hex either: it comes out as U+FFFD.
+        // An argument that is not Unicode is not hex either. U+FFFD replaces its invalid parts.
         let argument = argument.as_ref().to_string_lossy();
         let words = argument.split(|c: char| c.is_whitespace() || ",;:".contains(c));
         for word in words.filter(|word| !word.is_empty()) {
@@ -37,7 +37,7 @@ fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
         values.push(value);
     }
     let (pairs, odd) = values.as_chunks::<2>();
-    // "0x" alone has no digits, which make no byte either.
+    // "0x" alone has no digits, and no digits are not a byte.
     if pairs.is_empty() || !odd.is_empty() {
         return Err("is not a whole number of bytes: two digits make a byte".into());
     }
@@ -45,7 +45,7 @@ fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Bytes as digits without anything between them.
+/// Returns bytes in hex, without separators.
 #[must_use]
 pub fn glued(bytes: &[u8]) -> String {
     let mut digits = Vec::new();

@@ -1,14 +1,14 @@
-//! Values in text between commas, as NMEA has them. They are only read: a frame is made of the text itself.
+//! Values in comma-separated text, as in NMEA. They can only be read: to encode a frame, give the whole text.
 
 use serde::Deserialize;
 
 use crate::value::Value;
 
-/// Which of the parts between commas is read, counted from 0, and how.
+/// The index of a comma-separated part, counted from 0, and the form in which it is read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 pub struct Item(usize, Form);
 
-/// How a part is read.
+/// The form of a part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Form {
@@ -24,12 +24,12 @@ enum Form {
 }
 
 impl Item {
-    /// Whether its values are text.
+    /// Returns true if the item's values are text.
     pub(crate) fn is_text(self) -> bool {
         self.1 == Form::Text
     }
 
-    /// Returns its part of the text; none if there is none, or another value.
+    /// Returns the item's part of the text; `None` if the part is missing or has another form.
     pub(crate) fn part(self, text: &[u8]) -> Option<&[u8]> {
         let Self(number, form) = self;
         let mut commas = text.iter().enumerate().filter(|(_, byte)| **byte == b',');
@@ -52,7 +52,7 @@ impl Item {
             .filter(|part| self.value(part).is_some())
     }
 
-    /// Reads its part.
+    /// Reads the value of the item's part.
     pub(crate) fn value(self, part: &[u8]) -> Option<Value<'_>> {
         let Self(_, form) = self;
         let (part, letter) = match (form, part) {

@@ -1,4 +1,4 @@
-//! A kind of frames, and what its fields are in one.
+//! A kind of frames, and the values of its fields in a frame.
 
 use framelock_formats::Layout;
 use framelock_formats::layout::Trailer;
@@ -6,25 +6,25 @@ use framelock_formats::layout::Trailer;
 use crate::field::Field;
 use crate::value::Value;
 
-/// Bytes in the longest frame that may be described: what a length of 16 bits can tell, and 256 more.
+/// The number of bytes in the longest frame that may be described: the greatest 16-bit length, and 256 more.
 pub const LONGEST: usize = 0x1_00FF;
 
-/// One kind of frames: what they look like, and what stands in them.
+/// One kind of frames: their layout and their fields.
 #[derive(Clone, Debug)]
 pub struct Kind {
-    /// Its name among several.
+    /// The name of the kind, which distinguishes it from others.
     pub name: String,
-    /// What a frame looks like.
+    /// The layout of a frame.
     pub layout: Layout<'static>,
-    /// What stands in it, in the order of the description; those that are always the same too.
+    /// The fields in the order of the description, including those that have the same value in every frame.
     pub fields: Vec<Field>,
-    /// Bytes that must be there before the length is known.
+    /// The number of bytes that must arrive before the length is known.
     pub(crate) header: usize,
     /// The number of bytes at the end of a frame that hold the parts counted from its end.
     pub from_end: usize,
-    /// The messages whose values stand in place of the bytes that are left: the first that fits is shown.
+    /// The messages whose values replace the field that takes the rest of the frame. The first view that fits is shown.
     pub views: Vec<Kind>,
-    /// The bytes that tell a view's frames, and the index of the first.
+    /// The bytes that identify a view's frames, and the index of the first of these bytes.
     pub(crate) sign: (usize, Vec<u8>),
     /// Whether the sender leaves out zero bytes at the end of the payload.
     pub has_truncated_zeros: bool,
@@ -36,7 +36,8 @@ impl Kind {
         std::iter::once(self).chain(&self.views)
     }
 
-    /// What one of its fields is in a frame; nothing if that is too short to have it. Truncated zeros are there.
+    /// Returns the content of a field in a frame; `None` if the frame is too short to contain the field. Truncated zeros
+    /// count as present.
     #[inline]
     #[must_use]
     pub fn content<'f>(&self, field: &'f Field, frame: &'f [u8]) -> Option<Content<'f>> {
@@ -53,7 +54,7 @@ impl Kind {
         Some(Content { field, bytes })
     }
 
-    /// The view that shows a frame; none if its values or its length are others.
+    /// Returns the index of the view that shows a frame; `None` if no view has these values and this length.
     #[inline]
     pub(crate) fn view(&self, frame: &[u8]) -> Option<usize> {
         self.views.iter().position(|view| view.shows(frame))
@@ -65,7 +66,8 @@ impl Kind {
         frame.get(*at..at + bytes.len()) == Some(bytes) && self.has_length_of(frame)
     }
 
-    /// Whether each byte is in a field: the frame ends with one of them.
+    /// Returns true if a field ends where the frame ends, or takes the rest of the frame: every byte is then in a field.
+    /// Truncated zeros count as present.
     fn has_length_of(&self, frame: &[u8]) -> bool {
         let appended = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
         let length = self.layout.counted_length(frame);
@@ -85,7 +87,8 @@ impl Kind {
         self.fields.iter().filter(|field| field.constant.is_none())
     }
 
-    /// The fields that frames differ in, and what they are in a frame that is long enough to have them.
+    /// Returns the fields whose values differ between frames, with their contents. Fields for which the frame is too short
+    /// are left out.
     pub fn shown<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
         let fields = self.varying_fields();
         fields.filter_map(move |field| Some((field, self.content(field, frame)?)))
@@ -99,7 +102,7 @@ fn parted<'f>(frame: &'f [u8], trailer: &Trailer, is_appended: bool) -> &'f [u8]
     if is_appended { appended } else { alone }
 }
 
-/// What a field is in a frame.
+/// The content of a field in a frame.
 #[derive(Clone, Copy)]
 pub struct Content<'f> {
     field: &'f Field,
@@ -107,14 +110,14 @@ pub struct Content<'f> {
 }
 
 impl<'f> Content<'f> {
-    /// The value, or the first of an array.
+    /// Returns the value; of an array, the first value.
     #[inline]
     #[must_use]
     pub fn value(self) -> Value<'f> {
         self.field.value(self.bytes, 0)
     }
 
-    /// The value, or each of an array.
+    /// Returns the value; of an array, each value.
     #[inline]
     pub fn values(self) -> impl Iterator<Item = Value<'f>> {
         self.field.read(self.bytes)

@@ -1,5 +1,6 @@
-//! Serial frames described in TOML: from the text to what [`framelock`]'s receivers take, a frame's values, and a frame
-//! of values. For the command line, the page and tests; `docs/own-frame.md` has all that a description may say.
+//! Serial frames described in TOML. This crate makes a format for [`framelock`]'s receivers from the text, decodes frames to
+//! values, and encodes values to frames. The command line, the page and tests use it. `docs/own-frame.md` documents all
+//! entries of a description.
 //!
 //! # Examples
 //! ```
@@ -64,21 +65,21 @@ pub use value::{Decimal, Scale, Value};
 
 use entries::{FrameEntry, Problem, at, missing, wrong};
 
-/// Bytes in the longest text that is read as a description.
+/// The number of bytes in the longest text that is read as a description.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// Kinds of frames in a description, and values in a row, at most: more is a mistake.
+/// The greatest number of kinds in a description, and of values in a row. More of them are a mistake.
 const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 10_000;
 
-/// What a description says.
+/// A parsed description.
 ///
-/// What its [`format`](Self::format) refers to is never given back: some hundred bytes, and 16 KiB for each CRC.
+/// The memory to which its [`format`](Self::format) refers is never freed: some hundred bytes, and 16 KiB for each CRC.
 #[derive(Clone, Debug)]
 pub struct Description {
     /// The kinds of frames, in the order in which they are tried; one at least.
     pub kinds: Vec<Kind>,
-    /// The names of a frame's values, those of all kinds. If there are several, the first is which.
+    /// The names of the values of all kinds. If there are several kinds, the first column names the kind.
     pub columns: Vec<Column>,
     layouts: &'static [Layout<'static>],
 }
@@ -86,15 +87,15 @@ pub struct Description {
 /// A value's name in a table.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Column {
-    /// Its own name.
+    /// The value's own name.
     pub name: String,
-    /// The name of the array that it is of.
+    /// The name of the array that contains the value.
     pub array: Option<String>,
-    /// Bytes in hex, or text: what looks like a number is none.
+    /// Whether the value is bytes in hex, or text. Even if it looks like a number, it is not one.
     pub is_text: bool,
 }
 
-/// The name of the column that says of which kind a frame is.
+/// The name of the column that contains the kind of a frame.
 pub const KIND: &str = "kind";
 
 impl Description {
@@ -120,7 +121,7 @@ impl Description {
         AnyOf(self.layouts)
     }
 
-    /// Which of the kinds a frame is of.
+    /// Returns the kind of a frame.
     #[must_use]
     #[inline]
     pub fn number(&self, frame: &[u8]) -> usize {
@@ -176,7 +177,7 @@ impl Description {
     }
 }
 
-/// The error of a reader, with the nearest name if it knows another one.
+/// Returns the error of a parser. If the parser does not know a name, the nearest known name is added.
 fn told(message: &str) -> String {
     let unknown = message.strip_prefix("unknown field").unwrap_or_default();
     let names: Vec<&str> = unknown.split('`').skip(1).step_by(2).collect();
@@ -189,7 +190,7 @@ fn told(message: &str) -> String {
     }
 }
 
-/// The text of a description in a file.
+/// Reads the text of a description from a file.
 ///
 /// # Errors
 /// That it cannot be read, is not text, or is far too long to be a description: no more than that is read.
@@ -353,14 +354,14 @@ pub const SHIPPED: &[(&str, &str)] = shipped!(
     "six-axes-be"
 );
 
-/// The text of the shipped description of that name.
+/// Returns the text of the shipped description with this name.
 #[must_use]
 pub fn shipped(name: &str) -> Option<&'static str> {
     let found = SHIPPED.iter().find(|(shipped, _)| *shipped == name);
     found.map(|(_, text)| *text)
 }
 
-/// The error for a name that no shipped description has.
+/// Returns the error for a name that no shipped description has.
 #[must_use]
 pub fn no_such_shipped(name: &str) -> String {
     let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();

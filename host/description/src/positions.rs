@@ -1,6 +1,7 @@
-//! Where everything is in a frame, and how long a frame is.
+//! The positions of all parts in a frame, and the lengths of frames.
 //!
-//! Here a frame is without its trailer, as in the [`Layout`](framelock_formats::Layout): the trailer follows it.
+//! In this module, a frame does not include its trailer, as in the [`Layout`](framelock_formats::Layout): the trailer
+//! follows the frame.
 
 use std::fmt;
 use std::ops::Range;
@@ -15,13 +16,13 @@ use crate::kind::Kind;
 pub enum Part<'k> {
     /// The bytes that a frame begins with.
     Sync,
-    /// The number that tells the frame's length.
+    /// The number that determines the frame's length.
     Length,
-    /// The checksum as it is written: in hex a byte of it takes two.
+    /// The checksum in its written form: in hex, each of its bytes takes two bytes of the frame.
     Checksum,
     /// The bytes that a frame ends with.
     Terminator,
-    /// A field's value by its number, from 0: an array has several.
+    /// A value of a field and its index, from 0. Only arrays have several values.
     Value(&'k Field, usize),
 }
 
@@ -38,8 +39,8 @@ impl fmt::Display for Part<'_> {
 }
 
 impl Field {
-    /// The index after its last byte if it is counted from the front; `rest` is the number of its bytes if it takes
-    /// all that is left.
+    /// Returns the index after the field's last byte if the field is counted from the front. `rest` is the number of bytes
+    /// of a field that takes the rest of the frame.
     #[must_use]
     pub fn end(&self, rest: usize) -> Option<usize> {
         let from = usize::try_from(self.at)
@@ -48,7 +49,7 @@ impl Field {
         Some(from + self.length().unwrap_or(rest))
     }
 
-    /// Its bytes in a frame of `length` bytes; `None` if that is too short to have the field.
+    /// Returns the range of the field in a frame of `length` bytes; `None` if the frame is too short to contain the field.
     #[must_use]
     pub fn position(&self, length: usize) -> Option<Range<usize>> {
         let from = index(self.at, length)?;
@@ -57,7 +58,7 @@ impl Field {
         (from <= to && to <= end).then_some(from..to)
     }
 
-    /// The bytes of one of its values in a frame of `length` bytes.
+    /// Returns the range of one of the field's values in a frame of `length` bytes.
     fn value_position(&self, number: usize, length: usize) -> Option<Range<usize>> {
         let all = self.position(length)?;
         let bytes = self.value_bytes(number, all.len());
@@ -66,9 +67,9 @@ impl Field {
 }
 
 impl Kind {
-    /// The parts of a frame of `length` bytes and their positions: first those of fields, which may share bytes with
-    /// other parts. If the frame is not whole, more bytes follow: parts that are counted from its end are left out, and
-    /// a field that takes the rest extends to `length`.
+    /// Returns the parts of a frame of `length` bytes and their positions. Fields come first; they may share bytes with
+    /// other parts. If the frame is not whole, more bytes follow. Parts that are counted from its end are then left out,
+    /// and a field that takes the rest extends to `length`.
     #[must_use]
     pub fn positions(&self, length: usize, is_whole: bool) -> Vec<(Part<'_>, Range<usize>)> {
         let mut positions = Vec::new();
@@ -95,7 +96,7 @@ impl Kind {
         positions
     }
 
-    /// The length of the shortest frame that has a field; `None` if every frame has it.
+    /// Returns the length of the shortest frame that contains a field; `None` if every frame contains it.
     #[must_use]
     pub fn shortest_with(&self, field: &Field) -> Option<usize> {
         if field.is_appended {
@@ -105,8 +106,9 @@ impl Kind {
         (shortest > self.layout.shortest()).then_some(shortest)
     }
 
-    /// The length of a frame that has room for its header, for fields with these [`end`](Field::end)s, and for
-    /// everything that is counted from the end. The format may demand a longer one. All frames of a fixed length have that length.
+    /// Returns the length of a frame that has room for its header, for fields with these [`end`](Field::end)s, and for
+    /// everything that is counted from the end. The format may demand a longer frame. If all frames have the same length,
+    /// returns this length.
     pub fn least_length(&self, ends: impl IntoIterator<Item = usize>) -> usize {
         match self.layout.length() {
             Length::Fixed => self.layout.longest(),
@@ -114,7 +116,8 @@ impl Kind {
         }
     }
 
-    /// The number of which a frame's length is a multiple, and how much more; `None` if any length is possible.
+    /// Returns a divisor and a remainder: the length of each frame is a multiple of the divisor, plus the remainder.
+    /// Returns `None` if any length is possible.
     #[must_use]
     pub fn multiple(&self) -> Option<(usize, usize)> {
         let Length::Field(field) = self.layout.length() else {
@@ -126,7 +129,7 @@ impl Kind {
         factor.ok().zip(more.ok()).filter(|(factor, _)| *factor > 1)
     }
 
-    /// The next length, from `length` on, that a frame may have.
+    /// Returns the smallest possible length of a frame that is at least `length`.
     #[must_use]
     pub fn next_length(&self, length: usize) -> usize {
         match self.multiple() {
@@ -136,7 +139,8 @@ impl Kind {
     }
 }
 
-/// The bytes of a checksum in a frame of `length` bytes; `None` if that is shorter than its distance from the end.
+/// Returns the range of a checksum in a frame of `length` bytes; `None` if the frame is shorter than the checksum's distance
+/// from the end.
 pub(crate) fn checksum_position(checksum: &Checksum, length: usize) -> Option<Range<usize>> {
     let from = index(checksum.at, length)?;
     Some(from..from + checksum.encoded_bytes())

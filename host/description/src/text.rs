@@ -1,12 +1,13 @@
-//! Text from anywhere, as a terminal may show it: what it would act on is escaped, byte by byte as `\x1B`.
+//! Makes text from any source safe to show on a terminal. Bytes on which a terminal would act are escaped one by one, as
+//! `\x1B`.
 
 use serde_json::Value as Json;
 
-/// Characters of a text that an error quotes.
+/// The number of characters that an error quotes from a text.
 const QUOTED: usize = 40;
 
-/// Appends bytes that may be text. Whatever is not printable, or not UTF-8, becomes `\x1B`, a backslash `\\`, and a
-/// blank at either end `\x20`: [`unescaped`] gives the same bytes again.
+/// Appends bytes that may be text. Bytes that are not printable, or not UTF-8, are escaped as in `\x1B`. A backslash
+/// becomes `\\`, and a blank at either end becomes `\x20`. [`unescaped`] restores the same bytes.
 pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
     let is_plain = |byte: &u8| matches!(byte, b'!'..=b'~') && *byte != b'\\';
     if bytes.iter().all(is_plain) {
@@ -30,8 +31,9 @@ pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
     }
 }
 
-/// A message that may contain text from anywhere: characters that a terminal acts on, or that change the direction of
-/// writing, are escaped. Backslashes stay, since parts of the message may be escaped already.
+/// Returns a message that may contain text from any source, with escapes. Characters on which a terminal acts, and those
+/// that change the direction of writing, are escaped. Backslashes stay, since parts of the message may already be
+/// escaped.
 #[must_use]
 pub fn harmless(message: &str) -> String {
     let mut harmless = Vec::with_capacity(message.len());
@@ -78,7 +80,7 @@ pub(crate) fn append_hex(bytes: &[u8], into: &mut Vec<u8>) {
     );
 }
 
-/// The bytes of an escaped text. A backslash that begins no escape is a backslash.
+/// Returns the bytes of an escaped text. A backslash that begins no escape stands for itself.
 #[must_use]
 pub fn unescaped(text: &str) -> Vec<u8> {
     let (mut bytes, mut rest) = (Vec::new(), text.as_bytes());
@@ -99,7 +101,7 @@ pub fn unescaped(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// The beginning of a text, for an error; without quotation marks.
+/// Returns the beginning of a text for an error, without quotation marks.
 #[must_use]
 pub fn quoted(text: &str) -> String {
     let beginning: String = text.chars().take(QUOTED).collect();
@@ -108,7 +110,7 @@ pub fn quoted(text: &str) -> String {
     String::from_utf8(escaped).unwrap_or_default()
 }
 
-/// Says for an error that a name is none of these, and which is the nearest.
+/// Returns an error message: the name is none of these, and which of them is the nearest.
 #[must_use]
 pub fn no_such(name: &str, names: &[&str]) -> String {
     format!(
@@ -119,18 +121,18 @@ pub fn no_such(name: &str, names: &[&str]) -> String {
     )
 }
 
-/// Names the nearest one for an error; nothing if none resembles it.
+/// Returns the part of an error message that suggests the nearest name. Returns an empty text if no name resembles it.
 #[must_use]
 pub fn nearest(name: &str, names: &[&str]) -> String {
     let small = name.to_ascii_lowercase();
-    // Part of a name resembles it, so that ublox finds ubx before bin.
+    // A name that is part of the other one counts as similar, so that ublox finds ubx before bin.
     let distance = |other: &&str| 1.0 - strsim::jaro_winkler(&other.to_ascii_lowercase(), &small);
     let near = names.iter().copied().filter(|other| distance(other) < 0.35);
     let nearest = near.min_by(|one, other| distance(one).total_cmp(&distance(other)));
     nearest.map_or(String::new(), |other| format!(", is it {other}"))
 }
 
-/// The beginning of a value, for an error: text is in quotation marks.
+/// Returns the beginning of a value for an error. Text is in quotation marks.
 #[must_use]
 pub fn quote(value: &Json) -> String {
     match value {
@@ -166,7 +168,7 @@ mod tests {
             (b" a b ", "\\x20a b\\x20"),
             (b" ", "\\x20"),
             (b"", ""),
-            // The control codes of 8 bits, and what turns the direction of writing.
+            // 8-bit control codes, and characters that change the direction of writing.
             ("\u{9B}2J\u{202E}".as_bytes(), "\\xC2\\x9B2J\\xE2\\x80\\xAE"),
         ] {
             assert_eq!(escaped(bytes), text);

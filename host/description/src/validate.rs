@@ -1,4 +1,4 @@
-//! Checks that the entries of a description agree with each other, and makes a [`Kind`] of them.
+//! Checks that the entries of a description agree with each other, and makes a [`Kind`] from them.
 
 mod fields;
 
@@ -19,14 +19,14 @@ use crate::field::Type;
 use crate::kind::{Kind, LONGEST};
 use fields::{appended, check_positions, field, fixed_bits, take_what_is_left};
 
-/// The kind of frames that an entry describes. If it is one of many, its header must tell which it is.
+/// Returns the kind of frames that an entry describes. If there are several kinds, the header must identify the kind.
 pub(crate) fn kind(
     name: &str,
     written: &FrameEntry,
     is_one_of_many: bool,
 ) -> Result<Kind, Problem> {
     let (mut kind, owners) = untabled(name, written, is_one_of_many)?;
-    // Only a description without mistakes gets a table.
+    // Computes the table only now, when the description has no mistakes.
     if let Some(checksum) = kind.layout.checksum() {
         let checksum = checksum.algorithm(tabled(checksum.algorithm));
         let built = kind.layout.to_builder().checksum(checksum).build();
@@ -34,7 +34,7 @@ pub(crate) fn kind(
     }
     for entry in written.views.iter().map(Spanned::get_ref) {
         let mut all = written.clone();
-        // Items show more of what is left; other values stand in its place.
+        // Items are shown in addition to the rest of the frame. Other values replace it.
         let is_item = |field: &Spanned<FieldEntry>| field.get_ref().item.is_some();
         if !entry.fields.iter().any(is_item) {
             all.fields.retain(|field| !field.get_ref().takes_rest());
@@ -50,7 +50,7 @@ pub(crate) fn kind(
     Ok(kind)
 }
 
-/// The kind without a table for its checksum and without views, and the indexes of the fields with fixed bits.
+/// Returns the kind without a table for its checksum and without views, and the indexes of the fields with fixed bits.
 fn untabled(
     name: &str,
     written: &FrameEntry,
@@ -129,7 +129,7 @@ fn untabled(
     Ok((kind, owners))
 }
 
-/// Returns the problem that a contradiction is, at the entry of its part. `owners` are the fields of the fixed bits.
+/// Converts a contradiction into a problem at the entry of its part. `owners` are the fields of the fixed bits.
 fn placed(written: &FrameEntry, contradiction: Contradiction, owners: &[usize]) -> Problem {
     fn span<T>(entry: Option<&Spanned<T>>) -> Option<Range<usize>> {
         entry.map(Spanned::span)
@@ -213,7 +213,7 @@ fn bounds(written: &FrameEntry, least: usize) -> Result<(usize, usize), Problem>
     Ok((shortest, longest))
 }
 
-/// The messages that there are: those that are listed, or the values that a field may have.
+/// Returns the known messages: the listed messages, or the values that a field may have.
 fn messages(written: &FrameEntry) -> Result<Option<Messages<'static>>, Problem> {
     let mut messages = None;
     if let Some(entry) = &written.messages {
@@ -277,8 +277,8 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// The last byte behind the header that has fixed bits, as the number of a message: so it is looked at before another
-/// kind is ruled out.
+/// Returns the last byte after the header that has fixed bits, as the number of a message. This makes it part of the header,
+/// so it is checked before the kind is decided.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

@@ -1,4 +1,4 @@
-//! Values as people and programs read them.
+//! The values of fields, and their text forms for people and programs.
 
 use std::fmt;
 
@@ -10,13 +10,13 @@ use crate::text;
 /// A value of a field.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Value<'a> {
-    /// A number without sign.
+    /// An unsigned number.
     Unsigned(u64),
-    /// A number with a sign.
+    /// A signed number.
     Signed(i64),
-    /// A number with a point.
+    /// A floating-point number.
     Float(f32),
-    /// A number and how many of its digits are behind the point.
+    /// A decimal number: its digits, and the number of digits after the decimal point.
     Decimal(i128, u32),
     /// Bytes, shown in hex.
     Bytes(&'a [u8]),
@@ -25,7 +25,7 @@ pub enum Value<'a> {
 }
 
 impl Value<'_> {
-    /// Appends it as text: what a terminal would act on is escaped.
+    /// Appends the value as text. Characters on which a terminal would act are escaped.
     #[inline]
     pub fn append_to(&self, row: &mut Vec<u8>) {
         match self {
@@ -37,7 +37,8 @@ impl Value<'_> {
     #[inline(never)]
     fn append_rarer(&self, row: &mut Vec<u8>) {
         match self {
-            // The shortest digits, NaN, inf or -inf: as 64 bits 0.1 has seventeen digits.
+            // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. Converted to 64 bits, 0.1 would have
+            // seventeen digits.
             Self::Float(number) => row.extend(format!("{number:?}").as_bytes()),
             Self::Decimal(number, decimals) => match u64::try_from(number.unsigned_abs()) {
                 Ok(digits) => {
@@ -47,7 +48,7 @@ impl Value<'_> {
                     }
                     append_digits(digits / unit, row);
                     let point = row.len();
-                    // A one before the fraction keeps its zeros.
+                    // A leading digit 1 preserves the leading zeros of the fraction.
                     append_digits(digits % unit + unit, row);
                     match decimals {
                         0 => row.truncate(point),
@@ -61,7 +62,7 @@ impl Value<'_> {
                 Err(_) => row.extend(decimal(*number, *decimals).as_bytes()),
             },
             Self::Bytes(bytes) => {
-                // Without it some readers take 0600 and 1E05 for numbers, and others 0x06.
+                // Without the `x`, some programs read 0600 and 1E05 as numbers. Others read 0x06 as a number.
                 row.push(b'x');
                 text::append_hex(bytes, row);
             }
@@ -76,7 +77,8 @@ impl Value<'_> {
         }
     }
 
-    /// Appends it as JSON. That has neither NaN nor infinities: `null` is NaN, and 1e39, which exceeds 32 bits, infinity.
+    /// Appends the value as JSON. JSON has neither NaN nor infinities. Here `null` stands for NaN, and 1e39 for infinity,
+    /// because it exceeds the range of 32-bit numbers.
     #[inline]
     pub fn append_json_to(&self, row: &mut Vec<u8>) {
         match self {
@@ -93,7 +95,7 @@ impl Value<'_> {
         row.push(b'"');
         let from = row.len();
         self.append_to(row);
-        // What is escaped already has no control characters left.
+        // The text has already been escaped, so it contains no control characters.
         let is_special = |byte: &u8| matches!(byte, b'"' | b'\\');
         if row
             .get(from..)
@@ -109,7 +111,7 @@ impl Value<'_> {
         row.push(b'"');
     }
 
-    /// Whether it is bytes or text.
+    /// Returns true if the value is bytes or text.
     #[inline]
     #[must_use]
     pub fn is_text(&self) -> bool {
@@ -117,7 +119,7 @@ impl Value<'_> {
     }
 }
 
-/// The digits of each number below 1000 without zeros in front, what is behind them, and how many they are.
+/// For each number below 1000: its digits without leading zeros, padding, and the number of digits in the last byte.
 static DIGITS: [[u8; 4]; 1000] = {
     let mut table = [[0; 4]; 1000];
     let (mut rest, mut number): (&mut [_], u16) = (&mut table, 0);
@@ -140,7 +142,7 @@ const fn three_digits(number: u16) -> [u8; 3] {
     [b'0' + hundreds as u8, b'0' + tens as u8, b'0' + ones as u8]
 }
 
-/// Appends the digits of a number: most of a frame's have three at most.
+/// Appends the digits of a number. Fast for up to three digits, which suffice for most numbers in a frame.
 #[inline]
 fn append_digits(number: u64, row: &mut Vec<u8>) {
     let short = usize::try_from(number)
@@ -149,7 +151,7 @@ fn append_digits(number: u64, row: &mut Vec<u8>) {
     let Some([digits @ .., count]) = short else {
         return append_more_digits(number, row);
     };
-    // Always three, and what is too many is cut off.
+    // Always appends three digits, then cuts off the surplus ones.
     let from = row.len();
     row.extend_from_slice(digits);
     row.truncate(from + usize::from(*count));
@@ -170,7 +172,7 @@ impl fmt::Display for Value<'_> {
     }
 }
 
-/// A number of up to nine digits in decimal, to be shown exactly.
+/// A decimal number of up to nine digits, which is shown exactly.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(try_from = "f64")]
 pub struct Decimal {
@@ -184,7 +186,7 @@ impl TryFrom<f64> for Decimal {
     type Error = &'static str;
 
     fn try_from(number: f64) -> Result<Self, Self::Error> {
-        // The shortest that means it, without an exponent.
+        // The shortest digits that represent the number, without an exponent.
         let text = number.to_string();
         let (whole, fraction) = text.split_once('.').unwrap_or((&text, ""));
         let digits = format!("{whole}{fraction}").parse::<i64>();
@@ -199,7 +201,7 @@ impl TryFrom<f64> for Decimal {
     }
 }
 
-/// The decimals that a number is multiplied by and increased by, to be shown exactly.
+/// A decimal factor and a decimal offset that convert a number into the exact number to show.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     /// The factor, times as many powers of ten as there are decimals.
@@ -223,7 +225,7 @@ impl Scale {
         }
     }
 
-    /// A number as it is shown.
+    /// Converts a number into the number to show.
     pub(crate) fn of(&self, number: &Value) -> Value<'static> {
         let number = match *number {
             Value::Unsigned(number) => number.into(),
@@ -239,13 +241,13 @@ impl Scale {
             .saturating_add(self.offset)
     }
 
-    /// The same as text.
+    /// Returns the scaled number as text.
     #[must_use]
     pub fn text(&self, number: i128) -> String {
         decimal(self.shown(number), self.decimals)
     }
 
-    /// The number nearest to the one that is shown as this.
+    /// Returns the unscaled number that is nearest to a shown number.
     pub(crate) fn number(&self, shown: &Json) -> Option<i128> {
         let shown = self.parse(&shown.as_number()?.to_string())?;
         let sign = self.factor.signum();
@@ -254,7 +256,7 @@ impl Scale {
         doubled.checked_div_euclid(2 * factor)
     }
 
-    /// Reads a JSON number as that many decimals, to the nearest.
+    /// Reads a JSON number and rounds it to the decimals of this scale.
     fn parse(&self, text: &str) -> Option<i128> {
         let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
         let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
@@ -264,7 +266,7 @@ impl Scale {
         let power = 10_i128.checked_pow(u32::try_from(more.unsigned_abs()).ok()?);
         match power {
             Some(power) if more >= 0 => digits.checked_mul(power),
-            // Half and more is rounded away from zero.
+            // Rounds half away from zero.
             Some(power) => Some(digits / power + digits % power * 2 / power),
             None => (more < 0 || digits == 0).then_some(0),
         }

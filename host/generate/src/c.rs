@@ -140,7 +140,7 @@ pub(crate) fn program(layouts: &[Layout]) -> Value {
         .zip((0..7).map(occurs))
         .filter(|(_, occurs)| *occurs);
     let reasons = reasons.map(|((name, text, part), _)| context! { name, text, part });
-    // A frame of which kind begins with a byte is known if the kinds have different first bytes.
+    // If the kinds have different first bytes, the first byte identifies the kind.
     let starts = |byte: u8| layouts.iter().filter(|layout| layout.starts(byte)).count();
     context! {
         index,
@@ -616,7 +616,7 @@ pub(crate) fn access(item: &Item) -> Access {
     }
 }
 
-/// Casts what was read to the field's type.
+/// Casts the number that was read to the field's type.
 fn cast(item: &Item, kind: &str, read: &str) -> String {
     if item.number == "f32" {
         return format!("PREFIX_float({read})");

@@ -62,14 +62,14 @@ struct Program {
 struct KindItem {
     /// Its name in the description.
     described_name: String,
-    /// Its name in the program: in Rust that of its type, in C a part of its type's and functions' names.
+    /// The name of the kind in the program: the name of its type in Rust, a part of the names of its type and functions in C.
     name: String,
     layout: Value,
     /// The fields that frames differ in.
     items: Vec<Item>,
     /// Whether its values borrow bytes of the frame.
     borrows: bool,
-    /// Bytes that every frame has, without what is appended.
+    /// The number of bytes that every frame has, without the trailer.
     start: usize,
     /// A frame's length is a multiple of the first number, plus the second.
     multiple: Option<(usize, usize)>,
@@ -79,27 +79,27 @@ struct KindItem {
 #[derive(Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "templates ask for each")]
 struct Item {
-    /// Its name in the program.
+    /// The name in the program.
     name: String,
     /// Bytes of the shortest frame that has the field; `None` if every frame has it.
     needs: Option<usize>,
-    /// Bytes that a frame with this field has at least, if that may be more than `start`.
+    /// The least number of bytes in a frame with this field, if it may exceed `start`.
     least: Option<usize>,
-    /// The index of its first byte, or a negative distance from the end.
+    /// The index of the first byte, or a negative distance from the end.
     at: i16,
-    /// Bytes between it and the frame's end, if it takes the rest.
+    /// The number of bytes between the field and the frame's end, if the field takes the rest.
     margin: usize,
-    /// Its type in the description.
+    /// The field's type in the description.
     described_type: String,
-    /// Whether it consists of bytes instead of numbers.
+    /// Whether the field consists of bytes instead of numbers.
     is_text: bool,
-    /// Whether it takes the rest of the frame.
+    /// Whether the field takes the rest of the frame.
     is_rest: bool,
     is_array: bool,
     is_appended: bool,
     /// The number of values, or of bytes.
     count: Option<usize>,
-    /// The smallest type that holds its number, in Rust.
+    /// The smallest Rust type that holds the number.
     number: String,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,

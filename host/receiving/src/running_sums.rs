@@ -20,7 +20,7 @@ const MANY: usize = 1 << 16;
 pub(crate) struct RunningSums {
     /// The position of the first running value.
     from: usize,
-    /// The running values after 0, 1, 2 and more bytes from there. The register of a CRC is in the highest bits.
+    /// The running values after 0, 1, 2 and more bytes from that position. The register of a CRC is in the highest bits.
     running: Vec<u32>,
     /// The register of a CRC after each byte.
     table: Vec<u32>,
@@ -54,9 +54,9 @@ impl RunningSums {
         }
     }
 
-    /// Returns what [`Algorithm::of`] returns for the bytes `covered`, which stand at position `at` of the stream.
+    /// Returns the same value as [`Algorithm::of`] for the bytes `covered`, which begin at position `at` of the stream.
     ///
-    /// If positions do not decrease, it takes each byte of the stream once.
+    /// As long as positions do not decrease, this function processes each byte of the stream once.
     pub(crate) fn of(
         &mut self,
         algorithm: &Algorithm,

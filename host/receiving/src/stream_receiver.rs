@@ -16,10 +16,10 @@ use crate::running_sums::RunningSums;
 /// Layouts that begin alike.
 type Layouts<'a> = AnyOf<'a, &'static Layout<'static>>;
 
-/// Stretches up to this length are summed directly: that is faster.
+/// The length up to which bytes are summed directly, because this is faster than running sums.
 const SHORT: usize = 16;
 
-/// Bytes that are searched for a delimiter again and again, at most.
+/// The greatest number of bytes that may be searched for a delimiter repeatedly.
 const FEW: usize = 2;
 
 /// A receiver that delivers and discards the same bytes as a [`BufferedReceiver`](framelock::BufferedReceiver) of the
@@ -27,7 +27,7 @@ const FEW: usize = 2;
 #[derive(Clone, Debug)]
 pub struct StreamReceiver {
     classifier: Classifier,
-    /// Pending: `held[from..]`.
+    /// The index of the first pending byte: the pending bytes are `held[from..]`.
     held: Vec<u8>,
     from: usize,
     /// The position of the first held byte in the stream.
@@ -49,7 +49,7 @@ impl StreamReceiver {
         })
     }
 
-    /// Decides about the first pending bytes and moves on behind them. Returns `None` if more bytes are needed.
+    /// Decides about the first pending bytes and skips them. Returns `None` if more bytes are needed.
     fn decide(&mut self) -> Option<Found<&[u8]>> {
         let start = self.from;
         let pending = self.held.get(start..).unwrap_or_default();
@@ -67,7 +67,7 @@ impl StreamReceiver {
         Some(found.map(|()| self.held.get(start..self.from).unwrap_or_default()))
     }
 
-    /// Forgets the bytes that are decided, if they are most of those held.
+    /// Removes the decided bytes if they are the majority of the held bytes.
     fn forget_decided(&mut self) {
         if self.from > self.held.len() / 2 {
             self.held.drain(..self.from);
@@ -87,7 +87,7 @@ impl Parser for StreamReceiver {
 
     fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<&[u8]>)) {
         self.forget_decided();
-        // With as much of the slice as the longest frame may have, each start before the slice is decided.
+        // Once as many bytes of the slice as the longest frame has are appended, each start before the slice is decided.
         let before = self.held.len();
         let missing = bytes.get(..self.classifier.longest).unwrap_or(bytes);
         self.held.extend_from_slice(missing);
@@ -97,7 +97,7 @@ impl Parser for StreamReceiver {
                 None => return,
             }
         }
-        // The others are decided where they lie.
+        // The other bytes of the slice are decided without being copied.
         let mut rest = bytes.get(self.from - before..).unwrap_or_default();
         self.position += self.from;
         (self.from, self.at_least) = (0, 0);

@@ -20,7 +20,7 @@ pub(super) const fn check_checksum(layout: &Layout, length: usize) -> Result<(),
     let end = at.saturating_add(checksum.encoded_bytes());
     reject_if!(end > length, Part::Checksum, OUTSIDE);
     let (from, to) = match (index(checksum.from, length), index(checksum.to, length)) {
-        // It may cover nothing in a frame without payload.
+        // In a frame without payload, the checksum may cover no bytes.
         (Some(from), Some(to)) if from <= to.saturating_add(1) && to < length => (from, to),
         _ => return Err(Contradiction::new(Part::Checksum, NOT_COVERED)),
     };
@@ -37,7 +37,7 @@ pub(super) const fn check_checksum(layout: &Layout, length: usize) -> Result<(),
     Ok(())
 }
 
-/// Whether bytes of the sync, the header's numbers, the fixed bits or the terminator are in `at..end`.
+/// Returns true if `at..end` contains bytes of the sync, the header's numbers, the fixed bits or the terminator.
 const fn overlaps(layout: &Layout, length: usize, at: usize, end: usize) -> bool {
     let mut is_taken =
         at < layout.sync.length || length.saturating_sub(layout.terminator.length) < end;
@@ -107,7 +107,7 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
         Part::Checksum,
         "checksum: a table of bytes is for a CRC of 8 bits: give a table of words"
     );
-    // This byte's entry is the polynomial.
+    // The table entry of this byte is the polynomial.
     let byte = if crc.reflected_in { 0x80_u8 } else { 1 };
     let entry = match crc.table {
         Table::None => Some(crc.remainder(byte)),

@@ -209,7 +209,7 @@ const fn sync_agrees(layout: &Layout, sync: &[u8]) -> bool {
     true
 }
 
-/// Whether the number of a message has room, and agrees with the other parts of the header.
+/// Returns true if the number of a message has room, and agrees with the other parts of the header.
 const fn message_agrees(
     layout: &Layout,
     sync: &[u8],
@@ -232,7 +232,7 @@ const fn message_agrees(
     message.number & !all_bits(number) == 0
 }
 
-/// Whether the bytes that are the same in each frame of `length` bytes contain a terminator before the last one.
+/// Returns true if the bytes that are the same in each frame of `length` bytes contain a terminator before the last one.
 const fn ends_early(
     layout: &Layout,
     length: usize,
@@ -260,7 +260,7 @@ const fn ends_early(
     false
 }
 
-/// Whether a terminator is at `at`, of bytes that are the same in each frame of `length` bytes.
+/// Returns true if a terminator is at `at`, of bytes that are the same in each frame of `length` bytes.
 const fn ends_early_at(
     layout: &Layout,
     length: usize,
@@ -291,7 +291,7 @@ const fn ends_early_at(
     false
 }
 
-/// Whether a terminator agrees with the fixed bits in its place.
+/// Returns true if a terminator agrees with the fixed bits in its place.
 pub(super) const fn ends_with_a_terminator(layout: &Layout, length: usize) -> bool {
     let from = length.saturating_sub(layout.terminator.length);
     let mut terminators = layout.terminator.bytes;
@@ -312,7 +312,7 @@ pub(super) const fn ends_with_a_terminator(layout: &Layout, length: usize) -> bo
     false
 }
 
-/// Whether a byte with these bits may be content.
+/// Returns true if a byte with these bits may be content.
 pub(super) const fn agrees_with_content(layout: &Layout, value: u8, mask: u8) -> bool {
     let mut byte = 0_u8;
     loop {
@@ -326,7 +326,7 @@ pub(super) const fn agrees_with_content(layout: &Layout, value: u8, mask: u8) ->
     }
 }
 
-/// Whether a byte is content.
+/// Returns true if a byte is content.
 pub(super) const fn is_content(layout: &Layout, byte: u8) -> bool {
     let mut rest = layout.content;
     while let [(first, last), others @ ..] = rest {
@@ -338,7 +338,7 @@ pub(super) const fn is_content(layout: &Layout, byte: u8) -> bool {
     false
 }
 
-/// Whether the bits of `mask` in the byte at `at` of a frame of `length` bytes may have the values of `byte`.
+/// Returns true if the bits of `mask` in the byte at `at` of a frame of `length` bytes may have the values of `byte`.
 pub(super) const fn agrees_with_fixed(
     fixed: &[FixedBits],
     length: usize,

@@ -1,4 +1,4 @@
-//! Checks the fields of a description, and that nothing in a frame is in the place of anything else.
+//! Checks the fields of a description, and that no two parts of a frame overlap.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,10 +13,10 @@ use crate::kind::{Kind, LONGEST};
 use crate::positions::checksum_position;
 use crate::value::{Decimal, Scale};
 
-/// Names that rows have besides the fields.
+/// Names of the other columns in a row, which no field may have.
 const TAKEN: [&str; 3] = ["offset", "length", "time"];
 
-/// A name that a column may have.
+/// Checks that a name is valid for a column, and returns it.
 fn column_name(name: &Spanned<String>) -> Result<String, Problem> {
     let text = name.get_ref();
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -46,7 +46,7 @@ pub(super) fn appended(entry: &TrailerEntry, bytes: usize) -> Result<Field, Prob
     })
 }
 
-/// A field.
+/// Checks the entry of a field and returns the field.
 pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     let entry = spanned.get_ref();
     let name = column_name(&entry.name)?;
@@ -132,14 +132,15 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     Ok(field)
 }
 
-/// Ends the fields that take the rest before the last `from_end` bytes, which other parts are counted in.
+/// Makes the fields that take the rest end before the last `from_end` bytes. These bytes hold the parts that are counted
+/// from the end.
 pub(super) fn take_what_is_left(
     fields: &mut [Field],
     written: &FrameEntry,
     from_end: usize,
 ) -> Result<(), Problem> {
     for (field, entry) in fields.iter_mut().zip(&written.fields) {
-        // What takes the rest of a frame of one length has one length as well.
+        // If all frames have the same length, a field that takes the rest also has a fixed length.
         if let (Some(length), None) = (&written.length, field.length()) {
             let distance = usize::from(field.at.unsigned_abs());
             field.count = length.get_ref().checked_sub(distance + from_end);
@@ -188,9 +189,9 @@ pub(super) fn check_positions(
     longest: usize,
 ) -> Result<(), Problem> {
     let whole = |bytes: Range<usize>| (8 * bytes.start..8 * bytes.end).collect();
-    // Each part's place in the text, its name, and the indexes of its bits.
+    // For each part: its position in the text, its name, and the indexes of its bits.
     let mut claims: Vec<(Range<usize>, &str, Vec<usize>)> = Vec::new();
-    // Several alternatives may be told apart by a field in their place.
+    // A field may occupy the same bytes as several alternatives, to select one of them.
     let terminator = written
         .terminator
         .as_ref()
@@ -205,7 +206,7 @@ pub(super) fn check_positions(
     }
     for (field, entry) in kind.fields.iter().zip(&written.fields) {
         let entry = entry.get_ref();
-        // An item shares the place of its text.
+        // An item occupies the same bytes as its text.
         if field.item.is_some() {
             continue;
         }

@@ -8,9 +8,9 @@ use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
 
-/// A row for a frame: any values of their types, of one of the kinds.
+/// Returns a row for a frame of one of the kinds, with arbitrary values of the fields' types.
 fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> {
-    // Fits the smallest of types.
+    // The value fits the smallest type.
     let most = *[1, 1, 3, 7].choose(random).unwrap();
     let kind = description.kinds.choose(random).unwrap();
     let sync = kind.layout.sync().each().next().unwrap_or_default();
@@ -33,7 +33,7 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
             }
             (name, true) => {
                 let field = kind.fields.iter().find(|field| field.name == name);
-                // MAVLink's shortest messages have few bytes; some frames must be longer.
+                // The shortest messages of MAVLink have few bytes, but some frames must be longer.
                 let rest = *[1, 2, 3, 21].choose(random).unwrap();
                 let count = field.and_then(|field| field.count).unwrap_or(rest);
                 let ranges = kind.layout.content();
@@ -41,7 +41,7 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
                 let all = (0..=u8::MAX).filter(|byte| ranges.is_empty() || is_content(byte));
                 let all: Vec<u8> = all.collect();
                 let mut bytes: Vec<u8> = (0..count).map(|_| *all.choose(random).unwrap()).collect();
-                // Zeros at the end would be left out if the message has a view.
+                // Trailing zeros would be left out if the message has a view.
                 bytes.last_mut().into_iter().for_each(|byte| *byte |= 1);
                 let mut text = hex::glued(&bytes);
                 if field.is_some_and(|field| field.kind == Type::Text) {
@@ -55,7 +55,7 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
     values.collect()
 }
 
-/// What the values of a frame are, in the order of the columns.
+/// Returns the values of a frame, in the order of the columns.
 pub(crate) fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json>> {
     let kind = description.kind(frame).unwrap();
     let mut row = vec![None; description.columns.len()];
@@ -87,7 +87,7 @@ pub(crate) fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<
     rows.filter_map(Result::ok).collect()
 }
 
-/// A frame that ends with any of its terminators, instead of the first.
+/// Returns a frame that ends with any of its terminators, instead of the first.
 pub(crate) fn with_any_end(
     description: &Description,
     frame: &[u8],
@@ -102,7 +102,7 @@ pub(crate) fn with_any_end(
     }
 }
 
-/// Between noise that is made of pieces of such frames.
+/// Returns frames between noise, which consists of pieces of such frames.
 pub(crate) fn noisy(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for bytes in frames {
@@ -147,7 +147,7 @@ pub(crate) const FIELDS: &[(usize, &str)] = &[
     (4, "type = 'f32be'"),
 ];
 
-/// A description of any shape; it may contradict itself.
+/// Returns a random description, which may contradict itself.
 pub(crate) fn description(random: &mut ChaCha8Rng) -> String {
     let mut text = String::new();
     let mut one_of = |these: &[&str]| (*these.choose(random).unwrap()).to_owned();

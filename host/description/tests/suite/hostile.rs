@@ -1,4 +1,4 @@
-//! Streams that are full of false starts: the receiver of the command line against the core's.
+//! Compares the receiver of the command line with the core's receiver on streams that are full of false starts.
 
 use framelock::{BufferedReceiver, Counters, Format, Found, Line, LineEvent, Parser};
 use framelock_description::{Description, SHIPPED};
@@ -41,7 +41,7 @@ fn received<P: Parser>(
     (outcomes, pending, *line.counters())
 }
 
-/// Beginnings of frames, repeated, and frames between them.
+/// Returns repeated beginnings of frames, with frames between them.
 fn hostile(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for _ in 0..random.random_range(1..5) {
@@ -115,7 +115,7 @@ fn agree(description: &Description, random: &mut ChaCha8Rng) -> usize {
     expected
 }
 
-/// Of each shipped description, and of UBX with the longest frames that its length can tell.
+/// Tries each shipped description, and UBX with the longest frames that its length field can express.
 #[test]
 fn shipped_frames_among_false_starts() {
     let ubx = framelock_description::shipped("ubx").unwrap();

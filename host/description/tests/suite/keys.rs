@@ -1,10 +1,10 @@
-//! What the keys of a description mean, each by a frame.
+//! Shows the meaning of each key of a description with a frame.
 
 use framelock::{Classification, Format as _};
 use framelock_description::{Description, hex};
 use serde_json::{Value as Json, json};
 
-/// Names and values of a frame, as text.
+/// Returns the names and values of a frame as text.
 fn shown(description: &Description, frame: &[u8]) -> String {
     let kind = description.kind(frame).unwrap();
     let fields = kind.shown(frame).map(|(field, content)| {
@@ -16,11 +16,11 @@ fn shown(description: &Description, frame: &[u8]) -> String {
     fields.collect::<Vec<_>>().join(", ")
 }
 
-/// Descriptions, values in the order of the columns, the frame in hex, and what it is shown as.
+/// Descriptions, the values in the order of the columns, the frame in hex, and its displayed text.
 #[test]
 fn each_key_means_what_it_is_called() {
     for (text, values, frame, expected) in [
-        // LD06, a laser scanner, the frame of its manual: a CRC that has no name.
+        // The frame in the manual of the laser scanner LD06, with a CRC that has no name.
         (
             "sync = '54 2C'\nlength = 47\nchecksum = { width = 8, polynomial = 0x4D, type = 'u8', at = -1 }
              fields = [{ name = 'speed', at = 2, type = 'u16le' },
@@ -42,7 +42,7 @@ fn each_key_means_what_it_is_called() {
             "A8 01 02 2E E0 27 10 EF E4",
             "status 1, payload x2EE02710",
         ),
-        // Only the lower bits count, and nothing is to be added.
+        // Only the lower bits form the length, and nothing is added to it.
         (
             "sync = '7E'\nlength_field = { at = 1, type = 'u8', mask = 0x0F }\nlongest = 15\nshortest = 3
              fields = [{ name = 'flags', at = 1, type = 'u8', mask = 0xF0 }, { name = 'rest', at = 2, type = 'bytes' }]",
@@ -50,7 +50,7 @@ fn each_key_means_what_it_is_called() {
             "7E 94 01 02",
             "flags 9, rest x0102",
         ),
-        // A sum in digits.
+        // A sum, written in hexadecimal digits.
         (
             "sync = '3A'\nterminator = '0A'\nlongest = 20\nchecksum = { name = 'sum', type = 'hex8', at = -3, from = 1 }
              fields = [{ name = 'text', at = 1, type = 'text' }]",
@@ -58,7 +58,7 @@ fn each_key_means_what_it_is_called() {
             "3A 61 62 1B 44 45 0A",
             "text ab\\x1B",
         ),
-        // Scales are exact, and whole ones have no point.
+        // Scales are exact. Whole scales have no decimal point.
         (
             "sync = '24'\nlength = 8\nfields = [
              { name = 'angle', at = 1, type = 'i16be', scale = 0.01, unit = 'deg' },
@@ -80,7 +80,7 @@ fn each_key_means_what_it_is_called() {
             "24 FE 5F 83",
             "low -2, high 5, even 3",
         ),
-        // One of several ends, and what stands at the beginning of the frame.
+        // One of several terminators, and the field at the beginning of the frame.
         (
             "sync = 'C8 | EE'\nterminator = '00 | 04'\nlength = 4\nfields = [
              { name = 'to', at = 0, type = 'u8' }, { name = 'end', at = -1, type = 'u8' }]",
@@ -88,14 +88,14 @@ fn each_key_means_what_it_is_called() {
             "EE 00 00 04",
             "to 238, end 4",
         ),
-        // A line of text is ended by its end alone.
+        // Only the terminator ends a line of text.
         (
             "terminator = '0D 0A'\nlongest = 40\nfields = [{ name = 'line', at = 0, type = 'text' }]",
             json!(["1.5,2"]),
             "31 2E 35 2C 32 0D 0A",
             "line 1.5,2",
         ),
-        // Of several ends the first is written; content before it.
+        // The first of several terminators is written. Content precedes it.
         (
             "sync = '23'\ncontent = '20-7E except 23'\nterminator = '0D 0A | 0A | 0D 0D 0A'\nlongest = 40
              checksum = { name = 'xor', type = 'hex8', at = -4, from = 1 }
@@ -104,7 +104,7 @@ fn each_key_means_what_it_is_called() {
             "23 61 62 20 63 3B 37 42 0D 0A",
             "text ab c",
         ),
-        // Messages by number: the checksum covers a byte that is not sent; and something behind the frame.
+        // Messages with numbers, a checksum that covers a byte that is not sent, and a trailer after the frame.
         (
             "sync = 'FD'\nlength_field = { at = 1, type = 'u8', plus = 4 }\nlongest = 20
              messages = { at = 2, type = 'u8', known = [[7], [9, 1], [8, 2, 3]] }
@@ -124,7 +124,7 @@ fn each_key_means_what_it_is_called() {
     }
 }
 
-/// Places are counted from the end of the content, whichever terminator follows, and nothing else may be content.
+/// Positions are counted from the end of the content, whichever terminator follows. Other bytes are not content.
 #[test]
 fn a_frame_may_end_in_several_ways() {
     let text = "sync = '23'\ncontent = '20-7E except 23'\nterminator = '0D 0A | 0A | 0D 0D 0A'\nlongest = 40
@@ -144,14 +144,14 @@ fn a_frame_may_end_in_several_ways() {
             "{text}"
         );
     }
-    // Text that would be a part of another terminator.
+    // The text would combine with the terminator to form another terminator.
     let line = "content = '20-7E'\nterminator = '0D 0A | 0D 0D 0A'\nlongest = 40
         fields = [{ name = 'text', at = 0, type = 'text' }]";
     let line = Description::parse("my.toml", line).unwrap();
     assert!(line.encode(&[Some(json!("ab\r"))]).is_err());
 }
 
-/// Two kinds of a motor's frames: what they have in common is written once.
+/// Two kinds of a motor's frames, which share the entries that they have in common.
 const MOTOR: &str = r#"
     sync = "AA 55"
     length_field = { at = 2, type = "u8" }
@@ -179,7 +179,7 @@ const MOTOR: &str = r#"
 #[test]
 fn a_description_may_have_several_kinds() {
     let description = Description::parse("motor.toml", MOTOR);
-    // The same name for what is always the same in one kind is no column there.
+    // A field that is constant in a kind has no column for that kind.
     let description = description.unwrap();
     let columns: Vec<&str> = description
         .columns
@@ -226,7 +226,7 @@ fn a_description_may_have_several_kinds() {
     }
 }
 
-/// Frames of the same length, which a byte or some bits behind the length tell apart.
+/// Frames of the same length. A byte or some bits after the length distinguish them.
 #[test]
 fn kinds_are_told_apart_by_what_is_always_the_same_in_each() {
     for rest in [

@@ -1,4 +1,4 @@
-//! Kinds with the same header: each is tried until one fits.
+//! Kinds with the same header. They are tried in order until one fits.
 
 use framelock::{BufferedReceiver, Format as _};
 use framelock_description::{Description, hex};

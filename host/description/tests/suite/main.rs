@@ -1,4 +1,4 @@
-//! Descriptions as others use them.
+//! Tests of descriptions through the public interface of the crate.
 
 #![allow(
     missing_docs,

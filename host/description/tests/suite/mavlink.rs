@@ -76,7 +76,7 @@ fn zeros_that_the_sender_leaves_out() {
              { name = 'pitchspeed', at = 30, type = 'f32le' }, { name = 'yawspeed', at = 34, type = 'f32le' }",
             ["0.5", "0.125", "0.0", "0.0"],
         ),
-        // Half of a number with the highest byte first, an array, and bits.
+        // Half of a big-endian number, an array, and bits.
         (
             "FD 03 00 00 00 01 01 07 00 00 01 02 03 83 41",
             "{ name = 'a', at = 12, type = 'u16be' }, { name = 'b', at = 12, type = 'u8', count = 3 },
@@ -101,7 +101,7 @@ fn zeros_that_the_sender_leaves_out() {
     }
 }
 
-/// What is encoded leaves the zeros out again.
+/// Encoding leaves the trailing zeros out again.
 #[test]
 fn zeros_are_left_out_of_frames_that_are_made() {
     let text = format!(

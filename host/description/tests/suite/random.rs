@@ -1,4 +1,5 @@
-//! Random descriptions, random frames of the shipped ones, and the fuzzer's corpus, against the reference.
+//! Compares the receiver with the reference on random descriptions, on random frames of the shipped descriptions, and on the
+//! fuzzer's corpus.
 
 use std::fs;
 use std::path::Path;
@@ -20,9 +21,9 @@ fn shipped_frames_come_out_and_their_values_make_them_again() {
             .map(|_| agrees_with_the_reference(&description, text, &mut random))
             .sum();
         let least = match *name {
-            // A row of a message that is not known is none.
+            // A row with an unknown message cannot be encoded.
             "mavlink" | "mavlink1" | "mavlink2" => 60,
-            // Only payloads of 0, 2 and 4 bytes make a frame.
+            // Only payloads of 0, 2 and 4 bytes form a frame.
             "ibus-telemetry" => 15,
             _ => 100,
         };
@@ -37,14 +38,14 @@ fn shipped_frames_keep_the_laws() {
         let description = Description::parse(name, text).unwrap();
         let mut bytes = frames(&description, &mut random).swap_remove(0);
         bytes.push(bytes[0]);
-        // Longer ones take long, and agree with the reference above.
+        // Longer streams would take long. They are compared with the reference above.
         bytes.truncate(14);
         check_laws(&description.format(), &mut bytes)
             .unwrap_or_else(|broken| panic!("{name}: {broken}"));
     }
 }
 
-/// Of any description: receiver and reference agree, laws hold, and frames come out.
+/// For any description, receiver and reference agree, the laws hold, and frames are delivered.
 #[test]
 fn described_frames_come_out_and_their_values_make_them_again() {
     let (mut right, mut without_sync, mut in_all) = (0, 0, 0);
@@ -85,7 +86,7 @@ fn described_frames_come_out_and_their_values_make_them_again() {
     );
 }
 
-/// What `cargo xtask fuzz description` tries.
+/// Runs the test of `cargo xtask fuzz description`.
 #[test]
 fn texts_of_the_corpus_are_refused_or_agree() {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/description");

@@ -1,4 +1,5 @@
-//! The shipped descriptions: they are the crate's own layouts, and a frame's values make the same frame again.
+//! Tests of the shipped descriptions. Each must have the same layout as the format in Rust, and encoding the values of a
+//! frame must make the same frame again.
 
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use framelock_formats::{
     nmea, rtcm, sbus, ubx,
 };
 
-/// A layout without a CRC's table, which says nothing about frames.
+/// Returns a layout without its CRC table, which does not affect the frames.
 fn plain(layout: &Layout<'static>) -> Layout<'static> {
     let Some(checksum) = layout.checksum() else {
         return *layout;

@@ -1,10 +1,10 @@
-//! Mistakes in descriptions: each is told with its place, and nothing makes reading one go on for ever.
+//! Mistakes in descriptions. Each error names the position of the mistake, and no description takes forever to read.
 
 use std::path::Path;
 
 use framelock_description::{Description, read};
 
-/// Descriptions, in which `\n` is what it is called, and what is wrong with them.
+/// Descriptions, in which `\n` stands for a line break, and their errors after `=>`.
 const WRONG: &str = r#"
     sync = "2G" => 1:8: word 1, '2G', has 'G', which is no hex digit
     sync = "" => 1:8: no bytes: leave the key out
