@@ -51,9 +51,9 @@ pub(crate) fn clippy(workspace: &Workspace, _: &mut Report) -> Result<()> {
     prove::clippy(workspace)
 }
 
-/// Installs the compilers and the simulator that the tests of generated C run, unless they are there.
+/// Installs the programs that the tests of generated C run, unless they are there.
 fn install_for_c(workspace: &Workspace) -> Result<()> {
-    const COMMANDS: [&str; 4] = ["clang", "arm-none-eabi-gcc", "avr-gcc", "simavr"];
+    const COMMANDS: [&str; 5] = ["clang", "cmake", "arm-none-eabi-gcc", "avr-gcc", "simavr"];
     let sh = &workspace.shell()?;
     let is_there = |command: &&str| {
         let version = cmd!(sh, "{command} --version").quiet().ignore_status();
@@ -69,9 +69,10 @@ fn install_for_c(workspace: &Workspace) -> Result<()> {
 /// The folder of Debian's core for Arduino boards.
 const ARDUINO: &str = "/usr/share/arduino/hardware/arduino/avr";
 
-/// The Debian packages with compilers for C, and with a simulator of an AVR.
-const PACKAGES_FOR_C: [&str; 6] = [
+/// The Debian packages with compilers and a build system for C, and with a simulator of an AVR.
+const PACKAGES_FOR_C: [&str; 7] = [
     "clang",
+    "cmake",
     "gcc-arm-none-eabi",
     "gcc-avr",
     "avr-libc",
