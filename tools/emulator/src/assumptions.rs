@@ -1,9 +1,9 @@
-//! Where the product specification (section "UARTE") is silent, or chips are said to differ from it:
-//! what the model does.
+//! The model's behaviour where the product specification (section "UARTE") is silent, or where chips are
+//! reported to differ from it.
 
-/// What is not known for certain about the chip. Firmware should work either way.
+/// Behaviour of the chip that is not known for certain. Firmware should work with every choice.
 ///
-/// What is lost is a count of how often it is lost from now on, resets included; [`u32::MAX`] means
+/// A field `lost_…` or `doubled_…` counts how often this will still happen, across resets. [`u32::MAX`] means
 /// every time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
@@ -11,61 +11,62 @@
     reason = "each is a question of its own"
 )]
 pub struct Assumptions {
-    /// Cycles from the end of a byte until it is in RAM. RXDRDY "is likely to occur before the
-    /// corresponding data has been transferred to Data RAM": by how much is not said.
+    /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur
+    /// before the corresponding data has been transferred to Data RAM", but not by how much.
     pub dma_lag: u64,
-    /// Cycles from the end of a byte until its RXDRDY, which comes before the next byte in any case.
-    /// From `dma_lag` on, unless both are 0, RXDRDY comes after the byte is stored and, if the
-    /// transfer is full, after its ENDRX. The specification only says "likely"; Renode's model
-    /// raises ENDRX first.
+    /// Cycles from the end of a byte until its RXDRDY, which always comes before the next byte. With `dma_lag`
+    /// or more cycles, unless both are 0, RXDRDY comes after the byte is stored and, if the transfer is full,
+    /// after its ENDRX. The specification only says "likely"; Renode's model raises ENDRX first.
     pub ready_lag: u64,
     /// RXDRDY comes when a byte enters the FIFO. By default it comes when the byte reaches the FIFO's
     /// head, as a Nordic engineer says (Zephyr#27233).
     pub ready_at_store: bool,
-    /// RXDRDY comes for a byte with a framing error too, which is not stored. The specification does
-    /// not say.
+    /// RXDRDY also comes for a byte with a framing error, which is not stored. The specification does not say.
     pub ready_on_framing_error: bool,
     /// RXDRDY comes for a byte that is lost to an overrun. The specification does not say.
     pub ready_on_overrun: bool,
-    /// How many RXDRDY do not come (Zephyr#49021 has a trace with one missing).
+    /// Number of RXDRDY events that do not come (Zephyr#49021 has a trace in which one is missing).
     pub lost_ready: u32,
-    /// How many RXDRDY come twice.
+    /// Number of RXDRDY events that come twice.
     pub doubled_ready: u32,
-    /// How many ENDRX of a full transfer do not come.
+    /// Number of ENDRX events of full transfers that do not come.
     pub lost_end: u32,
-    /// How many ENDRX of a full transfer come twice.
+    /// Number of ENDRX events of full transfers that come twice.
     pub doubled_end: u32,
-    /// Cycles until they come again.
+    /// Cycles from an ENDRX until the doubled ENDRX.
     pub double_lag: u64,
-    /// They come again even if ERRORSRC was read or another transfer opened by then. By default they do not.
+    /// The doubled ENDRX comes even if the firmware has read ERRORSRC or started another transfer since. By
+    /// default it then does not come.
     pub doubled_when_open: bool,
     /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
-    /// Bytes in the FIFO: Zephyr's driver reckons with five, the specification does not say.
+    /// Number of bytes that the FIFO holds. Zephyr's driver assumes five; the specification does not say.
     pub fifo: usize,
-    /// An overrun drops the oldest byte of the FIFO ("previous data is lost"; so `BabbleSim`'s model), and
-    /// not the new one.
+    /// An overrun drops the oldest byte of the FIFO ("previous data is lost"), as in `BabbleSim`'s model. By
+    /// default it drops the new byte.
     pub overrun_drops_oldest: bool,
-    /// An overrun comes with the start bit of the byte that finds no room, and the byte before it is lost (the
-    /// specification: "a start bit is received while the previous data still lies in RXD"). By default it
-    /// comes with the end of the byte.
+    /// An overrun comes at the start bit of the byte that finds no room, and the byte before it is lost (the
+    /// specification: "a start bit is received while the previous data still lies in RXD"). By default the
+    /// overrun comes at the end of the byte.
     pub overrun_at_start_bit: bool,
-    /// Any write to ERRORSRC clears all causes, as in `BabbleSim`'s model. By default a one clears its cause.
+    /// Any write to ERRORSRC clears all causes, as in `BabbleSim`'s model. By default each 1 bit clears its
+    /// cause.
     pub any_write_clears: bool,
-    /// RXTO comes with each ENDRX too (Zephyr#103578).
+    /// RXTO also comes with each ENDRX (Zephyr#103578).
     pub causeless_timeout: bool,
-    /// How many RXTO after STOPRX do not come.
+    /// Number of RXTO events after STOPRX that do not come.
     pub lost_timeout: u32,
-    /// STARTRX in the middle of a byte drops this byte, as in `BabbleSim`'s model. By default the receiver takes
+    /// STARTRX in the middle of a byte drops the byte, as in `BabbleSim`'s model. By default the receiver takes
     /// the byte's next low bit for a start bit.
     pub start_drops_byte: bool,
     /// STARTRX during a transfer is ignored, as in `BabbleSim`'s model. By default it is an error.
     pub start_twice_is_ignored: bool,
-    /// SEQSTART begins a new period of the PWM at once, and not when the present one is over.
+    /// SEQSTART begins a new period of the PWM at once. By default the new period begins when the current one
+    /// is over.
     pub start_cuts_period: bool,
-    /// A task that is triggered twice at one instant acts once.
+    /// A task that is triggered twice at the same instant acts once.
     pub twice_is_once: bool,
-    /// Cycles of each instruction in per cent of the model's own, at least 100: flash without the
+    /// Cycles of each instruction, in per cent of the model's cycles, at least 100. Flash without the
     /// instruction cache has wait states (section "NVMC"). Sleep is not stretched.
     pub slowness: u32,
 }
@@ -100,14 +101,14 @@ impl Default for Assumptions {
     }
 }
 
-/// A byte that may go to RAM is there in less than four tenths of a byte time at 1 Mbaud: EasyDMA is not
+/// The longest lag of EasyDMA, in cycles: less than four tenths of a byte time at 1 Mbaud. EasyDMA is not
 /// believed to be slower.
 const LONGEST_LAG: u64 = 190;
-/// Until just before the next byte at 1 Mbaud.
+/// The latest RXDRDY, in cycles: just before the next byte at 1 Mbaud.
 const LATEST_READY: u64 = 639;
 
 impl Assumptions {
-    /// Every deviation from the default alone, with its name.
+    /// Returns each single deviation from the default, with its name.
     #[must_use]
     pub fn each() -> Vec<(&'static str, Self)> {
         let change = |name, change: fn(&mut Self)| {
@@ -146,15 +147,16 @@ impl Assumptions {
         ]
     }
 
-    /// One of [`Self::each`] by its name.
+    /// Returns the deviation of [`Self::each`] with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let found = Self::each().into_iter().find(|(known, _)| *known == name);
         found.map(|(_, assumptions)| assumptions)
     }
 
-    /// A mix of all, the same for the same seed: lags up to those of [`Assumptions::each`], at most
-    /// three losses of a kind, a core slower by at most a half.
+    /// Returns a random mix of all deviations, always the same for the same seed. Lags are at most those of
+    /// [`Assumptions::each`], there are at most three losses of each kind (except RXTO), and the core's
+    /// instructions take at most 1.5 times as long.
     #[must_use]
     pub fn mixed(seed: u64) -> Self {
         let mut state = seed;
@@ -170,7 +172,7 @@ impl Assumptions {
         let longest_lag = if up_to(1) == 1 { 64 } else { LONGEST_LAG };
         let mut few = |most| u32::try_from(up_to(most)).unwrap_or_default();
         let (lost_ready, doubled_ready, slower) = (few(3), few(3), few(50));
-        // One in four loses some: what is sent meanwhile may be lost.
+        // Only one mix in four loses an ENDRX, because bytes that are sent meanwhile may be lost.
         let lost_end = few(3) / 3 * (1 + few(2));
         let doubled_end = few(1) * u32::MAX;
         Self {
@@ -193,7 +195,7 @@ impl Assumptions {
             lost_timeout: if up_to(3) == 0 { u32::MAX } else { 0 },
             start_drops_byte: up_to(1) == 1,
             start_twice_is_ignored: up_to(1) == 1,
-            // With it, an ENDRX may cost a byte.
+            // With this assumption, an ENDRX may cost a byte.
             doubled_when_open: false,
             start_cuts_period: up_to(1) == 1,
             twice_is_once: up_to(1) == 1,

@@ -1,4 +1,4 @@
-//! The board: core, chip and line, run together. `controls.rs` changes the board and its surroundings,
+//! Runs core, chip and line together as a board. `controls.rs` changes the board and its surroundings;
 //! `inspection.rs` reads its state.
 
 mod controls;
@@ -21,16 +21,17 @@ use crate::trace::{Change, Handlers, Step, Trace};
 
 /// The nRF52840-DK's USB serial port sends to P0.08.
 const LINE_PIN: u32 = 8;
-/// `b .`, and where nobody's code lies.
+/// The instruction `b .`, and an address for it at the end of flash, where no code lies.
 const STUCK: (u32, [u8; 2]) = (FLASH_SIZE - 2, [0xFE, 0xE7]);
-/// Where the program counter is in lockup: Armv7-M Architecture Reference Manual, "Lockup".
+/// The program counter during lockup: Armv7-M Architecture Reference Manual, "Lockup".
 const LOCKED_UP: u32 = 0xFFFF_FFFE;
-/// A soft reset is noticed within this many steps of the core: looking for it takes longer than a step.
+/// A soft reset is noticed within this many steps of the core. Checking for it takes longer than a step, so the
+/// board does not check after every step.
 const RESET_WITHIN: u32 = 32;
-/// A tail chain takes at least this many cycles, a branch fewer.
+/// The fewest cycles of a tail chain. A branch takes fewer.
 const CHAIN: u64 = 7;
 
-/// A word in RAM that is watched.
+/// A watched word in RAM.
 #[derive(Clone, Copy, Debug)]
 struct Watch {
     address: u32,
@@ -45,10 +46,10 @@ pub struct Board {
     memory: Memory,
     image: Image,
     now: u64,
-    /// Until then nothing happens without the core.
+    /// Before this instant, only the core acts.
     quiet_until: u64,
     lines: u64,
-    /// Of the core, as its last step left it: looking there takes a lock.
+    /// The core's state after its last step. It is kept here because reading it from the core takes a lock.
     pc: u32,
     exception: u16,
     /// Not 0 in an IT block.
@@ -59,18 +60,18 @@ pub struct Board {
     instructions: u64,
     slept: u64,
     handlers: Handlers,
-    /// When the core is taken away, and for how long.
+    /// Instants at which the core is held off, and for how many cycles.
     hold_offs: VecDeque<(u64, u64)>,
     watches: Vec<Watch>,
     trace: Trace,
     faults_stop: bool,
-    /// Of [`Assumptions`], and the hundredths of a cycle that it still owes.
+    /// The value of [`Assumptions::slowness`], and the hundredths of a cycle that are still to be added.
     slowness: u32,
     owed: u64,
 }
 
 impl Board {
-    /// A board after power-on: nothing has run yet.
+    /// Creates a board at power-on, before its first instruction.
     ///
     /// # Errors
     /// If the image does not fit the flash.
@@ -106,33 +107,33 @@ impl Board {
         })
     }
 
-    /// Cycles since power-on.
+    /// Returns the cycles since power-on.
     #[must_use]
     pub fn now(&self) -> u64 {
         self.now
     }
 
-    /// Instructions executed since power-on.
+    /// Returns the number of instructions executed since power-on.
     #[must_use]
     pub fn instructions(&self) -> u64 {
         self.instructions
     }
 
-    /// Cycles that the core has slept since power-on.
+    /// Returns the cycles that the core has slept since power-on.
     #[must_use]
     pub fn slept(&self) -> u64 {
         self.slept
     }
 
-    /// Runs for that many cycles. It stops at the end of an instruction, so at most a few late.
+    /// Runs for `cycles`. It stops at the end of an instruction, at most a few cycles later.
     ///
     /// # Errors
-    /// If the guest does what is not modelled, or faults: [`Error`].
+    /// If the firmware faults, or does something that is not modelled: [`Error`].
     pub fn run_for(&mut self, cycles: u64) -> Result<()> {
         self.run_until(self.now + cycles)
     }
 
-    /// Runs until that instant.
+    /// Runs until the instant `at`, in cycles since power-on.
     ///
     /// # Errors
     /// As [`Board::run_for`].
@@ -140,8 +141,8 @@ impl Board {
         self.run(at, |_| false).map(|_| ())
     }
 
-    /// Runs until the condition holds, which is asked after every instruction, or until that
-    /// instant; says whether it holds.
+    /// Runs until `stop` returns true, at most until the instant `until`. Asks `stop` after every instruction.
+    /// Returns whether it has returned true.
     ///
     /// # Errors
     /// As [`Board::run_for`].
@@ -152,12 +153,12 @@ impl Board {
                 return Ok(true);
             }
         }
-        // Let what is due now be seen.
+        // Handle the events that are due now.
         self.settle()?;
         Ok(false)
     }
 
-    /// One instruction, one exception entry, or the sleep up to the next event.
+    /// Executes one instruction, one exception entry, or the sleep up to the next event.
     fn step(&mut self, until: u64) -> Result<()> {
         if let Some((at, cycles)) = self.hold_offs.front().copied()
             && at <= self.now
@@ -192,7 +193,7 @@ impl Board {
         }
         self.now += cycles;
         self.look(pc, before, after)?;
-        // A core that has just gone to sleep may wake at once: what masks hold back wakes it too.
+        // A core that has just gone to sleep may wake at once, because masked interrupts also wake it.
         if slept_on && !self.shared.touched.load(Relaxed) {
             let hold_off = self.hold_offs.front().map_or(u64::MAX, |(at, _)| *at);
             let wake = self.quiet_until.min(until).min(hold_off);
@@ -204,7 +205,7 @@ impl Board {
         Ok(())
     }
 
-    /// What a step takes on a core that is slower by [`Assumptions::slowness`].
+    /// Returns the cycles that a step takes with [`Assumptions::slowness`].
     fn slow(&mut self, cycles: u64) -> u64 {
         self.owed += cycles * u64::from(self.slowness.saturating_sub(100));
         let more = self.owed / 100;
@@ -215,7 +216,7 @@ impl Board {
         cycles + more
     }
 
-    /// Remembers where the core is; returns the exception that is active.
+    /// Copies the core's state, and returns the active exception.
     fn see_core(&mut self) -> u16 {
         let registers = self.core.regs();
         self.pc = registers.r.last().copied().unwrap_or_default();
@@ -233,7 +234,7 @@ impl Board {
                 .with_sys(|sys| sys.is_active(Exception(exception)))
     }
 
-    /// Whether a handler returned and was entered again in the same step.
+    /// Returns whether a handler returned and was entered again in the same step.
     fn entered_again(&self, exception: u16, cycles: u64) -> bool {
         if exception == 0 || cycles < CHAIN {
             return false;
@@ -244,7 +245,7 @@ impl Board {
         entry.is_some_and(|entry| entry & !1 == self.pc)
     }
 
-    /// Looks at what the step did.
+    /// Handles the effects of a step: refusals, faults, lockup, changes of watched words, soft resets.
     fn look(&mut self, pc: u32, before: u16, after: u16) -> Result<()> {
         if self.shared.touched.load(Relaxed)
             && let Some(refusal) = self.shared.chip().context.refusal.clone()
@@ -294,7 +295,7 @@ impl Board {
         }
     }
 
-    /// Brings the chip up to now, and the core's interrupt lines up to date.
+    /// Lets the chip act up to now, and updates the core's interrupt lines.
     fn settle(&mut self) -> Result<()> {
         self.shared.touched.store(false, Relaxed);
         let mut chip = self.shared.chip();
@@ -311,7 +312,8 @@ impl Board {
             return Ok(());
         }
         if self.it_state != 0 {
-            // Where rsemu is interrupted in an IT block it forgets the condition: the interrupt waits for the end.
+            // rsemu forgets the condition if it is interrupted in an IT block, so the interrupt waits for the
+            // block's end.
             self.quiet_until = self.now;
             return Ok(());
         }
@@ -326,7 +328,7 @@ impl Board {
     }
 }
 
-/// A core as it comes out of reset: the nRF52840 has three bits of priority.
+/// Creates a core as it is after a reset. The nRF52840 has three bits of priority.
 fn core(space: &Arc<AddressSpace>) -> ArmV7m {
     let core = ArmV7m::new(Config::CORTEX_M4F.with_priority_bits(3));
     core.attach_space(Arc::clone(space));

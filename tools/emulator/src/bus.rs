@@ -1,4 +1,4 @@
-//! What the core's accesses outside flash and RAM meet: the peripherals' registers.
+//! Connects the core's accesses outside flash and RAM to the peripherals' registers.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,14 +10,15 @@ use crate::chip::Chip;
 use crate::error::{Access, Refusal};
 use crate::memory::{Memory, RAM_START};
 
-/// The chip, as shared by the core's accesses and the board. One thread uses both; the lock is what
-/// the core's interface demands, and is never waited for.
+/// The chip, shared by the core's accesses and the board. One thread uses both, so nobody ever
+/// waits for the lock; the core's interface requires it.
 #[derive(Debug)]
 pub(crate) struct Shared {
     chip: Mutex<Chip>,
-    /// The instant at which the instruction under way began.
+    /// The instant at which the current instruction began.
     pub(crate) now: AtomicU64,
-    /// Whether the core has written a register, or was refused one, since the board last looked.
+    /// Whether the core has written a register, or was refused an access, since the board last
+    /// checked.
     pub(crate) touched: AtomicBool,
 }
 
@@ -35,7 +36,7 @@ impl Shared {
     }
 }
 
-/// The chip's address map: nRF52840 Product Specification, section "Memory map".
+/// Returns the chip's address map: nRF52840 Product Specification, section "Memory map".
 pub(crate) fn address_space(shared: &Arc<Shared>, memory: &Memory) -> AddressSpace {
     let space = AddressSpace::new("nRF52840", 32);
     {
@@ -61,7 +62,7 @@ pub(crate) fn address_space(shared: &Arc<Shared>, memory: &Memory) -> AddressSpa
         ];
         let flash = Region::ram("flash", Arc::clone(&memory.flash));
         let read_only = Perms::READ.union(Perms::EXEC);
-        // Cannot fail: the regions lie inside the space, and apart.
+        // Cannot fail: the regions lie inside the space and do not overlap.
         let mapped = topology.map_with_perms(flash, 0, read_only);
         debug_assert!(mapped.is_ok(), "{mapped:?}");
         for (region, at) in regions {
@@ -80,24 +81,24 @@ struct Window {
 }
 
 impl Window {
-    /// The chip at the instant of the access.
+    /// Returns the chip, with its time set to the instant of the access.
     fn chip(&self) -> MutexGuard<'_, Chip> {
         let mut chip = self.shared.chip();
         chip.context.now = self.shared.now.load(Relaxed);
         chip
     }
 
-    /// Has the board look at the chip.
+    /// Makes the board check the chip.
     fn touch(&self) {
         self.shared.touched.store(true, Relaxed);
     }
 
     fn address(&self, offset: u64) -> u32 {
-        // Offsets are inside the region, whose end is an address.
+        // Cannot fail: offsets are inside the region, whose end fits into an address.
         self.start + u32::try_from(offset).unwrap_or(u32::MAX)
     }
 
-    /// Registers are words.
+    /// Refuses an access to less than a word. Registers are words.
     fn not_a_word(&self, address: u32, access: Access) -> BusError {
         self.touch();
         self.chip().context.refuse(Refusal::Unmodelled {

@@ -1,4 +1,4 @@
-//! The peripherals together: address decoding, events through shorts and PPI, time.
+//! All peripherals together: decodes addresses, passes events through shorts and PPI, and lets time pass.
 
 use std::collections::VecDeque;
 
@@ -15,13 +15,13 @@ use crate::timer::Timer;
 use crate::uarte::{Reception, Transmission};
 use crate::watchdog::Watchdog;
 
-/// More events than this at one instant are a loop.
+/// The most events at one instant. More are taken for a loop.
 const MOST_EVENTS: usize = 1000;
 
 /// Why the chip was reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetCause {
-    /// The reset pin: [`crate::Board::reset`].
+    /// The reset pin was pulled: [`crate::Board::reset`].
     Pin,
     /// The watchdog was not fed.
     Watchdog,
@@ -47,11 +47,11 @@ pub(crate) struct Chip {
     pub(crate) context: Context,
     pub(crate) peripherals: Peripherals,
     pub(crate) nonvolatile: Nonvolatile,
-    /// Events that were raised and whose shorts and channels are still to be followed: the
-    /// peripheral's base, and the event.
+    /// Raised events whose shorts and PPI channels have not been followed yet: the peripheral's base, and
+    /// the event.
     raised: VecDeque<(u32, u32)>,
-    /// The last instant at which a task was triggered, and its tasks. Kept only if a task that is triggered
-    /// twice at one instant acts once.
+    /// The last instant at which a task was triggered, and the tasks of that instant. Used only with
+    /// `Assumptions::twice_is_once`.
     triggered: (u64, Vec<u32>),
 }
 
@@ -66,9 +66,9 @@ impl Chip {
         }
     }
 
-    /// Section "Reset behavior": a soft reset leaves the watchdog running, the others do not; UICR
-    /// survives all of them, RESETREAS all but a brown-out, which looks like power-on. RAM is kept: after a
-    /// brown-out it may or may not be.
+    /// Resets the chip: section "Reset behavior". Only a soft reset leaves the watchdog running. UICR
+    /// survives every reset. RESETREAS survives all except a brown-out, which looks like power-on. RAM is
+    /// kept; on silicon a brown-out may also destroy it.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let old = std::mem::replace(&mut self.peripherals, Peripherals::new());
         let new = &mut self.peripherals;
@@ -85,7 +85,7 @@ impl Chip {
         self.nonvolatile.reset();
     }
 
-    /// Whether that task acted at this instant already, and acts only once.
+    /// Returns whether the task has already acted at this instant and must not act again.
     fn acts_no_more(&mut self, task: u32) -> bool {
         if !self.context.assumptions.twice_is_once {
             return false;
@@ -99,7 +99,7 @@ impl Chip {
         acted
     }
 
-    /// Refuses an access to something that is not modelled.
+    /// Keeps a refusal if `done` is `None`: the access is not modelled.
     fn check<T>(&mut self, done: Option<T>, access: Access, address: u32) -> Option<T> {
         if done.is_none() {
             let base = address & !0xFFF;
@@ -114,8 +114,8 @@ impl Chip {
         done
     }
 
-    /// Lets a peripheral act, and keeps the events that it raises in `raised`; `None` if there is
-    /// none, or if it refuses.
+    /// Lets a peripheral act, and keeps the events that it raises in `raised`. Returns `None` if there is
+    /// no peripheral at `base`, or if the peripheral refuses.
     fn act(
         &mut self,
         base: u32,
@@ -130,7 +130,8 @@ impl Chip {
         done
     }
 
-    /// Reads a register, as the guest would; `None`, and a refusal, if it is not modelled.
+    /// Reads a register, as the firmware would. Returns `None` and keeps a refusal if the register is not
+    /// modelled.
     pub(crate) fn read(&mut self, address: u32) -> Option<u32> {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let value = match self.peripherals.at(base) {
@@ -141,13 +142,14 @@ impl Chip {
         self.check(value, Access::Read, address)
     }
 
-    /// Writes a register, as the guest would; `None`, and a refusal, if it is not modelled.
+    /// Writes a register, as the firmware would. Returns `None` and keeps a refusal if the register is not
+    /// modelled.
     pub(crate) fn write(&mut self, address: u32, value: u32) -> Option<()> {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = match self.peripherals.at(base) {
             Some(unit) if unit.common.has_tasks && offset < 0x100 => {
                 if value & 1 == 1 {
-                    // It refuses by itself what it does not know.
+                    // `trigger` itself refuses unknown tasks.
                     self.trigger(address);
                 }
                 Some(())
@@ -162,7 +164,7 @@ impl Chip {
         self.check(done, Access::Write(value), address)
     }
 
-    /// Whether the debug port is open on a chip of build code F or later.
+    /// Returns whether the debug port is open on a chip of build code F or later.
     pub(crate) fn debug_port_is_open(&self) -> bool {
         self.nonvolatile.protection == UNPROTECTED && self.peripherals.clock.own.opens_debug_port()
     }
@@ -171,11 +173,11 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
-        // If it has been refused already, that says more.
+        // An earlier refusal is kept, because it says more.
         self.check(done, Access::Task, address);
     }
 
-    /// Lets the events that were raised do what they do, and the events that follow from these.
+    /// Triggers the tasks that follow from the raised events by shorts and PPI, until no event is left.
     fn follow(&mut self) {
         let mut seen = 0;
         while let Some((base, event)) = self.raised.pop_front() {
@@ -196,7 +198,7 @@ impl Chip {
         }
     }
 
-    /// The earliest instant at which a peripheral does something by itself, and which one.
+    /// Returns the earliest instant at which a peripheral acts by itself, and the base of this peripheral.
     fn due(&mut self) -> Option<(u64, u32)> {
         let all = self.peripherals.all().into_iter();
         let line = &self.context.line;
@@ -204,8 +206,8 @@ impl Chip {
             .min_by_key(|(at, _)| *at)
     }
 
-    /// Lets everything happen that is due up to and including that instant; returns when something happens
-    /// next without the core.
+    /// Lets the peripherals act up to and including the instant `to`. Returns the next instant at which
+    /// one acts without the core.
     pub(crate) fn advance(&mut self, to: u64) -> u64 {
         let mut next = u64::MAX;
         while let Some((at, base)) = self.due() {
@@ -213,7 +215,7 @@ impl Chip {
                 next = at;
                 break;
             }
-            // What noise made happen in the past happens now.
+            // Noise can make an event due in the past; it happens now.
             self.context.now = self.context.now.max(at);
             self.act(base, |peripheral, context| {
                 peripheral.advance(context);
@@ -228,8 +230,8 @@ impl Chip {
         next
     }
 
-    /// A bit for each interrupt line that is up: number n of the vector table, which is bits 12 to
-    /// 17 of the peripheral's address.
+    /// Returns a bit for each interrupt line that is up. Bits 12 to 17 of a peripheral's address are the
+    /// number of its line.
     pub(crate) fn interrupts(&mut self) -> u64 {
         let units = self.peripherals.all().into_iter();
         units
@@ -243,7 +245,7 @@ impl Chip {
 pub(crate) struct Unit<P: ?Sized> {
     /// The address of its first register.
     pub(crate) base: u32,
-    /// Its events, shorts and interrupts.
+    /// The peripheral's events, shorts and interrupts.
     pub(crate) common: Common,
     pub(crate) own: P,
 }
@@ -270,7 +272,7 @@ pub(crate) struct Peripherals {
 }
 
 impl Peripherals {
-    /// Returns all of them as they are after power-on.
+    /// Returns all peripherals as they are after power-on.
     pub(crate) fn new() -> Self {
         Self {
             clock: Unit::at(0x4000_0000, Clock::default()),

@@ -1,9 +1,10 @@
-//! The clocks' start: nRF52840 Product Specification, section "CLOCK".
+//! The start of the clocks: nRF52840 Product Specification, section "CLOCK".
 //!
-//! CLOCK, POWER and APPROTECT share one block of registers and one interrupt, and so they do here:
-//! RESETREAS is POWER's, and the debug port's protection is described in "Debug and trace". Of the
-//! low-frequency clock only the start is modelled: RTC1 and the watchdog run without it, which on
-//! silicon only the watchdog does, since it starts the clock itself.
+//! CLOCK, POWER and APPROTECT share one block of registers and one interrupt, so one struct models
+//! them. RESETREAS belongs to POWER, and the debug port's protection is described in "Debug and
+//! trace". Only the start of the low-frequency clock is modelled: here, RTC1 and the watchdog run
+//! without this clock. On silicon only the watchdog needs no start, because it starts the clock
+//! itself.
 
 use crate::MICROSECOND;
 use crate::line::Line;
@@ -23,10 +24,11 @@ const LFCLKSRC: u32 = 0x518;
 const FORCEPROTECT: u32 = 0x550;
 const DISABLE: u32 = 0x558;
 
-/// HFXO's start-up time: 360 us at most by the section's "64 MHz crystal oscillator (HFXO)".
+/// HFXO's start-up time: at most 360 us, according to the section's "64 MHz crystal oscillator
+/// (HFXO)".
 pub(crate) const HFXO_STARTUP: u64 = 360 * MICROSECOND;
 
-/// The RC oscillator of 32 768 Hz starts in 600 us; a crystal would take a quarter of a second.
+/// Start-up time of the 32 768 Hz RC oscillator. A crystal would take a quarter of a second.
 const LFRC_STARTUP: u64 = 600 * MICROSECOND;
 
 /// Bits of RESETREAS: section "POWER".
@@ -34,23 +36,24 @@ pub(crate) const RESETREAS_PIN: u32 = 1;
 pub(crate) const RESETREAS_WATCHDOG: u32 = 1 << 1;
 pub(crate) const RESETREAS_SOFT: u32 = 1 << 2;
 
-/// The high-frequency oscillators: the one with the crystal, and the RC oscillator until it runs.
+/// The high-frequency clock (the RC oscillator until the crystal runs), the low-frequency clock's
+/// start, RESETREAS, and the debug port's protection.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clock {
     crystal_requested: bool,
     crystal_runs_at: Option<u64>,
     crystal_runs: bool,
-    /// When the low-frequency clock will have started.
+    /// The instant at which the low-frequency clock will have started.
     low_runs_at: Option<u64>,
-    /// Survives every reset but power-on: the bits of RESETREAS add up.
+    /// RESETREAS, whose bits add up. It survives every reset except power-on and a brown-out.
     pub(crate) reset_reason: u32,
-    /// APPROTECT.DISABLE, and whether FORCEPROTECT overrules it until the next reset.
+    /// APPROTECT.DISABLE, and whether FORCEPROTECT overrides it until the next reset.
     protection: u32,
     forces_protection: bool,
 }
 
 impl Clock {
-    /// Whether the firmware has opened the debug port.
+    /// Returns whether the firmware has opened the debug port.
     pub(crate) fn opens_debug_port(&self) -> bool {
         self.protection == UNPROTECTED && !self.forces_protection
     }
@@ -65,7 +68,7 @@ impl Peripheral for Clock {
         Some(match offset {
             RESETREAS => self.reset_reason,
             HFCLKRUN => u32::from(self.crystal_requested),
-            // One of them always runs: state running, source by what has started.
+            // One oscillator always runs. The source is the crystal once it has started.
             HFCLKSTAT => 1 << 16 | u32::from(self.crystal_runs),
             LFCLKSRC => 0,
             FORCEPROTECT if self.forces_protection => 0,
@@ -79,7 +82,7 @@ impl Peripheral for Clock {
         match offset {
             // "A field is cleared by writing '1' to it."
             RESETREAS => self.reset_reason &= !value,
-            // The RC oscillator: the other sources take other times to start.
+            // Only the RC oscillator is modelled. The other sources take other times to start.
             LFCLKSRC if value == 0 => {}
             FORCEPROTECT => self.forces_protection |= value == 0,
             DISABLE => self.protection = value,

@@ -1,7 +1,7 @@
-//! A counter driven by a clock, as in TIMER and RTC: its count at an instant, and the next instant at which it
-//! reaches a value.
+//! A counter driven by a clock, as in TIMER and RTC. It computes the count at an instant, and the next instant
+//! at which the count reaches a value.
 
-/// Counts at a fixed rate while it runs, and wraps.
+/// A wrapping counter that counts at a fixed rate while it runs.
 #[derive(Clone, Debug)]
 pub(crate) struct Counter {
     /// The rate: `counts` counts every `cycles` cycles of 64 MHz.

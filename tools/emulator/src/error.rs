@@ -1,17 +1,18 @@
-//! Why an emulation stops.
+//! The errors that stop an emulation.
 
 use thiserror::Error;
 
-/// Why the emulation stopped. All of them are about the guest, or about what the model lacks.
+/// The reason why the emulation stopped. Each reason is an action of the firmware or a gap in the
+/// model.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Error {
-    /// The guest used the chip in a way that the product specification forbids, or leaves open, or
-    /// that is not modelled.
+    /// The firmware used the chip in a way that the product specification forbids or leaves open,
+    /// or that is not modelled.
     #[error("{refusal} (pc {pc:#010x}{function})")]
     Refused {
-        /// What it did.
+        /// The refused action.
         refusal: Refusal,
-        /// The instruction that did it, or that ran at the time.
+        /// The address of the instruction that did it, or that ran at the time.
         pc: u32,
         /// Its function, if known: ", in NAME".
         function: String,
@@ -24,7 +25,7 @@ pub enum Error {
     Fault {
         /// `hardfault`, `busfault`, …
         exception: &'static str,
-        /// The instruction that ran into it.
+        /// The address of the instruction that faulted.
         pc: u32,
         /// Its function, if known: ", in NAME".
         function: String,
@@ -35,31 +36,31 @@ pub enum Error {
         /// The Bus Fault Address Register.
         bfar: u32,
     },
-    /// A fault inside a fault's handler: nothing but a reset helps.
+    /// The core faulted inside a fault's handler. Only a reset helps.
     #[error("the core locked up at pc {pc:#010x}")]
     Lockup {
-        /// Where.
+        /// The address of the last instruction.
         pc: u32,
     },
     /// The ELF cannot be loaded.
     #[error("the image cannot be loaded: {0}")]
     Image(String),
-    /// No symbol has that name, or several have it.
+    /// No symbol has this name, or several have it.
     #[error("the image has {found} symbols named `{name}`, and exactly one is needed")]
     Symbol {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// How many there are.
+        /// The number of symbols with this name.
         found: usize,
     },
 }
 
-/// What was done to an address.
+/// An action on an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// Reading.
+    /// Reading the register.
     Read,
-    /// Writing that value.
+    /// Writing this value.
     Write(u32),
     /// Triggering the task, by PPI or a short.
     Task,
@@ -75,8 +76,8 @@ impl std::fmt::Display for Access {
     }
 }
 
-/// What the guest did that is not modelled, or that the product specification forbids or does not
-/// describe.
+/// An action of the firmware that is not modelled, or that the product specification forbids or
+/// does not describe.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the texts say it")]
 pub enum Refusal {
@@ -108,5 +109,5 @@ impl Refusal {
     }
 }
 
-/// The usual result.
+/// A result with this crate's error.
 pub type Result<T> = std::result::Result<T, Error>;

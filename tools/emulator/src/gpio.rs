@@ -1,4 +1,4 @@
-//! P0 and P1: nRF52840 Product Specification, section "GPIO".
+//! GPIO ports P0 and P1: nRF52840 Product Specification, section "GPIO".
 
 use crate::peripheral::{Common, Context, Peripheral};
 
@@ -11,15 +11,15 @@ const DIRSET: u32 = 0x518;
 const DIRCLR: u32 = 0x51C;
 const PIN_CNF: u32 = 0x700;
 const PIN_CNF_LAST: u32 = 0x77C;
-/// P1's registers are this far from P0's, in the same block.
+/// The offset of P1's registers from P0's, in the same block.
 const P1: u32 = 0x300;
 
-/// Levels of the pins that are outputs.
+/// The levels of the output pins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pins {
-    /// A bit for each pin of P0 and P1 that is an output.
+    /// A bit for each output pin of P0 and P1.
     pub outputs: [u32; 2],
-    /// A bit for each of these that is high.
+    /// A bit for each output pin that is high.
     pub high: [u32; 2],
 }
 
@@ -50,9 +50,9 @@ impl Default for Port {
 }
 
 impl Port {
-    /// What IN reads: an output reads as itself, an input as its pull-up says, and both only with
-    /// the input buffer connected. `outside` are the pins that something outside drives, and their
-    /// levels.
+    /// Returns the value of IN. An output reads its own level, and an input the level of its
+    /// pull-up; both only if the input buffer is connected. The argument has the pins that
+    /// something outside the chip drives, and the levels of these pins.
     fn levels(&self, (driven, levels): (u32, u32)) -> u32 {
         let pins = |are: fn(u32) -> bool| {
             let configurations = (0..32).zip(self.configuration);
@@ -85,7 +85,7 @@ impl Port {
             DIR => self.dir = value,
             DIRSET => self.dir |= value,
             DIRCLR => self.dir &= !value,
-            // SENSE (bits 16 and 17) is for waking and GPIOTE, which are not modelled.
+            // SENSE (bits 16 and 17) serves wake-up and GPIOTE, which are not modelled.
             PIN_CNF..=PIN_CNF_LAST if value & 0x3_0000 == 0 => {
                 let pin = (offset - PIN_CNF) / 4;
                 *self.configuration.get_mut(pin as usize)? = value & !1;
@@ -98,7 +98,7 @@ impl Port {
 }
 
 impl Gpio {
-    /// Records the outputs, and tells the line whether its pin is pulled up.
+    /// Records the outputs, and sets an undriven line to the level of its pin's pull-up.
     pub(crate) fn show(&self, context: &mut Context) {
         let port = self.ports.get(context.line_pin as usize / 32);
         let pin = port.and_then(|port| port.configuration.get(context.line_pin as usize % 32));

@@ -1,4 +1,4 @@
-//! The firmware's ELF: what goes into flash, and the symbols.
+//! The firmware's ELF: the contents of flash, and the symbols.
 
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
@@ -12,18 +12,18 @@ use crate::memory::Memory;
 pub struct Symbol {
     /// The name, demangled, without the hash.
     pub name: String,
-    /// Where it begins; of a function without the Thumb bit.
+    /// The first address; for a function, without the Thumb bit.
     pub address: u32,
-    /// Bytes.
+    /// The size in bytes.
     pub size: u32,
-    /// Whether it is code.
+    /// Whether the symbol is a function.
     pub function: bool,
 }
 
-/// The image as read from an ELF, or from nothing.
+/// A firmware image, read from an ELF or made of machine code.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
-    /// What to load, and where (physical addresses, as a flasher does).
+    /// Physical addresses and the bytes to load there, as a flasher does.
     segments: Vec<(u32, Vec<u8>)>,
     symbols: Vec<Symbol>,
 }
@@ -32,7 +32,7 @@ impl Image {
     /// Reads an ELF for a 32-bit little-endian machine.
     ///
     /// # Errors
-    /// If it is none.
+    /// If it is not a valid one.
     pub fn parse(elf: &[u8]) -> Result<Self> {
         let unreadable = |error: object::Error| Error::Image(error.to_string());
         let file = ElfFile32::<Endianness>::parse(elf).map_err(unreadable)?;
@@ -47,7 +47,7 @@ impl Image {
         }
         let symbols = file.symbols().filter_map(|symbol| {
             let name = symbol.name().ok().filter(|name| !name.is_empty())?;
-            // Mapping symbols ($t, $d) and files are no one's names.
+            // Mapping symbols ($t, $d) and files do not name functions or variables.
             if name.starts_with('$') || symbol.kind() == SymbolKind::File {
                 return None;
             }
@@ -64,17 +64,17 @@ impl Image {
         Ok(Self { segments, symbols })
     }
 
-    /// An image of machine code as it is, from address 0 on.
+    /// Makes an image of machine code that begins at address 0.
     #[must_use]
     pub fn of_code(code: Vec<u8>, symbols: Vec<Symbol>) -> Self {
         let segments = vec![(0, code)];
         Self { segments, symbols }
     }
 
-    /// The symbol of that name: the whole name, or its end behind a `::`.
+    /// Returns the symbol of this name, which is the symbol's entire name or the part after a `::`.
     ///
     /// # Errors
-    /// If there is none, or more than one at different addresses.
+    /// If there is none, or if there are several at different addresses.
     pub fn symbol(&self, name: &str) -> Result<&Symbol> {
         let tail = format!("::{name}");
         let whole = self.symbols.iter().filter(|symbol| symbol.name == name);
@@ -96,26 +96,26 @@ impl Image {
         }
     }
 
-    /// All symbols.
+    /// Returns all symbols.
     #[must_use]
     pub fn symbols(&self) -> &[Symbol] {
         &self.symbols
     }
 
-    /// The function that an address lies in.
+    /// Returns the function that contains an address.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&Symbol> {
         let mut functions = self.symbols.iter().filter(|symbol| symbol.function);
         functions.find(|symbol| (symbol.address..symbol.address + symbol.size).contains(&address))
     }
 
-    /// For messages: ", in NAME", or nothing.
+    /// Returns ", in NAME" for messages, or an empty string.
     pub(crate) fn in_function(&self, address: u32) -> String {
         let function = self.function_at(address);
         function.map_or_else(String::new, |function| format!(", in {}", function.name))
     }
 
-    /// Writes it to flash.
+    /// Writes the image to flash.
     pub(crate) fn load(&self, memory: &Memory) -> Result<()> {
         for (address, bytes) in &self.segments {
             let outside = || Error::Image(format!("a segment at {address:#010x} is outside flash"));

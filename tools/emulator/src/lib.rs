@@ -1,6 +1,5 @@
-//! An nRF52840, as far as firmware needs it that receives on UARTE0 and drives pins and servos,
-//! around `rsemu`'s Cortex-M4F core. It runs the firmware's ELF unchanged, so that what is tested is
-//! what would be flashed.
+//! Emulates the parts of an nRF52840 that firmware needs to receive on UARTE0 and to drive pins and servos. The core is
+//! `rsemu`'s Cortex-M4F. The emulator runs the firmware's ELF unchanged, so tests run the same image that is flashed.
 //!
 //! ```no_run
 //! use nrf52840_emulator::{Board, Image, MILLISECOND};
@@ -19,46 +18,45 @@
 //!
 //! # What is modelled
 //!
-//! | Part | File | What |
+//! | Part | File | Modelled |
 //! | --- | --- | --- |
 //! | UARTE0 | `uarte/reception.rs`, `uarte/sampler.rs` | reception: EasyDMA, FIFO, shorts, all error causes, sampled bit by bit |
-//! | what is not known of the chip | `assumptions.rs` | how a test chooses it: [`Assumptions`] |
-//! | UARTE1 | `uarte/transmission.rs` | transmission, which a wire may bring to UARTE0 |
-//! | line and sender | `line.rs` | baud rate of its own, parity, breaks, missing stop bits, noise |
+//! | unknown behaviour of the chip | `assumptions.rs` | selected by a test: [`Assumptions`] |
+//! | UARTE1 | `uarte/transmission.rs` | transmission, optionally wired to UARTE0 |
+//! | line and sender | `line.rs` | a sender with its own baud rate, parity, breaks, missing stop bits, noise |
 //! | TIMER0 to 4 | `timer.rs`, `counter.rs` | timer and counter, captures, compares, shorts |
-//! | RTC1 | `rtc.rs`, `counter.rs` | the counter, compares, overflow |
+//! | RTC1 | `rtc.rs`, `counter.rs` | counter, compares, overflow |
 //! | PPI | `ppi.rs` | programmable channels, forks, groups |
-//! | PWM0 | `pwm.rs` | sequences from RAM; the pulses that come out |
+//! | PWM0 | `pwm.rs` | sequences from RAM, pulses on the pins |
 //! | WDT | `watchdog.rs` | reload, timeout, reset |
 //! | CLOCK, POWER, APPROTECT | `clock.rs` | the clocks' start, RESETREAS, the debug port |
-//! | UICR, NVMC | `nonvolatile.rs` | words written, the instruction cache switched (without effect) |
-//! | TEMP | `nonvolatile.rs` | its calibration, kept without effect |
+//! | UICR, NVMC | `nonvolatile.rs` | writing words, switching the instruction cache (without effect) |
+//! | TEMP | `nonvolatile.rs` | writing the calibration (without effect) |
 //! | GPIO | `gpio.rs` | outputs, and the input buffer |
-//! | RTT, defmt | `log.rs` | logs, as a debug probe fetches them |
+//! | RTT, defmt | `log.rs` | logs, fetched as by a debug probe |
 //!
-//! Each file cites the section of the *nRF52840 Product Specification* that it follows, and says
-//! what that leaves open. Core, NVIC, SCB, SysTick and DWT's cycle counter are `rsemu`'s.
+//! Each file cites the section of the *nRF52840 Product Specification* that it follows, and names the questions that
+//! this section leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
 //!
-//! **A register that is not modelled is an error**, which names address, peripheral and program
-//! counter: never silently zero. That holds for the peripherals' address range; the core's own
-//! (`0xE000_0000`) is answered by `rsemu`, where unknown registers read as zero. An interrupt that comes in an IT
-//! block waits for its end, four instructions at most: `rsemu` would forget the condition.
+//! **An access to a register that is not modelled is an error**, which names address, peripheral and program counter.
+//! Such a register never silently reads as zero. This holds for the peripherals' address range only: `rsemu` answers
+//! for the core's own registers (`0xE000_0000`), and its unknown registers read as zero. An interrupt in an IT block
+//! waits until the block ends, at most four instructions, because `rsemu` would forget the block's condition.
 //!
 //! # Time
 //!
-//! Time is counted in cycles of the 64 MHz core clock from power-on, and repeats exactly. While the
-//! core sleeps, the time to the next event is skipped. An access to a register takes place at the
-//! beginning of its instruction.
+//! Time is counted in cycles of the 64 MHz core clock since power-on, and each run takes exactly the same cycles. While
+//! the core sleeps, the emulator skips to the next event. A register is accessed at the beginning of the instruction
+//! that accesses it.
 //!
-//! **Cycles are the model's.** Every instruction takes one, plus one for each data access and two for
-//! a taken branch (`rsemu`'s table). Entering an exception takes 20 and leaving it 18, where the
-//! Cortex-M4's manual says 12 and 10 for memory without wait states: stacking is charged twice. There
-//! are no flash wait states, no bus contention, no write buffer: silicon may be slower, by how much
-//! only a board shows; [`Assumptions::slowness`] makes the model slower. While the core sleeps,
-//! SysTick and the cycle counter stand still.
+//! **Cycle counts are those of the model, not of silicon.** Every instruction takes one cycle, plus one for each data
+//! access and two for a taken branch (`rsemu`'s table). Entering an exception takes 20 cycles and leaving it 18. The
+//! Cortex-M4's manual says 12 and 10 for memory without wait states; the model charges stacking twice. It has no flash
+//! wait states, no bus contention and no write buffer, so silicon may be slower. Only a board can show by how much;
+//! [`Assumptions::slowness`] makes the model slower. While the core sleeps, SysTick and the cycle counter stand still.
 //!
-//! Build `rsemu` and this crate optimised in tests too, and `rsemu` without debug assertions
-//! (`[profile.dev.package.rsemu]`): then a busy core is emulated about as fast as the chip runs.
+//! For tests, also build `rsemu` and this crate with optimisation, and `rsemu` without debug assertions
+//! (`[profile.dev.package.rsemu]`). Then a busy core is emulated about as fast as the chip runs.
 
 mod assumptions;
 mod board;

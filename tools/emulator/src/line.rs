@@ -1,60 +1,62 @@
 //! The serial line as a level over time, and the sender at its other end.
 //!
-//! The sender has its own clock: its baud rate is set to a thousandth of a baud, and
-//! bits follow each other without drift. The level is kept as the instants at which it changes, so
-//! that a receiver with another clock samples what it would on a wire.
+//! The sender has its own clock. Its baud rate has a resolution of a thousandth of a baud, and its bits follow
+//! each other without drift. The line stores the instants at which the level changes. So a receiver with another
+//! clock samples the same levels as on a wire.
 
 use std::collections::VecDeque;
 
 use crate::CYCLES_PER_SECOND;
 
-/// The bit that makes the number of ones even or odd.
+/// The parity bit of each character.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Parity {
-    /// No such bit.
+    /// No parity bit.
     #[default]
     None,
-    /// Even, the only one that the nRF52840 has.
+    /// Even parity, the only kind that the nRF52840 has.
     Even,
 }
 
-/// What the sender can put on the line.
+/// A signal that the sender can put on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symbol {
-    /// Start bit, eight bits from the lowest on, parity bit if any, stop bit.
+    /// A start bit, eight data bits with the lowest first, the parity bit if any, and a stop bit.
     Byte(u8),
-    /// The same with a stop bit that is low, and then one that is high: a framing error.
+    /// A byte whose stop bit is low, followed by a high bit: a framing error.
     BadStop(u8),
-    /// The same with the wrong parity bit; without parity the same as [`Symbol::Byte`].
+    /// A byte with the wrong parity bit. Without parity, the same as [`Symbol::Byte`].
     BadParity(u8),
-    /// The line is low for that many bits, then high for one.
+    /// A low level for this number of bits, then a high level for one bit.
     Break(u32),
-    /// The line is high for that many bits.
+    /// A high level for this number of bits.
     Idle(u32),
 }
 
-/// The line that leads to the receiver. It is high as long as nothing is sent.
+/// The line to the receiver. It is high while nothing is sent.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// When the level changes, in cycles, in order; what lies behind the receiver is forgotten.
+    /// The instants at which the level changes, in cycles, in order. Instants that the receiver has passed are
+    /// removed.
     toggles: VecDeque<u64>,
-    /// The level before the first of them.
+    /// The level before the first toggle.
     level: bool,
-    /// The level after the last of them that the sender made.
+    /// The level after the sender's last toggle.
     sender_level: bool,
     millibaud: u64,
     parity: Parity,
-    /// When the sender's bit 0 began, and how many it has sent since.
+    /// The instant at which the sender's bit 0 began, and the number of bits that it has sent since.
     origin: u64,
     bits: u64,
-    /// When the sender's characters begin and end, in order. The receiver forgets those that it no longer needs.
+    /// The beginnings and ends of the sender's characters, in order. Those that the receiver has passed are
+    /// removed.
     characters: VecDeque<(u64, u64)>,
-    /// Nobody drives the line: it is as the pin's pull-up has it.
+    /// Whether nobody drives the line. Then the pin's pull-up sets the level.
     pub(crate) floats: bool,
 }
 
 impl Line {
-    /// A quiet line, and a sender at 115200 baud, 8N1.
+    /// Creates a quiet line with a sender at 115200 baud, 8N1.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -70,12 +72,13 @@ impl Line {
         }
     }
 
-    /// Takes the sender away: the line is high if the pin pulls it up, and else low. Real ones pick up noise.
+    /// Takes the sender away. The line is then high if the pin pulls it up, and otherwise low. A real
+    /// unconnected line picks up noise.
     pub fn unplug(&mut self) {
         self.floats = true;
     }
 
-    /// Nobody drives it, and from now on the pin pulls it up, or does not.
+    /// Sets the level of a line that nobody drives: high if its pin now pulls it up.
     pub(crate) fn float(&mut self, now: u64, high: bool) {
         if self.floats && self.level_at(now) != high {
             self.toggles.retain(|toggle| *toggle <= now);
@@ -99,7 +102,7 @@ impl Line {
         self.parity = parity;
     }
 
-    /// When all that was given to the sender so far is sent, in cycles.
+    /// Returns the instant at which the sender will have sent all symbols so far, in cycles.
     #[must_use]
     pub fn free_at(&self) -> u64 {
         self.instant(self.bits)
@@ -111,8 +114,7 @@ impl Line {
         self.origin + u64::try_from(cycles).unwrap_or(u64::MAX)
     }
 
-    /// Sends a symbol as soon as those before it are sent, at the earliest at `from`. Returns when
-    /// it is over: the end of its stop bit, in cycles.
+    /// Sends a symbol after all earlier ones, but not before `from`. Returns the end of its last bit, in cycles.
     pub fn send(&mut self, from: u64, symbol: Symbol) -> u64 {
         if from > self.free_at() {
             self.origin = from;
@@ -157,7 +159,8 @@ impl Line {
         self.bits += u64::from(bits);
     }
 
-    /// Inverts the line for that many cycles: noise. It should lie ahead of the receiver.
+    /// Inverts the line for `cycles` from the instant `at` on, as noise does. The receiver should not have
+    /// passed this instant.
     pub fn invert(&mut self, at: u64, cycles: u64) {
         if cycles > 0 {
             self.toggle(at);
@@ -165,7 +168,7 @@ impl Line {
         }
     }
 
-    /// Two changes at one instant are none.
+    /// Adds a change of the level at an instant. A second change at the same instant removes the first.
     fn toggle(&mut self, at: u64) {
         let place = self.toggles.partition_point(|toggle| *toggle < at);
         if self.toggles.get(place) == Some(&at) {
@@ -175,13 +178,13 @@ impl Line {
         }
     }
 
-    /// The level at that instant, which must not be forgotten yet.
+    /// Returns the level at an instant that the receiver has not passed.
     pub(crate) fn level_at(&self, at: u64) -> bool {
         let changes = self.toggles.iter().take_while(|toggle| **toggle <= at);
         self.level != (changes.count() % 2 == 1)
     }
 
-    /// Returns the first instant, not before `since`, at which the line has that level.
+    /// Returns the first instant, not before `since`, at which the line has this level.
     pub(crate) fn reaches(&self, level: bool, since: u64) -> Option<u64> {
         if self.level_at(since) == level {
             return Some(since);
@@ -189,20 +192,20 @@ impl Line {
         self.toggles.iter().copied().find(|toggle| *toggle > since)
     }
 
-    /// The last change up to that instant, if it is not forgotten.
+    /// Returns the last change up to an instant, if it is still stored.
     pub(crate) fn change_before(&self, at: u64) -> Option<u64> {
         let changes = self.toggles.iter().take_while(|toggle| **toggle <= at);
         changes.last().copied()
     }
 
-    /// Returns the end of the character that is on the line at that instant, or the instant if there is none.
+    /// Returns the end of the character that is on the line at the instant `at`, or `at` if there is none.
     pub(crate) fn character_ends(&self, at: u64) -> u64 {
         let mut characters = self.characters.iter();
         let character = characters.find(|(began, end)| *began < at && at < *end);
         character.map_or(at, |(_, end)| *end)
     }
 
-    /// Forgets all changes and characters before that instant.
+    /// Removes all changes and characters before the instant `at`.
     pub(crate) fn forget_before(&mut self, at: u64) {
         while self.characters.front().is_some_and(|(_, end)| *end < at) {
             self.characters.pop_front();

@@ -1,4 +1,4 @@
-//! The firmware's log: fetches bytes from SEGGER RTT, as a debug probe does, and decodes them with the defmt
+//! The firmware's log. Fetches bytes from SEGGER RTT, as a debug probe does, and decodes them with the defmt
 //! texts in the ELF.
 //!
 //! RTT's control block `_SEGGER_RTT` is SEGGER's `SEGGER_RTT_CB`: "SEGGER RTT" padded to 16 bytes, the numbers
@@ -15,7 +15,8 @@ const CHANNELS: u32 = 24;
 const CHANNEL_SIZE: u32 = 24;
 
 impl Board {
-    /// Takes what the firmware has written to an RTT up-channel since; empty if it has none yet.
+    /// Takes the bytes that the firmware has written to an RTT up-channel since the last call. Returns none if
+    /// the channel does not exist yet.
     pub fn take_rtt(&mut self, channel: u32) -> Vec<u8> {
         let memory = self.memory().clone();
         let control = self.image().symbol("_SEGGER_RTT").ok();
@@ -51,13 +52,13 @@ fn take(memory: &Memory, control: u32, channel: u32) -> Option<Vec<u8>> {
     Some(taken)
 }
 
-/// The log's texts, as the ELF has them.
+/// The log's texts from the ELF.
 pub struct LogTable {
     table: Option<Table>,
 }
 
 impl LogTable {
-    /// Reads the ELF. Firmware without defmt has an empty table, and no log.
+    /// Reads the texts from the ELF. Firmware without defmt has an empty table and no log.
     ///
     /// # Errors
     /// If the ELF is broken, or was made with another version of defmt's format.
@@ -66,7 +67,7 @@ impl LogTable {
         Ok(Self { table })
     }
 
-    /// A decoder for one stream of bytes.
+    /// Returns a decoder for one stream of bytes.
     #[must_use]
     pub fn decoder(&self) -> LogDecoder<'_> {
         LogDecoder {
@@ -75,14 +76,14 @@ impl LogTable {
     }
 }
 
-/// Makes log lines from bytes.
+/// A decoder that makes log lines from bytes.
 pub struct LogDecoder<'table> {
     decoder: Option<Box<dyn StreamDecoder + Send + Sync + 'table>>,
 }
 
 impl LogDecoder<'_> {
-    /// Takes the next bytes; returns the lines that are complete with them: level and text. What
-    /// cannot be decoded is said as a line.
+    /// Takes the next bytes. Returns the lines that these bytes complete, each with its level and text. Bytes
+    /// that cannot be decoded are reported in a line.
     pub fn lines(&mut self, bytes: &[u8]) -> Vec<String> {
         let Some(decoder) = &mut self.decoder else {
             return Vec::new();
@@ -102,7 +103,7 @@ impl LogDecoder<'_> {
                 Err(DecodeError::UnexpectedEof) => break,
                 Err(DecodeError::Malformed) => {
                     lines.push("(log bytes that are no defmt frame)".to_owned());
-                    // Without separators between frames there is no way on.
+                    // Without separators between frames, the decoder cannot find the next frame.
                     if lines.len() > bytes.len() {
                         break;
                     }

@@ -6,14 +6,14 @@ use rsemu::core::space::RamStore;
 
 use crate::error::Refusal;
 
-/// Bytes of flash, from address 0: nRF52840 Product Specification, section "Memory".
+/// The size of flash in bytes, from address 0: nRF52840 Product Specification, section "Memory".
 pub const FLASH_SIZE: u32 = 1 << 20;
-/// Where RAM begins.
+/// The first address of RAM.
 pub const RAM_START: u32 = 0x2000_0000;
-/// Bytes of RAM.
+/// The size of RAM in bytes.
 pub const RAM_SIZE: u32 = 256 << 10;
 
-/// Flash and RAM. A copy of it is the same memory.
+/// Flash and RAM. Clones share the same memory.
 #[derive(Clone, Debug)]
 pub struct Memory {
     pub(crate) flash: Arc<RamStore>,
@@ -21,7 +21,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Flash as erased (all ones), RAM as zeros.
+    /// Creates erased flash (all ones), and RAM with zeros.
     #[must_use]
     pub(crate) fn new() -> Self {
         let [flash, ram] =
@@ -31,21 +31,21 @@ impl Memory {
         Self { flash, ram }
     }
 
-    /// Reads from flash or RAM, as a debugger would; nothing if the range is in neither.
+    /// Reads from flash or RAM, as a debugger would. Returns `None` if the range is in neither.
     #[must_use]
     pub fn read(&self, address: u32, into: &mut [u8]) -> Option<()> {
         let (store, offset) = self.place(address)?;
         store.read_at(offset, into).ok()
     }
 
-    /// Writes to flash or RAM, as a debugger would; nothing if the range is in neither.
+    /// Writes to flash or RAM, as a debugger would. Returns `None` if the range is in neither.
     #[must_use]
     pub fn write(&self, address: u32, bytes: &[u8]) -> Option<()> {
         let (store, offset) = self.place(address)?;
         store.write_at(offset, bytes).ok()
     }
 
-    /// One little-endian word.
+    /// Reads a little-endian word. Returns `None` if it is outside flash and RAM.
     #[must_use]
     pub fn word(&self, address: u32) -> Option<u32> {
         let mut bytes = [0; 4];
@@ -61,18 +61,18 @@ impl Memory {
         (offset < RAM_SIZE).then_some((&self.ram, u64::from(offset)))
     }
 
-    /// EasyDMA reads RAM only: section "EasyDMA".
+    /// Reads RAM for EasyDMA, which can read nothing else: section "EasyDMA".
     pub(crate) fn dma_read(&self, address: u32, into: &mut [u8]) -> Result<(), Refusal> {
         dma(address, |offset| self.ram.read_at(offset, into).ok())
     }
 
-    /// EasyDMA writes RAM only: section "EasyDMA".
+    /// Writes RAM for EasyDMA, which can write nothing else: section "EasyDMA".
     pub(crate) fn dma_write(&self, address: u32, bytes: &[u8]) -> Result<(), Refusal> {
         dma(address, |offset| self.ram.write_at(offset, bytes).ok())
     }
 }
 
-/// Does that at the address's offset in RAM.
+/// Calls `access` with the address's offset in RAM.
 fn dma(address: u32, access: impl FnOnce(u64) -> Option<()>) -> Result<(), Refusal> {
     let offset = address.checked_sub(RAM_START).map(u64::from);
     let refusal = Refusal::DmaOutsideRam { address };

@@ -1,8 +1,8 @@
 //! FICR, UICR, NVMC and TEMP: nRF52840 Product Specification, the sections of these names.
 //!
-//! Writing words of UICR is modelled, without the time it takes; erasing, and writing flash, are not. TEMP
-//! has only its calibration, which firmware copies from FICR (erratum 66). No temperature is measured, so
-//! writing the calibration has no effect, and reading it is refused.
+//! Writing words of UICR is modelled, but takes no time. Erasing UICR and writing flash are not modelled.
+//! TEMP has only its calibration, which firmware copies from FICR (erratum 66). No temperature is
+//! measured, so writing the calibration has no effect, and reading it is refused.
 
 use std::collections::BTreeMap;
 
@@ -16,13 +16,14 @@ const NVMC: u32 = 0x4001_E000;
 
 const FICR_PART: u32 = 0x100;
 const FICR_VARIANT: u32 = 0x104;
-/// "AAF0": build code F, the first whose debug port is closed unless the firmware opens it.
+/// "AAF0": build code F. Since this build code, the debug port is closed unless the firmware opens it.
 const VARIANT: u32 = 0x4141_4630;
 
-/// TEMP's calibration, A0 to T4. It differs from chip to chip, and has no effect here.
+/// The offsets of TEMP's calibration in FICR, A0 to T4. The values differ from chip to chip, and have no
+/// effect here.
 const FICR_TEMP: std::ops::RangeInclusive<u32> = 0x404..=0x444;
 
-/// The same in TEMP: A0 to A5, B0 to B5, T0 to T4, with a gap after each group.
+/// The offsets of the calibration in TEMP: A0 to A5, B0 to B5, T0 to T4, with a gap after each group.
 const CALIBRATION: [std::ops::RangeInclusive<u32>; 3] =
     [0x520..=0x534, 0x540..=0x554, 0x560..=0x570];
 
@@ -35,22 +36,22 @@ const CONFIG: u32 = 0x504;
 const ICACHECNF: u32 = 0x540;
 const WRITE_ENABLED: u32 = 1;
 
-/// Opens the debug port: the same value in UICR.APPROTECT and APPROTECT.DISABLE.
+/// The value of UICR.APPROTECT and of APPROTECT.DISABLE that opens the debug port.
 pub(crate) const UNPROTECTED: u32 = 0x5A;
 
-/// What survives every reset, and the cache of the instructions in it.
+/// UICR, which survives every reset, and NVMC's registers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Nonvolatile {
-    /// Words of UICR that are not as erased.
+    /// The words of UICR that have been written since they were erased.
     uicr: BTreeMap<u32, u32>,
     configuration: u32,
     cache: u32,
-    /// UICR.APPROTECT at the last reset, which is when it counts.
+    /// UICR.APPROTECT at the last reset. Later changes take effect at the next reset.
     pub(crate) protection: u32,
 }
 
 impl Nonvolatile {
-    /// NVMC's registers are reset, UICR is read anew.
+    /// Resets NVMC's registers, and reads UICR.APPROTECT again.
     pub(crate) fn reset(&mut self) {
         self.protection = self.word(UICR_APPROTECT);
         self.configuration = 0;
@@ -91,12 +92,12 @@ impl Nonvolatile {
                 context.refuse(Refusal::UicrNotWritable { address });
                 return None;
             }
-            // As in all flash, bits go from 1 to 0 only.
+            // As in all flash, writing changes bits only from 1 to 0.
             (UICR, ..=UICR_LAST) => {
                 self.uicr.insert(offset, self.word(offset) & value);
             }
             (NVMC, CONFIG) if value <= WRITE_ENABLED => self.configuration = value,
-            // Without its profiling.
+            // The cache's profiling is not modelled.
             (NVMC, ICACHECNF) if value <= 1 => self.cache = value,
             (TEMP, _) if CALIBRATION.iter().any(|group| group.contains(&offset)) => {}
             _ => return None,

@@ -1,4 +1,4 @@
-//! What all peripherals have in common: registers, tasks, events, shorts, interrupts.
+//! The common parts of all peripherals: registers, tasks, events, shorts, interrupts.
 //!
 //! nRF52840 Product Specification, section "Peripheral interface": tasks lie at 0x000, events at
 //! 0x100, SHORTS at 0x200, INTEN, INTENSET and INTENCLR at 0x300; bit n of INTEN is the event at
@@ -14,7 +14,7 @@ use crate::pwm::Period;
 
 /// One peripheral's own behaviour. [`Common`] and the chip do the rest.
 pub(crate) trait Peripheral {
-    /// Returns its name, events and shorts as they are after a reset.
+    /// Returns the peripheral's name, events and shorts as they are after a reset.
     fn common(&self) -> Common;
 
     /// Reads a register; `None` if it is not modelled.
@@ -28,12 +28,12 @@ pub(crate) trait Peripheral {
         None
     }
 
-    /// When it does something next by itself, in cycles.
+    /// Returns the next instant at which the peripheral acts by itself, in cycles.
     fn next(&self, _line: &Line) -> Option<u64> {
         None
     }
 
-    /// Does what is due at `context.now`.
+    /// Does the action that is due at `context.now`.
     fn advance(&mut self, _context: &mut Context) {}
 }
 
@@ -84,7 +84,7 @@ impl Context {
         self.raised.push(event);
     }
 
-    /// Keeps the first refusal; what is wrong after it is its consequence.
+    /// Keeps the first refusal. Later ones are its consequences.
     pub(crate) fn refuse(&mut self, refusal: Refusal) {
         self.refusal.get_or_insert(refusal);
     }
@@ -95,10 +95,10 @@ impl Context {
     }
 }
 
-/// Registers that read as they were written: see [`registers!`].
+/// Registers that keep the value that was written: see [`registers!`].
 pub(crate) trait RegisterFile {
-    /// Reads a register, or writes it if there is a new value. Returns the value that it has then; `None`
-    /// if the register or its new value is not modelled.
+    /// Writes a register if there is a new value. Returns the register's value afterwards, or `None` if the
+    /// register or its new value is not modelled.
     fn access(&mut self, offset: u32, new: Option<u32>) -> Option<u32>;
 
     fn read(&mut self, offset: u32) -> Option<u32> {
@@ -110,9 +110,9 @@ pub(crate) trait RegisterFile {
     }
 }
 
-/// Declares the struct `Registers` of a peripheral's registers that read as they were written. Each line has
-/// the offset, the field, its value after a reset, and the values that are modelled. An array is one
-/// register for each word.
+/// Declares the struct `Registers`, with a peripheral's registers that keep the value that was written. Each
+/// line has a register's offset, its field, its value after a reset, and its modelled values. An array has
+/// one register for each word.
 macro_rules! registers {
     ($($(#[$doc:meta])* $offset:literal $field:ident: $type:ty = $reset:expr, $values:expr;)+) => {
         #[derive(Clone, Debug)]
@@ -145,7 +145,7 @@ macro_rules! registers {
 }
 pub(crate) use registers;
 
-/// One word or several.
+/// A field of one word or several words.
 pub(crate) trait Words {
     fn words(&mut self) -> &mut [u32];
 }
@@ -168,13 +168,13 @@ impl Words for Vec<u32> {
     }
 }
 
-/// Events, shorts, interrupt enables.
+/// A peripheral's events, shorts and interrupt enables.
 #[derive(Clone, Debug)]
 pub(crate) struct Common {
-    /// For messages.
+    /// The peripheral's name, for messages.
     pub(crate) name: &'static str,
     pub(crate) has_tasks: bool,
-    /// Which events there are; bit n is the one at 0x100 + 4 n.
+    /// The events that exist. Bit n is the event at 0x100 + 4 n.
     existing: u32,
     raised: u32,
     enabled: u32,
@@ -187,7 +187,7 @@ pub(crate) struct Common {
 pub(crate) type Short = (u32, u32, u32);
 
 impl Common {
-    /// Takes the offsets of the events, and the modelled shorts.
+    /// Creates the state after a reset, from the offsets of the events and the modelled shorts.
     pub(crate) fn new(name: &'static str, events: &[u32], shorts: &[Short]) -> Self {
         Self {
             name,
@@ -201,7 +201,7 @@ impl Common {
         }
     }
 
-    /// For a peripheral without tasks and events.
+    /// Creates the state of a peripheral without tasks and events.
     pub(crate) fn registers_only(name: &'static str) -> Self {
         Self {
             has_tasks: false,
@@ -209,7 +209,7 @@ impl Common {
         }
     }
 
-    /// Events do not come unless the interrupt is enabled: section "RTC", "Event control feature".
+    /// Raises events only while their interrupts are enabled: section "RTC", "Event control feature".
     pub(crate) fn raised_only_if_enabled(self) -> Self {
         Self {
             raised_only_if_enabled: true,
@@ -235,17 +235,17 @@ impl Common {
         shorts.fold(0, |mask, (bit, ..)| mask | bit)
     }
 
-    /// Whether the interrupt line is up.
+    /// Returns whether the interrupt line is up.
     pub(crate) fn interrupts(&self) -> bool {
         self.raised & self.enabled != 0
     }
 
-    /// Whether the register is one of those that all peripherals with events have.
+    /// Returns whether the register is one that all peripherals with events have.
     pub(crate) fn owns(&self, offset: u32) -> bool {
         self.existing != 0 && matches!(offset, 0x100..=0x17C | 0x200 | 0x300 | 0x304 | 0x308)
     }
 
-    /// Reads a register that it owns; `None` if there is no such event.
+    /// Reads one of these registers. Returns `None` if there is no such event.
     pub(crate) fn read(&self, offset: u32) -> Option<u32> {
         match offset {
             0x100..=0x17C => {
@@ -257,7 +257,7 @@ impl Common {
         }
     }
 
-    /// Writes a register that it owns; `None` if there is no such event, or no such short.
+    /// Writes one of these registers. Returns `None` if there is no such event or short.
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         let existing = value & !self.existing == 0;
         match offset {

@@ -1,8 +1,8 @@
 //! The programmable peripheral interconnect: nRF52840 Product Specification, section "PPI".
 //!
-//! Twenty programmable channels with a fork each, and six groups. The channels 20 to 31, whose ends
-//! are fixed, are not modelled. A task follows its event at once; on silicon it may be one cycle of
-//! 16 MHz later.
+//! Models the twenty programmable channels, each with a fork, and the six groups. Channels 20 to
+//! 31, whose events and tasks are fixed, are not modelled. A task follows its event at once; on
+//! silicon it may be one cycle of 16 MHz later.
 
 use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
 
@@ -26,7 +26,8 @@ pub(crate) struct Ppi {
 }
 
 impl Ppi {
-    /// The tasks that this event triggers, lowest channel first, each before its fork.
+    /// Returns the tasks that this event triggers. The lowest channel comes first, and each
+    /// channel's task before its fork.
     pub(crate) fn tasks(&self, event: u32) -> impl Iterator<Item = u32> {
         let (channels, _) = self.registers.channels.as_chunks();
         (0..)
@@ -60,7 +61,7 @@ impl Peripheral for Ppi {
         Some(())
     }
 
-    /// `CHG\[n\].EN` at 8 n, followed by `CHG\[n\].DIS`.
+    /// The task `CHG\[n\].EN` is at 8 n, followed by `CHG\[n\].DIS`.
     fn task(&mut self, offset: u32, _: &mut Context) -> Option<()> {
         let group = *self.registers.groups.get((offset / 8) as usize)?;
         if offset & 4 == 0 {

@@ -4,9 +4,9 @@
 //! SEQSTARTED, SEQEND, PWMPERIODEND, STOPPED. Not modelled, and refused: sequence 1, ENDDELAY, LOOP,
 //! the other loads, NEXTSTEP, up-and-down.
 //!
-//! The specification leaves open what the model does as follows: SEQSTART while it runs takes effect
-//! at the end of the period; EasyDMA fetches a step when it is loaded, which for the first is the
-//! instant of SEQSTART.
+//! Where the specification is silent, the model assumes the following. SEQSTART while the PWM runs
+//! takes effect at the end of the period. EasyDMA fetches a step when the step is loaded; the first
+//! step is loaded at SEQSTART.
 
 use crate::MICROSECOND;
 use crate::error::Refusal;
@@ -21,9 +21,10 @@ const SEQEND0: u32 = 0x110;
 const PWMPERIODEND: u32 = 0x118;
 const ENABLE: u32 = 0x500;
 const DISCONNECTED: u32 = 1 << 31;
-/// DECODER: a value for each channel, the next step after REFRESH periods.
+/// The value of DECODER for individual load: one value for each channel, and the next step after
+/// REFRESH periods.
 const INDIVIDUAL: u32 = 2;
-/// Values that make a step.
+/// The number of values in a step.
 const STEP: u32 = 4;
 
 registers! {
@@ -35,7 +36,8 @@ registers! {
     0x510 decoder: u32 = 0, 0..=2;
     /// No loop.
     0x514 loops: u32 = 0, 0..=0;
-    /// Sequence 0: its address, its number of values, and for how many more periods each step goes on.
+    /// Sequence 0: its address, its number of values, and the number of additional periods for each
+    /// step.
     0x520 pointer: u32 = 0, 0..;
     0x524 values_count: u32 = 0, 0..=0x7FFF;
     0x528 refresh: u32 = 0, 0..=0xFF_FFFF;
@@ -43,19 +45,20 @@ registers! {
     0x560 outputs: [u32; 4] = [u32::MAX; 4], 0..;
 }
 
-/// One period as it came out of the pins.
+/// One period of the pulses on the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Period {
-    /// When it began, in cycles.
+    /// The beginning of the period, in cycles.
     pub at: u64,
-    /// How long it is, in cycles.
+    /// The length of the period, in cycles.
     pub length: u64,
-    /// For each channel: for how many cycles it is high; nothing if it goes to no pin.
+    /// For each channel, the number of cycles for which it is high; `None` if the channel has no pin.
     pub high: [Option<u64>; 4],
 }
 
 impl Period {
-    /// Widths of the pulses in microseconds, rounded down; nothing for a channel without a pin.
+    /// Returns the widths of the pulses in microseconds, rounded down; `None` for a channel without a
+    /// pin.
     #[must_use]
     pub fn pulses(&self) -> [Option<u64>; 4] {
         self.high
@@ -63,12 +66,12 @@ impl Period {
     }
 }
 
-/// The sequence that is played.
+/// The progress of the sequence that is played.
 #[derive(Clone, Copy, Debug)]
 struct Played {
-    /// Values (of 16 bits) loaded so far.
+    /// The number of 16-bit values loaded so far.
     loaded: u32,
-    /// Periods for which the step that is loaded goes on.
+    /// The number of further periods for the current step.
     more_periods: u32,
 }
 
@@ -76,9 +79,10 @@ struct Played {
 pub(crate) struct Pwm {
     registers: Registers,
     values: [u16; 4],
-    /// Until its last step is loaded and over.
+    /// The sequence that is played, until its last step is over.
     played: Option<Played>,
-    /// SEQSTART while running: what is played from the next period on, and its first step.
+    /// After a SEQSTART while running: the sequence that is played from the next period on, and its
+    /// first step.
     queued: Option<(Played, [u16; 4])>,
     period_ends_at: Option<u64>,
     stopping: bool,
@@ -112,7 +116,7 @@ impl Pwm {
         Some(())
     }
 
-    /// The period under way, if any, is over now.
+    /// Ends the current period now, if there is one.
     fn cut_period(&self, context: &mut Context) {
         if self.period_ends_at.is_some()
             && let Some(last) = context.pwm_periods.last_mut()
@@ -122,7 +126,7 @@ impl Pwm {
         }
     }
 
-    /// Fetches the step that begins with that value.
+    /// Fetches the step that begins with value number `from`.
     fn fetch(&self, from: u32, context: &mut Context) -> Option<(Played, [u16; 4])> {
         let mut bytes = [0; 8];
         let address = self.registers.pointer + 2 * from;
@@ -168,7 +172,7 @@ impl Pwm {
         self.period_ends_at = Some(context.now + length);
     }
 
-    /// What is played in the period that begins now.
+    /// Loads the step for the period that begins now.
     fn next_step(&mut self, context: &mut Context) {
         if let Some(queued) = self.queued.take() {
             return self.play(queued, context);
@@ -185,7 +189,7 @@ impl Pwm {
                 self.values = values;
             }
         } else {
-            // The last step goes on until something else is started.
+            // The last step is repeated until another sequence starts.
             self.played = None;
             context.raise(SEQEND0);
         }

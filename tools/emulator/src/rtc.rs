@@ -1,11 +1,11 @@
 //! RTC1: nRF52840 Product Specification, section "RTC".
 //!
 //! A counter of 24 bits, at 32 768 Hz / (PRESCALER + 1). COMPARE\[n\] is raised when the count *becomes*
-//! CC\[n\], OVRFLW when it becomes 0; each only while INTEN has it. TICK, and EVTEN for PPI, are not
-//! modelled, and refused.
+//! CC\[n\], and OVRFLW when it becomes 0, each only while it is enabled in INTEN. TICK, and EVTEN for
+//! PPI, are not modelled and are refused.
 //!
-//! Tasks take effect at once, on silicon at the next edges of the low-frequency clock. That the firmware
-//! has started this clock is not checked.
+//! Tasks take effect at once. On silicon they take effect at the next edges of the low-frequency clock.
+//! The model does not check that the firmware has started this clock.
 
 use crate::CYCLES_PER_SECOND;
 use crate::counter::Counter;
@@ -64,7 +64,8 @@ impl Peripheral for Rtc {
         self.registers.write(offset, value)?;
         self.counter.cycles = CYCLES_PER_SECOND * (u64::from(self.registers.prescaler) + 1);
         if offset >= CC {
-            // A value that the count already has is not one that it becomes.
+            // A value that the count already has raises no event, because the count does not change to
+            // it.
             self.counter.seen = context.now;
         }
         Some(())

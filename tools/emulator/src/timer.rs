@@ -1,7 +1,7 @@
 //! TIMER0 to TIMER4: nRF52840 Product Specification, section "TIMER".
 //!
-//! A timer counts 16 MHz / 2^PRESCALER, or in counter mode the COUNT task. COMPARE\[n\] is raised
-//! when the count *becomes* CC\[n\]; a capture copies the count to CC\[n\].
+//! A timer counts cycles of 16 MHz / 2^PRESCALER, or triggers of the COUNT task in counter mode.
+//! COMPARE\[n\] is raised when the count *becomes* CC\[n\]; a capture copies the count to CC\[n\].
 
 use crate::MICROSECOND;
 use crate::counter::Counter;
@@ -34,7 +34,8 @@ pub(crate) struct Timer {
 }
 
 impl Timer {
-    /// `compares`: 4 for TIMER0 to TIMER2, 6 for TIMER3 and TIMER4.
+    /// Creates a timer with `compares` compare registers: 4 for TIMER0 to TIMER2, 6 for TIMER3 and
+    /// TIMER4.
     pub(crate) fn new(name: &'static str, compares: usize) -> Self {
         let compare = vec![0; compares];
         Self {
@@ -73,7 +74,8 @@ impl Peripheral for Timer {
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         if offset < CC && self.running {
-            // "The timer must be stopped": the others while it runs are not modelled.
+            // "The timer must be stopped": changes of the other registers while it runs are not
+            // modelled.
             return None;
         }
         self.registers.write(offset, value)?;
@@ -85,7 +87,8 @@ impl Peripheral for Timer {
         };
         self.counter.cycles = (MICROSECOND / 16) << self.registers.prescaler;
         if offset >= CC {
-            // A value that the count already has is not one that it becomes.
+            // A value that the count already has raises no event, because the count does not change
+            // to it.
             self.counter.seen = context.now;
         }
         Some(())

@@ -1,87 +1,88 @@
-//! What happened on the board so far, in the order in which it happened. Times are in cycles. Exception
-//! handlers are recorded with their cost: instructions and cycles, from entry to return.
+//! The record of events on the board, in the order in which they happened. Times are in cycles. Each
+//! run of an exception handler is recorded with its instructions and cycles, from entry to return.
 
 use crate::chip::ResetCause;
 use crate::gpio::Pins;
 use crate::pwm::Period;
 
-/// A word in RAM that has changed.
+/// A change of a watched word in RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// The number that [`crate::Board::watch`] gave the word.
     pub watch: usize,
-    /// When the instruction that changed it was over.
+    /// The end of the instruction that changed the word.
     pub at: u64,
-    /// What it is now.
+    /// The new value.
     pub value: u32,
 }
 
-/// One run of an exception handler, from entry to return; without the handlers that preempted it.
+/// One run of an exception handler, from entry to return, without the handlers that preempted it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Activation {
     /// The exception's number: 16 + n for interrupt n.
     pub exception: u16,
-    /// When it was entered: the beginning of stacking.
+    /// The instant of entry: the beginning of stacking.
     pub at: u64,
-    /// Instructions executed.
+    /// The number of executed instructions.
     pub instructions: u64,
-    /// Cycles, with stacking and unstacking.
+    /// The number of cycles, including stacking and unstacking.
     pub cycles: u64,
 }
 
 /// A reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reset {
-    /// When.
+    /// The instant of the reset.
     pub at: u64,
-    /// Why.
+    /// The cause of the reset.
     pub cause: ResetCause,
 }
 
-/// All of it. Take it now and then (`std::mem::take`) in a long run, or it grows.
+/// All events so far. The trace keeps growing; in a long run, take it now and then
+/// (`std::mem::take`).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Trace {
     /// Changes of the watched words.
     pub changes: Vec<Change>,
-    /// Runs of handlers that are over.
+    /// Completed runs of handlers.
     pub activations: Vec<Activation>,
-    /// PWM periods, the one that has begun included.
+    /// PWM periods, including the current one.
     pub pwm_periods: Vec<Period>,
-    /// Changes of the output pins, and when.
+    /// Changes of the output pins, with their instants.
     pub pin_changes: Vec<(u64, Pins)>,
-    /// Resets; power-on is none.
+    /// Resets, without power-on.
     pub resets: Vec<Reset>,
 }
 
-/// Follows entries into handlers and returns from them.
+/// A tracker of entries into handlers and returns from them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Handlers {
-    /// The handler that runs, and before it those that it preempted.
+    /// The running handler last, after the handlers that it preempted.
     active: Vec<Activation>,
 }
 
-/// What the core did in one step.
+/// One step of the core.
 pub(crate) struct Step {
-    /// The exception that was active before it, and after it; 0: none.
+    /// The active exceptions before and after the step; 0 means none.
     pub(crate) before: u16,
     pub(crate) after: u16,
-    /// Whether `before` is still active, if it is an exception.
+    /// Whether `before` is an exception that is still active.
     pub(crate) before_active: bool,
-    /// Whether the step went on in the same handler's first instruction: it returned and was
-    /// entered again at once.
+    /// Whether the handler returned and was entered again in this step, so that the next instruction
+    /// is its first.
     pub(crate) entered_again: bool,
     pub(crate) at: u64,
     pub(crate) cycles: u64,
 }
 
 impl Handlers {
-    /// Nothing is active after a reset.
+    /// Forgets all handlers. None is active after a reset.
     pub(crate) fn reset(&mut self) {
         self.active.clear();
     }
 
-    /// Takes a step into account. Returns whether an instruction was executed in it, since entering
-    /// an exception is none, and the run of a handler that is over with it.
+    /// Records a step. Returns whether the step executed an instruction (entering an exception does
+    /// not), and the handler's run that the step completed, if any.
     pub(crate) fn step(&mut self, step: &Step) -> (bool, Option<Activation>) {
         if step.before == step.after && !step.entered_again {
             self.charge(step.cycles);
@@ -93,12 +94,12 @@ impl Handlers {
             .rposition(|open| open.exception == step.after);
         let chained = step.entered_again || (step.before != 0 && !step.before_active);
         if step.after == 0 || (position.is_some() && !step.entered_again) {
-            // Returned, to a preempted handler or to none.
+            // A handler returned, to a preempted handler or to thread mode.
             self.charge(step.cycles);
             return (true, self.active.pop());
         }
         if chained {
-            // Returned, and the next one was entered without unstacking in between.
+            // A handler returned, and the next one was entered without unstacking in between.
             self.charge(step.cycles);
             let done = self.active.pop();
             self.open(step.after, step.at + step.cycles, 0);
@@ -117,7 +118,7 @@ impl Handlers {
         });
     }
 
-    /// An instruction, if a handler runs.
+    /// Charges an instruction to the running handler, if any.
     fn charge(&mut self, cycles: u64) {
         if let Some(running) = self.active.last_mut() {
             running.instructions += 1;

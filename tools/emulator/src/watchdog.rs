@@ -1,8 +1,9 @@
 //! The watchdog: nRF52840 Product Specification, section "WDT".
 //!
-//! It counts down from CRV at 32 768 Hz, is reloaded when all enabled reload requests have come, and
-//! once started goes on until a reset. The chip is reset two cycles of the 32.768 kHz clock after
-//! TIMEOUT. Only "runs while the CPU sleeps" is modelled, which is how it comes out of reset.
+//! The watchdog counts down from CRV at 32 768 Hz, and is reloaded when all enabled reload requests
+//! have come. Once started, it runs until a reset. It resets the chip two cycles of the 32.768 kHz
+//! clock after TIMEOUT. Only the setting "runs while the CPU sleeps" is modelled, which is the
+//! setting after a reset.
 
 use crate::CYCLES_PER_SECOND;
 use crate::error::Refusal;
@@ -28,7 +29,7 @@ registers! {
     0x50C configuration: u32 = CONFIG_SLEEP, [0, 1, 8, 9];
 }
 
-/// Cycles of the 32.768 kHz clock in CPU cycles, to the nearest below.
+/// Converts cycles of the 32.768 kHz clock to CPU cycles, rounded down.
 fn low_frequency(cycles: u64) -> u64 {
     cycles * CYCLES_PER_SECOND / 32_768
 }
@@ -36,12 +37,12 @@ fn low_frequency(cycles: u64) -> u64 {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watchdog {
     registers: Registers,
-    /// The reload requests still missing, while it runs.
+    /// The reload requests that are still missing, while the watchdog runs.
     requested: u32,
     times_out_at: Option<u64>,
     bites_at: Option<u64>,
     running: bool,
-    /// Set when the chip is to be reset.
+    /// Whether the chip must be reset now.
     pub(crate) bit: bool,
 }
 

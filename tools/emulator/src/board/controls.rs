@@ -1,4 +1,4 @@
-//! What is sent to the board, and what tests do to it.
+//! Functions with which tests send to the board and change it.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -18,14 +18,14 @@ impl Board {
         change(&mut self.shared.chip().context.line)
     }
 
-    /// Sends bytes, back to back, after what is being sent already. Returns when the last stop bit
-    /// will be over, in cycles.
+    /// Sends bytes back to back, after those that are already being sent. Returns the end of the last stop
+    /// bit, in cycles.
     pub fn send(&mut self, bytes: &[u8]) -> u64 {
         let symbols: Vec<Symbol> = bytes.iter().copied().map(Symbol::Byte).collect();
         self.send_symbols(&symbols)
     }
 
-    /// Sends symbols, which need not be right. Returns when the last will be over, in cycles.
+    /// Sends symbols, which may be faulty. Returns the end of the last one, in cycles.
     pub fn send_symbols(&mut self, symbols: &[Symbol]) -> u64 {
         let now = self.now;
         self.line(|line| {
@@ -36,42 +36,42 @@ impl Board {
         })
     }
 
-    /// Sets what is not known for certain about the chip, from now on.
+    /// Sets the chip's behaviour where it is not known for certain, from now on.
     pub fn assume(&mut self, assumptions: Assumptions) {
         self.slowness = assumptions.slowness;
         self.shared.chip().context.assumptions = assumptions;
     }
 
-    /// Wires the line to another pin than P0.08: 32 * port + pin.
+    /// Wires the line to `pin` (32 * port + pin) instead of P0.08.
     pub fn wire_line_to(&mut self, pin: u32) {
         self.shared.chip().context.line_pin = pin;
     }
 
-    /// Wires that pin to the line as well: what UARTE1 sends there is heard by UARTE0. It is a wire
-    /// instead of the sender, which should be silent.
+    /// Also wires `pin` to the line, so that UARTE0 receives the bytes that UARTE1 sends there. The wire takes
+    /// the sender's place: the sender should be silent.
     pub fn wire_loopback(&mut self, pin: u32) {
         self.shared.chip().context.loopback_pin = Some(pin);
     }
 
-    /// Breaks the crystal: it does not start from now on.
+    /// Breaks the crystal, so that it does not start from now on.
     pub fn break_crystal(&mut self) {
         self.shared.chip().context.crystal_startup = None;
     }
 
-    /// Takes the core away from the firmware at that instant, for that many cycles, as if a handler of
-    /// the highest priority ran for that time. The peripherals go on. A core that sleeps stays asleep
-    /// for that time.
+    /// Holds the firmware off for `cycles` from the instant `at` on, as if a handler of the highest priority
+    /// ran meanwhile. The peripherals go on. A core that sleeps stays asleep meanwhile.
     pub fn hold_off(&mut self, at: u64, cycles: u64) {
         let place = self.hold_offs.partition_point(|(other, _)| *other <= at);
         self.hold_offs.insert(place, (at, cycles));
     }
 
-    /// Resets the chip as its reset pin does.
+    /// Resets the chip by its reset pin.
     pub fn reset(&mut self) {
         self.reset_for(ResetCause::Pin);
     }
 
-    /// Lets the supply fall too low for a moment: a reset that says as little as power-on, with RAM as it was.
+    /// Lets the supply voltage drop too low for a moment. This resets the chip without a cause in RESETREAS,
+    /// like power-on, but RAM keeps its contents.
     pub fn brown_out(&mut self) {
         self.reset_for(ResetCause::BrownOut);
     }
@@ -93,7 +93,7 @@ impl Board {
         self.booted = false;
     }
 
-    /// Writes over flash or RAM, as a debugger does; code included.
+    /// Overwrites flash or RAM, including code, as a debugger does.
     ///
     /// # Errors
     /// If the range is in neither.
@@ -102,11 +102,11 @@ impl Board {
         self.memory.write(address, bytes).ok_or_else(outside)
     }
 
-    /// Catches the main loop in an endless one, interrupts enabled, until the next reset: what the
-    /// watchdog is for. A core that sleeps is caught when an interrupt wakes it.
+    /// Replaces the main loop by an endless loop with interrupts enabled, until the next reset. Tests use it
+    /// to check the watchdog. If the core sleeps, this takes effect when an interrupt wakes it.
     ///
     /// # Errors
-    /// As [`Board::run_for`]: it runs until no handler is active.
+    /// As [`Board::run_for`], because it runs until no handler is active.
     pub fn stick_main_loop(&mut self) -> Result<()> {
         let (address, code) = STUCK;
         self.patch(address, &code)?;
@@ -124,8 +124,7 @@ impl Board {
         Ok(())
     }
 
-    /// Lets faults be the firmware's business: its handlers run, where by default a fault ends the
-    /// emulation with an error.
+    /// Lets the firmware's handlers take faults. By default a fault ends the emulation with an error.
     pub fn let_faults_be_handled(&mut self) {
         self.faults_stop = false;
     }

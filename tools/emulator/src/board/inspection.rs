@@ -1,4 +1,4 @@
-//! What can be seen of the board: memory, registers, outputs, what happened.
+//! Reads the board's state: memory, registers, outputs, and the trace of past events.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -11,19 +11,19 @@ use crate::memory::Memory;
 use crate::trace::Trace;
 
 impl Board {
-    /// The image.
+    /// Returns the firmware's image.
     #[must_use]
     pub fn image(&self) -> &Image {
         &self.image
     }
 
-    /// Flash and RAM.
+    /// Returns flash and RAM.
     #[must_use]
     pub fn memory(&self) -> &Memory {
         &self.memory
     }
 
-    /// A register of a peripheral, as the firmware would read it now.
+    /// Reads a peripheral's register, as the firmware would now.
     ///
     /// # Errors
     /// If it is not modelled.
@@ -31,7 +31,7 @@ impl Board {
         self.access(|chip| chip.read(address))
     }
 
-    /// Writes a register of a peripheral, as the firmware would now: for tests without firmware.
+    /// Writes a peripheral's register, as the firmware would now. It is for tests without firmware.
     ///
     /// # Errors
     /// If it is not modelled.
@@ -49,19 +49,19 @@ impl Board {
         refusal.map_or(Ok(value), |refusal| Err(self.refused(refusal, self.pc)))
     }
 
-    /// The next instruction.
+    /// Returns the address of the next instruction.
     #[must_use]
     pub fn pc(&self) -> u32 {
         self.pc
     }
 
-    /// The exception whose handler runs, 0 if none.
+    /// Returns the number of the exception whose handler runs, 0 if none.
     #[must_use]
     pub fn exception(&self) -> u16 {
         self.exception
     }
 
-    /// The word at a symbol.
+    /// Returns the word at a symbol.
     ///
     /// # Errors
     /// If there is no such symbol.
@@ -71,8 +71,7 @@ impl Board {
         self.memory.word(address).ok_or_else(nowhere)
     }
 
-    /// Watches the word at a symbol from now on. Returns the number by which [`Trace::changes`] knows
-    /// it.
+    /// Watches the word at a symbol from now on. Returns its number in [`Trace::changes`].
     ///
     /// # Errors
     /// If there is no such symbol.
@@ -83,27 +82,28 @@ impl Board {
         Ok(self.watches.len() - 1)
     }
 
-    /// The output pins as they are.
+    /// Returns the current levels of the output pins.
     #[must_use]
     pub fn pins(&self) -> Pins {
         self.shared.chip().context.pins
     }
 
-    /// Whether the firmware has turned the instruction cache on.
+    /// Returns whether the firmware has turned the instruction cache on.
     #[must_use]
     pub fn instruction_cache_is_on(&self) -> bool {
         self.shared.chip().nonvolatile.caches()
     }
 
-    /// Whether a debugger gets in, on a chip of build code F or later: UICR.APPROTECT was 0x5A at
-    /// the last reset, and the firmware has written 0x5A to APPROTECT.DISABLE since. Section "Debug
-    /// and trace", "Access port protection controlled by hardware and software".
+    /// Returns whether a debugger has access on a chip of build code F or later. It has if
+    /// UICR.APPROTECT was 0x5A at the last reset and the firmware has written 0x5A to
+    /// APPROTECT.DISABLE since. See section "Debug and trace", "Access port protection controlled
+    /// by hardware and software".
     #[must_use]
     pub fn debug_port_is_open(&self) -> bool {
         self.shared.chip().debug_port_is_open()
     }
 
-    /// What happened so far.
+    /// Returns the events so far.
     pub fn trace(&mut self) -> &mut Trace {
         let mut chip = self.shared.chip();
         let context = &mut chip.context;

@@ -1,37 +1,38 @@
-//! The command line.
+//! The runner's command line.
 
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
 use nrf52840_emulator::Assumptions;
 
-/// Runs a firmware's ELF on an emulated nRF52840: bytes in at the line's rate; servo pulses, LEDs,
-/// log, resets and watched words out.
+/// Runs a firmware's ELF on an emulated nRF52840. Sends it bytes at the line's rate, and prints servo
+/// pulses, LEDs, the log, resets and watched words.
 #[derive(Parser)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// The firmware
+    /// The firmware's ELF file
     #[arg(long, value_name = "ELF")]
     pub(crate) elf: PathBuf,
 
-    /// What is sent to the board: a file, standard input (-) as it comes, or what is written to a new
+    /// Bytes to send to the board: from a file, from standard input (-) as they arrive, or from a new
     /// pseudo-terminal (pty), whose name is printed
     #[arg(long, value_name = "FILE|-|pty")]
     pub(crate) input: Option<String>,
 
-    /// The sender's baud rate, 8N1; the firmware sets its own
+    /// Baud rate of the sender, 8N1. The firmware sets the receiver's rate
     #[arg(long, default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=2_000_000))]
     pub(crate) baud: u32,
 
-    /// How long to run, in emulated seconds [default: until one second after the input's end]
+    /// Emulated seconds to run [default: until one second after the input's end]
     #[arg(long, value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
 
-    /// A word in RAM whose changes are shown: a symbol, and if its bytes have names, these
+    /// Show the changes of a word in RAM, given by its symbol. NAMEs are shown for its bytes, the
+    /// lowest address first
     #[arg(long, value_name = "SYMBOL[=NAME,..]", value_parser = watch)]
     pub(crate) watch: Vec<Watch>,
 
-    /// Lines for people, or one JSON object a line
+    /// Print text for people, or one JSON object per line
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
 
@@ -39,19 +40,19 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = probability)]
     pub(crate) framing: f64,
 
-    /// Probability of a break in front of a byte, of 12 to 40 bits
+    /// Probability of a break of 12 to 40 bits before a byte
     #[arg(long = "break", default_value_t = 0.0, value_name = "PROBABILITY", value_parser = probability)]
     pub(crate) line_break: f64,
 
-    /// Probability of a pause in front of a byte, of 10 to 100 bits
+    /// Probability of a pause of 10 to 100 bits before a byte
     #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = probability)]
     pub(crate) pause: f64,
 
-    /// What this chip does that another may not; a wrong name shows the right ones
+    /// Let the chip deviate in one way from the default behaviour. An unknown name lists all names
     #[arg(long, value_name = "NAME", value_parser = assumption)]
     pub(crate) assume: Option<Assumptions>,
 
-    /// The same seed makes the same faults
+    /// Seed of the random faults. The same seed makes the same faults
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 }
@@ -62,9 +63,9 @@ Examples:
   nrf52840-emulator --elf firmware.elf --input bytes.bin --baud 118000 --framing 0.001
   nrf52840-emulator --elf firmware.elf --input pty --watch SETPOINT=pitch,roll,yaw
 
-A file is sent at the line's rate, as fast as the emulation goes; what comes at standard input or the
-pseudo-terminal is sent in real time. Times shown are emulated. The cycles behind them are the
-model's, without flash wait states.";
+A file is sent at the line's rate in emulated time, which runs as fast as it can. Bytes from
+standard input or the pseudo-terminal are sent in real time. The times shown are emulated. They follow
+the model's cycles, without flash wait states.";
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
@@ -72,7 +73,7 @@ pub(crate) enum Format {
     Json,
 }
 
-/// A word to be watched: its symbol, and the names of its bytes from the lowest address on.
+/// A word to watch: its symbol, and the names of its bytes, the lowest address first.
 pub(crate) type Watch = (String, Vec<String>);
 
 fn watch(text: &str) -> Result<Watch, String> {
@@ -88,7 +89,7 @@ fn watch(text: &str) -> Result<Watch, String> {
 fn assumption(name: &str) -> Result<Assumptions, String> {
     Assumptions::named(name).ok_or_else(|| {
         let names: Vec<&str> = Assumptions::each().iter().map(|(name, _)| *name).collect();
-        format!("known are {}", names.join(", "))
+        format!("the names are {}", names.join(", "))
     })
 }
 
@@ -98,9 +99,9 @@ fn probability(text: &str) -> Result<f64, String> {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    // A day of emulated time takes longer than anyone waits.
+    // Nobody waits for more than a day of emulated time.
     number(text, |number| number > 0.0 && number <= 86_400.0)
-        .ok_or_else(|| "more than 0, and at most a day (86400)".to_owned())
+        .ok_or_else(|| "seconds must be more than 0 and at most a day (86400)".to_owned())
 }
 
 fn number(text: &str, is_one: impl Fn(f64) -> bool) -> Option<f64> {

@@ -1,4 +1,4 @@
-//! Where the bytes come from: a file, standard input, or a pseudo-terminal.
+//! The source of the bytes: a file, standard input, or a pseudo-terminal.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,16 +6,16 @@ use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 
 use anyhow::{Context, Result};
 
-/// What a thread reads, piece by piece.
+/// The input, which a thread reads piece by piece.
 pub(crate) struct Input {
     pieces: Receiver<std::io::Result<Vec<u8>>>,
-    /// Whether they come in real time, so that the emulation must not run ahead.
+    /// Whether the bytes come in real time, so that the emulation must not run ahead.
     pub(crate) is_live: bool,
     pub(crate) has_ended: bool,
 }
 
 impl Input {
-    /// What `--input` names.
+    /// Opens the input that `--input` names.
     pub(crate) fn open(name: Option<&str>) -> Result<Self> {
         Ok(match name {
             None => Self::of(std::io::empty(), false),
@@ -30,9 +30,9 @@ impl Input {
     }
 
     fn of(mut from: impl Read + Send + 'static, is_live: bool) -> Self {
-        // One piece at a time, so that a sender who is faster than the line has to wait.
+        // The channel holds one piece, so that a sender that is faster than the line has to wait.
         let (to, pieces) = sync_channel(1);
-        // It ends with the program: nothing waits for it.
+        // Nothing waits for this thread. It ends with the program.
         std::thread::spawn(move || {
             let mut buffer = [0; 4096];
             loop {
@@ -51,7 +51,8 @@ impl Input {
         }
     }
 
-    /// The next bytes; none at the end, and none if they come live and have not come yet.
+    /// Returns the next bytes. Returns none at the end, or if the input is live and no bytes have
+    /// arrived yet.
     pub(crate) fn next(&mut self) -> Result<Vec<u8>> {
         let received = if self.is_live {
             self.pieces.try_recv()
@@ -68,20 +69,21 @@ impl Input {
     }
 }
 
-/// The far end of a new pseudo-terminal. Its near end, whose name is printed, can be opened as a
-/// serial port.
+/// Opens a new pseudo-terminal and returns its far end. Prints the name of its near end, which can
+/// be opened as a serial port.
 #[cfg(unix)]
 fn pseudo_terminal() -> Result<File> {
     use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
     let ends = nix::pty::openpty(None, None)?;
-    // Bytes as they are: no echo, no lines, no characters that mean something.
+    // Pass bytes unchanged: no echo, no line editing, no control characters.
     let mut attributes = tcgetattr(&ends.slave)?;
     cfmakeraw(&mut attributes);
     tcsetattr(&ends.slave, SetArg::TCSANOW, &attributes)?;
     let name = nix::unistd::ttyname(&ends.slave)?;
     eprintln!("the board's serial port is {}; Ctrl-C ends", name.display());
-    // Held open, so that reading goes on when one writer has gone and until the next comes.
+    // Keep the near end open, so that reading continues after one writer has closed it, until the
+    // next writer opens it.
     std::mem::forget(ends.slave);
     Ok(ends.master.into())
 }

@@ -1,4 +1,4 @@
-//! Runs a firmware's ELF in the emulator, and prints what the board does, as it happens.
+//! Runs a firmware's ELF in the emulator, and prints the board's events as they happen.
 
 mod arguments;
 mod input;

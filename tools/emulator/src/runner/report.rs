@@ -1,4 +1,4 @@
-//! What is printed: watched words, pulses, LEDs, log, resets; each at its emulated time.
+//! Prints events with their emulated times: watched words, pulses, LEDs, log, resets.
 
 use std::io::Write;
 
@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use crate::arguments::{Format, Watch};
 
-/// LED1 to LED4 of the nRF52840-DK, at P0.13 to P0.16; they light when low.
+/// LED1 to LED4 of the nRF52840-DK, at P0.13 to P0.16. They are lit when low.
 const LEDS: [u32; 4] = [13, 14, 15, 16];
 
-/// Something that happened on the board.
+/// An event on the board.
 pub(crate) enum Event<'a> {
     Changed(&'a Watch, u32),
     /// Pulse widths in microseconds, of the channels that go to a pin.
@@ -21,7 +21,7 @@ pub(crate) enum Event<'a> {
     Reset(ResetCause),
 }
 
-/// Which LEDs are lit.
+/// Returns which LEDs are lit.
 pub(crate) fn leds(pins: Pins) -> [bool; 4] {
     let [outputs, _] = pins.outputs;
     let [high, _] = pins.high;
@@ -86,7 +86,7 @@ fn object(at: u64, event: &Event) -> Value {
     }
 }
 
-/// Its bytes, if they have names, or the word as a whole.
+/// Returns the word's bytes with their names, or the entire word if they have none.
 fn fields((_, names): &Watch, value: u32) -> Vec<(&str, u32)> {
     if names.is_empty() {
         return vec![("value", value)];

@@ -1,4 +1,4 @@
-//! A run: bytes in, events out, slice by slice of emulated time.
+//! A run of the emulator. In each slice of emulated time, sends bytes and prints events.
 
 use std::io::{ErrorKind, Write};
 use std::sync::Arc;
@@ -16,14 +16,14 @@ use crate::arguments::{Arguments, Watch};
 use crate::input::Input;
 use crate::report::{self, Event};
 
-/// How much time is emulated between two looks.
+/// The cycles of a slice. The board's events are read after each slice.
 const SLICE: u64 = MILLISECOND;
-/// How long the firmware boots before anyone sends.
+/// The cycles that the firmware gets to boot before bytes are sent.
 const BOOT: u64 = 5 * MILLISECOND;
-/// How far emulated time may be behind real time; then it falls behind for good.
+/// The most that emulated time may lag behind real time. A larger lag is never caught up.
 const LATE: Duration = Duration::from_millis(20);
 
-/// Emulates until the end, or Ctrl-C.
+/// Emulates until the end or Ctrl-C.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let elf = std::fs::read(&arguments.elf)
         .with_context(|| format!("cannot read {}", arguments.elf.display()))?;
@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     ctrlc::set_handler(move || flag.store(true, Relaxed)).context("cannot listen for Ctrl-C")?;
     let outcome = session.play(Input::open(arguments.input.as_deref())?, &interrupted);
     session.summary();
-    // The output may be closed before the end, as by `| head`.
+    // The reader may close the output before the end, as `| head` does.
     let kind = |error: &anyhow::Error| Some(error.downcast_ref::<std::io::Error>()?.kind());
     match outcome {
         Err(error) if kind(&error) == Some(ErrorKind::BrokenPipe) => Ok(()),
@@ -48,9 +48,9 @@ struct Session<'a> {
     board: Board,
     random: ChaCha8Rng,
     log: LogDecoder<'a>,
-    /// The words that are watched, by the number of the watch.
+    /// The watched words, in the order of their watch numbers.
     watches: Vec<&'a Watch>,
-    /// The pulses that are being made, and when they end if nothing follows.
+    /// The current pulses, and the instant at which they end if no more follow.
     pulses: Vec<u64>,
     pulses_end: u64,
     lit: [bool; 4],
@@ -85,8 +85,8 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Sends the input at the line's rate: as fast as the emulation goes, or in real time if the
-    /// input does.
+    /// Sends the input at the line's rate. Emulates in real time if the input is live, and as fast
+    /// as possible otherwise.
     fn play(&mut self, mut input: Input, interrupted: &AtomicBool) -> Result<()> {
         let seconds = self.arguments.seconds.map(Duration::from_secs_f64);
         let end = seconds.map(|time| cycles(time).max(1));
@@ -117,7 +117,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Puts bytes on the line, and faults between them. Returns when the last is over.
+    /// Puts bytes on the line, with faults between them. Returns the end of the last one, in cycles.
     fn send(&mut self, bytes: &[u8]) -> u64 {
         let rates = self.arguments;
         let mut symbols = Vec::with_capacity(bytes.len());
@@ -140,7 +140,7 @@ impl<'a> Session<'a> {
         self.board.send_symbols(&symbols)
     }
 
-    /// Emulates up to that instant, and prints what happened in the order in which it happened.
+    /// Emulates up to the instant `until`, and prints the events in their order.
     fn slice(&mut self, until: u64) -> Result<()> {
         let outcome = self.board.run_until(until);
         let trace = std::mem::take(self.board.trace());
@@ -170,8 +170,8 @@ impl<'a> Session<'a> {
         }
         let resets = trace.resets.iter();
         events.extend(resets.map(|reset| (reset.at, Event::Reset(reset.cause))));
-        // When a line was written is not in it; it is shown at the time it is fetched, a slice later
-        // at most.
+        // A log line has no time of its own. It is shown with the time at which it was fetched, at
+        // most a slice later.
         let (now, bytes) = (self.board.now(), self.board.take_rtt(0));
         let lines = self.log.lines(&bytes).into_iter();
         events.extend(lines.map(|line| (now, Event::Log(line))));

@@ -1,7 +1,8 @@
 //! UARTE0 and UARTE1: nRF52840 Product Specification, section "UARTE". UARTE0 has only a receiver, UARTE1
 //! only a transmitter. Hardware flow control is not modelled.
 //!
-//! This file has what both have: enabling, pins, baud rate, the form of a character, and EasyDMA's buffer.
+//! This file models the parts that both share: enabling, pins, baud rate, character format, and EasyDMA's
+//! buffer.
 
 mod reception;
 mod sampler;
@@ -12,7 +13,7 @@ use crate::peripheral::{RegisterFile as _, registers};
 pub(crate) use reception::Reception;
 pub(crate) use transmission::Transmission;
 
-/// The first of EasyDMA's registers: PTR, then MAXCNT and AMOUNT.
+/// The offset of EasyDMA's first register, PTR, which MAXCNT and AMOUNT follow.
 const RXD: u32 = 0x534;
 const TXD: u32 = 0x544;
 
@@ -42,7 +43,7 @@ struct Settings {
     registers: Registers,
 }
 
-/// An EasyDMA transfer under way.
+/// An open EasyDMA transfer.
 #[derive(Clone, Copy, Debug)]
 struct Transfer {
     pointer: u32,
@@ -51,8 +52,8 @@ struct Transfer {
 }
 
 impl Settings {
-    /// As after a reset; `modelled_configuration` are the bits of CONFIG that may be set, `easy_dma` is
-    /// [`RXD`] or [`TXD`].
+    /// Creates the settings after a reset. `modelled_configuration` has the bits of CONFIG that may be
+    /// set; `easy_dma` is [`RXD`] or [`TXD`].
     fn new(modelled_configuration: u32, easy_dma: u32) -> Self {
         Self {
             modelled_configuration,
@@ -85,8 +86,8 @@ impl Settings {
         }
     }
 
-    /// Cycles of a bit. The "actual rates" that the section lists beside the values of BAUDRATE are
-    /// those of whole cycles of 16 MHz: 115 108 baud for 0x01D60000.
+    /// Returns the cycles of a bit, always whole cycles of 16 MHz. The section's "actual rates" for the
+    /// values of BAUDRATE show this: 115 108 baud for 0x01D60000.
     fn bit(&self) -> u64 {
         let cycles_of_16_mhz = (1 << 32) / u64::from(self.registers.baud);
         cycles_of_16_mhz.max(1) * (MICROSECOND / 16)

@@ -1,10 +1,11 @@
 //! UARTE0's receiver.
 //!
-//! EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX,
-//! stopping and flushing, and all four causes of ERROR. The transmitter is not modelled: its registers
-//! are refused, except PSEL of unused pins.
+//! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX,
+//! stopping and flushing, and all four causes of ERROR. The transmitter is not modelled. Its registers are
+//! refused, except PSEL of unused pins.
 //!
-//! Where the specification is silent or doubted, [`Assumptions`](crate::Assumptions) says what is assumed.
+//! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
+//! selects the behaviour.
 
 use std::collections::VecDeque;
 
@@ -31,7 +32,7 @@ const PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
 
-/// Character times from STOPRX to RXTO: up to four more bytes are received, then it times out.
+/// Character times from STOPRX to RXTO. The receiver takes up to four more bytes in this time.
 const STOP_AFTER: u64 = 5;
 
 #[derive(Clone, Debug)]
@@ -40,18 +41,18 @@ pub(crate) struct Reception {
     error_source: u32,
     sampler: Sampler,
     transfer: Option<Transfer>,
-    /// Bytes, and from when on EasyDMA may take them.
+    /// Bytes, each with the instant from which EasyDMA may take it.
     fifo: VecDeque<(u64, u8)>,
-    /// When the RXDRDY that is still to come does.
+    /// The instant of the pending RXDRDY.
     ready_at: Option<u64>,
     stops_at: Option<u64>,
-    /// When the RXSTARTED that is still to come does.
+    /// The instant of the pending RXSTARTED.
     started_at: Option<u64>,
-    /// When ENDRX comes again.
+    /// The instant at which a doubled ENDRX comes again.
     again_at: Option<u64>,
 }
 
-/// The instant at which the receiver acts by itself, if it will, and the action.
+/// An action of the receiver, and the instant at which it takes place, if it is pending.
 type Deadline = (Option<u64>, fn(&mut Reception, &mut Context));
 
 impl Reception {
@@ -115,8 +116,8 @@ impl Reception {
         Ok(())
     }
 
-    /// After RXTO: what is left in the FIFO goes to RXD.PTR. AMOUNT keeps its old value when nothing was
-    /// left, which drivers in the field work around.
+    /// Writes the bytes that are left in the FIFO after RXTO to RXD.PTR. If none is left, AMOUNT keeps its
+    /// old value; existing drivers work around this.
     fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
         if self.sampler.runs() {
             return Err(Refusal::misused(
@@ -134,7 +135,7 @@ impl Reception {
         Ok(())
     }
 
-    /// Returns the pending actions. Of several that are due, the first in this list is done first.
+    /// Returns the pending actions. If several are due, the first in this list is done first.
     fn deadlines(&self, line: &Line) -> [Deadline; 6] {
         let stores = self.transfer.is_some() && self.started_at.is_none();
         let byte = self.fifo.front().filter(|_| stores);
@@ -148,14 +149,14 @@ impl Reception {
         ]
     }
 
-    /// The RXSTARTED that is still to come, if any, comes now.
+    /// Raises the pending RXSTARTED now, if there is one.
     fn overdue_started(&mut self, context: &mut Context) {
         if self.started_at.take().is_some() {
             context.raise(RXSTARTED);
         }
     }
 
-    /// Lets RXDRDY come, now or after its lag.
+    /// Raises RXDRDY, now or after its lag.
     fn ready(&mut self, context: &mut Context) {
         self.overdue_ready(context);
         self.ready_at = Some(context.now + context.assumptions.ready_lag);
@@ -164,7 +165,7 @@ impl Reception {
         }
     }
 
-    /// The RXDRDY that is still to come, if any, comes now.
+    /// Raises the pending RXDRDY now, if there is one.
     fn overdue_ready(&mut self, context: &mut Context) {
         if self.ready_at.take().is_some() && !lost(&mut context.assumptions.lost_ready) {
             context.raise(RXDRDY);
@@ -188,7 +189,7 @@ impl Reception {
         context.raise(ERROR);
     }
 
-    /// Lets the sampler do what is due.
+    /// Lets the sampler act, and handles the byte or error that it finds.
     fn listen(&mut self, context: &mut Context) {
         let due = self.sampler.next(&context.line);
         let was_between = self.sampler.is_between();
@@ -240,7 +241,7 @@ impl Reception {
         }
     }
 
-    /// Moves one byte from the FIFO to RAM, if there is one and room for it.
+    /// Moves one byte from the FIFO to RAM, if the FIFO has one and a transfer is open.
     fn transfer_byte(&mut self, context: &mut Context) {
         let Some(mut transfer) = self.transfer else {
             return;
@@ -279,8 +280,8 @@ impl Reception {
         context.raise(ENDRX);
     }
 
-    /// RXTO. What is in the FIFO goes into the open transfer as far as there is room, and the
-    /// transfer ends, full or not.
+    /// Stops the receiver and raises RXTO. First moves bytes from the FIFO into the open transfer while
+    /// there is room, and ends the transfer, full or not.
     fn stopped(&mut self, context: &mut Context) {
         while self.transfer.is_some() && !self.fifo.is_empty() {
             self.transfer_byte(context);
@@ -295,7 +296,8 @@ impl Reception {
     }
 }
 
-/// Whether one of those that are lost is lost.
+/// Returns whether an event is lost or doubled. `count` is the number of events that still will be, and is
+/// counted down; [`u32::MAX`] means every event.
 fn lost(count: &mut u32) -> bool {
     let lost = *count > 0;
     if *count < u32::MAX {
@@ -306,7 +308,7 @@ fn lost(count: &mut u32) -> bool {
 
 impl Peripheral for Reception {
     fn common(&self) -> Common {
-        // The transmitter's, which never come, are cleared by drivers nevertheless.
+        // The transmitter's events never come, but drivers clear them.
         let events = [RXDRDY, ENDRX, ENDTX, ERROR, RXTO, RXSTARTED, TXSTARTED];
         let shorts = [(1 << 5, ENDRX, STARTRX), (1 << 6, ENDRX, STOPRX)];
         Common::new("UARTE0", &events, &shorts)

@@ -1,20 +1,20 @@
 //! Samples the line bit by bit, and turns its levels into bytes and errors.
 //!
-//! The product specification (section "UARTE", "Reception" and "Error conditions") says what the
-//! errors are, not how the line is sampled. The model does what is usual: the start bit's edge is
-//! seen with a sixteenth of a bit's resolution, each bit is sampled once, in its middle by the
-//! receiver's own clock, and a start bit that is high in its middle is none.
+//! The product specification (section "UARTE", "Reception" and "Error conditions") defines the
+//! errors, but not how the line is sampled. The model samples as UARTs usually do. It sees the
+//! start bit's edge with a resolution of a sixteenth of a bit. It samples each bit once, in its
+//! middle by the receiver's own clock. A start bit that is high in its middle is ignored as noise.
 
 use crate::line::Line;
 
 /// A byte or an error that the sampler found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
-    /// A byte; the stop bit was high.
+    /// A byte whose stop bit was high.
     Byte { byte: u8, parity_error: bool },
-    /// No stop bit.
+    /// A character without a stop bit.
     FramingError,
-    /// Low for longer than a whole character; a framing error came before it.
+    /// The line was low for longer than a whole character. A framing error came before.
     Break,
 }
 
@@ -22,11 +22,11 @@ pub(super) enum Heard {
 enum State {
     #[default]
     Off,
-    /// Looks for a low level, from that instant on.
+    /// Looks for a low level from the instant `since` on.
     Hunting { since: u64 },
-    /// A character whose start bit was seen then.
+    /// Receives a character whose start bit began at `start`.
     Character { start: u64 },
-    /// No stop bit was found: waits for the line to be high.
+    /// Found no stop bit, and waits for a high level.
     Low { break_at: Option<u64>, since: u64 },
 }
 
@@ -39,12 +39,12 @@ pub(super) struct Sampler {
 }
 
 impl Sampler {
-    /// `bit`: cycles of a bit.
+    /// Starts sampling at `now`, with `bit` cycles per bit.
     pub(super) fn start(&mut self, now: u64, bit: u64, parity: bool) {
         self.bit = bit;
         self.parity = parity;
-        // A line that is low when the receiver starts counts as a start bit: that is the framing
-        // error and break which a floating RX pin gives at once.
+        // A line that is low when the receiver starts counts as a start bit. This is why a floating
+        // RX pin causes a framing error and a break at once.
         self.state = State::Hunting { since: now };
     }
 
@@ -56,22 +56,22 @@ impl Sampler {
         !matches!(self.state, State::Off)
     }
 
-    /// Whether it looks for a start bit.
+    /// Returns whether the sampler looks for a start bit.
     pub(super) fn is_between(&self) -> bool {
         matches!(self.state, State::Hunting { .. })
     }
 
-    /// Bits up to and including the stop bit.
+    /// Returns the number of bits up to and including the stop bit.
     fn bits(&self) -> u64 {
         10 + u64::from(self.parity)
     }
 
-    /// The middle of a bit; bit 0 is the start bit.
+    /// Returns the middle of a bit. Bit 0 is the start bit.
     fn middle(&self, start: u64, bit: u64) -> u64 {
         start + self.bit * bit + self.bit / 2
     }
 
-    /// When it has something to do.
+    /// Returns the next instant at which the sampler must act.
     pub(super) fn next(&self, line: &Line) -> Option<u64> {
         match self.state {
             State::Off => None,
@@ -84,13 +84,14 @@ impl Sampler {
         }
     }
 
-    /// Does what is due at `at`, the instant that [`Sampler::next`] said.
+    /// Acts at `at`, the instant that [`Sampler::next`] returned.
     pub(super) fn advance(&mut self, at: u64, line: &mut Line) -> Option<Heard> {
         match self.state {
             State::Off => None,
             State::Hunting { .. } => {
                 line.forget_before(at);
-                // Its clock runs all the time: the edge is seen at the next sixteenth of a bit.
+                // The sampling clock always runs, so the edge is seen at the next sixteenth of a
+                // bit.
                 let start = at.next_multiple_of((self.bit / 16).max(1));
                 self.state = State::Character { start };
                 None
@@ -113,7 +114,8 @@ impl Sampler {
     fn end_of_character(&mut self, start: u64, now: u64, line: &Line) -> Option<Heard> {
         let sample = |bit| line.level_at(self.middle(start, bit));
         if sample(0) {
-            // Noise, no start bit: from there on it looked for another.
+            // This was noise, no start bit. The sampler has looked for the next start bit from here
+            // on.
             let since = self.middle(start, 0);
             self.state = State::Hunting { since };
             return None;
@@ -125,7 +127,7 @@ impl Sampler {
             self.state = State::Hunting { since: now };
             return Some(Heard::Byte { byte, parity_error });
         }
-        // The line has been low since then, or since the character began.
+        // The line has been low since its last change, or since the character began.
         let low_since = line
             .change_before(now)
             .map_or(start, |change| change.max(start));

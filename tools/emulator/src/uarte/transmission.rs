@@ -1,6 +1,6 @@
 //! UARTE1's transmitter, for firmware whose TX pin is wired to UARTE0's RX pin.
 //!
-//! Each byte is fetched by EasyDMA when its start bit begins; TXDRDY comes at the end of its last
+//! EasyDMA fetches each byte when its start bit begins. TXDRDY comes at the end of the byte's last
 //! stop bit, and ENDTX with the last TXDRDY.
 
 use super::{CONFIG_PARITY, CONFIG_TWO_STOP_BITS, ENABLE, Settings, TXD, Transfer};
@@ -54,7 +54,8 @@ impl Transmission {
         context.memory.dma_read(address, &mut byte)?;
         let [byte] = byte;
         let (bit, parity) = (self.settings.bit(), u64::from(self.settings.has_parity()));
-        // Start bit, byte, parity bit if any; the line is high where it is not made low.
+        // The start bit, the byte, and the parity bit if any. The line is high unless a bit pulls it
+        // low.
         let character = u32::from(byte) << 1 | (byte.count_ones() & 1) << 9;
         let [_, txd, ..] = self.settings.registers.pins;
         if context.loopback_pin == Some(txd) {
@@ -105,7 +106,7 @@ impl Peripheral for Transmission {
         self.sending.map(|(_, ends_at)| ends_at)
     }
 
-    /// A byte is over. "If the ENDTX event has not already been generated when the UARTE transmitter
+    /// Ends a byte. "If the ENDTX event has not already been generated when the UARTE transmitter
     /// has come to a stop, the UARTE will generate the ENDTX event explicitly."
     fn advance(&mut self, context: &mut Context) {
         let Some((mut transfer, _)) = self.sending.take() else {

@@ -1,10 +1,10 @@
-//! What the chip may do, one behaviour at a time.
+//! Tests of each single assumption about the chip.
 
 use crate::board::ticking;
 use crate::registers::*;
 use nrf52840_emulator::{Assumptions, Board, LineSymbol, MICROSECOND, MILLISECOND, RAM_START};
 
-/// A byte at 1 Mbaud.
+/// The cycles of a byte at 1 Mbaud.
 const BYTE: u64 = 10 * MICROSECOND;
 const TIMER1: u32 = 0x4000_9000;
 const COUNT: u32 = TIMER1 + 0x008;
@@ -17,7 +17,7 @@ fn assuming(size: u32, change: impl FnOnce(&mut Assumptions)) -> Board {
     let mut assumptions = Assumptions::default();
     change(&mut assumptions);
     board.assume(assumptions);
-    // TIMER1 counts RXDRDY in CC[0]; CC[1] is what it was at ENDRX.
+    // TIMER1 counts RXDRDY. CC[0] has the current count, CC[1] the count at ENDRX.
     board.set(TIMER1 + 0x504, 1);
     board.set(TIMER1, 1);
     let channels = [(RXDRDY, COUNT), (RXDRDY, CAPTURE), (ENDRX, CAPTURE + 4)];
@@ -29,7 +29,7 @@ fn assuming(size: u32, change: impl FnOnce(&mut Assumptions)) -> Board {
     board
 }
 
-/// RXDRDY so far.
+/// Returns the number of RXDRDY so far.
 fn ready(board: &mut Board) -> u32 {
     board.set(CAPTURE, 1);
     board.get(CC)
@@ -55,7 +55,11 @@ fn a_late_rxdrdy_comes_before_the_next_byte() {
     assert_eq!(ready(&mut board), 2);
     let end = board.send_symbols(&[LineSymbol::BadStop(b'd')]);
     board.run_until(end).unwrap();
-    assert_eq!(ready(&mut board), 3, "or what is no byte");
+    assert_eq!(
+        ready(&mut board),
+        3,
+        "and before a character without a stop bit"
+    );
     board.send(b"e");
     board.wait(2 * BYTE);
     board.set(STOPRX, 1);
@@ -109,7 +113,7 @@ fn rxdrdy_may_be_lost_or_doubled() {
         assert_eq!(
             board.bytes(BUFFER, 5),
             b"abcde",
-            "they are stored all the same"
+            "the bytes are stored nevertheless"
         );
     }
 }
@@ -124,7 +128,7 @@ fn endrx_may_be_lost() {
         assert_eq!(board.bytes(BUFFER, 1), b"a");
         board.set(STARTRX, 1);
         board.wait(2 * BYTE);
-        assert!(board.take_event(ENDRX), "only one");
+        assert!(board.take_event(ENDRX), "only one ENDRX is lost");
         assert_eq!(board.bytes(BUFFER, 1), b"b");
     }
 }
@@ -256,7 +260,7 @@ fn endrx_may_come_again_for_the_next_transfer() {
 fn a_task_that_is_triggered_twice_at_once_may_act_once() {
     for (once, count) in [(false, 2), (true, 1)] {
         let mut board = assuming(8, |a| a.twice_is_once = once);
-        // A second channel from RXDRDY to the same task.
+        // A second channel leads from RXDRDY to the same task.
         board.set(PPI + 0x510 + 8 * 3, RXDRDY);
         board.set(PPI + 0x514 + 8 * 3, COUNT);
         board.set(PPI + 0x504, 1 << 3);
@@ -276,7 +280,7 @@ fn the_fifo_may_hold_five() {
     }
 }
 
-/// Starts the cycle counter, and copies it to RAM for ever.
+/// Returns a board whose firmware starts the cycle counter and copies it to RAM forever.
 fn copies_the_cycle_counter() -> Board {
     let mut main = [store(0xE000_EDFC, 1 << 24), store(0xE000_1000, 1)].concat();
     main.extend(load(0, 0xE000_1004));

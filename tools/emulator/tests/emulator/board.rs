@@ -1,4 +1,4 @@
-//! The board's hooks, with programs of a few instructions.
+//! Tests of the board's functions, with programs of a few instructions.
 
 use crate::registers::*;
 use nrf52840_emulator::{
@@ -12,12 +12,12 @@ const NVIC_ISER0: u32 = 0xE000_E100;
 /// TIMER0 is interrupt 8.
 const TIMER0_EXCEPTION: u16 = 16 + 8;
 
-/// Enables TIMER0's interrupt and sleeps for ever.
+/// Enables TIMER0's interrupt and sleeps forever.
 fn sleep_until_timer0() -> Vec<u16> {
     [&store(NVIC_ISER0, 1 << 8)[..], &SLEEP].concat()
 }
 
-/// Sleeps between the ticks.
+/// Returns a board whose firmware sleeps between the ticks of TIMER0.
 pub(crate) fn ticking() -> Board {
     ticking_in(&sleep_until_timer0())
 }
@@ -31,7 +31,8 @@ fn variable(name: &str, address: u32, size: u32) -> Symbol {
     }
 }
 
-/// Handler: clears COMPARE[0], counts in RAM.
+/// Returns a board with TIMER0 ticking every 100 us. Its handler clears COMPARE[0] and counts in
+/// RAM.
 fn ticking_in(main: &[u16]) -> Board {
     let mut handler = load(0, COMPARE0).to_vec();
     handler.push(0x2100); // movs r1, #0
@@ -71,16 +72,16 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
     assert_eq!(activations.len(), 10);
     for activation in activations {
         assert_eq!(activation.exception, TIMER0_EXCEPTION);
-        // Two loads of a constant are two instructions each.
+        // Two constants are loaded, with two instructions each.
         assert_eq!(activation.instructions, 10);
-        // Ten instructions, three of them with a data access; entry 12 and return 10, and the eight
-        // words that are stacked and unstacked are accesses too.
+        // Ten instructions, three of them with a data access. Entry takes 12 cycles and return 10,
+        // and stacking and unstacking eight words takes 8 more each.
         assert_eq!(activation.cycles, 10 + 3 + (12 + 8) + (10 + 8));
     }
     assert_eq!(activations[1].at - activations[0].at, 100 * MICROSECOND);
 }
 
-/// What a condition skips stays skipped where an interrupt comes between.
+/// Instructions that an IT block skips stay skipped if an interrupt comes between them.
 #[test]
 fn an_interrupt_in_an_it_block_changes_nothing() {
     let mut main = store(NVIC_ISER0, 1 << 8);
@@ -138,7 +139,7 @@ fn a_core_that_is_held_off_runs_its_handler_late() {
         .iter()
         .map(|c| (c.at - began) / MICROSECOND)
         .collect();
-    // The ticks at 400 and 500 us are one, when the core is given back at 550.
+    // The ticks at 400 and 500 us become one, when the core runs again at 550.
     assert_eq!(at, [100, 200, 300, 550, 600, 700, 800, 900, 1_000]);
 }
 
@@ -175,7 +176,7 @@ fn a_stuck_main_loop_still_takes_interrupts_and_never_sleeps() {
     board.wait(150 * MICROSECOND);
     board.stick_main_loop().unwrap();
     let before = board.word("TICKS").unwrap();
-    // Up to the next interrupt the core may still be in its last sleep.
+    // The core may still be in its last sleep until the next interrupt.
     board.wait(100 * MICROSECOND);
     let slept = board.slept();
     board.wait(MILLISECOND);
@@ -191,11 +192,11 @@ fn a_reset_starts_the_program_again() {
     board.reset();
     board.wait(10 * MILLISECOND);
     assert_eq!(board.trace().resets[0].cause, ResetCause::Pin);
-    // RAM is as it was; the timer stands still, since nobody has started it again.
+    // RAM keeps its contents. The timer stands still, because nobody has started it again.
     assert_eq!(board.word("TICKS").unwrap(), 1);
 }
 
-/// TIMER0's handler asks for a soft reset.
+/// Returns a board whose TIMER0 handler requests a soft reset.
 fn resets_itself() -> Board {
     let mut handler = store(0xE000_ED0C, 0x05FA_0004);
     handler.push(0xE7FE); // b .
@@ -224,7 +225,7 @@ fn a_soft_reset_stops_the_timers_and_leaves_the_watchdog_running() {
     assert_eq!(board.get(0x4000_0400), 0b110, "the causes add up");
 }
 
-/// The sender at the other end does not notice that the chip was reset.
+/// The sender at the other end is not affected by a reset of the chip.
 #[test]
 fn a_reset_leaves_the_line_as_it_is() {
     let mut board = receiving(8);
@@ -282,7 +283,7 @@ fn flash_is_not_written_by_accident() {
     assert!(matches!(error, Error::Fault { bfar: 0x100, .. }), "{error}");
 }
 
-/// RTT as a debug probe reads it.
+/// The test prepares RTT's control block and reads it like a debug probe.
 #[test]
 fn rtt_is_read_across_the_end_of_its_buffer() {
     let (block, buffer) = (RAM_START + 0x1000, RAM_START + 0x2000);

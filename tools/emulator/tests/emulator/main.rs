@@ -1,4 +1,4 @@
-//! The board's hooks, its peripherals register by register, and the runner's command line.
+//! Tests of the board's functions, the peripherals' registers, and the runner's command line.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod assumptions;

@@ -1,4 +1,4 @@
-//! UICR, NVMC, and the debug port's protection.
+//! Tests of UICR, NVMC, and the debug port's protection.
 
 use crate::registers::*;
 use nrf52840_emulator::{Board, Error, Refusal};
@@ -29,7 +29,11 @@ fn uicr_is_written_as_flash_is_and_survives_a_reset() {
     write_uicr(&mut board, UICR_PSELRESET + 4, 0xFFFF_FFF0);
     board.reset();
     assert_eq!(board.get(UICR_PSELRESET), 18);
-    assert_eq!(board.get(UICR_PSELRESET + 4), 0xFFFF_FF00, "1 to 0 only");
+    assert_eq!(
+        board.get(UICR_PSELRESET + 4),
+        0xFFFF_FF00,
+        "writing changes bits from 1 to 0 only"
+    );
 }
 
 #[test]
@@ -65,7 +69,7 @@ fn the_debug_port_opens_if_uicr_and_the_firmware_both_say_so_after_a_reset() {
     board.set(DISABLE, UNPROTECTED);
     assert!(!board.debug_port_is_open(), "UICR is erased");
     write_uicr(&mut board, UICR_APPROTECT, UNPROTECTED);
-    assert!(!board.debug_port_is_open(), "it counts from a reset on");
+    assert!(!board.debug_port_is_open(), "UICR takes effect at a reset");
     board.reset();
     assert!(!board.debug_port_is_open(), "each reset closes it");
     board.set(DISABLE, UNPROTECTED);

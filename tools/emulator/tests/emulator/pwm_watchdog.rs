@@ -1,4 +1,4 @@
-//! PWM0, the watchdog, the pins and the clock, register by register.
+//! Tests of PWM0, the watchdog, the pins and the clock, register by register.
 
 use crate::registers::*;
 use nrf52840_emulator::{Assumptions, Board, MICROSECOND, MILLISECOND, Period, ResetCause};
@@ -21,7 +21,8 @@ const PSEL_OUT0: u32 = PWM + 0x560;
 const WDT: u32 = 0x4001_0000;
 const RESETREAS: u32 = 0x4000_0400;
 
-/// High for that many counts, then low: with the polarity bit.
+/// Returns a value, with the polarity bit, for a pulse that is high for `counts` counts and then
+/// low.
 fn pulse(counts: u16) -> u16 {
     counts + 0x8000
 }
@@ -34,7 +35,8 @@ fn write_values(board: &mut Board, values: &[u16]) {
     board.patch(BUFFER, &bytes).unwrap();
 }
 
-/// Servo pulses: counts are microseconds, 20 ms, three channels on pins.
+/// Returns a board with PWM0 set up for servo pulses: it counts microseconds, a period is 20 ms,
+/// and three channels are on pins.
 fn servos(values: &[u16]) -> Board {
     let mut board = asleep();
     write_values(&mut board, values);
@@ -64,7 +66,7 @@ fn pulses_are_as_wide_as_the_values_say() {
     let mut board = servos(&[pulse(1_000), pulse(1_498), pulse(2_000), 0]);
     board.set(SEQSTART0, 1);
     board.wait(45 * MILLISECOND);
-    // A step goes on until something else is started; the fourth channel goes to no pin.
+    // A step is repeated until another sequence starts. The fourth channel has no pin.
     let pulses = [Some(1_000), Some(1_498), Some(2_000), None];
     assert_eq!(widths(&mut board), [pulses; 3]);
     let periods = &board.trace().pwm_periods;
@@ -140,7 +142,7 @@ fn a_loop_is_refused() {
     assert!(board.set_register(LOOP, 1).is_err());
 }
 
-/// 3277 cycles of 32.768 kHz: 100 ms.
+/// Returns a board whose watchdog times out after 3277 cycles of 32.768 kHz, 100 ms.
 fn watched() -> Board {
     let mut board = asleep();
     board.set(WDT + 0x504, 3_276);
@@ -160,7 +162,7 @@ fn the_watchdog_bites_when_it_is_not_fed_and_says_why() {
         panic!("{:?}", board.trace().resets)
     };
     assert_eq!(reset.cause, ResetCause::Watchdog);
-    // (3276 + 1) / 32768 s, and two cycles from TIMEOUT to the reset.
+    // TIMEOUT comes after (3276 + 1) / 32768 s, and the reset two cycles later.
     let expected = 3_279 * 64_000_000 / 32_768;
     assert!(
         (reset.at - began).abs_diff(expected) < 64,
@@ -168,7 +170,7 @@ fn the_watchdog_bites_when_it_is_not_fed_and_says_why() {
         reset.at - began
     );
     assert_eq!(board.get(RESETREAS), 2);
-    assert_eq!(board.pins().outputs, [0, 0], "the pins are let go");
+    assert_eq!(board.pins().outputs, [0, 0], "the pins are inputs again");
     board.set(RESETREAS, 2);
     assert_eq!(board.get(RESETREAS), 0);
 }
@@ -246,7 +248,7 @@ fn the_crystal_takes_its_time() {
     assert!(board.take_event(0x4000_0100));
 }
 
-/// SEQSTART in the middle of a pulse.
+/// SEQSTART comes in the middle of a pulse.
 #[test]
 fn seqstart_may_cut_the_period() {
     for cuts in [false, true] {
@@ -267,7 +269,7 @@ fn seqstart_may_cut_the_period() {
     }
 }
 
-/// It says as little as power-on, and RAM is as it was.
+/// RESETREAS shows no cause, as after power-on, and RAM keeps its contents.
 #[test]
 fn a_brown_out_has_no_cause() {
     let mut board = asleep();

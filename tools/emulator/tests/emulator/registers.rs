@@ -1,5 +1,5 @@
-//! Boards with firmware of a few instructions, and their registers, which a test can use itself while the
-//! firmware sleeps.
+//! Boards with firmware of a few instructions. Tests can use the registers themselves while the firmware
+//! sleeps.
 
 use nrf52840_emulator::{Board, Image, RAM_START, Symbol};
 
@@ -30,10 +30,11 @@ pub(crate) const BREAK: u32 = 8;
 pub(crate) const BAUD_115200: u32 = 0x01D6_0000;
 pub(crate) const BAUD_1M: u32 = 0x1000_0000;
 
-/// Where tests receive to.
+/// The buffer into which tests receive.
 pub(crate) const BUFFER: u32 = RAM_START + 0x100;
 
-/// Machine code: stack pointer, reset vector, sixteen and more vectors to `handler`, then code.
+/// Returns machine code: the stack pointer, the reset vector, all other vectors with the address of
+/// `handler`, then the code.
 pub(crate) fn program(main: &[u16], handler: &[u16]) -> Vec<u8> {
     const VECTORS: u32 = 64;
     let main_at = 4 * VECTORS;
@@ -55,7 +56,7 @@ pub(crate) const RETURN: u16 = 0x4770;
 /// `wfi; b .-2`
 pub(crate) const SLEEP: [u16; 2] = [0xBF30, 0xE7FD];
 
-/// `movw` and `movt`: a constant in a register.
+/// Returns `movw` and `movt`, which load a constant into a register.
 pub(crate) fn load(register: u16, value: u32) -> [u16; 4] {
     let half = |opcode: u16, imm: u32| {
         let imm = u16::try_from(imm & 0xFFFF).unwrap();
@@ -67,29 +68,29 @@ pub(crate) fn load(register: u16, value: u32) -> [u16; 4] {
     [a, b, c, d]
 }
 
-/// Stores a word, and leaves its address in r0, the word in r1.
+/// Returns code that stores a word. It leaves the address in r0 and the word in r1.
 pub(crate) fn store(address: u32, value: u32) -> Vec<u16> {
     // str r1, [r0]
     [&load(0, address)[..], &load(1, value), &[0x6001]].concat()
 }
 
-/// A board at power-on with this main loop, and one handler for all exceptions.
+/// Returns a board at power-on with this main loop, and one handler for all exceptions.
 pub(crate) fn board_of(main: &[u16], handler: &[u16]) -> Board {
     board_with(main, handler, Vec::new())
 }
 
-/// The same with symbols.
+/// Like [`board_of`], with symbols.
 pub(crate) fn board_with(main: &[u16], handler: &[u16], symbols: Vec<Symbol>) -> Board {
     Board::new(Image::of_code(program(main, handler), symbols)).unwrap()
 }
 
-/// The same after its first instructions.
+/// Runs the board's first instructions.
 pub(crate) fn booted(mut board: Board) -> Board {
     board.run_for(100).unwrap();
     board
 }
 
-/// Firmware that only sleeps.
+/// Returns a board whose firmware only sleeps.
 pub(crate) fn asleep() -> Board {
     booted(board_of(&SLEEP, &[RETURN]))
 }
@@ -137,12 +138,13 @@ impl Registers for Board {
     }
 }
 
-/// A board that receives at 1 Mbaud into [`BUFFER`].
+/// Returns a board that receives at 1 Mbaud into [`BUFFER`].
 pub(crate) fn receiving(size: u32) -> Board {
     receiving_at(BAUD_1M, 1_000_000_000, size)
 }
 
-/// The same with another rate of the receiver (register) and the sender (thousandths of a baud).
+/// Like [`receiving`], with other rates: BAUDRATE for the receiver, thousandths of a baud for the
+/// sender.
 pub(crate) fn receiving_at(register: u32, millibaud: u64, size: u32) -> Board {
     let mut board = asleep();
     board.line(|line| line.set_millibaud(millibaud));
@@ -150,12 +152,12 @@ pub(crate) fn receiving_at(register: u32, millibaud: u64, size: u32) -> Board {
     board
 }
 
-/// What firmware does after each reset.
+/// Sets up reception, as firmware does after each reset.
 pub(crate) fn start_receiving(board: &mut Board, baud: u32, size: u32) {
     start_receiving_from(8, board, baud, size);
 }
 
-/// The same, with RXD on another pin.
+/// Like [`start_receiving`], with RXD on another pin.
 pub(crate) fn start_receiving_from(pin: u32, board: &mut Board, baud: u32, size: u32) {
     board.set_all(&[
         (PSEL_RXD, pin),

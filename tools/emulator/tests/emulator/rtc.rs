@@ -1,4 +1,4 @@
-//! RTC1: its counter, what it raises, and when.
+//! Tests of RTC1: its counter and its events.
 
 use crate::registers::*;
 use nrf52840_emulator::{Board, CYCLES_PER_SECOND, MILLISECOND};
@@ -54,7 +54,7 @@ fn a_compare_comes_when_the_count_becomes_its_value_if_its_interrupt_is_enabled(
     assert!(!board.take_event(COMPARE0));
     board.run_until(start + count(200)).unwrap();
     assert!(board.take_event(COMPARE0));
-    // What it already has, it does not become.
+    // The count already has this value, so no event comes.
     board.set(CC0, 200);
     board.wait(MILLISECOND);
     assert!(!board.take_event(COMPARE0));
@@ -71,7 +71,7 @@ fn it_overflows_behind_24_bits() {
     assert_eq!(board.get(COUNTER), 32);
 }
 
-/// Drivers wait for it before they use the RTC.
+/// Drivers wait for this event before they use the RTC.
 #[test]
 fn the_low_frequency_clock_starts() {
     const LFCLKSTART: u32 = 0x4000_0008;

@@ -1,16 +1,16 @@
-//! The runner's command line, with a program of a few instructions as firmware.
+//! Tests of the runner's command line, with firmware of a few instructions.
 
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
 use crate::registers::*;
 
-/// An ELF with that code at address 0, and nothing else: header, one program header, code.
+/// Returns a minimal ELF with this code at address 0: header, one program header, code.
 fn elf(code: &[u8]) -> Vec<u8> {
     let size = u32::try_from(code.len()).unwrap();
     let mut elf = b"\x7FELF\x01\x01\x01".to_vec();
     elf.resize(16, 0);
-    // Executable, Arm, version 1, entry, program headers behind this header, no sections.
+    // Executable, Arm, version 1, entry, program headers after this header, no sections.
     elf.extend([2, 0, 40, 0]);
     for word in [1, 0x101, 52, 0, 0x0500_0000] {
         elf.extend(u32::to_le_bytes(word));
@@ -25,14 +25,14 @@ fn elf(code: &[u8]) -> Vec<u8> {
     elf
 }
 
-/// Lights LED1 (P0.13 as an output, which is low) and sleeps.
+/// Returns an ELF that lights LED1 (P0.13 as an output, which is low) and sleeps.
 fn lights_led_1() -> Vec<u8> {
     // ldr r0, [pc, #8]; ldr r1, [pc, #12]; str r1, [r0]; wfi; b .-2; nop; the two words
     let code = [0x4802, 0x4903, 0x6001, 0xBF30, 0xE7FD, 0xBF00];
     elf_of(&code, &[0x5000_0518, 1 << 13])
 }
 
-/// An ELF with this main loop, followed by constants.
+/// Returns an ELF with this main loop, followed by constants.
 fn elf_of(code: &[u16], words: &[u32]) -> Vec<u8> {
     #[allow(clippy::cast_possible_truncation, reason = "the two halves")]
     let halves = words.iter().flat_map(|w| [*w as u16, (*w >> 16) as u16]);
@@ -40,7 +40,7 @@ fn elf_of(code: &[u16], words: &[u32]) -> Vec<u8> {
     elf(&program(&main, &[RETURN]))
 }
 
-/// A file in the folder for tests.
+/// Writes a file into the folder for tests, and returns its path.
 fn file(name: &str, content: &[u8]) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, content).unwrap();
@@ -108,7 +108,7 @@ fn what_is_no_probability_is_refused() {
     assert!(text(&output.stderr).contains("a probability is 0 to 1"));
 }
 
-/// Lights LED1 when seven bytes have come.
+/// Returns an ELF that lights LED1 when seven bytes have arrived.
 fn lights_led_1_after_seven_bytes() -> Vec<u8> {
     // ldr r4, =table; 1: ldmia r4!, {r0, r1}; cmp r0, #0; beq 2f; str r1, [r0]; b 1b
     // 2: ldr r0, =ENDRX; 3: ldr r1, [r0]; cmp r1, #0; beq 3b
@@ -131,13 +131,13 @@ fn lights_led_1_after_seven_bytes() -> Vec<u8> {
     elf_of(&code, words.as_flattened())
 }
 
-/// A file is sent as fast as the emulation goes, and a second later it ends by itself.
+/// A file is sent as fast as the emulation runs. The run ends a second after the file.
 #[test]
 fn a_file_is_sent_at_the_lines_rate() {
     let bytes = file("bytes", b"seven b");
     let image = lights_led_1_after_seven_bytes();
     let output = emulate("file.elf", &image, &["--input", bytes.to_str().unwrap()]);
-    // 5 ms to boot, and seven bytes at 115200 baud, up to the middle of the last stop bit.
+    // 5 ms to boot, plus seven bytes at 115200 baud up to the middle of the last stop bit.
     assert_eq!(text(&output.stdout), "       5.604 ms  lit       LED1\n");
     assert!(text(&output.stderr).contains("1005 ms emulated: 7 bytes sent, 0 faults"));
 }
@@ -154,7 +154,7 @@ fn bytes_without_a_stop_bit_are_not_received() {
     assert!(text(&output.stderr).contains("7 bytes sent, 21 faults"));
 }
 
-/// Standard input is read as it comes, so that a sender in real time can feed it.
+/// Standard input is read as it arrives, so that a sender in real time can feed it.
 #[test]
 fn standard_input_is_read_before_it_ends() {
     use std::io::{BufRead, BufReader, Write};
@@ -172,8 +172,8 @@ fn standard_input_is_read_before_it_ends() {
     assert!(child.wait().unwrap().success(), "it ends with its input");
 }
 
-/// The board listens at a pseudo-terminal, whose name is printed first; bytes that mean something to a
-/// terminal arrive like all others; Ctrl-C (SIGINT) ends it.
+/// The board listens on a pseudo-terminal, whose name is printed first. Bytes that are control
+/// characters for a terminal arrive like all others. Ctrl-C (SIGINT) ends the run.
 #[cfg(unix)]
 #[test]
 fn it_listens_at_a_pseudo_terminal() {
@@ -191,7 +191,7 @@ fn it_listens_at_a_pseudo_terminal() {
             break rest.split(';').next().unwrap().to_owned();
         }
     };
-    // Two writers, one after the other.
+    // Two writers write one after the other.
     for bytes in [b"AB\x03\x04".as_slice(), b"\x11\x13\r"] {
         let mut port = std::fs::OpenOptions::new().write(true).open(&name).unwrap();
         port.write_all(bytes).unwrap();

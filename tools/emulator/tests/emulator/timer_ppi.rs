@@ -1,4 +1,4 @@
-//! TIMERs and PPI, register by register.
+//! Tests of the TIMERs and PPI, register by register.
 
 use crate::registers::*;
 use nrf52840_emulator::{Access, Board, Error, MICROSECOND, Refusal};
@@ -24,7 +24,7 @@ const CHANNEL_0: u32 = PPI + 0x510;
 const GROUP_0: u32 = PPI + 0x800;
 const FORK_0: u32 = PPI + 0x910;
 
-/// A timer of 32 bits that counts microseconds.
+/// Returns a board on which a timer of 32 bits counts microseconds.
 fn microseconds(timer: u32) -> Board {
     let mut board = asleep();
     board.set(timer + BITMODE, 3);
@@ -74,7 +74,8 @@ fn a_compare_comes_when_the_count_is_reached_and_once() {
     assert!(!board.take_event(TIMER1 + COMPARE + 4));
 }
 
-/// A compare value that has just gone by is reached a whole round later: drivers must see to that.
+/// A compare value that has just passed is reached only after the counter has wrapped. Drivers must
+/// handle that.
 #[test]
 fn a_compare_in_the_past_does_not_come() {
     let mut board = microseconds(TIMER1);
@@ -88,12 +89,12 @@ fn a_compare_in_the_past_does_not_come() {
 fn shorts_clear_and_stop_at_a_compare() {
     let mut board = microseconds(TIMER2);
     board.set(TIMER2 + CC, 30);
-    // COMPARE[0] clears, so it comes every 30 us.
+    // COMPARE[0] clears the timer, so it comes every 30 us.
     board.set(TIMER2 + SHORTS, 1);
     board.wait(75 * MICROSECOND);
     board.set(TIMER2 + CAPTURE + 4, 1);
     assert_eq!(board.get(TIMER2 + CC + 4), 15);
-    // And with STOP as well it stays at 0.
+    // With STOP as well, the count stays at 0.
     board.set(TIMER2 + SHORTS, 0x101);
     board.wait(75 * MICROSECOND);
     board.set(TIMER2 + CAPTURE + 4, 1);
@@ -124,7 +125,7 @@ fn a_counter_counts_tasks_not_time() {
     assert_eq!(count(&mut board, TIMER1), 2);
 }
 
-/// As the firmware counts bytes: RXDRDY counts TIMER1, and through the fork restarts TIMER2.
+/// The firmware counts bytes like this: RXDRDY advances TIMER1, and the fork restarts TIMER2.
 #[test]
 fn an_event_triggers_a_task_and_its_fork() {
     let mut board = receiving(8);

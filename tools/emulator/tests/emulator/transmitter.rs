@@ -1,4 +1,4 @@
-//! UARTE1's transmitter, wired to UARTE0.
+//! Tests of UARTE1's transmitter, wired to UARTE0.
 
 use crate::registers::*;
 use nrf52840_emulator::{Board, Error, MICROSECOND, RAM_START, Refusal};
@@ -21,12 +21,12 @@ const CONFIG: u32 = UARTE1 + 0x56C;
 
 const PIN: u32 = 33;
 const SOURCE: u32 = RAM_START + 0x800;
-/// A bit and a byte at 1 Mbaud.
+/// The cycles of a bit and a byte at 1 Mbaud.
 const BIT: u64 = MICROSECOND;
 const BYTE: u64 = 10 * BIT;
 const BAUD_500K: u32 = 0x0800_0000;
 
-/// Sets UARTE1 up at 1 Mbaud, to send these bytes.
+/// Sets UARTE1 up to send these bytes at 1 Mbaud.
 fn prepare(board: &mut Board, bytes: &[u8]) {
     board.memory().write(SOURCE, bytes).unwrap();
     board.set(PSEL_TXD, PIN);
@@ -36,7 +36,7 @@ fn prepare(board: &mut Board, bytes: &[u8]) {
     board.set(TXD_MAXCNT, u32::try_from(bytes.len()).unwrap());
 }
 
-/// UARTE0 receives at 1 Mbaud, and UARTE1 is ready to send to it.
+/// Returns a board where UARTE0 receives at 1 Mbaud, and UARTE1 is ready to send these bytes to it.
 fn wired(bytes: &[u8]) -> Board {
     let mut board = receiving(8);
     board.wire_loopback(PIN);
@@ -59,7 +59,7 @@ fn what_uarte1_sends_is_heard_by_uarte0() {
     assert_eq!(board.get(TXD_AMOUNT), 7);
     assert_eq!(board.bytes(BUFFER, 8), b"hello\0\xFF\0");
     assert_eq!(board.get(ERRORSRC), 0);
-    // The wire stays where it is, whatever the chip does.
+    // A reset of the chip does not remove the wire.
     board.reset();
     start_receiving(&mut board, BAUD_1M, 3);
     prepare(&mut board, b"abc");
@@ -93,14 +93,14 @@ fn another_baud_rate_and_an_unexpected_parity_bit_are_framing_errors() {
     slow.wait(3 * BYTE);
     assert_eq!(slow.get(ERRORSRC), FRAMING | BREAK);
 
-    // Two ones: the parity bit is 0, where UARTE0 expects the stop bit.
+    // The byte has two ones, so its parity bit is 0, but UARTE0 expects the stop bit there.
     let mut parity = wired(&[0x03]);
     parity.set(CONFIG, 7 << 1);
     parity.set(STARTTX, 1);
     parity.wait(3 * BYTE);
     assert_eq!(parity.get(ERRORSRC), FRAMING);
 
-    // One: it is 1, which UARTE0 takes for a longer stop bit.
+    // The byte has one 1, so its parity bit is 1, which UARTE0 takes for the stop bit.
     let mut parity = wired(&[0x01]);
     parity.set(CONFIG, 7 << 1);
     parity.set(STARTTX, 1);
@@ -134,7 +134,10 @@ fn stopping_ends_after_the_byte_under_way() {
     assert_eq!(board.get(TXD_AMOUNT), 2);
     assert_eq!(board.bytes(BUFFER, 3), b"ab\0");
     board.set(STOPTX, 1);
-    assert!(board.take_event(TXSTOPPED), "at once when nothing is sent");
+    assert!(
+        board.take_event(TXSTOPPED),
+        "it stops at once if nothing is being sent"
+    );
 }
 
 #[test]

@@ -1,9 +1,9 @@
-//! The receiver of UARTE0, register by register.
+//! Tests of UARTE0's receiver, register by register.
 
 use crate::registers::*;
 use nrf52840_emulator::{Error, LineSymbol, MICROSECOND, Parity, Refusal};
 
-/// A byte at 1 Mbaud.
+/// The cycles of a byte at 1 Mbaud.
 const BYTE: u64 = 10 * MICROSECOND;
 
 #[test]
@@ -27,7 +27,7 @@ fn bytes_arrive_in_ram_and_the_transfer_ends_when_it_is_full() {
 fn rxdrdy_comes_before_the_byte_is_in_ram() {
     let mut board = receiving(4);
     let end = board.send(&[0x5A]);
-    // In the middle of the stop bit the byte is there, and it is on its way for 32 cycles.
+    // The byte is complete in the middle of the stop bit, and takes 32 cycles to RAM.
     board.run_until(end - MICROSECOND / 2 + 8).unwrap();
     assert!(board.take_event(RXDRDY));
     assert_eq!(board.bytes(BUFFER, 1), [0]);
@@ -53,7 +53,7 @@ fn a_late_handler_is_overwritten_without_a_word() {
     board.set(UARTE_SHORTS, 1 << 5);
     board.send(b"abcdefgh");
     board.wait(9 * BYTE);
-    // Nobody wrote RXD.PTR: the second half of the stream lies over the first.
+    // Nobody wrote RXD.PTR, so the second half of the stream has overwritten the first.
     assert_eq!(board.bytes(BUFFER, 8), b"efgh\0\0\0\0");
     assert!(!board.take_event(ERROR));
     assert_eq!(board.get(ERRORSRC), 0);
@@ -109,7 +109,7 @@ fn a_break_is_a_framing_error_first() {
     assert_eq!(board.get(ERRORSRC), FRAMING | BREAK);
     board.set(ERRORSRC, FRAMING | BREAK);
     board.wait(6 * BYTE);
-    assert_eq!(board.get(ERRORSRC), 0, "one break is one event");
+    assert_eq!(board.get(ERRORSRC), 0, "one break raises one event");
     assert_eq!(board.bytes(BUFFER, 1), b"a");
 }
 
@@ -177,7 +177,7 @@ fn flushing_brings_what_is_left_and_keeps_the_amount_if_nothing_is() {
     assert_eq!(board.get(RXD_AMOUNT), 2);
     board.set(FLUSHRX, 1);
     assert!(board.take_event(ENDRX));
-    assert_eq!(board.get(RXD_AMOUNT), 2, "stale: nothing was left");
+    assert_eq!(board.get(RXD_AMOUNT), 2, "the old amount: no byte was left");
 }
 
 #[test]
@@ -196,17 +196,18 @@ fn noise_shorter_than_half_a_bit_is_no_start_bit() {
 fn noise_in_the_middle_of_a_bit_inverts_it() {
     let mut board = receiving(8);
     let end = board.send(&[0x00]);
-    // The sender's bit 3 is the fourth after the start bit: 4.5 bits after the beginning.
+    // Bit 3 is the fourth after the start bit. Its middle is 4.5 bits after the beginning.
     let middle = end - BYTE + 9 * MICROSECOND / 2;
     board.line(|line| line.invert(middle - 16, 40));
     board.wait(2 * BYTE);
     assert_eq!(board.bytes(BUFFER, 1), [0x08]);
 }
 
-/// What arrives of every byte value, back to back, when the sender is that many per mille off.
+/// Sends every byte value back to back, with the sender's rate off by `per_mille`. Returns the
+/// number of bytes that arrive unchanged, and ERRORSRC.
 fn survivors(per_mille: i64) -> (usize, u32) {
     let bytes: Vec<u8> = (0..=255).collect();
-    // The receiver's 115200 is 115108 baud.
+    // The receiver's rate for 115200 baud is 115108 baud.
     let nominal = 16_000_000_000 / 139;
     let millibaud = u64::try_from(nominal + nominal * per_mille / 1000).unwrap();
     let mut board = receiving_at(BAUD_115200, millibaud, 256);
@@ -260,7 +261,7 @@ fn the_receiver_hears_only_the_pin_that_is_wired() {
     }
 }
 
-/// Nobody drives the line: it is low unless the pin pulls it up.
+/// A line that nobody drives is low unless the pin pulls it up.
 #[test]
 fn an_unconnected_line_is_as_the_pull_up_has_it() {
     const PIN_CNF_8: u32 = 0x5000_0720;
