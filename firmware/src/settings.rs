@@ -80,7 +80,7 @@ pub(crate) struct Pins {
     pub(crate) leds: [Pin<Output<PushPull>>; 3],
 }
 
-/// The nRF52840-DK's pins: its USB serial port, D3 to D5 of the Arduino header, LED1 to LED3.
+/// Returns the nRF52840-DK's pins: its USB serial port, D3 to D5 of the Arduino header, LED1 to LED3.
 pub(crate) fn pins(p0: p0::Parts, p1: p1::Parts) -> Pins {
     Pins {
         receive: p0.p0_08.into_pullup_input().degrade(),
@@ -131,17 +131,17 @@ const _: () = {
     assert!(GAP_AFTER > BYTE_TIME && NONE_WAITS_AFTER > 1);
     assert!(
         ERRORS_A_TICK as u32 >= TICK / (8 * BYTE_TIME),
-        "errors that a frame lies between must all interrupt"
+        "errors with a whole frame between them must all interrupt"
     );
     assert!(FAILSAFE.hold_after >= 1 && FAILSAFE.hold_after <= FAILSAFE.ramp_after);
     assert!(
         TICK <= FAILSAFE.hold_after,
-        "the failsafe must be asked more often"
+        "the failsafe must be polled more often"
     );
     assert!(WATCHDOG * 1_000 > 4 * TICK && WATCHDOG <= 60_000);
     assert!(PULSE[0] < PULSE[1] && PULSE[1] < PULSE_PERIOD && PULSE_PERIOD < 1 << 15);
     assert!(
         PULSE_PERIOD as u32 >= PULSE[1] as u32 + 4 * TICK,
-        "new pulses are handed over behind a period's pulses, before its end"
+        "new pulses are handed over after a period's pulses and before its end"
     );
 };

@@ -54,7 +54,7 @@ shown! {
     idle = events.idle;
     /// Bytes that the receiver holds because they may still be part of a frame.
     pending;
-    /// Bytes that were received and dropped, since they may have come before an error.
+    /// Bytes that were received and dropped, because they may have come before an error.
     skipped;
     /// How often the UARTE was switched off and on because an ENDRX was lost.
     restarts;

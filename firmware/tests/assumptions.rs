@@ -1,17 +1,18 @@
-//! All tests again, for each thing that is not known for certain about the chip.
+//! Runs all tests again under each assumption about the chip.
 
 use std::process::Command;
 
 use nrf52840_emulator::Assumptions;
 
-/// Takes minutes: `cargo xtask verify --all` runs it. Figures are of the model as it is.
+/// Takes minutes, so only `cargo xtask verify --all` runs it. The figures hold only without
+/// assumptions.
 #[test]
 #[ignore = "takes minutes"]
 fn every_test_passes_under_each_assumption() {
     let tests = std::env::current_exe().unwrap();
     let failed: Vec<_> = Assumptions::each()
         .into_iter()
-        // A lost ENDRX loses a frame: `line_errors` and `random` say what else.
+        // A lost ENDRX loses a frame. `line_errors` and `random` test its effects.
         .filter(|(name, _)| *name != "lost_end")
         .filter(|(name, _)| {
             println!("{name}");

@@ -1,5 +1,5 @@
-//! Start-up and resets: the debug port, the cache, the crystal, where the outputs begin, and how
-//! often they are handed to the PWM.
+//! Tests of start-up and resets: the debug port, the cache, the crystal, the outputs after a reset, and how often
+//! the PWM gets new pulses.
 
 use nrf52840_emulator::{MILLISECOND, ResetCause};
 
@@ -7,16 +7,16 @@ use crate::firmware::{Firmware, NVMC_CONFIG, UICR, UNDEFINED, frame};
 use crate::outputs::{pulse, pulses};
 
 const SERVO: [u64; 3] = [1_784, 1_196, 1_501];
-/// The frame that leads to these pulses.
+/// The setpoint that leads to these pulses.
 const DEMAND: [u8; 3] = [200, 50, 128];
-/// Where the servos park.
+/// The pulses of the park position.
 const PARK: [u64; 3] = [1_501; 3];
 
 fn uicr(firmware: &mut Firmware) -> [u32; 3] {
     UICR.map(|(word, _)| firmware.board.register(word).unwrap())
 }
 
-/// One reset of the kind that a fault leads to.
+/// Causes one reset by a fault.
 fn reset_by_software(firmware: &mut Firmware) {
     firmware.board.let_faults_be_handled();
     let code = firmware.patch("TIMER0", UNDEFINED);
@@ -27,7 +27,7 @@ fn reset_by_software(firmware: &mut Firmware) {
     firmware.patch("TIMER0", code);
 }
 
-/// A hundred frames a second until the outputs follow them.
+/// Sends a hundred frames a second until the outputs follow them.
 fn live(firmware: &mut Firmware) {
     for _ in 0..60 {
         firmware.send_and_wait(&frame(DEMAND), 9 * MILLISECOND);
@@ -41,7 +41,7 @@ fn live(firmware: &mut Firmware) {
 fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
     let mut firmware = Firmware::on_an_erased_chip("default");
     firmware.run_for(5 * MILLISECOND);
-    // What was written counts from a reset on.
+    // The written words take effect at a reset.
     let mut expected = vec![ResetCause::Soft];
     assert_eq!(firmware.resets(), expected);
     assert_eq!(uicr(&mut firmware), UICR.map(|(_, value)| value));
@@ -58,7 +58,7 @@ fn the_debug_port_is_open_after_every_reset_and_uicr_is_written_once() {
     firmware.run_for(300 * MILLISECOND);
     assert!(firmware.board.debug_port_is_open());
     expected.extend([ResetCause::Pin, ResetCause::Soft, ResetCause::Watchdog]);
-    assert_eq!(firmware.resets(), expected, "no further writes");
+    assert_eq!(firmware.resets(), expected, "UICR is not written again");
     assert_eq!(firmware.board.register(NVMC_CONFIG).unwrap(), 0);
 }
 
@@ -104,7 +104,8 @@ fn the_instruction_cache_is_on() {
     assert!(firmware.board.instruction_cache_is_on());
 }
 
-/// Frames come, the failsafe's time does not advance: no tick wakes the main loop, and nobody feeds the watchdog.
+/// Frames arrive, but the failsafe's time does not advance. No tick wakes the main loop, so nobody feeds the
+/// watchdog.
 #[test]
 fn with_a_clock_that_stands_still_the_watchdog_resets_the_chip() {
     const TIMER0_TASKS_STOP: u32 = 0x4000_8004;
@@ -130,7 +131,7 @@ fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
     for reset in [
         reset_by_software,
         |firmware: &mut Firmware| firmware.board.reset(),
-        // Says as little of its cause as power-on.
+        // RESETREAS shows no cause, as after power-on.
         |firmware: &mut Firmware| firmware.board.brown_out(),
         |firmware: &mut Firmware| {
             firmware.board.stick_main_loop().unwrap();
@@ -145,14 +146,14 @@ fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
         let pulses = pulses(&mut firmware, from);
         assert_eq!(pulses[0], SERVO, "{:?}", firmware.resets());
         for pair in pulses.windows(2) {
-            // The full travel in a second is 20 us of pulse in a period; a unit is 4.
+            // The full travel in a second changes the pulse by 20 us in a period, and one unit by 4 us.
             assert!(pair[1][0] <= pair[0][0] && pair[0][0] - pair[1][0] <= 24);
         }
         assert_eq!(pulses.last(), Some(&PARK));
     }
 }
 
-/// RAM has anything then.
+/// RAM has arbitrary contents then.
 #[test]
 fn after_power_on_the_outputs_begin_at_park() {
     let mut firmware = Firmware::booted("default");
@@ -163,7 +164,7 @@ fn after_power_on_the_outputs_begin_at_park() {
     firmware.board.memory().read(kept, &mut bytes).unwrap();
     let [demand @ .., _] = bytes.first_chunk::<4>().unwrap();
     assert_eq!(*demand, DEMAND);
-    // What was there is not believed if the check word is another's.
+    // The stored output is ignored if it does not match its check word.
     for spoilt in 0..8 {
         let mut bytes = bytes;
         bytes[spoilt] ^= 1;
@@ -174,19 +175,19 @@ fn after_power_on_the_outputs_begin_at_park() {
     }
 }
 
-/// New pulses are handed over once in a period, and are as new as that allows.
+/// New pulses are handed over once in a period, late in the period so that they are recent.
 #[test]
 fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     let mut firmware = Firmware::booted("megabaud");
     live(&mut firmware);
-    // One of the two in turn: it changes every second time.
+    // The watched word belongs to one of two sets in turn, so it changes every second time.
     let widths = firmware.board.watch("WIDTHS").unwrap();
     let from = firmware.board.now();
     for n in 0..1_000_u32 {
         let pitch = n.to_le_bytes()[0];
         firmware.send_and_wait(&frame([pitch, 0, 0]), MILLISECOND / 2);
     }
-    // Two periods, which SEQSTART may make shorter.
+    // Two periods in milliseconds. SEQSTART may make them shorter.
     let shortest = if firmware.assumptions.start_cuts_period {
         31
     } else {
@@ -199,7 +200,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
             .iter()
             .filter(move |change| change.watch == watch)
     };
-    // Written by several instructions.
+    // Several instructions write the widths.
     let mut times: Vec<u64> = changes(widths).map(|change| change.at).collect();
     times.dedup_by(|later, earlier| *later - *earlier < MILLISECOND / 10);
     assert!(times.len() > 10);
@@ -210,7 +211,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     let periods = trace.pwm_periods.iter();
     for period in periods.filter(|period| period.at > from + 20 * MILLISECOND) {
         let pitch = period.pulses()[0].unwrap();
-        // What was current at some time in the last 5 ms before the period.
+        // The setpoints that were current at some time in the last 5 ms before the period.
         let new = setpoints.partition_point(|change| change.at + 5 * MILLISECOND < period.at);
         let mut new = setpoints[new - 1..].iter().map(|change| change.value);
         let says = |value: u32| pulse(value.to_le_bytes()[0].into());
@@ -218,12 +219,12 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     }
 }
 
-/// Erratum 136: with the reset pin's bit others may be set that should not be.
+/// Erratum 136: if the reset pin's bit is set, other bits may be set wrongly.
 #[test]
 fn the_reset_pin_is_the_cause_whatever_else_is_said() {
     let mut firmware = Firmware::booted("default");
     reset_by_software(&mut firmware);
-    // Before the firmware has cleared the last cause.
+    // The pin resets before the firmware has cleared the last cause.
     firmware.board.reset();
     firmware.log("default");
     firmware.run_for(5 * MILLISECOND);

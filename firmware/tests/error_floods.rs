@@ -1,4 +1,4 @@
-//! Nothing but line errors: they must not take the time of everything else.
+//! Tests with nothing but line errors, which must leave time for everything else.
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND};
 
@@ -17,14 +17,15 @@ fn a_second_of_breaks_starves_nobody() {
     starves_nobody(LineSymbol::Break(12), 13);
 }
 
-/// A second of them at each rate that is offered, on a core that is half as fast as the model: no reset, the
-/// failsafe advances in time, and a fifth of the processor is left. Then frames are taken again.
+/// Sends a second of these symbols at each offered rate, on a core that is half as fast as the model.
+/// Asserts that there is no reset, the failsafe advances in time, and a fifth of the processor's time is
+/// left. Then frames are taken again.
 fn starves_nobody(symbol: LineSymbol, bits: u64) {
     for rate in RATES {
         let (baud, _) = rate;
         let what = format!("{symbol:?}, {baud} baud");
         let mut firmware = Firmware::booted_at(rate, 200);
-        // Outputs approach the demand within half a second.
+        // The outputs reach the demand within half a second.
         for _ in 0..60 {
             firmware.send_and_wait(&frame([255; 3]), 10 * MILLISECOND);
         }
@@ -32,7 +33,7 @@ fn starves_nobody(symbol: LineSymbol, bits: u64) {
         let handled = handlers(&mut firmware);
         let symbols = vec![symbol; usize::try_from(baud / bits).unwrap()];
         let end = firmware.board.send_symbols(&symbols);
-        // The failsafe holds for half a second; from then on to park takes as long.
+        // The failsafe holds for half a second, and then moves to park in another half a second.
         firmware.board.run_until(began + 450 * MILLISECOND).unwrap();
         assert_eq!(pitch(&mut firmware), pulse(255), "{what}");
         firmware.board.run_until(end).unwrap();
@@ -45,20 +46,20 @@ fn starves_nobody(symbol: LineSymbol, bits: u64) {
 
         firmware.commits();
         firmware.run_for(RESTART);
-        // Also right behind the next error.
+        // Also take a frame right after the next error.
         firmware.board.send_symbols(&[LineSymbol::BadStop(0xFF)]);
         firmware.board.send_symbols(&[LineSymbol::Idle(30)]);
         firmware.takes_a_frame(MILLISECOND, &what);
     }
 }
 
-/// Cycles that handlers have taken.
+/// Returns the cycles that handlers have taken.
 fn handlers(firmware: &mut Firmware) -> u64 {
     let runs = firmware.board.trace().activations.iter();
     runs.map(|run| run.cycles).sum()
 }
 
-/// The pulse of pitch in the last two periods.
+/// Returns the last pulse of pitch in the last two periods.
 fn pitch(firmware: &mut Firmware) -> u64 {
     let since = firmware.board.now() - 40 * MILLISECOND;
     pulses(firmware, since).last().unwrap()[0]

@@ -1,7 +1,7 @@
-//! The examples for Embassy and RTIC, unchanged, in the emulator. Each passes the same tests.
+//! Runs the unchanged examples for Embassy and RTIC in the emulator. Each passes the same tests.
 //!
-//! They are built by `cargo xtask verify --only examples`, which says in the variable
-//! `FRAMELOCK_EXAMPLES` where they are. Without it the tests fail; they are never skipped.
+//! `cargo xtask verify --only examples` builds them, and sets the variable `FRAMELOCK_EXAMPLES` to
+//! their folder. Without this variable the tests fail; they are never skipped.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use nrf52840_emulator::{Board, Image, LineSymbol, LogTable, MILLISECOND};
 const SETPOINT: &[u8] = b"AB\0\x76\x77\x78\r";
 const LIVE: &str = "axes: [118, 119, 120], phase: Live";
 
-/// What of an example's log tests look at.
+/// An example's log.
 struct Log(Vec<String>);
 
 impl Log {
@@ -28,10 +28,11 @@ impl Log {
     }
 }
 
-/// Runs each example: `test` sends to the booted board, then it runs for so long.
+/// Runs each example. `test` sends to the booted board, which then runs for `milliseconds`. `check`
+/// gets the log.
 fn each(milliseconds: u64, test: impl Fn(&str, &mut Board), check: impl Fn(&Log)) {
     let Some(folder) = std::env::var_os("FRAMELOCK_EXAMPLES").map(PathBuf::from) else {
-        panic!("FRAMELOCK_EXAMPLES is not set: run these by `cargo xtask verify --only examples`");
+        panic!("FRAMELOCK_EXAMPLES is not set; run `cargo xtask verify --only examples`");
     };
     for example in ["framelock-embassy", "framelock-rtic"] {
         let elf = std::fs::read(folder.join(example)).unwrap();
@@ -68,13 +69,14 @@ fn setpoints_come_out_and_the_failsafe_takes_over_when_they_stop() {
     );
 }
 
-/// Without the byte that has the error, and those that are dropped behind it, the others are a frame.
+/// The other bytes would be a frame without the corrupted byte and the bytes that are dropped after
+/// it.
 #[test]
 fn bytes_around_a_framing_error_are_no_frame() {
     each(
         200,
         |_, board| {
-            // Noticed late, when all this is in the driver's buffer.
+            // The error is noticed late, when all these bytes are in the driver's buffer.
             board.send(&[b'.'; 70]);
             board.send(b"AB\0de");
             let late = board.send_symbols(&[LineSymbol::BadStop(b'f')]);
@@ -98,13 +100,14 @@ fn bytes_around_a_framing_error_are_no_frame() {
     );
 }
 
-/// Without the bytes that are lost, those before and behind them are a frame.
+/// The bytes before and after the lost bytes would be a frame.
 #[test]
 fn bytes_around_an_overrun_are_no_frame() {
     each(
         100,
         |example, board| {
-            // What the UARTE's FIFO and the driver's buffer take, and what is lost.
+            // The number of bytes that the UARTE's FIFO and the driver's buffer keep. The rest is
+            // lost.
             let kept = if example == "framelock-rtic" {
                 7
             } else {
@@ -114,7 +117,7 @@ fn bytes_around_an_overrun_are_no_frame() {
             board.send(b"AB\0de");
             let lost = board.send(&[b'.'; 70]);
             board.hold_off(board.now(), lost - board.now());
-            // 2.6 ms: all that was kept is parsed, and the line is not idle.
+            // 2.6 ms: all kept bytes are parsed, and the line is not idle.
             board.send_symbols(&[LineSymbol::Idle(300)]);
             board.send(b"f\r");
         },
@@ -139,7 +142,7 @@ fn bytes_around_a_pause_are_no_frame() {
     );
 }
 
-/// Without a pause, too: behind an overrun, and behind a bad byte.
+/// Frames are also taken without a pause after an overrun, and after a bad byte.
 #[test]
 fn frames_behind_an_error_come_out() {
     each(
@@ -157,7 +160,7 @@ fn frames_behind_an_error_come_out() {
 
 const GUIDE: &str = include_str!("../../docs/frameworks.md");
 
-/// The guide's blocks of that language.
+/// Returns the guide's code blocks in this language.
 fn blocks(language: &str) -> Vec<&'static str> {
     let fence = format!("\n```{language}\n");
     let parts = GUIDE.split(&fence).skip(1);
@@ -166,7 +169,7 @@ fn blocks(language: &str) -> Vec<&'static str> {
         .collect()
 }
 
-/// The lines as they stand, but for their indentation.
+/// Returns the lines without their indentation.
 fn unindented(text: &str) -> String {
     text.lines()
         .map(|line| line.trim().to_owned() + "\n")

@@ -1,7 +1,7 @@
-//! The firmware's figures, which repeat exactly: compared with `firmware/FIGURES.txt`.
+//! Compares the firmware's figures, which are the same in each run, with `firmware/FIGURES.txt`.
 //!
-//! After a change that is meant, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated`
-//! writes them anew. With another compiler than the one that made them, only the limits count.
+//! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes the
+//! file again. With a compiler other than the file's, only the limits are checked.
 use std::fmt::Write;
 use std::path::Path;
 
@@ -14,14 +14,14 @@ use crate::firmware::{Firmware, RATES, frame, image, image_file, setpoints};
 use crate::image::{MOST_FLASH, Sizes};
 use crate::stack::stack;
 
-/// Exception numbers of the two handlers that receive: 16 and the interrupt's.
+/// Exception numbers of the two receive handlers: 16 plus the interrupt's number.
 const UARTE0: u16 = 16 + 2;
 const TIMER2: u16 = 16 + 10;
 
-/// A run of a handler takes at most so many cycles, whatever comes.
+/// The most cycles that a run of a handler may take for any stream.
 const MOST_CYCLES: u64 = 800;
 
-/// A figure may not be above its limit, if it has one.
+/// The figures as text, and those that exceed their limits.
 #[derive(Default)]
 struct Figures {
     text: String,
@@ -29,7 +29,7 @@ struct Figures {
 }
 
 impl Figures {
-    /// Adds figures about one thing: their names, values and limits.
+    /// Adds figures about one subject: their names, values and limits.
     fn add<const N: usize>(&mut self, about: &str, figures: [(&str, u64, Option<u64>); N]) {
         for (name, value, limit) in figures {
             let name = format!("{about}: {name}");
@@ -104,7 +104,7 @@ fn sizes(figures: &mut Figures) {
 }
 
 fn steps(figures: &mut Figures) {
-    // What any call costs: a frame, whether it is needed or not, and the way back.
+    // The cost of any call: a stack frame, needed or not, and the return.
     let (_, call) = called(figures, "no_step", 1, "a call that does nothing", None);
     for (step, calls, name, [bytes_limit, called_limit, alone_limit]) in [
         ("lecture_step", 28, "the lecture's machine", [100, 36, 22]),
@@ -120,8 +120,8 @@ fn steps(figures: &mut Figures) {
     }
 }
 
-/// Bytes of a function, and the worst of its first `calls` calls in cycles: from the call, which is
-/// three, to behind the return.
+/// Returns the size of a function in bytes, and the cycles of the slowest of its first `calls` calls.
+/// The cycles include the call instruction, which takes three, and the return.
 fn called(
     figures: &mut Figures,
     function: &str,
@@ -155,19 +155,19 @@ fn called(
     (symbol.size.into(), worst)
 }
 
-/// Runs of the handlers that receive.
+/// Returns the runs of the receive handlers.
 fn receptions(firmware: &mut Firmware) -> Vec<Activation> {
     let runs = firmware.board.trace().activations.iter().copied();
     runs.filter(|run| [UARTE0, TIMER2].contains(&run.exception))
         .collect()
 }
 
-/// What a stream costs.
+/// The cost of receiving a stream.
 struct Cost {
-    /// Of the handlers.
+    /// Cycles of all runs of the handlers.
     cycles: u64,
     worst: u64,
-    /// Of the processor's time, per mille.
+    /// Share of the processor's time, per mille.
     share: u64,
     commits: usize,
     overruns: u32,
@@ -196,14 +196,14 @@ fn clean(frames: u32) -> Vec<LineSymbol> {
     bytes.map(LineSymbol::Byte).collect()
 }
 
-/// Bytes at random, back to back: what another protocol brings.
+/// Returns random bytes back to back, as another protocol would send.
 fn noise(count: usize) -> Vec<LineSymbol> {
     let random = ChaCha8Rng::seed_from_u64(1);
     let bytes = random.random_iter::<u8>().take(count);
     bytes.map(LineSymbol::Byte).collect()
 }
 
-/// What each stream costs at the two rates that have images.
+/// Adds the cost of each stream at the two rates that have images.
 fn streams(figures: &mut Figures, image: &str, baud: u64) {
     let most_share = (baud == 115_200).then_some(60);
     let worst: Vec<_> = b"ABAAAAA"
@@ -248,7 +248,8 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
     }
 }
 
-/// The longest hold-off without loss at any phase of a byte, in microseconds; the FIFO has five bytes.
+/// Returns the longest hold-off without loss at any phase of a byte, in microseconds. The FIFO holds
+/// five bytes.
 fn hold_off(rate: (u64, u32)) -> u64 {
     let byte = 640_000_000 / rate.0;
     let is_lossless = |length: u64| {
@@ -272,12 +273,13 @@ fn hold_off(rate: (u64, u32)) -> u64 {
     lossless / MICROSECOND
 }
 
-/// Each rate that is offered holds on a core slowed by half, with noise.
+/// Checks that the reception keeps up at each offered rate, with noise, on a core slowed by half. Adds
+/// the figures.
 fn rates(figures: &mut Figures) {
     for rate in RATES {
         let [clean, noise] = [clean(100), noise(700)].map(|stream| {
             let slow = cost(&mut Firmware::booted_at(rate, 150), &stream);
-            assert_eq!(slow.overruns, 0, "{} baud is not to be offered", rate.0);
+            assert_eq!(slow.overruns, 0, "{} baud must not be offered", rate.0);
             cost(&mut Firmware::booted_at(rate, 100), &stream).share
         });
         let hold_off = hold_off(rate);
@@ -291,7 +293,8 @@ fn rates(figures: &mut Figures) {
     }
 }
 
-/// Single frames: from the last stop bit, which is sampled in its middle.
+/// Adds the latency of single frames, from the middle of the last stop bit, where the UARTE samples
+/// it.
 fn latency(figures: &mut Figures, image: &str, baud: u64) {
     let mut firmware = Firmware::booted(image);
     let setpoint = firmware.board.watch("SETPOINT").unwrap();

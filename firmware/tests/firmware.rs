@@ -1,4 +1,4 @@
-//! What the tests share: a booted board, streams, and what came of them.
+//! Shared code of the tests: a booted board, streams, and their outcomes.
 
 use std::path::PathBuf;
 
@@ -8,32 +8,30 @@ use nrf52840_emulator::{
 };
 use object::{Object, ObjectSection};
 
-/// Pitch, roll, yaw.
+/// Demands for pitch, roll and yaw.
 pub(crate) type Setpoint = [u8; 3];
 
-/// The image's file.
+/// Returns the content of the image's file.
 pub(crate) fn image_file(name: &str) -> Vec<u8> {
     let Some(folder) = std::env::var_os("FRAMELOCK_IMAGES").map(PathBuf::from) else {
-        panic!(
-            "FRAMELOCK_IMAGES is not set: run these tests by `cargo xtask verify --only emulated`"
-        );
+        panic!("FRAMELOCK_IMAGES is not set; run `cargo xtask verify --only emulated`");
     };
     let file = folder.join(format!("{name}.elf"));
     std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
 }
 
-/// The image, to look at.
+/// Returns the image, for inspection.
 pub(crate) fn image(name: &str) -> Image {
     Image::parse(&image_file(name)).unwrap()
 }
 
-/// What the firmware writes to UICR: the reset pin, twice, and APPROTECT.
+/// The words of UICR that the firmware writes: the reset pin twice, and APPROTECT.
 pub(crate) const UICR: [(u32, u32); 3] =
     [(0x1000_1200, 18), (0x1000_1204, 18), (0x1000_1208, 0x5A)];
-/// With 1 in it, UICR can be written.
+/// The register NVMC.CONFIG. Its value 1 allows writing UICR.
 pub(crate) const NVMC_CONFIG: u32 = 0x4001_E504;
 
-/// The rates that are offered, and BAUDRATE for them.
+/// The offered rates, and their values of BAUDRATE.
 pub(crate) const RATES: [(u64, u32); 9] = [
     (9_600, 0x0027_5000),
     (19_200, 0x004E_A000),
@@ -46,22 +44,22 @@ pub(crate) const RATES: [(u64, u32); 9] = [
     (1_000_000, 0x1000_0000),
 ];
 
-/// `udf`, an instruction that is none.
+/// `udf`, the undefined instruction.
 pub(crate) const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 
-/// A board that runs an image, and what is watched on it.
+/// A board that runs an image, and the state of its observation.
 pub(crate) struct Firmware {
     /// The board.
     pub(crate) board: Board,
     watch: usize,
     seen: usize,
     counters: Vec<String>,
-    /// What is assumed about the chip.
+    /// The assumptions about the chip.
     pub(crate) assumptions: Assumptions,
 }
 
-/// What is assumed about the chip unless a test says otherwise: the variable `FRAMELOCK_ASSUMPTION` names
-/// one of [`Assumptions::each`].
+/// Returns the default assumptions about the chip. The variable `FRAMELOCK_ASSUMPTION` can name one of
+/// [`Assumptions::each`].
 fn assumed() -> Assumptions {
     let Ok(name) = std::env::var("FRAMELOCK_ASSUMPTION") else {
         return Assumptions::default();
@@ -69,7 +67,7 @@ fn assumed() -> Assumptions {
     Assumptions::named(&name).unwrap_or_else(|| panic!("no assumption {name}"))
 }
 
-/// The counters' names, which the image's file has in the order in which the counters lie in memory.
+/// Returns the counters' names from the image's file, in their order in memory.
 fn counters(image: &str) -> Vec<String> {
     let elf = image_file(image);
     let file = object::File::parse(&*elf).unwrap();
@@ -79,8 +77,8 @@ fn counters(image: &str) -> Vec<String> {
 }
 
 impl Firmware {
-    /// At power-on, on a chip that the firmware has run on before; the sender has the baud rate that the
-    /// image expects.
+    /// Returns firmware at power-on, on a chip on which it has run before. The sender has the baud rate that
+    /// the image expects.
     pub(crate) fn at_power_on(image: &str) -> Self {
         let mut firmware = Self::on_an_erased_chip(image);
         firmware.write_uicr(UICR);
@@ -96,7 +94,7 @@ impl Firmware {
         self.board.set_register(NVMC_CONFIG, 0).unwrap();
     }
 
-    /// At power-on, on a chip with nothing in UICR.
+    /// Returns firmware at power-on, on a chip with an erased UICR.
     pub(crate) fn on_an_erased_chip(image: &str) -> Self {
         let mut board = Board::new(self::image(image)).unwrap();
         let watch = board.watch("SETPOINT").unwrap();
@@ -113,27 +111,27 @@ impl Firmware {
         .assuming(assumed())
     }
 
-    /// The same, assuming that.
+    /// Sets the assumptions about the chip.
     pub(crate) fn assuming(mut self, assumptions: Assumptions) -> Self {
         self.assume(|all| *all = assumptions);
         self
     }
 
-    /// Assumes something else about the chip from here on.
+    /// Changes the assumptions about the chip from here on.
     pub(crate) fn assume(&mut self, change: impl FnOnce(&mut Assumptions)) {
         change(&mut self.assumptions);
         self.board.assume(self.assumptions);
     }
 
-    /// Booted, and quiet.
+    /// Returns firmware that has booted, with a quiet line.
     pub(crate) fn booted(image: &str) -> Self {
         let mut firmware = Self::at_power_on(image);
         firmware.run_for(3 * MILLISECOND);
         firmware
     }
 
-    /// Booted, and then set to that rate, on a core that is that slow. The time in which a byte that waits is
-    /// stored stays the image's: less than at that rate.
+    /// Returns firmware that has booted and then got another baud rate, on a core with this slowness.
+    /// `NONE_WAITS_AFTER` keeps the image's value, which is less than it would be at this rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         let is_slow = baud <= 115_200;
         let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });
@@ -152,25 +150,25 @@ impl Firmware {
         self.board.run_for(cycles).unwrap();
     }
 
-    /// Sends, and lets that many cycles pass behind the last stop bit.
+    /// Sends bytes, and lets `then` cycles pass after the last stop bit.
     pub(crate) fn send_and_wait(&mut self, bytes: &[u8], then: u64) {
         let end = self.board.send(bytes);
         self.board.run_until(end + then).unwrap();
     }
 
-    /// Sends symbols, which may be errors, and lets that many cycles pass behind the last.
+    /// Sends symbols, which may be errors, and lets `then` cycles pass after the last one.
     pub(crate) fn send_symbols_and_wait(&mut self, symbols: &[LineSymbol], then: u64) {
         let end = self.board.send_symbols(symbols);
         self.board.run_until(end + then).unwrap();
     }
 
-    /// Sends one more frame; asserts that it alone is committed within that many cycles.
+    /// Sends one more frame. Asserts that this frame alone is committed within `then` cycles.
     pub(crate) fn takes_a_frame(&mut self, then: u64, what: &str) {
         self.send_and_wait(&frame([4, 5, 6]), then);
         assert_eq!(self.commits(), [[4, 5, 6]], "{what}");
     }
 
-    /// Overwrites a function's first instruction; returns what was there.
+    /// Overwrites a function's first instruction. Returns the old one.
     pub(crate) fn patch(&mut self, function: &str, code: [u8; 2]) -> [u8; 2] {
         let address = self.board.image().symbol(function).unwrap().address;
         let mut before = [0; 2];
@@ -185,7 +183,7 @@ impl Firmware {
         resets.iter().map(|reset| reset.cause).collect()
     }
 
-    /// The setpoints committed since last asked, in order.
+    /// Returns the setpoints committed since the last call, in order.
     pub(crate) fn commits(&mut self) -> Vec<Setpoint> {
         let changes = &self.board.trace().changes;
         let new = changes.get(self.seen..).unwrap_or_default().iter();
@@ -199,7 +197,7 @@ impl Firmware {
         new
     }
 
-    /// A counter as the firmware shows it; it does so every 2 ms.
+    /// Returns a counter, which the firmware updates every 2 ms.
     pub(crate) fn counter(&self, name: &str) -> u32 {
         let place = self.counters.iter().position(|known| known == name);
         let place = u32::try_from(place.unwrap()).unwrap();
@@ -208,13 +206,13 @@ impl Firmware {
         word.unwrap()
     }
 
-    /// What was lost because nobody looked at it in time, or where an error lay: overruns and bytes skipped.
+    /// Returns the number of overruns, and of bytes skipped because of errors.
     pub(crate) fn losses(&self) -> (u32, u32) {
         assert_eq!(self.counter("unserved"), 0);
         (self.counter("overrun"), self.counter("skipped"))
     }
 
-    /// Whether each of LED1, LED2, LED3 is lit.
+    /// Returns which of LED1, LED2 and LED3 are lit.
     pub(crate) fn leds(&self) -> [bool; 3] {
         let [p0, _] = self.board.pins().high;
         [13, 14, 15].map(|pin| p0 >> pin & 1 == 0)
@@ -234,7 +232,7 @@ impl Firmware {
         assert_eq!(self.counter("bytes"), placed, "{what}");
     }
 
-    /// The log since last asked.
+    /// Returns the log since the last call.
     pub(crate) fn log(&mut self, image: &str) -> Vec<String> {
         let table = LogTable::parse(&image_file(image)).unwrap();
         let bytes = self.board.take_rtt(0);
@@ -242,12 +240,12 @@ impl Firmware {
     }
 }
 
-/// The frame.
+/// Returns the frame of a setpoint.
 pub(crate) fn frame([pitch, roll, yaw]: Setpoint) -> [u8; 7] {
     [b'A', b'B', 0, pitch, roll, yaw, b'\r']
 }
 
-/// Setpoints that follow each other and differ.
+/// Returns a sequence of different setpoints.
 pub(crate) fn setpoints(count: u32) -> impl Iterator<Item = Setpoint> {
     (0..count).map(|n| {
         let [low, high, ..] = n.to_le_bytes();
@@ -262,10 +260,10 @@ pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
     (sent, bytes)
 }
 
-/// What the reference of a machine commits.
+/// The reference of a machine: returns the setpoints that it commits.
 pub(crate) type Reference = fn(&[u8]) -> Vec<Setpoint>;
 
-/// What the reference commits.
+/// Returns the setpoints that the reference commits.
 pub(crate) fn reference<F: Format>(bytes: &[u8]) -> Vec<Setpoint> {
     let mut commits = Vec::new();
     whole_buffer::<F>(bytes, |found| {
@@ -274,17 +272,17 @@ pub(crate) fn reference<F: Format>(bytes: &[u8]) -> Vec<Setpoint> {
     commits
 }
 
-/// Whether the commits are some of what was sent, in order.
+/// Returns whether the commits are a subsequence of the sent setpoints.
 pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
     let mut rest = sent.iter();
     commits.iter().all(|commit| rest.any(|one| one == commit))
 }
 
-/// Long enough for a gap to end what was sent before it, and for the counters to show it.
+/// Cycles that are long enough for a gap to end the earlier bytes, and for the counters to show it.
 pub(crate) const GAP: u64 = 8 * MILLISECOND;
 
-/// Long enough for a lost ENDRX to be seen, and for a gap.
+/// Cycles that are long enough to notice a lost ENDRX and to restart, and for a gap.
 pub(crate) const RESTART: u64 = 24 * MILLISECOND;
 
-/// Long enough for the bytes to be looked at, too short for a gap.
+/// Cycles that are long enough to handle the bytes, and too short for a gap.
 pub(crate) const PAUSE: u64 = 600 * MICROSECOND;

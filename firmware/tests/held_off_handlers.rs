@@ -1,16 +1,17 @@
-//! Interrupt handlers that come late: while the UARTE's FIFO lasts nothing is lost; beyond that losses
-//! are reported, and nothing wrong is committed.
+//! Tests with late interrupt handlers. While the UARTE's FIFO has room, nothing is lost. After that, losses are
+//! reported, and no wrong setpoint is committed.
 
 use crate::firmware::{self, Firmware, Setpoint, is_some_of};
 use nrf52840_emulator::{MICROSECOND, MILLISECOND};
 
-/// Image, cycles of a byte, and for how many microseconds handlers may be held off without loss if the
-/// FIFO has five bytes: first if an overrun comes with the end of the byte that finds no room, then with its start
-/// bit. `README.md` promises it.
+/// The image, the cycles of a byte, and the longest hold-off of handlers without loss that `README.md` promises,
+/// in microseconds. The FIFO holds five bytes. The first hold-off applies if an overrun comes at the end of the
+/// byte that finds no room, and the second if it comes at its start bit.
 const PROMISED: [(&str, u64, [u64; 2]); 2] =
     [("default", 5_556, [500, 430]), ("megabaud", 640, [50, 45])];
 
-/// Back to back, with the processor taken away at that time.
+/// Sends frames back to back, and holds the firmware off for `cycles` from the cycle `from` on. Returns the
+/// firmware, the sent setpoints and the committed ones.
 fn flood(
     image: &str,
     at_start_bit: bool,
@@ -65,7 +66,7 @@ fn beyond_that_losses_are_reported_and_nothing_wrong_is_put_in_force() {
                 assert!(overruns > 0 && skipped > 0, "silent loss at {length} us");
                 reported += 1;
             }
-            // What came meanwhile, the frames at both ends, and what was in the FIFO.
+            // The frames that arrived meanwhile, those at both ends, and those in the FIFO.
             let lost = (sent.len() - commits.len()) as u64;
             let most = length * MICROSECOND / (7 * byte) + 4;
             assert!(lost <= most, "{image}: {lost} frames lost by {length} us");

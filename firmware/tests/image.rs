@@ -1,11 +1,11 @@
-//! What the images show without being run: their sizes, and that the one without a log has no way
-//! to panic.
+//! Tests of the images that do not run them: their sizes, and that the image without a log cannot
+//! panic.
 
 use object::{Object, ObjectSection, SectionFlags, elf};
 
 use crate::firmware::{image, image_file};
 
-/// What each image may take of the flash, in bytes.
+/// The most flash that each image may take, in bytes.
 pub(crate) const MOST_FLASH: [(&str, u64); 5] = [
     ("default", 8 * 1024),
     ("megabaud", 8 * 1024),
@@ -14,14 +14,14 @@ pub(crate) const MOST_FLASH: [(&str, u64); 5] = [
     ("bin-crc8", 8 * 1024),
 ];
 
-/// Bytes by section, summed up as the `size` program does.
+/// Bytes by kind of section, added up as by the program `size`.
 #[derive(Default)]
 pub(crate) struct Sizes {
     /// Code and constants.
     pub(crate) text: u64,
-    /// Variables with an initial value other than 0: that value lies in flash too.
+    /// Variables with an initial value other than 0. Their initial values are also in flash.
     pub(crate) data: u64,
-    /// Variables that begin as 0, and those without a beginning.
+    /// Variables that begin as 0, and variables without an initial value.
     pub(crate) bss: u64,
 }
 
@@ -47,7 +47,7 @@ impl Sizes {
         sizes
     }
 
-    /// What is flashed: code, constants, and the initial values of variables.
+    /// Returns the number of flashed bytes: code, constants, and the initial values of variables.
     pub(crate) fn flash(&self) -> u64 {
         self.text + self.data
     }
@@ -61,9 +61,9 @@ fn every_image_fits() {
     }
 }
 
-/// Every panic goes through functions of `core::panicking`, which are never inlined all together, to
-/// the program's own handler. An image with neither has no way to panic. The log's library can panic,
-/// so this is asked of the image without a log; the receive handlers are the same in all of them.
+/// Every panic passes through functions of `core::panicking`, which are never all inlined, to the
+/// program's own handler. An image with neither cannot panic. The log's library can panic, so the
+/// test checks the image without a log. All images have the same receive handlers.
 #[test]
 fn nothing_can_panic() {
     let image = image("small");

@@ -1,9 +1,9 @@
-//! Errors on the line: each is counted, and no frame reaches across one (L1).
+//! Tests of errors on the line: each is counted, and no frame has bytes from both sides of one (L1).
 
 use crate::firmware::{Firmware, PAUSE, RESTART, frame, frames, is_some_of};
 use nrf52840_emulator::{LineSymbol, MICROSECOND, MILLISECOND, Parity};
 
-/// What the specification leaves open: whether a byte that is not stored is counted.
+/// Whether RXDRDY comes for a byte that is not stored. The specification leaves it open.
 const EITHER: [bool; 2] = [false, true];
 
 /// Cycles of a byte at 115 200 baud.
@@ -60,8 +60,7 @@ fn each_cause_is_counted_once() {
     }
 }
 
-/// An error costs the frame that it hits, also in the middle of a flood, wherever it falls in the
-/// receive buffer.
+/// An error in the middle of a flood costs only the frame that it hits.
 #[test]
 fn an_error_in_a_flood_costs_one_frame() {
     for counted in EITHER {
@@ -83,7 +82,7 @@ fn an_error_in_a_flood_costs_one_frame() {
     }
 }
 
-/// The frame behind an error loses nothing, however soon it comes, on a core slowed by half.
+/// The frame after an error loses nothing, however soon it comes, on a core slowed by half.
 #[test]
 fn a_frame_right_behind_an_error_is_taken() {
     for image in ["default", "megabaud"] {
@@ -98,8 +97,9 @@ fn a_frame_right_behind_an_error_is_taken() {
     }
 }
 
-/// Single errors cost no frame but those that they hit, however often they come. At 1 Mbaud, on a core that is slower
-/// than the model, a frame beside one goes with it now and then: its bytes are in the FIFO when the error is seen.
+/// Single errors cost only the frames that they hit, however often they come. At 1 Mbaud, on a core that is slower
+/// than the model, an error now and then also costs the frame next to it, whose bytes are in the FIFO when the error
+/// is noticed.
 #[test]
 fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
     for image in ["default", "megabaud"] {
@@ -131,8 +131,8 @@ fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
     }
 }
 
-/// Bytes that wait in the FIFO when an error comes may be from before it: they are dropped, with a report. The
-/// one that has come out already, here an `x`, is not all of them.
+/// Bytes that wait in the FIFO when an error comes may be from before the error, so they are dropped and reported. A
+/// byte before them, here an `x`, has already left the FIFO.
 #[test]
 fn bytes_in_front_of_an_error_that_is_seen_late_are_dropped() {
     for error in [LineSymbol::BadStop(0xFF), LineSymbol::Break(12)] {
@@ -155,7 +155,7 @@ fn bytes_in_front_of_an_error_that_is_seen_late_are_dropped() {
     }
 }
 
-/// An ENDRX that comes again changes nothing, if the next transfer is not about to be opened.
+/// A doubled ENDRX changes nothing unless the next transfer is just being opened.
 #[test]
 fn a_doubled_endrx_costs_nothing() {
     for lag in 0..80 {
@@ -168,8 +168,8 @@ fn a_doubled_endrx_costs_nothing() {
     }
 }
 
-/// Between any two looks at the registers: the core is away for that long, and the byte behind the error would
-/// make a frame of those in front of it.
+/// The firmware is held off between any two register accesses while an error comes. The byte after the error would
+/// complete a frame with the bytes before the error.
 #[test]
 fn an_error_in_the_middle_of_a_round_is_seen() {
     error_in_the_middle_of_a_round(false);
@@ -202,8 +202,8 @@ fn error_in_the_middle_of_a_round(any_write_clears: bool) {
     }
 }
 
-/// A byte is there and its ENDRX does not come: within two ticks it is noticed and reported, nothing wrong
-/// is put in force, and the next frame is taken.
+/// If a byte is stored but its ENDRX does not come, this is noticed and reported within two ticks. No wrong setpoint
+/// is committed, and the next frame is taken.
 #[test]
 fn a_lost_endrx_is_noticed_and_heals() {
     for byte in 0..7 {
@@ -221,7 +221,7 @@ fn a_lost_endrx_is_noticed_and_heals() {
     }
 }
 
-/// The byte that looks like none is not seen in memory: the FIFO that fills tells.
+/// A byte with the value `NO_BYTE` is not noticed in memory. The loss is noticed when the FIFO overruns.
 #[test]
 fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() {
     let mut firmware = booted(false);
@@ -234,7 +234,7 @@ fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() 
     firmware.takes_a_frame(PAUSE, "the next frame");
 }
 
-/// The byte that lay in memory before a restart says nothing of the next one, which is stored just before a tick.
+/// A byte that lay in memory before a restart does not make the next one, stored just before a tick, look lost.
 #[test]
 fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
     let mut restarted = booted(false);
@@ -258,11 +258,11 @@ fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
     }
 }
 
-/// The core is away for longer than the FIFO lasts, wherever in a round, of a tick or of a byte: ENDRX was not
-/// lost.
+/// The firmware is held off until the FIFO overruns, at any place in a round for a tick or a byte. ENDRX was not
+/// lost, so nothing is restarted.
 #[test]
 fn an_overrun_in_the_middle_of_a_round_restarts_nothing() {
-    // Of STARTRX, and less than `NONE_WAITS`.
+    // The lag of STARTRX in cycles, less than `NONE_WAITS`.
     for lag in [0, 1_000] {
         for before in [0, 1] {
             let sent = || {
@@ -290,7 +290,8 @@ fn an_overrun_in_the_middle_of_a_round_restarts_nothing() {
     }
 }
 
-/// An ENDRX that comes again for an open transfer costs one byte too many, or takes one's place. Then all is well.
+/// A doubled ENDRX for an open transfer adds one spurious byte, or replaces a byte by it. Then everything works
+/// again.
 #[test]
 fn an_endrx_that_comes_again_for_an_open_transfer_costs_one_byte() {
     let mut most = 0;
@@ -311,11 +312,11 @@ fn an_endrx_that_comes_again_for_an_open_transfer_costs_one_byte() {
         assert_eq!(firmware.counter("overrun"), 0, "{lag} cycles");
         firmware.takes_a_frame(PAUSE, &format!("{lag} cycles"));
     }
-    assert_eq!(most, 43, "one too many");
+    assert_eq!(most, 43, "some runs have one spurious byte");
 }
 
-/// Bytes without a pause, and handlers late each time: more bytes are dropped than the FIFO holds. With the first
-/// pause it hears again.
+/// If bytes follow each other without a pause and each handler is late, more bytes are dropped than the FIFO holds.
+/// After the first pause, frames are taken again.
 #[test]
 fn if_handlers_are_late_the_first_pause_ends_the_drain() {
     const BYTE: u64 = 640;
@@ -324,7 +325,7 @@ fn if_handlers_are_late_the_first_pause_ends_the_drain() {
     let mut line = vec![LineSymbol::BadStop(0xFF)];
     line.extend([LineSymbol::Byte(b'x'); 40]);
     let end = firmware.board.send_symbols(&line);
-    // The handler for a byte begins when 4 us are left until the next one: `NONE_WAITS` is not over by then.
+    // The handler for a byte begins 4 us before the next byte, when `NONE_WAITS` is not over yet.
     for byte in 1..42 {
         let stored = began + 64 + byte * BYTE;
         firmware.board.run_until(stored - 100).unwrap();
@@ -340,8 +341,8 @@ fn if_handlers_are_late_the_first_pause_ends_the_drain() {
     );
 }
 
-/// The receiver is stopped and RXTO waited for before the UARTE is switched off. If RXTO does not come, it is
-/// switched off nevertheless.
+/// Before the UARTE is switched off, the receiver is stopped and the firmware waits for RXTO. If RXTO does not come,
+/// the UARTE is switched off nevertheless.
 #[test]
 fn the_receiver_is_stopped_before_the_uarte_is_switched_off() {
     const ENABLE: u32 = 0x4000_2500;
@@ -357,7 +358,7 @@ fn the_receiver_is_stopped_before_the_uarte_is_switched_off() {
         while firmware.counter("restarts") == 0 {
             firmware.run_for(MICROSECOND);
         }
-        // The counter is shown a tick after STOPRX.
+        // The counter is updated a tick after STOPRX.
         assert!(firmware.board.now() - began < 7 * MILLISECOND);
         let rxto = firmware.board.register(RXTO).unwrap();
         assert_eq!(rxto == 0, is_lost, "five byte times are less than a tick");
@@ -368,7 +369,7 @@ fn the_receiver_is_stopped_before_the_uarte_is_switched_off() {
     }
 }
 
-/// RXTO may have come long before, with an ENDRX. It says nothing of a stop.
+/// An RXTO that came long before with an ENDRX does not mean that the receiver has stopped.
 #[test]
 fn an_rxto_from_before_is_not_waited_for() {
     let mut firmware = booted(false);
@@ -380,14 +381,14 @@ fn an_rxto_from_before_is_not_waited_for() {
     });
     firmware.send_and_wait(b"x", 9 * MILLISECOND);
     assert_eq!(firmware.counter("restarts"), 1);
-    // It waits for twice the gap.
+    // The firmware waits for RXTO for twice the gap.
     firmware.send_and_wait(&frame([1, 2, 3]), PAUSE);
     assert!(firmware.commits().is_empty());
     firmware.run_for(9 * MILLISECOND);
     firmware.takes_a_frame(PAUSE, "after twice the gap");
 }
 
-/// In a flood the FIFO overruns before the tick: the same.
+/// In a flood, the FIFO overruns before the tick. The lost ENDRX is then noticed at the overrun.
 #[test]
 fn a_lost_endrx_in_a_flood_costs_a_few_frames() {
     for image in ["default", "megabaud"] {
@@ -402,12 +403,12 @@ fn a_lost_endrx_in_a_flood_costs_a_few_frames() {
         assert!(is_some_of(&commits, &sent), "{image}");
         assert!(commits.len() + 5 > sent.len(), "{image}: {}", commits.len());
         assert_eq!(firmware.counter("restarts"), 1, "{image}");
-        // Those that the FIFO had while the receiver was being stopped are not reported again.
+        // Overruns while the receiver was stopping are not reported again.
         assert_eq!(firmware.counter("overrun"), 1, "{image}");
     }
 }
 
-/// If no ENDRX comes at all, nothing but a reset may help: the watchdog is not fed.
+/// If no ENDRX comes at all, only a reset may help, so the watchdog is not fed.
 #[test]
 fn without_any_endrx_the_watchdog_bites() {
     for pause in [0, 3 * MILLISECOND] {
@@ -420,7 +421,7 @@ fn without_any_endrx_the_watchdog_bites() {
     }
 }
 
-/// A break is counted once, and how long it was; low bits of bytes are none, wherever the tick finds them.
+/// A break is counted once, with its length. Low bits of bytes do not count as a break at any tick.
 #[test]
 fn a_long_break_is_counted_once_with_its_length() {
     let mut firmware = booted(false);
@@ -438,7 +439,7 @@ fn a_long_break_is_counted_once_with_its_length() {
     }
 }
 
-/// Nobody is connected: the pull-up keeps the line quiet.
+/// If nothing is connected, the pull-up keeps the line quiet.
 #[test]
 fn an_unconnected_pin_is_a_quiet_line() {
     let mut firmware = Firmware::at_power_on("default");
@@ -448,8 +449,8 @@ fn an_unconnected_pin_is_a_quiet_line() {
     assert_eq!(firmware.counter("bytes"), 0);
 }
 
-/// The UARTE is set to 8N1, where nothing raises the cause "parity": there is no such bit to be
-/// wrong. A sender that has one makes framing errors, wherever the bit is low.
+/// The UARTE is set to 8N1, so nothing raises the cause "parity". A sender with a parity bit causes a framing error
+/// whenever this bit is low.
 #[test]
 fn a_sender_with_a_parity_bit_makes_framing_errors_and_moves_nothing() {
     let mut firmware = booted(false);
@@ -489,12 +490,12 @@ fn at_the_wrong_baud_rate_nothing_is_put_in_force_and_the_failsafe_stays() {
         firmware.send_and_wait(&bytes, 3 * MILLISECOND);
         assert!(firmware.commits().is_empty(), "{baud} baud");
         let seen = firmware.counter("framing") + firmware.counter("no_sync");
-        assert!(seen > 0, "{baud} baud: it is seen");
+        assert!(seen > 0, "{baud} baud: the errors are counted");
         assert!(firmware.leds()[2], "{baud} baud: LED3, failsafe");
     }
 }
 
-/// Two per cent is what two ordinary oscillators may differ by.
+/// Two ordinary oscillators may differ by two per cent.
 #[test]
 fn at_a_baud_rate_that_is_two_per_cent_off_every_frame_is_received() {
     for baud in [112_900, 117_500] {

@@ -1,7 +1,7 @@
-//! The firmware's release images, unchanged, in the emulator.
+//! Runs the firmware's release images, unchanged, in the emulator.
 //!
-//! They are built by `cargo xtask verify --only emulated`, which says in the variable
-//! `FRAMELOCK_IMAGES` where they are. Without it the tests fail; they are never skipped.
+//! `cargo xtask verify --only emulated` builds them, and sets the variable `FRAMELOCK_IMAGES` to
+//! their folder. Without this variable the tests fail; they are never skipped.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 mod assumptions;

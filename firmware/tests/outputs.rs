@@ -1,19 +1,19 @@
-//! Servos, LEDs, log and watchdog.
+//! Tests of servos, LEDs, log and watchdog.
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND, ResetCause};
 
 use crate::firmware::{Firmware, RESTART, UNDEFINED, frame};
 
-/// The pulse for a demand, in microseconds.
+/// Returns the pulse for a demand, in microseconds.
 pub(crate) fn pulse(demand: u64) -> u64 {
     1_000 + 1_000 * demand / 255
 }
 
 const PARK: u64 = 128;
 
-/// The pulses of pitch, roll and yaw in every period since that time, in microseconds.
+/// Returns the pulses of pitch, roll and yaw in every period since an instant, in microseconds.
 pub(crate) fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
-    // If SEQSTART begins a period at once, the last one is shorter, and no pulse of it.
+    // If SEQSTART begins a period at once, the period before is shorter, but its pulses are not.
     let shortest = if firmware.assumptions.start_cuts_period {
         16
     } else {
@@ -34,7 +34,7 @@ pub(crate) fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
         .collect()
 }
 
-/// A hundred frames a second, for that long.
+/// Sends a hundred frames a second, for `milliseconds`.
 fn drive(firmware: &mut Firmware, setpoint: [u8; 3], milliseconds: u64) {
     for _ in 0..milliseconds / 10 {
         firmware.send_and_wait(&frame(setpoint), 0);
@@ -56,7 +56,7 @@ fn from_power_on_the_servos_are_parked() {
 fn silence_holds_then_ramps_then_parks() {
     let mut firmware = Firmware::booted("default");
     parks_in_silence(&mut firmware);
-    // No pulse is cut if the PWM begins a new period at once, whenever it is given new widths.
+    // No pulse is cut short if the PWM begins a new period at once when it gets new widths.
     let mut firmware = Firmware::booted("default");
     firmware.assume(|all| all.start_cuts_period = true);
     parks_in_silence(&mut firmware);
@@ -82,7 +82,7 @@ fn parks_in_silence(firmware: &mut Firmware) {
     let ramp = pulses(firmware, ramp_from);
     for pair in ramp.windows(2) {
         for (before, after) in pair[0].iter().zip(pair[1]) {
-            // The full travel in a second is 20 us of pulse in a period; a unit is 4.
+            // The full travel in a second changes the pulse by 20 us in a period, and one unit by 4 us.
             assert!(before.abs_diff(after) <= 20 + 4, "{pair:?}: slowly");
         }
         assert!(
@@ -104,7 +104,7 @@ fn after_a_silence_the_demand_is_approached_and_then_followed() {
             "{pair:?}"
         );
     }
-    // Live: the next demand is in the next pulse but one at the latest.
+    // Live: a new demand appears in the second pulse after it at the latest.
     let from = firmware.board.now() + 40 * MILLISECOND;
     drive(&mut firmware, [10, 20, 30], 100);
     let [pitch, roll, yaw] = [10, 20, 30].map(pulse);
@@ -157,14 +157,14 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
     assert!(reset.at - stuck_at < 260 * MILLISECOND);
     let log = firmware.log("default").join("\n");
     assert!(log.contains("reset by watchdog"), "{log}");
-    // And it works again.
+    // The firmware works again.
     firmware.commits();
     firmware.takes_a_frame(RESTART, "after the reset");
 }
 
-/// A handler that ends just before a tick leaves the main loop awake when the tick comes. A break
-/// brings no byte, so nothing else wakes it. The next break comes when the UARTE has been started anew:
-/// a receiver that is off hears none.
+/// A handler that ends just before a tick leaves the main loop awake when the tick comes. A break brings no byte,
+/// so nothing else wakes the main loop. The next break comes after the UARTE may have been restarted, because a
+/// receiver that is off does not hear it.
 #[test]
 fn a_tick_is_not_slept_through_whenever_it_comes() {
     let mut firmware = Firmware::booted("default");
@@ -176,8 +176,8 @@ fn a_tick_is_not_slept_through_whenever_it_comes() {
     assert!(firmware.board.trace().resets.is_empty());
 }
 
-/// The processor is taken away for longer than a tick, wherever the main loop is: the tick that it asks for behind
-/// that is over, and is not waited for.
+/// The firmware is held off for longer than a tick, at any place of the main loop. The tick that it then requests
+/// has already passed, so it must not wait for it.
 #[test]
 fn a_tick_that_is_over_already_is_not_waited_for() {
     const TIMER0: u16 = 16 + 8;
@@ -192,7 +192,7 @@ fn a_tick_that_is_over_already_is_not_waited_for() {
     }
 }
 
-/// What a wild pointer or a stack overflow leads to: the pulse under way is ended, and no other begins.
+/// A fault, as from a wild pointer or a stack overflow, ends the pulses after the current one.
 #[test]
 fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     let mut firmware = Firmware::booted("default");
@@ -202,7 +202,7 @@ fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     firmware.board.send(b"x");
     firmware.run_for(50 * MILLISECOND);
     let trace = firmware.board.trace();
-    // More follow: the instruction is still there.
+    // More resets follow, because the instruction is still there.
     let reset = trace.resets[0];
     assert_eq!(reset.cause, ResetCause::Soft);
     let mut before = trace.pwm_periods.iter().rev();
@@ -210,7 +210,7 @@ fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     assert!(last.at + last.length <= reset.at, "{last:?}, {reset:?}");
 }
 
-/// The main loop runs, the receiver's handler does not: the watchdog is not to be fooled.
+/// If the main loop runs but the receive handler does not, the watchdog is not fed.
 #[test]
 fn a_dead_receiver_is_reset_by_the_watchdog() {
     let mut firmware = Firmware::booted("default");
@@ -220,7 +220,8 @@ fn a_dead_receiver_is_reset_by_the_watchdog() {
     assert_eq!(firmware.resets(), [ResetCause::Watchdog]);
 }
 
-/// The tick cannot reach the receiver: its cell is empty, or in use. That is counted, and the watchdog is not fed.
+/// If the tick cannot access the receiver, because its cell is empty or in use, this is counted and the watchdog
+/// is not fed.
 #[test]
 fn a_receiver_that_cannot_be_reached_is_reset_by_the_watchdog() {
     let cell = |firmware: &Firmware| {
@@ -230,7 +231,7 @@ fn a_receiver_that_cannot_be_reached_is_reset_by_the_watchdog() {
         memory.read(symbol.address, &mut bytes).unwrap();
         (symbol.address, bytes)
     };
-    // The crystal has not started yet.
+    // The crystal has not started yet, so the cell is still empty.
     let mut starts = Firmware::at_power_on("default");
     starts.run_for(MILLISECOND / 10);
     let (address, empty) = cell(&starts);

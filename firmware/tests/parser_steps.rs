@@ -1,5 +1,5 @@
-//! A program for the chip, run in the emulator only: single steps of the parsers, for the figures. Every
-//! state and kind of byte, each step a call.
+//! A program for the chip, which runs only in the emulator. It calls single steps of the parsers for the
+//! figures, with every state and every kind of byte.
 #![no_std]
 #![no_main]
 #![allow(improper_ctypes_definitions)]
@@ -11,7 +11,7 @@ use cortex_m_rt::entry;
 use framelock::Receiver;
 use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, Setpoint};
-// The vector table.
+// This crate brings the vector table.
 use nrf52840_hal as _;
 
 #[panic_handler]
@@ -31,19 +31,20 @@ extern "C" fn receiver_step(receiver: &mut Receiver<Bin>, byte: u8) -> Option<Se
     receiver.push(byte)
 }
 
-/// What any such call costs: the frame that the compiler makes, and the way back.
+/// Does nothing. It measures the cost of the call: the stack frame that the compiler makes, and the
+/// return.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn no_step(_machine: &mut Lecture, _byte: u8) -> Option<Setpoint> {
     None
 }
 
-/// Bytes of every kind that the machines tell apart, and the sync bytes in front of a terminator.
+/// One byte of every kind that the machines distinguish: both sync bytes, the terminator, any other.
 const BYTES: [u8; 4] = [b'A', b'B', b'\r', 0x55];
 
 #[entry]
 fn main() -> ! {
-    // Through a pointer, or there would be no call.
+    // Call through a pointer, because the compiler would remove a direct call.
     let no_step = black_box(no_step as extern "C" fn(&mut Lecture, u8) -> Option<Setpoint>);
     black_box(no_step(&mut Lecture::new(), 0));
     for state in State::ALL {

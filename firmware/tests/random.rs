@@ -1,7 +1,7 @@
-//! Anything that can happen on the line or to the processor, at random, against the reference.
+//! Compares the firmware with the reference under random events on the line and in the processor.
 //!
-//! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries that many streams in place
-//! of a few hundred. A failure names its seed, and `FRAMELOCK_RANDOM_SEED` begins with that one.
+//! `FRAMELOCK_RANDOM_RUNS=20000 cargo xtask verify --only emulated` tries 20 000 streams instead of a few
+//! hundred. A failure names its seed, and `FRAMELOCK_RANDOM_SEED` sets the first seed.
 
 use framelock_proofs::reference::{Bin, Format as _, Lecture};
 use nrf52840_emulator::{Assumptions, LineSymbol, MICROSECOND, MILLISECOND};
@@ -10,33 +10,33 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::firmware::{Firmware, RESTART, Reference, Setpoint, frame, is_some_of, reference};
 
-/// Silence that the firmware takes for no gap, and silence that it does: 5 ms lie between them.
+/// The longest silence that is certainly no gap: a gap begins after 5 ms.
 const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
-/// How many bits handlers may be held off without loss: the FIFO may have five bytes of ten, and at 1 Mbaud
-/// a slow core needs a while for those that wait.
+/// The longest hold-off of handlers without loss, in bits. The FIFO may hold only five bytes of ten bits,
+/// and at 1 Mbaud a slow core needs a while for the waiting bytes.
 const HOLD_OFF: u64 = 45;
-/// Longer than that at any rate.
+/// Cycles that are longer than this hold-off at any rate.
 const HELD_OFF: u64 = 500 * MICROSECOND;
-/// How many streams are tried unless `FRAMELOCK_RANDOM_RUNS` says otherwise.
+/// Number of streams, unless `FRAMELOCK_RANDOM_RUNS` is set.
 const RUNS: u64 = 300;
-/// The same for mixes of what the chip may do.
+/// Number of streams with mixes of assumptions, unless `FRAMELOCK_RANDOM_RUNS` is set.
 const MIXES: u64 = 50;
-/// What frames are made of, so that parts of frames and payloads look like frames.
+/// The fixed bytes of frames. With them, parts of frames and payloads look like frames.
 const AMBIGUOUS: [u8; 4] = *b"AB\0\r";
 
-/// What happens on the line or to the processor.
+/// An event on the line or in the processor.
 #[derive(Clone, PartialEq, Eq, Debug)]
 enum Step {
     Bytes(Vec<u8>),
-    /// Silence for that many cycles, too short for a gap.
+    /// Silence for this number of cycles, too short for a gap.
     Pause(u64),
-    /// Silence that ends the frame under way.
+    /// Silence that ends the current frame.
     Gap,
-    /// A byte without stop bit, which is not delivered.
+    /// A byte without a stop bit, which is not delivered.
     BadStop(u8),
-    /// The line is low for that many bits, more than a byte has.
+    /// A low level for this number of bits, more than a byte has.
     Break(u32),
-    /// All handlers are held off from now on, for that many thousandths of what does no harm.
+    /// A hold-off of all handlers from now on, in thousandths of the harmless duration.
     HoldOff(u64),
 }
 
@@ -67,12 +67,14 @@ fn step(random: &mut ChaCha8Rng) -> Step {
     }
 }
 
-/// The bytes delivered are those sent with a stop bit, and what the firmware does with them is:
+/// The UARTE delivers the bytes that were sent with a stop bit. Checks the firmware's behaviour:
 ///
-/// * what is committed are frames that were delivered, in order, none across an error or a gap;
-/// * if it has taken every byte, it is all that the reference sees;
-/// * without an error on the line and a lost ENDRX it has taken every byte, and no handler is late;
-/// * every byte is in one place.
+/// * Only delivered frames are committed, in order, and none with bytes from both sides of an error or a
+///   gap.
+/// * If the firmware has taken every byte, it commits all setpoints of the reference.
+/// * Without an error on the line and without a lost ENDRX, it has taken every byte, and there was no
+///   overrun.
+/// * Every byte is part of a frame, discarded or pending.
 #[test]
 fn whatever_happens_it_does_as_the_reference() {
     for_seeds(RUNS, |seed| {
@@ -85,8 +87,8 @@ fn whatever_happens_it_does_as_the_reference() {
     });
 }
 
-/// The same, whatever mix of the things that are not known for certain the chip is; and half a second
-/// later it receives.
+/// Checks the same under random mixes of assumptions. Within half a second, the firmware takes a frame
+/// again.
 #[test]
 fn whatever_the_chip_does_it_does_as_the_reference() {
     for_seeds(MIXES, |seed| {
@@ -110,10 +112,10 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
     };
     let mut firmware = Firmware::booted(image);
     firmware.assume(assume);
-    // Two per cent off at most.
+    // The sender's rate is off by at most two per cent.
     let millibaud = baud * random.random_range(980..=1_020);
     firmware.board.line(|line| line.set_millibaud(millibaud));
-    // Half of the runs without errors, where nothing at all may be lost.
+    // Half of the runs have no errors. Nothing may be lost in them.
     let with_errors: bool = random.random();
     let count = random.random_range(1..16);
     let steps: Vec<Step> = std::iter::repeat_with(|| step(random))
@@ -135,7 +137,7 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
     assert_eq!(firmware.board.trace().resets, [], "{what}");
 }
 
-/// What was delivered: the stretches between errors and gaps.
+/// The delivered bytes, as stretches between errors and gaps.
 struct Sent {
     stretches: Vec<Vec<u8>>,
     has_errors: bool,
@@ -146,10 +148,10 @@ fn send(firmware: &mut Firmware, steps: &[Step], hold_off: u64) -> Sent {
         stretches: vec![Vec::new()],
         has_errors: false,
     };
-    // Since the last byte: pauses behind one another could add up to a gap.
+    // The silence since the last byte. Consecutive pauses could add up to a gap.
     let mut silence = 0;
     for step in steps {
-        // The line is sent ahead of time: what comes next is behind all that was sent.
+        // The line is filled ahead of time, so each step follows everything sent before.
         match step {
             Step::Bytes(bytes) => {
                 silence = 0;
@@ -175,7 +177,7 @@ fn send(firmware: &mut Firmware, steps: &[Step], hold_off: u64) -> Sent {
                 silence += 2 * HELD_OFF;
                 let now = firmware.board.now();
                 firmware.board.hold_off(now, hold_off * thousandths / 1_000);
-                // The next one no sooner than the handlers have run.
+                // The next hold-off comes after the handlers have run.
                 firmware.run_for(2 * HELD_OFF);
             }
         }
@@ -192,7 +194,7 @@ impl Sent {
     }
 }
 
-/// Lets all that was sent arrive, and then that many cycles pass.
+/// Waits until everything that was sent has arrived, and then for `cycles`.
 fn wait(firmware: &mut Firmware, cycles: u64) {
     firmware.send_and_wait(&[], 0);
     firmware.run_for(cycles);
@@ -222,7 +224,7 @@ fn check(firmware: &mut Firmware, reference: Reference, sent: &Sent, what: &str)
     assert_eq!(firmware.board.trace().resets, [], "{what}");
 }
 
-/// Every frame that lies in those bytes, also where two overlap.
+/// Returns every frame in these bytes, including overlapping ones.
 fn frames(bytes: &[u8]) -> impl Iterator<Item = Setpoint> {
     bytes
         .windows(Bin::LENGTH)

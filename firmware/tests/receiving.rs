@@ -1,4 +1,4 @@
-//! What is committed, for what is sent: always what the reference says.
+//! Checks that the firmware commits the reference's setpoints for every stream.
 
 use crate::firmware::{Firmware, GAP, PAUSE, RESTART, Reference, frame, frames, reference};
 use framelock_proofs::reference::{Bin, BinCrc8, Format as _, Lecture};
@@ -33,7 +33,8 @@ fn the_lectures_second_example_is_saved_by_the_receiver_and_lost_by_the_lectures
     assert!(lecture.commits().is_empty());
 }
 
-/// Each bit of a frame inverted in turn, between frames that are whole; then one of BIN.
+/// The stream has a frame with each bit inverted in turn, each followed by an intact frame, and at
+/// the end a frame of BIN.
 #[test]
 fn the_image_for_bin_crc8_takes_frames_whose_checksum_is_right_and_no_others() {
     let sealed = |[pitch, roll, yaw]: [u8; 3]| {
@@ -57,7 +58,7 @@ fn the_image_for_bin_crc8_takes_frames_whose_checksum_is_right_and_no_others() {
     assert_eq!(firmware.commits(), expected);
 }
 
-/// Three frames with a byte lost, another in its place, or one more, at every place.
+/// Returns streams of three frames, with a byte lost, replaced or inserted at every place.
 fn faulty_streams() -> Vec<Vec<u8>> {
     let whole: Vec<u8> = [[0x7F, 0xC8, 0x4A], [0x41, 0x42, 0x0D], [0x0D, 0x41, 0x42]]
         .into_iter()
@@ -123,7 +124,7 @@ fn nothing_of_a_flood_at_1_mbaud_is_lost() {
     nothing_of_a_flood_is_lost("megabaud");
 }
 
-/// Without an end, as a floating line or another protocol brings it.
+/// The stream is noise without frames, as from a floating line or another protocol.
 #[test]
 fn noise_at_1_mbaud_makes_no_handler_late() {
     let random = ChaCha8Rng::seed_from_u64(1);
@@ -134,7 +135,8 @@ fn noise_at_1_mbaud_makes_no_handler_late() {
     assert_eq!(firmware.counter("bytes"), 7_000);
 }
 
-/// Frames, parts of frames and noise, in pieces with pauses between that are no gaps.
+/// Returns pieces of frames, parts of frames and noise, with pauses between the pieces that are
+/// shorter than a gap.
 fn random_stream(seed: u64, pieces: usize) -> Vec<(Vec<u8>, u64)> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     (0..pieces)
@@ -182,7 +184,7 @@ fn a_board_that_boots_into_the_middle_of_traffic_soon_has_every_frame() {
         let mut firmware = Firmware::at_power_on("default");
         firmware.run_for(phase * 611);
         let (sent, bytes) = frames(400);
-        // It begins with a byte that is cut.
+        // The stream begins with a byte whose start the receiver misses.
         firmware.send_and_wait(&bytes, RESTART);
         let commits = firmware.commits();
         assert!(commits.len() > 380, "phase {phase}: {}", commits.len());

@@ -1,38 +1,40 @@
-//! The self-test's program: its table says what the emulated chip does, whatever is assumed of it.
+//! Tests of the self-test. Its table must describe the emulated chip, under every assumption.
 
 use nrf52840_emulator::{Assumptions, Board, LogTable, MILLISECOND, ResetCause};
 
 use crate::firmware::{image, image_file};
 
-/// P1.01 and P1.02.
+/// The pins that the wire connects: P1.01 and P1.02.
 const WIRE: [u32; 2] = [33, 34];
-/// How often a question is asked.
+/// How often the self-test repeats each of the shorter tests.
 const TIMES: u32 = 16;
 
-/// What the program found out.
+/// The results of the self-test.
 struct Outcome {
     finished: u32,
-    /// Bytes that waited, fewest and most; cycles until the slowest was stored.
+    /// The fewest and most bytes that waited, and the cycles until the slowest byte was stored.
     waiting: [u32; 3],
-    /// Of bad stop bits: said by ERRORSRC in time; stored.
+    /// The bad stop bits that ERRORSRC showed in time, and the bad bytes that were stored.
     bad_stop_bits: [u32; 2],
-    /// Overruns said; bytes that waited; how often the oldest was lost.
+    /// The overruns that ERRORSRC showed, the bytes that waited, and how often the oldest byte was
+    /// lost.
     overruns: [u32; 3],
-    /// Errors in a long break, and their causes.
+    /// The number of errors in a long break, and their causes.
     long_break: [u32; 2],
-    /// The parser's for a byte, with the cache and without.
+    /// The parser's cycles for a byte, with and without the cache.
     cycles: [u32; 2],
-    /// Sent, committed, overruns.
+    /// The frames sent, the frames committed, and the overruns.
     frames: [u32; 3],
-    /// Microseconds from SEQSTART to the period's end; whether it began a period.
+    /// Microseconds from SEQSTART to the period's end, and whether SEQSTART began a period.
     period: [u32; 2],
-    /// ERRORSRC after it was written.
+    /// The values of ERRORSRC after each of three writes.
     clearing: [u32; 3],
-    /// Transfers that a second STARTRX ended; bytes stored after it.
+    /// The transfers that a second STARTRX ended, and the bytes stored after it.
     second_start: [u32; 2],
-    /// Cycles until RXTO, with a transfer open and with none; how often it came without STOPRX.
+    /// Cycles until RXTO with a transfer open and with none open, and how often RXTO came without
+    /// STOPRX.
     stopping: [u32; 3],
-    /// How often the setpoint changed.
+    /// The number of changes of the setpoint.
     commits: usize,
     log: Vec<String>,
 }
@@ -85,7 +87,7 @@ fn self_test(image_name: &str, assumptions: Assumptions, is_wired: bool) -> Outc
     }
 }
 
-/// Whether the log has a line with this, and that verdict.
+/// Returns whether the log has a line with this part and this verdict.
 fn says(outcome: &Outcome, part: &str, verdict: &str) -> bool {
     let mut lines = outcome.log.iter();
     lines.any(|line| line.contains(part) && line.ends_with(&format!("| {verdict}")))
@@ -99,13 +101,13 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
         assert_eq!(outcome.waiting[..2], [5, 5]);
         assert_eq!(outcome.bad_stop_bits, [TIMES, 0]);
         assert_eq!(outcome.overruns, [TIMES, 6, 0]);
-        // Framing and break.
+        // 12 means framing and break.
         assert_eq!(outcome.long_break, [2, 12]);
         assert_eq!(outcome.period[1], 0);
         assert_eq!(outcome.clearing, [12, 8, 0]);
         assert_eq!(outcome.second_start, [0, 2 * TIMES]);
         let [open, ended, without] = outcome.stopping;
-        // Five bytes.
+        // 3200 cycles are five bytes.
         assert!(open.abs_diff(3_200) < 100 && ended.abs_diff(3_200) < 100);
         assert_eq!(without, 0);
         let [with, without] = outcome.cycles;
@@ -139,7 +141,7 @@ fn under_each_assumption_it_says_what_this_chip_does() {
     for (name, assumptions) in Assumptions::each() {
         let outcome = self_test("self-test-megabaud", assumptions, true);
         let log = &outcome.log;
-        // The first byte is asked for by whether there is a wire: its ENDRX is lost then.
+        // The lost ENDRX is that of the first byte, which checks for the wire.
         if name == "lost_end" {
             assert_eq!(outcome.finished, 2, "{name}: {log:#?}");
             continue;
@@ -180,7 +182,7 @@ fn under_each_assumption_it_says_what_this_chip_does() {
     }
 }
 
-/// What the specification leaves open it finds out.
+/// The self-test finds out how the chip behaves where the specification is silent.
 #[test]
 fn what_an_overrun_drops_and_what_seqstart_does_it_says() {
     for open in [false, true] {
@@ -199,7 +201,7 @@ fn what_an_overrun_drops_and_what_seqstart_does_it_says() {
     }
 }
 
-/// What the firmware takes for granted, and this chip does not do, it says.
+/// The self-test reports each assumption of the firmware that the chip does not meet.
 #[test]
 fn a_chip_that_does_less_is_not_fine() {
     let usual = Assumptions::default();
@@ -237,7 +239,7 @@ fn a_chip_that_does_less_is_not_fine() {
     }
 }
 
-/// As after flashing it over the firmware, which leaves the watchdog running.
+/// The self-test starts with a running watchdog, as after it was flashed over the firmware.
 #[test]
 fn it_keeps_the_debug_port_open_and_sees_the_firmwares_watchdog_off() {
     let mut board = Board::new(image("self-test")).unwrap();
@@ -249,7 +251,7 @@ fn it_keeps_the_debug_port_open_and_sees_the_firmwares_watchdog_off() {
     let resets: Vec<_> = board.trace().resets.iter().map(|it| it.cause).collect();
     assert_eq!(resets, [ResetCause::Soft, ResetCause::Watchdog]);
     assert!(board.debug_port_is_open());
-    // There is no wire.
+    // The state 2 means that the wire is missing.
     assert_eq!(board.word("FINISHED").unwrap(), 2);
 }
 

@@ -1,5 +1,6 @@
-//! How deep the stack becomes at most, by the machine code: what each function takes, and whom it calls. What is
-//! not understood is an error, and so are recursion and calls through registers.
+//! Computes the greatest depth of the stack from the machine code: the stack that each function takes, and the
+//! functions that it calls. Instructions that are not understood, recursion, and calls through registers are
+//! errors.
 #![expect(clippy::cast_possible_truncation, reason = "addresses have 32 bits")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,7 +15,7 @@ use crate::image::MOST_FLASH;
 const SP: u8 = 13;
 const LR: u8 = 14;
 const PC: u8 = 15;
-/// What the processor stores when it enters an exception, with floating point, and to align the stack.
+/// Bytes that the processor stores when it enters an exception, with floating point and alignment of the stack.
 const EXCEPTION: u32 = 104 + 4;
 
 /// An image's machine code.
@@ -25,7 +26,7 @@ struct Code<'a> {
     panic: Option<u32>,
 }
 
-/// What it takes, every push in it added up, and whom it calls.
+/// The stack that a function takes (the sum of all its pushes), and the functions that it calls.
 #[derive(Default)]
 struct Function {
     takes: u32,
@@ -41,7 +42,7 @@ impl<'a> Code<'a> {
             if symbol.kind() == SymbolKind::Text && symbol.size() > 0 {
                 ranges.insert(start, start..start + symbol.size() as u32);
             }
-            // Where code begins, and where tables and constants do.
+            // The symbols $t mark the beginning of code, and $d that of tables and constants.
             if name.starts_with("$t") || name.starts_with("$d") {
                 mappings.insert(start, name.starts_with("$t"));
             }
@@ -84,11 +85,12 @@ impl<'a> Code<'a> {
         self.file.symbol_by_name(name).expect(name).address() as u32
     }
 
-    /// What it takes with those that it calls.
+    /// Returns the stack that a function takes, including the functions that it calls.
     fn depth(&self, function: u32, callers: &[u32]) -> u32 {
         if let Some(before) = callers.iter().rposition(|&caller| caller == function) {
-            // The only recursion listed: a panic is logged, and the log's library panics if it is in the middle
-            // of a log. Nothing else panics, so no panic comes there, and in its own log no second one.
+            // Only this recursion is allowed: a panic is logged, and the log's library panics if it is used
+            // while it writes a log. Nothing else panics while a log is written, so this second panic never
+            // happens.
             if self.panic == Some(function) {
                 return 0;
             }
@@ -101,7 +103,7 @@ impl<'a> Code<'a> {
         takes + deepest.unwrap_or(0)
     }
 
-    /// The program, and on top of it each handler once: none interrupts itself.
+    /// Returns the stack of the program plus that of each handler once, because no handler interrupts itself.
     fn nested(&self) -> u32 {
         let table = self.file.section_by_name(".vector_table").unwrap();
         let words = table.data().unwrap().as_chunks().0.iter();
@@ -129,14 +131,15 @@ impl Function {
     }
 }
 
-/// Bytes by which it moves the stack pointer down; nothing if it may move it otherwise, or jump to anywhere.
+/// Returns the bytes by which an instruction moves the stack pointer down. Returns `None` if it may move the
+/// stack pointer in another way, or jump to any address.
 #[rustfmt::skip]
 fn takes(instruction: Insn) -> Option<u32> {
     match instruction {
         Insn::LoadStoreMultiple { load: false, rn: SP, list, .. } => Some(4 * list.count_ones()),
         Insn::LoadStore { load: false, rn: SP, offset: MemOffset::Imm(bytes), add: false, wback: true, .. } => Some(bytes),
         Insn::DataProc { op: DpOp::Sub, rd: SP, rn: SP, operand: Operand::Imm { value, .. }, .. } => Some(value),
-        // Up again, and back to the caller.
+        // These instructions move the stack pointer up, compare, or return to the caller.
         Insn::DataProc { op: DpOp::Add, rd: SP, rn: SP, operand: Operand::Imm { .. }, .. }
         | Insn::DataProc { op: DpOp::Cmp | DpOp::Cmn | DpOp::Tst | DpOp::Teq, .. }
         | Insn::LoadStoreMultiple { rn: SP, .. }
@@ -154,7 +157,7 @@ fn takes(instruction: Insn) -> Option<u32> {
     }
 }
 
-/// How deep it becomes with everything nested, and how much memory.x has for it, in bytes.
+/// Returns the stack's depth with everything nested, and the stack's size in memory.x, in bytes.
 pub(crate) fn stack(image: &str) -> (u32, u32) {
     let elf = image_file(image);
     let code = Code::of(&elf);

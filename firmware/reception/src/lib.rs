@@ -206,8 +206,9 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     fn fail(&mut self, ended: bool, open_for: u32, causes: u32, registers: &mut impl Registers) {
         self.errors = self.errors.saturating_add(1);
         self.skipped = self.skipped.wrapping_add(ended.into());
-        // A byte from a full FIFO ends an open transfer, so ENDRX must have come by now: `NONE_WAITS` was already
-        // over, and if the handler was interrupted since then, ENDRX comes before the overrun.
+        // A transfer that has been open for `NONE_WAITS` ends before the FIFO is full, so its ENDRX came before the
+        // overrun. `ended` may have been read before that, so read ENDRX again. If it has not come by now, it is
+        // lost.
         let is_full = causes & OVERRUN != 0 && open_for >= NONE_WAITS;
         if is_full && !ended && !registers.ended() {
             self.stop(registers);

@@ -44,8 +44,8 @@
 //! * A4. A3 also holds for a byte that is lost to an overrun. At an overrun the FIFO is full, or lacks at most one byte.
 //!   A transfer that has been open for `NONE_WAITS` takes a byte before the FIFO is full.
 //! * A5. ENDRX does not come for a transfer that is still open. L4 is the exception: there a second STARTRX leaves the
-//!   open transfer open. The handler cannot distinguish the spurious byte of L4 from a real one: every one of memory's
-//!   256 values may be a received byte, and only ENDRX tells that a byte has come which looks like none.
+//!   open transfer open. The handler cannot distinguish the spurious byte of L4 from a real one: each of memory's 256
+//!   values may be a received byte, and only ENDRX shows that a byte which looks like none has come.
 //!
 //! The FIFO of the model holds three bytes. The model identifies bytes by their numbers on the line.
 
@@ -53,7 +53,7 @@
     clippy::arithmetic_side_effects,
     clippy::indexing_slicing,
     clippy::struct_excessive_bools,
-    reason = "what goes wrong is what a harness would find; what is any is said one thing after the other"
+    reason = "a harness finds every overflow and wrong index; the model's state is a list of flags"
 )]
 
 mod chip;

@@ -1,7 +1,8 @@
-//! framelock in Embassy, on an nRF52840: setpoints in by UARTE0, a failsafe, and what it puts out as a log.
+//! framelock in Embassy, on an nRF52840. It receives setpoints on UARTE0, passes them to a failsafe, and
+//! logs the failsafe's output.
 //!
-//! `BufferedUarteRx` receives in the background. It reports overruns only, so a timer counts the UARTE's
-//! errors, whatever their kind. The line is idle when a read takes too long.
+//! `BufferedUarteRx` receives in the background. It reports only overruns, so a timer counts all errors
+//! of the UARTE. The line is idle when a read takes too long.
 #![no_std]
 #![no_main]
 #![allow(
@@ -26,16 +27,17 @@ bind_interrupts!(struct Interrupts {
     UARTE0 => InterruptHandler<peripherals::UARTE0>;
 });
 
-/// Silence that ends a frame: more than a USB serial adapter leaves inside one.
+/// Silence that ends a frame. It is longer than the pauses that a USB serial adapter inserts into a
+/// frame.
 const IDLE: Duration = Duration::from_millis(5);
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
     let mut p = embassy_nrf::init(embassy_nrf::config::Config::default());
-    // An error of the UARTE makes TIMER1 count.
+    // TIMER1 counts the UARTE's errors.
     let errors = timer::Timer::new_counter(p.TIMER1);
     let error = unwrap!(NonNull::new(pac::UARTE0.events_error().as_ptr()));
-    // SAFETY: the address is that of one of a peripheral's events.
+    // SAFETY: the address is that of a peripheral's event.
     let error = unsafe { Event::new_unchecked(error) };
     let mut channel = Ppi::new_one_to_one(p.PPI_CH2, error, errors.task_count());
     channel.enable();
@@ -64,7 +66,7 @@ async fn main(_spawner: Spawner) {
                 &mut buffer,
             );
             receive_until_overrun(serial, errors.cc(0), &mut line, &failsafe).await;
-            // The driver may have lost its place: it starts again.
+            // The driver may have lost its position in the buffer, so restart it.
             line.line_event(LineEvent::Overrun, |_| ());
             warn!("{}", LineEvent::Overrun);
         }
@@ -86,7 +88,7 @@ async fn receive_until_overrun(
         let now = errors.capture();
         match read {
             Ok(Err(_)) => return,
-            // Where in the driver's buffer the error lies is not known: all in it is dropped.
+            // The position of the error in the driver's buffer is not known, so drop the whole buffer.
             _ if now != seen => {
                 (seen, in_doubt) = (now, true);
                 line.line_event(LineEvent::Framing, |_| ());
@@ -106,7 +108,7 @@ async fn receive_until_overrun(
     }
 }
 
-/// Moves the outputs, fifty times a second: set servos here.
+/// Moves the outputs fifty times a second. Set servos here.
 async fn actuate(failsafe: &RefCell<Failsafe<u8, 3>>) {
     let mut last = None;
     loop {
@@ -118,7 +120,7 @@ async fn actuate(failsafe: &RefCell<Failsafe<u8, 3>>) {
     }
 }
 
-/// The failsafe's clock.
+/// Returns the time of the failsafe's clock.
 #[expect(clippy::cast_possible_truncation, reason = "it may wrap")]
 fn milliseconds() -> u32 {
     Instant::now().as_millis() as u32

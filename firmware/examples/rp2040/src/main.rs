@@ -1,10 +1,10 @@
-//! framelock on another chip: setpoints in by UART0 of an RP2040, and out as a log.
+//! framelock on another chip, an RP2040. It receives setpoints on UART0 and logs them.
 //!
 //! **This program was compiled. It has never run.**
 //!
 //! embassy-rp's `BufferedUartRx` receives by interrupt and implements `Read` of `embedded-io-async`, so `Reader` takes
-//! it as it is. The driver reports each kind of error, after the bytes received before it. The program passes it on as a
-//! line event.
+//! it directly. The driver reports each kind of error, after the bytes received before it. The program passes the error
+//! on as a line event.
 #![no_std]
 #![no_main]
 #![allow(
@@ -41,7 +41,7 @@ async fn main(_spawner: Spawner) {
                     Error::Overrun => LineEvent::Overrun,
                     Error::Break => LineEvent::Break,
                     Error::Parity => LineEvent::Parity,
-                    // Framing, and kinds of later versions.
+                    // Framing errors, and kinds that later versions may add.
                     _ => LineEvent::Framing,
                 };
                 // The pending bytes are discarded and counted. The next read goes on.

@@ -1,7 +1,8 @@
-//! framelock in RTIC, on an nRF52840: setpoints in by UARTE0, a failsafe, and what it puts out as a log.
+//! framelock in RTIC, on an nRF52840. It receives setpoints on UARTE0, passes them to a failsafe, and
+//! logs the failsafe's output.
 //!
-//! The UARTE stores one byte at a time. While the handler is late, bytes wait in the UARTE's FIFO; if
-//! that is full, the UARTE reports an overrun.
+//! The UARTE stores one byte at a time. While the handler is late, bytes wait in the UARTE's FIFO. If
+//! the FIFO is full, the UARTE reports an overrun.
 #![no_std]
 #![no_main]
 
@@ -18,11 +19,13 @@ mod app {
     use nrf52840_hal::{clocks::Clocks, gpio::p0, pac::UARTE0};
     use rtic_monotonics::nrf::timer::prelude::*;
     nrf_timer0_monotonic!(Mono, 1_000_000);
-    /// Milliseconds of silence that end a frame: more than a USB serial adapter leaves inside one.
+    /// Silence that ends a frame, in milliseconds. It is longer than the pauses that a USB serial
+    /// adapter inserts into a frame.
     const IDLE: u32 = 5;
-    /// How many bytes are dropped after an error: the UARTE may have received them before it.
+    /// Number of bytes to drop after an error, because the UARTE may have received them before the
+    /// error.
     const IN_DOUBT: u8 = 8;
-    /// Where the UARTE puts a byte.
+    /// The byte in RAM to which the UARTE writes.
     static BYTE: AtomicU8 = AtomicU8::new(0);
     #[shared]
     struct Shared {
@@ -41,7 +44,7 @@ mod app {
         // 115 200 baud, 8N1, on P0.08: the nRF52840-DK's USB serial port.
         p0::Parts::new(cx.device.P0).p0_08.into_pullup_input();
         let uarte = cx.device.UARTE0;
-        // SAFETY: pin 8 of port 0; one byte in RAM, which is the UARTE's.
+        // SAFETY: 8 is pin P0.08. The transfer writes one byte in RAM, which only the UARTE writes.
         unsafe {
             uarte.psel.rxd.write(|w| w.bits(8));
             uarte.rxd.maxcnt.write(|w| w.maxcnt().bits(1));
@@ -62,7 +65,7 @@ mod app {
         (Shared { failsafe }, Local { uarte })
     }
 
-    /// An error, a byte, or both.
+    /// Handles an error, a byte, or both.
     #[task(binds = UARTE0_UART0, priority = 2, shared = [failsafe], local = [
         uarte, in_doubt: u8 = 0, heard: u32 = 0,
         line: Line<Receiver<Bin>> = Line::new(Receiver::new()),
@@ -78,7 +81,7 @@ mod app {
         if uarte.events_error.read().bits() != 0 {
             uarte.events_error.reset();
             let overrun = uarte.errorsrc.read().overrun().is_present();
-            // SAFETY: ones clear the causes.
+            // SAFETY: writing 1 to a cause clears it.
             uarte.errorsrc.write(|w| unsafe { w.bits(0xF) });
             let event = if overrun { Overrun } else { Framing };
             line.line_event(event, |_| ());
@@ -87,7 +90,7 @@ mod app {
         }
         if uarte.events_endrx.read().bits() != 0 {
             uarte.events_endrx.reset();
-            // The byte was stored before the event, and the next is stored after STARTRX.
+            // The byte was stored before the event, and the next one is stored after STARTRX.
             fence(Ordering::SeqCst);
             let byte = BYTE.load(Ordering::Relaxed);
             fence(Ordering::SeqCst);
@@ -100,7 +103,7 @@ mod app {
         }
     }
 
-    /// Moves the outputs, fifty times a second: set servos here.
+    /// Moves the outputs fifty times a second. Set servos here.
     #[task(shared = [failsafe], priority = 1)]
     async fn actuate(mut cx: actuate::Context) {
         let mut last = None;
@@ -113,7 +116,7 @@ mod app {
         }
     }
 
-    /// The failsafe's clock.
+    /// Returns the time of the failsafe's clock.
     #[expect(clippy::cast_possible_truncation, reason = "it may wrap")]
     fn milliseconds() -> u32 {
         Mono::now().duration_since_epoch().as_millis() as u32

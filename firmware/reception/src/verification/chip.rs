@@ -14,7 +14,7 @@ pub(super) const TIMES: u8 = 5;
 #[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
 pub(super) struct Byte {
     pub(super) number: u8,
-    /// Whether the byte was received after the last error that had come when the byte was stored.
+    /// Whether the byte was received after all errors that had occurred when it was stored.
     pub(super) is_sound: bool,
     /// Whether the byte's value is [`NO_BYTE`].
     pub(super) is_hidden: bool,
@@ -24,7 +24,7 @@ pub(super) struct Byte {
 pub(super) struct Chip {
     /// The number of the next byte on the line. Lost bytes have numbers too.
     pub(super) next: u8,
-    /// Numbers of two kinds of bytes in the FIFO. The first `old` bytes may be corrupted, or from before the last
+    /// The number of bytes of two kinds in the FIFO. The first `old` bytes may be corrupted, or from before the last
     /// error. The `new` bytes that follow are sound, and are the latest on the line.
     pub(super) old: u8,
     pub(super) new: u8,
@@ -269,7 +269,7 @@ impl Registers for Chip {
         };
         assert!(
             byte.is_sound,
-            "S1: not spoilt, S2: not from before an error"
+            "S1: not corrupted, S2: not from before an error"
         );
         assert!(byte.number >= self.expected, "S1: in order");
         assert!(

@@ -23,16 +23,16 @@ fn a_round_takes_what_has_come() {
     let (before, had_ended) = (reception, chip.ended);
     let (time, had_failed) = (chip.time, chip.failed);
     reception.service(&mut chip);
-    // L1: the byte, ...
+    // L1: the round takes the byte, ...
     assert!(!chip.ended && (chip.open || chip.owes_end));
     let dropped = reception.skipped.wrapping_sub(before.skipped);
     assert!(u32::from(chip.pushed) + dropped == u32::from(had_ended));
-    assert!(dropped == 0 || chip.reported, "dropped behind a report");
-    // ... the gap, and the error; ...
+    assert!(dropped == 0 || chip.reported, "dropped after a report");
+    // ... and reports the gap and the error; ...
     assert!(chip.idles == u8::from(time >= 2 && !before.since_byte.in_gap));
     assert!(!had_failed || chip.reported && reception.state != State::Receiving);
     assert!(had_ended || reception.since_byte.restarts >= before.since_byte.restarts);
-    // ... and an ERROR without a cause is cleared.
+    // ... and clears an ERROR without a cause.
     assert!(!chip.error);
     kani::cover!(chip.pushed == 1);
     kani::cover!(dropped == 1 && had_failed);
