@@ -1,8 +1,8 @@
 //! The sending end of the line. It sends characters bit by bit with the sender's own clock, and
 //! noise disturbs them.
 //!
-//! The [`Uart`] at the other end decides which bytes these levels are. Noise is drawn in advance,
-//! so that a quiet line costs little.
+//! The [`Uart`] at the other end turns these levels into bytes. Noise is drawn in advance, so that
+//! a quiet line costs little.
 
 use std::time::Duration;
 
@@ -113,7 +113,8 @@ struct Noise {
     breaks: Occurrences,
     /// Draws the levels of the line during a burst.
     levels: ChaCha8Rng,
-    /// No bit before this one is disturbed, except those for which `quiet_until` was called.
+    /// The result of the last search for a disturbed bit. No bit is disturbed from the start of
+    /// that search to this bit.
     quiet_until: u64,
 }
 

@@ -9,7 +9,8 @@ use serde::Serialize;
 use crate::line::check_rate;
 use crate::payload::Payload;
 
-/// A numeric parameter. It holds all that a program needs to offer it as an option or to sweep it.
+/// A numeric parameter. It has everything that a program needs to offer the parameter as an option
+/// or to sweep it.
 #[derive(Debug)]
 pub struct Number {
     /// The parameter's name, with hyphens between words.
@@ -40,7 +41,7 @@ impl Number {
         self.check(value)?;
         (self.set)(parameters, value);
         let (name, is_set) = (self.name, self.get(parameters) == Some(value));
-        ensure!(is_set, "--{name} is {value}: a whole number is wanted");
+        ensure!(is_set, "--{name} is {value}: expected a whole number");
         Ok(())
     }
 
@@ -51,7 +52,7 @@ impl Number {
     pub fn parse(&self, text: &str) -> Result<f64> {
         let (least, most) = (self.range.start(), self.range.end());
         let example = self.get(&Parameters::DEFAULT).unwrap_or(*least);
-        let wanted = || format!("a number from {least} to {most} is wanted, such as {example}");
+        let wanted = || format!("expected a number from {least} to {most}, such as {example}");
         let value = text.parse().ok().with_context(wanted)?;
         self.set(&mut { Parameters::DEFAULT }, value)?;
         Ok(value)
@@ -61,7 +62,7 @@ impl Number {
         let (name, least, most) = (self.name, self.range.start(), self.range.end());
         ensure!(
             self.range.contains(&value),
-            "--{name} is {value}: a number from {least} to {most} is wanted"
+            "--{name} is {value}: expected a number from {least} to {most}"
         );
         Ok(())
     }
@@ -231,7 +232,7 @@ mod tests {
         let mut parameters = Parameters::DEFAULT;
         let complaint = trials.unwrap().set(&mut parameters, 1.5);
         let complaint = complaint.unwrap_err().to_string();
-        assert_eq!(complaint, "--trials is 1.5: a whole number is wanted");
+        assert_eq!(complaint, "--trials is 1.5: expected a whole number");
         Parameters::DEFAULT.check().unwrap();
     }
 }

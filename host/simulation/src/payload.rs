@@ -57,7 +57,7 @@ impl FromStr for Payload {
             },
         };
         payload.context(
-            "one of these is wanted: motion, random, repeated, random:40-43 or repeated:40-43 \
+            "expected one of these: motion, random, repeated, random:40-43 or repeated:40-43 \
              (from one byte to another, in hexadecimal), 00414200 (the four payload bytes, in \
              hexadecimal), ambiguous or noise",
         )

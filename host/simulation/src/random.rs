@@ -57,8 +57,8 @@ pub(crate) struct Occurrences {
 }
 
 impl Occurrences {
-    /// Draws the first occurrence. `probability` is that of an occurrence beginning at a free
-    /// position, and each occurrence lasts for `length` positions.
+    /// Draws the first occurrence. An occurrence begins at each free position with this
+    /// `probability`, and lasts for `length` positions.
     pub(crate) fn new(seed: Seed, purpose: Purpose, probability: f64, length: u64) -> Self {
         let mut occurrences = Self {
             random: seed.random(purpose),
@@ -71,7 +71,7 @@ impl Occurrences {
     }
 
     fn draw_from(&mut self, place: u64) {
-        // From 0, excluded, to 1, included.
+        // A number from 0 (excluded) to 1 (included).
         let uniform = 1.0 - self.random.random::<f64>();
         let wait = if self.quiet_logarithm == 0.0 {
             u64::MAX
@@ -95,7 +95,7 @@ impl Occurrences {
     }
 }
 
-/// Rounds down.
+/// Rounds down to a whole number.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,5 +1,5 @@
-//! A sent frame, and the bytes of it that really arrived. The simulation knows them, but no
-//! receiver does.
+//! A sent frame, and the bytes of it that really arrived. The simulation knows which bytes arrived,
+//! but no receiver does.
 
 use crate::payload::Transmission;
 use crate::uart::BITS_PER_BYTE;
@@ -24,9 +24,9 @@ pub(crate) struct SentFrame {
     pub(crate) sent: usize,
     /// The last `arrived` bytes that arrived are the first bytes of this frame.
     pub(crate) arrived: usize,
-    /// One of these bytes differs from the byte sent, or a line error came between them.
+    /// Whether one of these bytes differs from the byte sent, or a line error came between them.
     pub(crate) is_broken: bool,
-    /// The whole frame has arrived unbroken.
+    /// Whether the whole frame has arrived unbroken.
     pub(crate) is_intact: bool,
 }
 

@@ -27,7 +27,8 @@ pub struct Kind {
 
 impl Kind {
     /// Returns all stations that receive the format. For BIN these are the lecture's machine and
-    /// then framelock's receiver. Each comes without an idle-gap rule and then with one.
+    /// then framelock's receiver. Each of them comes twice: first without an idle-gap rule, then
+    /// with one.
     #[must_use]
     pub fn of(format: FrameFormat) -> Vec<Self> {
         let both = |policy| {
@@ -97,13 +98,13 @@ pub struct Station {
     received: usize,
     /// The sent frames whose every byte arrived, with their numbers and setpoints.
     check: DeliveryCheck<(u64, Option<Setpoint>)>,
-    /// The receiver has delivered something wrong since the last frame.
+    /// Whether the receiver has delivered something wrong since the last frame.
     is_wrong: bool,
     failsafe: Failsafe<u8, 3>,
     baud: u32,
     hears_errors: bool,
-    /// The longest time from the end of one byte to the end of the next that counts as no gap, and
-    /// the time after which the next byte ends a gap.
+    /// The longest time between the ends of two consecutive bytes that is not a gap, and the
+    /// instant after which the next byte ends a gap.
     idle_limit: u64,
     idle_from: u64,
     committed: u64,

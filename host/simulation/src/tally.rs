@@ -41,10 +41,11 @@ pub struct ReceiverTally {
     pub false_frames: u64,
     /// Bytes that belong to no delivered frame.
     pub bytes_discarded: u64,
-    /// How often the receiver was back after losing this number of intact frames.
+    /// The number of recoveries of the receiver, by the number of intact frames lost before the
+    /// recovery.
     pub back_by_frames: BTreeMap<u64, u64>,
-    /// How often the receiver was back within this number of microseconds, from the beginning of
-    /// the first intact frame after a loss to the next delivery.
+    /// The number of recoveries, by their duration in microseconds: from the beginning of the first
+    /// intact frame after a loss to the next delivery.
     pub back_by_microseconds: BTreeMap<u64, u64>,
     /// How often the receiver was still losing intact frames when the trial ended.
     pub never_back: u64,
@@ -119,13 +120,13 @@ impl ReceiverTally {
         self.lost_per_byte.mean()
     }
 
-    /// Returns the number of times that the receiver was back after a loss.
+    /// Returns the number of times that the receiver recovered after a loss.
     #[must_use]
     pub fn times_back(&self) -> u64 {
         self.back_by_microseconds.values().sum()
     }
 
-    /// Returns the shortest measured time, in milliseconds, within which the receiver was back in
+    /// Returns the shortest measured time, in milliseconds, within which the receiver recovered in
     /// `percent` per cent of all cases.
     #[must_use]
     pub fn back_within_ms(&self, percent: u64) -> Option<f64> {

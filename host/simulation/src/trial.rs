@@ -108,8 +108,8 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Creates a trial in which nothing has been sent yet. `rates` are those of the faults after
-    /// the UART.
+    /// Creates a trial in which nothing has been sent yet. `rates` are the rates of the faults
+    /// after the UART.
     ///
     /// # Errors
     /// The parameters are out of their ranges or contradict each other, or a station cannot receive

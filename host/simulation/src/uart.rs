@@ -11,8 +11,8 @@ use std::collections::VecDeque;
 
 use framelock::LineEvent;
 
-/// The unit of time is the smallest step. A tick has 2^16 steps, so that the sender's clock can be
-/// set to a millionth.
+/// The length of a tick in time steps. A tick has 2^16 steps, so that the sender's clock can be set
+/// to a millionth.
 pub(crate) const TICK: u64 = 1 << 16;
 
 /// Ticks in one of the receiver's bits.

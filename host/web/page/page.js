@@ -178,7 +178,7 @@ async function edit(action, value = 0) {
   await open(`${page.edited(place, action, value)}&at=${position}`);
   const node = $('cells').children[view.cells.findIndex((cell) => cell.place === place)];
   if (action !== 'flip' || !node) return focusCell(node);
-  openEditor(node); // another bit, perhaps
+  openEditor(node); // the user may flip another bit
   pressed.focus();
 }
 
@@ -221,7 +221,7 @@ function listen() {
   $('drop').onclick = () => edit('drop');
   $('insert').onclick = () => {
     const value = $('value').value;
-    if (!/^[0-9a-f]{1,2}$/i.test(value)) return complain(`${value}: two hexadecimal digits are wanted`);
+    if (!/^[0-9a-f]{1,2}$/i.test(value)) return complain(`${value}: expected two hexadecimal digits`);
     edit('insert', parseInt(value, 16));
   };
   $('close').onclick = closeEditor;

@@ -37,8 +37,8 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
 fn names_of(kind: &Kind, bytes: &[u8], classification: Classification) -> Vec<String> {
     let (layout, header) = (&kind.layout, kind.layout.header());
     let is_fixed = layout.length() == Length::Fixed;
-    // The frame's length is known. Only then do parts that are counted from its end have known
-    // positions.
+    // Whether the frame's length is known. Without it, the positions of parts that are counted from
+    // the frame's end are not known.
     let is_known = is_fixed || bytes.len() >= header && layout.length() != Length::Delimiter;
     let whole = match classification {
         _ if is_fixed => layout.longest(),

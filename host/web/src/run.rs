@@ -8,13 +8,13 @@ use crate::line::{Cell, line};
 use crate::machine::Machine;
 use crate::scenario::{Action, Scenario};
 
-/// The line is silent after the last byte for this number of steps of this many milliseconds. This
+/// The number of steps of silence after the last byte, and the milliseconds of a step. The silence
 /// is long enough for the failsafe to park the actuators.
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 
-/// The idle-gap rule drops the pending bytes if the next byte has not arrived after this number of
-/// milliseconds: three byte times, and the byte's own.
+/// The number of milliseconds after which the idle-gap rule drops the pending bytes if no byte has
+/// arrived: three byte times, plus the time of the byte itself.
 const IDLE_AFTER: u32 = 35;
 
 /// The distance between saved states, in bytes.

@@ -8,7 +8,7 @@ use framelock_description::shipped;
 use framelock_simulation::Payload;
 use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
-/// The name in the address of frames that the user describes.
+/// The name, in the address, of frames that the user describes.
 pub(crate) const OWN: &str = "own";
 
 /// The user's description unless the address contains another one.
@@ -79,12 +79,12 @@ impl Scenario {
             "frame" if value == OWN || shipped(value).is_some() => {
                 value.clone_into(&mut self.frame);
             }
-            "frame" => return Err("a frame's name is wanted: bin, crsf or own".to_owned()),
+            "frame" => return Err("expected a frame's name, such as bin, crsf or own".to_owned()),
             "description" => {
                 let text = percent_decode_str(value).decode_utf8().ok();
                 let text = text.filter(|text| text.len() <= 1 << 14);
                 self.description = text
-                    .ok_or("a description of up to 16384 bytes is wanted")?
+                    .ok_or("expected a description of up to 16384 bytes")?
                     .into();
             }
             "payload" => self.payload = value.parse().map_err(|error| format!("{error}"))?,
@@ -93,17 +93,17 @@ impl Scenario {
             "flip" => self.flip = number(value, 0.0..=1.0)?,
             "seed" => self.seed = number(value, 0..=u64::MAX)?,
             "idle" if matches!(value, "on" | "off") => self.idle = value == "on",
-            "idle" => return Err("on or off is wanted".to_owned()),
+            "idle" => return Err("expected on or off".to_owned()),
             "bytes" => {
                 let own = hexadecimal(value).filter(|own| own.len() <= 4_096);
-                self.own = own.ok_or("up to 4096 bytes of two hexadecimal digits are wanted")?;
+                self.own = own.ok_or("expected up to 4096 bytes of two hexadecimal digits each")?;
                 self.file = 0;
             }
             "file" => self.file = number(value, 0..=1 << 25)?,
             "edits" => {
                 let edits = value.split('.').filter(|edit| !edit.is_empty());
                 let edits = edits.map(edit).collect::<Option<_>>();
-                self.edits = edits.ok_or("edits such as 21d.30f04.40i41 are wanted")?;
+                self.edits = edits.ok_or("expected edits such as 21d.30f04.40i41")?;
             }
             "at" => self.at = number(value, 0..=usize::MAX)?,
             _ => return Err("the address has no such key".to_owned()),
@@ -118,7 +118,7 @@ where
 {
     let number = text.parse().ok().filter(|number| range.contains(number));
     let (least, most) = range.into_inner();
-    number.ok_or_else(|| format!("a number from {least} to {most} is wanted"))
+    number.ok_or_else(|| format!("expected a number from {least} to {most}"))
 }
 
 /// Parses bytes of two digits each. Blanks are ignored.

@@ -1,5 +1,5 @@
 //! Tests that the page shows the state of framelock's machines at any position, however the user
-//! came there.
+//! reached it.
 
 #![allow(
     clippy::unwrap_used,
@@ -548,26 +548,26 @@ fn a_malformed_address_says_what_is_wrong() {
     for (address, complaint) in [
         (
             "frame=morse",
-            "frame=morse: a frame's name is wanted: bin, crsf or own",
+            "frame=morse: expected a frame's name, such as bin, crsf or own",
         ),
         (
             "description=%FF",
-            "description=%FF: a description of up to 16384",
+            "description=%FF: expected a description of up to 16384",
         ),
         (
             "frame=own&description=length%20%3D%207%0Async%20%3D%20%22G%22",
             "Line 2, column 8: ",
         ),
-        ("lose=2", "lose=2: a number from 0 to 1 is wanted"),
-        ("flip=NaN", "flip=NaN: a number from 0 to 1"),
-        ("frames=0", "frames=0: a number from 1 to 2000"),
-        ("payload=x", "payload=x: one of these is wanted"),
-        ("idle=perhaps", "idle=perhaps: on or off"),
-        ("edits=21", "edits=21: edits such as"),
-        ("edits=21d4", "edits=21d4: edits such as"),
-        ("edits=1i4\u{e4}", "edits such as"),
-        ("bytes=4", "bytes=4: up to 4096 bytes"),
-        ("at=-1", "at=-1: a number"),
+        ("lose=2", "lose=2: expected a number from 0 to 1"),
+        ("flip=NaN", "flip=NaN: expected a number from 0 to 1"),
+        ("frames=0", "frames=0: expected a number from 1 to 2000"),
+        ("payload=x", "payload=x: expected one of these"),
+        ("idle=perhaps", "idle=perhaps: expected on or off"),
+        ("edits=21", "edits=21: expected edits such as"),
+        ("edits=21d4", "edits=21d4: expected edits such as"),
+        ("edits=1i4\u{e4}", "expected edits such as"),
+        ("bytes=4", "bytes=4: expected up to 4096 bytes"),
+        ("at=-1", "at=-1: expected a number"),
         ("colour=red", "colour=red: the address has no such key"),
         ("deaf", "deaf: the address has no such key"),
     ] {

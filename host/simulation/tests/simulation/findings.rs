@@ -49,8 +49,8 @@ fn one_lost_byte_makes_the_lectures_machine_deaf() {
     assert_eq!(framelock.times_back(), 70);
 }
 
-/// Finding 2: receivers read a repeated ambiguous payload at the wrong phase for ever, until the
-/// line pauses and an idle-gap rule notices the pause.
+/// Finding 2: receivers read a repeated ambiguous payload at the wrong phase until the line pauses
+/// and an idle-gap rule notices the pause.
 #[test]
 fn an_ambiguous_payload_is_read_wrongly_until_the_line_pauses() {
     let parameters = Parameters {

@@ -1,9 +1,9 @@
 //! Tests that the simulation measures what is known about the protocol.
 //!
-//! Seeds are fixed, so a test passes always or never. A measurement fails only if it is less likely
-//! than one in a thousand million under the expected value. Another seed or another order of the
-//! random numbers therefore passes too. A commit runs few trials. `FRAMELOCK_STATISTICS=full` runs
-//! many, which takes minutes.
+//! Seeds are fixed, so a test passes always or never. A measurement fails only if its probability,
+//! given the expected value, is less than one in a thousand million. Another seed or another order
+//! of the random numbers therefore passes too. A commit runs few trials.
+//! `FRAMELOCK_STATISTICS=full` runs many, which takes minutes.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod findings;

@@ -1,5 +1,5 @@
 //! Opens the page in a headless Chromium and in Firefox for its tests. Any failure here must fail
-//! the test that asked for it, so all functions panic.
+//! the calling test, so all functions panic.
 
 #![allow(clippy::missing_panics_doc, reason = "a panic fails the test")]
 

@@ -1,4 +1,4 @@
-//! Tests in a browser of all that users of the page rely on.
+//! Tests in a browser of the behaviour that users of the page rely on.
 //!
 //! `FRAMELOCK_PICTURES=docs cargo xtask verify --only web` also takes the README's pictures of the
 //! page.
@@ -209,7 +209,7 @@ fn an_address_shows_exactly_that_moment() {
         let _ = page.go(position);
         let before = page.state();
         assert_eq!(before["error"], "", "{scenario}");
-        // The page writes its address after a short rest.
+        // The page writes its address after a short delay.
         page.wait_for("location.hash.slice(1) === JSON.parse(framelock()).address");
         let address = page.run("location.hash.slice(1)");
         other.open(address.as_str().expect("an address"));
