@@ -7,7 +7,7 @@ use framelock::motion::{Demand, Failsafe, FailsafeError, FailsafeParameters, Out
 
 use crate::rest;
 
-/// The parameters of a failsafe, and all that happens to it.
+/// The parameters of a failsafe, and the events that it gets.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Schedule {
     /// The failsafe's parameters, which may contradict each other.

@@ -73,8 +73,9 @@ impl<'a> Arbitrary<'a> for FormatLine {
 
 impl<'a> Arbitrary<'a> for FormatStep {
     /// The first byte modulo 4 determines the step. 0: a slice, with its length in the next byte.
-    /// 1: a frame, made of as many bytes as the next byte says, in slices of a quarter of the first
-    /// byte. 2: the same, followed by the fault's position and bits. 3: silence.
+    /// 1: a frame. The next byte is the number of bytes from which it is made, and a quarter of the
+    /// first byte is the size of its slices. 2: a frame, with the fault's position and bits after
+    /// its bytes. 3: silence.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         if first % 4 == 3 {

@@ -136,7 +136,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             match slice {
                 &[byte] => {
                     let _ = line.push(byte);
-                    // Poll the remaining frames between slices in some cases only.
+                    // Poll the remaining frames between slices only in some cases.
                     while byte % 2 == 1 && line.poll().is_some() {}
                 }
                 [first, ..] if first % 2 == 1 => {
@@ -278,7 +278,7 @@ struct Drawn<const LONGEST: usize> {
 
 impl<const LONGEST: usize> Drawn<LONGEST> {
     fn draw(self, bytes: &[u8]) -> Classification {
-        // FNV-1a, of which the upper half is mixed best.
+        // An FNV-1a hash. Its upper half is mixed best.
         let start = 0xCBF2_9CE4_8422_2325 ^ u64::from(self.seed);
         let hash = bytes.iter().fold(start, |hash, &byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3)

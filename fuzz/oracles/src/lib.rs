@@ -3,7 +3,7 @@
 //! Each function takes a structured input and panics if the input shows a bug. The function does
 //! not depend on the source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`core/tests`),
 //! or the committed corpora, which the tests here replay on stable Rust. An input that has once
-//! shown a bug is therefore checked ever after.
+//! shown a bug is therefore checked from then on.
 //!
 //! The naive reference, [`mod@framelock_proofs::reference`], defines the correct results.
 

@@ -23,7 +23,7 @@ pub enum Protocol {
     SixAxes,
 }
 
-/// HEARTBEAT, ATTITUDE, and two messages with the longest payload.
+/// The known MAVLink messages: HEARTBEAT, ATTITUDE, and two with the longest payload.
 pub(crate) const DIALECT: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
     KnownMessage::with_extra(0x03, 7, 255),
@@ -56,8 +56,8 @@ impl Protocol {
         }
     }
 
-    /// Checks that sealing restores a frame in which one byte was corrupted that the layout
-    /// determines.
+    /// Corrupts one byte whose value the layout determines, and checks that sealing the frame
+    /// restores this byte.
     pub(crate) fn seals_again(self, frame: &[u8]) {
         if self.begins(frame) != Some(frame.len()) {
             return;

@@ -128,7 +128,7 @@ fn expected<F: Format>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     (answers, counted.counters)
 }
 
-/// Returns the future's result. The driver never makes anyone wait.
+/// Returns the future's result. The driver never waits, so the future is ready at once.
 fn now<T>(future: impl Future<Output = T>) -> T {
     match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(value) => value,
