@@ -1,4 +1,4 @@
-//! Lets CBMC check a harness, and reads CBMC's answer.
+//! Runs CBMC on a harness, and reads CBMC's answer.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -141,9 +141,9 @@ pub(crate) fn check(
     answer
 }
 
-/// Returns the worst outcome, and a list of everything that is wrong, the worst first.
+/// Returns the worst outcome, and a list of all problems, the worst first.
 fn classify(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>) {
-    // A set, because CBMC reports the same failure for each copy of an inlined function.
+    // This is a set, because CBMC reports the same failure for each copy of an inlined function.
     let mut wrong = BTreeSet::new();
     for broken in properties
         .iter()

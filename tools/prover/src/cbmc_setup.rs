@@ -1,4 +1,4 @@
-//! Finds CBMC, or unpacks Debian's packages of CBMC beside the prover.
+//! Finds CBMC, or unpacks Debian's packages of CBMC into a folder next to the prover.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,7 +16,7 @@ const BY_HAND: &str = "install CBMC 6 so that `cbmc` is in PATH \
 /// A CBMC that is ready to run.
 pub(crate) struct Cbmc {
     pub(crate) program: PathBuf,
-    /// The name, the version and the origin.
+    /// CBMC's name, version and origin.
     pub(crate) says: String,
 }
 

@@ -64,7 +64,7 @@ impl<'a> Sources<'a> {
             "-Cpanic=abort",
             "-Ccodegen-units=1",
             "-Crelocation-model=static",
-            // Names are readable and the same in both modules.
+            // With this mangling, names are readable and the same in both modules.
             "-Csymbol-mangling-version=v0",
             "-Cllvm-args=-inline-threshold=100000",
             "-Cno-prepopulate-passes",

@@ -35,8 +35,8 @@ struct Arguments {
     #[arg(long = "package", short, required = true)]
     packages: Vec<String>,
 
-    /// Only the harnesses with this name, with or without modules; or, if there are none, those
-    /// whose names contain it
+    /// Check only the harnesses with this name, with or without its modules; if there are none,
+    /// those whose names contain it
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
 
@@ -162,8 +162,8 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
     Ok(count == answers.len())
 }
 
-/// Prints the outcome of a harness as soon as it is known. Prints the details only for human
-/// readers.
+/// Prints the outcome of a harness as soon as it is known. Prints the details only with the format
+/// `text`.
 fn show(answer: &Answer, format: OutputFormat) {
     let Answer {
         harness,

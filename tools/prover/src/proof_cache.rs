@@ -19,7 +19,7 @@ pub(crate) struct ProofCache {
 }
 
 impl ProofCache {
-    /// Uses a folder of the prover's own. `anew` deletes all proofs.
+    /// Creates a cache in `folder`, which only the prover uses. `anew` deletes all proofs.
     pub(crate) fn new(folder: &Path, cbmc: &Cbmc, anew: bool) -> Result<Self> {
         let [harnesses, proofs] = ["harnesses", "proofs"].map(|name| folder.join(name));
         if anew && proofs.exists() {

@@ -1,6 +1,6 @@
-//! The choice of a compiler for programs without an operating system. This is the toolchain in PATH
-//! if it has the targets or rustup can add them. Otherwise it is Debian's compiler, which comes
-//! with the source of Rust's own `core`.
+//! Chooses a compiler for programs without an operating system: the toolchain in PATH if it has the
+//! targets or rustup can add them, and otherwise Debian's compiler, which comes with the source of
+//! Rust's own `core`.
 
 use std::path::Path;
 

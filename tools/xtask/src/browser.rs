@@ -10,8 +10,8 @@ use crate::stage_report::{Report, run_tests};
 use crate::web;
 use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
 
-/// The package of these tests. Other stages exclude it, because its browser driver takes long to
-/// compile.
+/// The package with the tests in browsers. Other stages exclude it, because its browser driver
+/// takes long to compile.
 pub(crate) const TESTS: &str = "framelock-web-browser";
 
 /// The variable with the folder for the README's pictures of the page. Without it, no pictures are

@@ -1,5 +1,6 @@
 //! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. The harnesses or the
-//! test named for this mistake must fail. A harness that no mistake breaks proves nothing.
+//! test that the list names for this mistake must fail. A harness that no mistake breaks proves
+//! nothing.
 
 use std::fs;
 use std::path::Path;
@@ -46,8 +47,8 @@ pub(crate) struct Arguments {
     engine: Option<Engine>,
 
     /// Only bugs whose mistake, file, harness or test contains one of these names. With the name
-    /// `checker`, also check that the engine finds what must fail. Without names, check all bugs
-    /// and `checker`
+    /// `checker`, also check that harnesses that must fail do fail with the engine. Without names,
+    /// check all bugs and `checker`
     names: Vec<String>,
 }
 

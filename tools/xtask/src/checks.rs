@@ -15,8 +15,8 @@ use crate::stage_report::{Report, run_tests};
 use crate::workspace::{CORE, Workspace};
 use crate::{firmware, install, prove};
 
-/// One target without atomic compare-and-swap, one with a floating-point unit, and one that is not
-/// Arm.
+/// The targets for which the core must compile: one without atomic compare-and-swap, one with a
+/// floating-point unit, and one that is not Arm.
 const MICROCONTROLLERS: [&str; 3] = [
     "thumbv6m-none-eabi",
     firmware::TARGET,
@@ -154,8 +154,8 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let subsets = subsets(&workspace.core_features);
     report.says = format!("{} sets of features, by {}", subsets.len(), compiler.says);
     let sh = workspace.shell()?;
-    // A folder of its own. With another compiler and other flags, everything in the common folder
-    // would be compiled again.
+    // Build in a separate folder. Another compiler and other flags would make everything in the
+    // common folder compile again.
     let folder = workspace.target_directory.join("microcontrollers");
     for (index, features) in subsets.iter().enumerate() {
         // With no features and with all features, check every microcontroller; otherwise check only

@@ -19,7 +19,8 @@ pub(crate) struct Arguments {
     arguments: Vec<String>,
 }
 
-/// Builds the firmware unless the arguments name an ELF, and then becomes the emulator.
+/// Builds the firmware unless the arguments name an ELF, and then replaces this process by the
+/// emulator.
 pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments) -> Result<()> {
     let mut emulator = Command::new("cargo");
     emulator

@@ -12,8 +12,8 @@ use crate::stage_report::{Report, TestCount, run_tests};
 use crate::workspace::Workspace;
 use crate::{bugs, firmware, install};
 
-/// The name of the stage and of its folder. A seeded bug for this stage has this name in place of a
-/// test.
+/// The name of the stage and of its folder. A seeded bug for this stage has this name as its
+/// `test`.
 pub(crate) const NAME: &str = "machine-code";
 
 /// Runs the stage: checks the flashed images, and then the seeded bugs.
@@ -24,8 +24,8 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     bugs::run(workspace, None, &[NAME.to_owned()])
 }
 
-/// Returns whether the theorems hold for the sources at `root`. If a bug did not change the images,
-/// they would hold, as they did just before.
+/// Returns whether the theorems hold for the sources at `root`. If a seeded bug does not change the
+/// images, the theorems still hold and this function returns true.
 pub(crate) fn is_proved(workspace: &Workspace, root: &Path) -> Result<bool> {
     let mut count = TestCount::default();
     let mut prover = prover(workspace, root, &["default", "lecture"])?;

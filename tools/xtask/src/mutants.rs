@@ -59,8 +59,8 @@ enum By {
     Images,
 }
 
-/// Runs the stage of `verify --all`: all changes against the tests. Against the harnesses they
-/// would take most of a day.
+/// Runs the stage of `verify --all`, which checks all changes with the tests. Checking them with
+/// the harnesses would take most of a day.
 pub(crate) fn stage(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let (by, more) = (By::Tests, Vec::new());
     mutants(workspace, &Arguments { by, more })
@@ -101,7 +101,7 @@ pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments)
         "cargo mutants --workspace --config {config} {tested...} --output {output} {more...}"
     );
     let status = Command::from(mutants).status()?;
-    // 3: the tests of some change do not end, which counts as noticed.
+    // Exit code 3: the tests of some change do not end, which counts as noticed.
     ensure!(
         matches!(status.code(), Some(0 | 3)),
         "some changes are not noticed: see above"

@@ -20,7 +20,8 @@ const INTERFACE: &str = "PUBLIC-API.txt";
 /// is `overwrite`, writes it instead.
 pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    // A folder of its own, because allowing unstable features compiles all dependencies again.
+    // Build in a separate folder, because allowing unstable features would make all dependencies in
+    // the common folder compile again.
     let folder = workspace.target_directory.join("interface");
     let packages = names(workspace);
     cmd!(
@@ -108,8 +109,8 @@ pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// Performs all steps of publishing the packages except the upload. Fails on any warning or
-/// uncommitted file.
+/// Does all steps of publishing the packages except the upload. Fails on any warning or uncommitted
+/// file.
 pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     let packages = names(workspace);

@@ -1,4 +1,4 @@
-//! The Python package, and the licences of dependencies.
+//! The stages that check the Python package and the licences of dependencies.
 
 use std::fs;
 
@@ -40,7 +40,7 @@ pub(crate) fn wheel(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let expected = format!("framelock {}", workspace.version);
     ensure!(version == expected, "--version prints {version}");
 
-    // From a file to a file, and from a pipe to a pipe. Two bytes of noise follow each frame.
+    // Decode from a file to a file, and from a pipe to a pipe. Two bytes of noise follow each frame.
     let stream = FRAMES.map(|frame| [&frame[..], b"??"].concat()).concat();
     let (recording, table) = (folder.join("recording.bin"), folder.join("table.csv"));
     fs::write(&recording, &stream)?;
@@ -55,7 +55,7 @@ pub(crate) fn wheel(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let written = fs::read_to_string(&table)?;
     ensure!(
         written.trim_end() == piped,
-        "a file gives another table:\n{written}\n{piped}"
+        "decoding the file gives a different table than decoding the pipe:\n{written}\n{piped}"
     );
     ensure!(
         piped.lines().count() == 4,
@@ -64,7 +64,7 @@ pub(crate) fn wheel(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let encoded = cmd!(sh, "{framelock} encode").stdin(piped).output()?;
     ensure!(
         encoded.stdout == FRAMES.concat(),
-        "encode does not give the frames back"
+        "encode does not reproduce the frames"
     );
 
     let kib = fs::metadata(&wheel)?.len() / 1024;
@@ -72,8 +72,8 @@ pub(crate) fn wheel(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// Checks the licences, duplicates and sources of all dependencies: `deny.toml` has the rules. The hosted workflow also
-/// asks for advisories, which change without a commit.
+/// Checks the licences, duplicates and sources of all dependencies by the rules in `deny.toml`. The hosted workflow
+/// also checks for security advisories, which change without a commit.
 pub(crate) fn licences(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell_with("cargo-deny", "0.18.3")?;
     for manifest in ["Cargo.toml", "firmware/Cargo.toml", "fuzz/Cargo.toml"] {

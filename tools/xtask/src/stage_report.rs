@@ -6,11 +6,11 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 
-/// A stage's report about itself, which it fills in while it runs. The report counts even if the
+/// A stage's report about itself, which it fills in while it runs. The report is used even if the
 /// stage then fails.
 #[derive(Default)]
 pub(crate) struct Report {
-    /// The tool that did the work or the amount of work, if that is worth mentioning.
+    /// The tool that was used or the amount of work, if worth mentioning.
     pub(crate) says: String,
     pub(crate) tests: TestCount,
 }

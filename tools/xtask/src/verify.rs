@@ -1,4 +1,4 @@
-//! `cargo xtask verify`: the stages, the checks that they make, and the sum of their results.
+//! `cargo xtask verify`: runs the stages, and adds up their results.
 
 use std::time::Instant;
 

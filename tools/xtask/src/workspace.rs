@@ -70,7 +70,7 @@ impl Workspace {
     /// Returns the command that tests all packages except the [browser's](browser::TESTS). All
     /// stages give cargo the same packages, because cargo chooses the features of common
     /// dependencies by them and would compile those dependencies again for other packages. Clippy
-    /// compiles the tests, as [`CLIPPY`] explains. Code that clippy has checked need not be
+    /// compiles the tests, as [`CLIPPY`] explains. Code that clippy has compiled need not be
     /// compiled again to run.
     pub(crate) fn cargo_test(&self) -> Command {
         let mut cargo = self.cargo();

@@ -7,8 +7,8 @@ use anyhow::{Context as _, Result, bail, ensure};
 use super::parser::{Cursor, Type};
 use super::token::{Token, tokens};
 
-/// The definitions of all modules. Functions and constants are kept as text, so that something that
-/// is not modelled is an error only if a harness reaches it.
+/// The definitions of all modules. Functions and constants are kept as text. They are parsed only
+/// if a harness reaches them, so only then is an unmodelled one an error.
 #[derive(Debug, Default)]
 pub(crate) struct Module {
     pub(crate) types: HashMap<String, Type>,
@@ -75,7 +75,7 @@ impl Module {
                 let same = other.is_none_or(|other| other == line);
                 ensure!(
                     same,
-                    "{line}: another module has another constant of this name"
+                    "{line}: another module has a different constant of this name"
                 );
             }
         }
@@ -100,7 +100,10 @@ impl Module {
         let of = of.with_context(|| line.to_owned())?;
         let other = self.types.get(name);
         let same = other.is_none_or(|other| *other == of);
-        ensure!(same, "{line}: another module has another type of this name");
+        ensure!(
+            same,
+            "{line}: another module has a different type of this name"
+        );
         self.types.insert(name.clone(), of);
         Ok(())
     }
@@ -135,7 +138,7 @@ impl Function {
     pub(crate) fn blocks(&self) -> Result<Vec<Block>> {
         let mut blocks: Vec<Block> = Vec::new();
         for line in &self.lines {
-            // These calls inform the compiler and mean nothing to CBMC.
+            // These calls only inform the compiler, and CBMC does not need them.
             if line.contains("@llvm.lifetime.") || line.contains("@llvm.experimental.noalias.") {
                 continue;
             }

@@ -90,7 +90,7 @@ impl FunctionWriter<'_, '_> {
                 self.line(&format!("__CPROVER_input(\"{any}\", {to});"))
             }
             ("memcmp" | "bcmp", [left, right, length]) => {
-                // The order of the first two bytes that differ.
+                // The result is the order of the first two bytes that differ.
                 let mut text = "0".to_owned();
                 for byte in (0..length.number()?).rev() {
                     let left = format!("({})[{byte}]", left.text);
@@ -150,8 +150,8 @@ impl Call<'_> {
 }
 
 /// Returns a message for a call that panics. It consists of the call's text argument (an address
-/// and a length), or else the name of the called function, and of the source position among the
-/// arguments. The message is escaped for a C string.
+/// and a length) or, without one, the name of the called function, followed by the source position
+/// among the arguments. The message is escaped for a C string.
 fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> String {
     let mut says = readable(call.function);
     let mut place = String::new();

@@ -22,7 +22,7 @@ const PRELUDE: &str = include_str!("llvm.h");
 pub(crate) const END: &str = "end of harness";
 /// The prefix of a cover's name. Its assertion must fail too.
 pub(crate) const COVER: &str = "cover: ";
-/// The prefix of the type and the place for which the following values are input.
+/// The prefix of a note that names the type and the place of the input values that follow.
 pub(crate) const INPUT: &str = "input: ";
 
 /// Returns the C program that runs the harness named `name`.

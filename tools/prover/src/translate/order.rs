@@ -1,9 +1,10 @@
 //! The order in which a function's blocks are written.
 //!
-//! CBMC follows a program in the order of its text, and at labels it joins its knowledge of all
-//! paths. Every jump that does not repeat a loop must therefore go forward, the blocks of a loop
-//! must be contiguous, and each loop must be repeated from one place. With two such places, CBMC
-//! would join the loop's counter from different iterations and would know its value in neither.
+//! CBMC follows a program in the order of its text. At each label it merges the values that it
+//! knows from all paths to this label. Every jump that does not repeat a loop must therefore go
+//! forward, the blocks of a loop must be contiguous, and each loop must be repeated from one place.
+//! With two such places, CBMC would merge the loop's counter from different iterations and would no
+//! longer know its value.
 
 use std::collections::{BTreeSet, HashSet};
 

@@ -1,10 +1,10 @@
-//! The types of which [`any`](crate::any) can return any value.
+//! The types for which [`any`](crate::any) can return every value.
 
 use core::num::NonZero;
 
 use crate::assume;
 
-/// A type of which [`any`](crate::any) can return every value.
+/// A type for which [`any`](crate::any) can return every value.
 pub trait Arbitrary: Sized {
     /// Returns any value of the type.
     fn any() -> Self;
@@ -61,7 +61,7 @@ impl Arbitrary for bool {
 impl<T: Arbitrary> Arbitrary for Option<T> {
     #[inline]
     fn any() -> Self {
-        // Both are always drawn, so that every input consists of the same number of values.
+        // Always draw both, so that every input consists of the same number of values.
         let (is_some, value) = (bool::any(), T::any());
         is_some.then_some(value)
     }

@@ -4,7 +4,7 @@
 //! kani` never uses this crate, because the offline prover gives it to the compiler as the crate
 //! `kani`.
 //!
-//! The functions that the checker interprets are declared here and defined nowhere:
+//! The checker itself interprets these functions, which are declared here and defined nowhere:
 //!
 //! | function | meaning |
 //! |---|---|
@@ -58,7 +58,8 @@ pub fn assume(condition: bool) {
 }
 
 /// Requires that some execution reaches this place and, if a condition is given, that the condition
-/// is true there. This shows that a proof is not vacuous. The message is for the reader.
+/// is true there. This shows that a proof is not vacuous. The message is only for readers of the
+/// source.
 #[macro_export]
 macro_rules! cover {
     () => {

@@ -1,5 +1,6 @@
-//! A prover that calls everything proved is worthless. Each harness in `fails` has one fault of a
-//! kind that no proof may have. The harnesses in `holds` have no fault.
+//! Harnesses that test the prover: a prover that calls everything proved is worthless. Each harness
+//! in `fails` has one fault of a kind that no proof may have. The harnesses in `holds` have no
+//! fault.
 #![no_std]
 #![cfg_attr(
     kani,
