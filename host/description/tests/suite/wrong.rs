@@ -10,16 +10,16 @@ const WRONG: &str = r#"
     sync = "" => 1:8: no bytes: leave the key out
     sync = 5 => 1:8: invalid type: integer `5`, expected a string
     sync = "C8 | EE 01"\nlength = 4 => 1:8: all that a frame may begin with must have the same length
-    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: other terminators: without a content nothing tells where they begin
-    sync = "24"\nlength = 4\ncontent = "20-7E" => 3:11: content: only frames that a delimiter ends have it
+    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: other terminators: without a content they cannot be told
+    sync = "24"\nlength = 4\ncontent = "20-7E" => 3:11: content: only frames that a delimiter ends can have a content
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "7E-20" => 4:11: '7E-20' is not a byte, or a range such as 20-7E
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20 7" => 4:11: word 1, '7', is not a whole number of bytes
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-21 except 20-2F" => 4:11: no bytes: leave the key out
-    sync = "24"\nlongest = 9\nterminator = "0A | 0D 0A"\ncontent = "00-0D" => 4:11: content: a terminator begins with such a byte
+    sync = "24"\nlongest = 9\nterminator = "0A | 0D 0A"\ncontent = "00-0D" => 4:11: content: a terminator begins with a byte of the content
     sync = "24"\nlongest = 9\nterminator = "0A 0D | 0A"\ncontent = "20-7E" => 3:14: other terminators: one begins with another one
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-7E"\nshortest = 3\nfields = [{ name = "a", at = 1, type = "u8", value = 7 }] => 6:54: fixed: no byte of the content has these bits
     sync = "24"\nlongest = 9\nterminator = "0A | 0D 0A"\ncontent = "20-7E"\nfields = [{ name = "a", at = -1, type = "u8" }] => 5:30: a is in the place of the terminator
-    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-7E"\nchecksum = { name = "xor", type = "u8", at = -2 } => 5:12: checksum: it may be bytes that are not content
+    sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20-7E"\nchecksum = { name = "xor", type = "u8", at = -2 } => 5:12: checksum: its bytes may be outside the content
     length = 4 => 1:1: sync: nothing tells a frame from noise
     sync = "24" => 1:1: nothing ends a frame
     sync = "24"\nlenght = 4 => 2:1: unknown field `lenght`
@@ -43,13 +43,13 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 9\nchecksum = { name = "xor", type = "hex16", at = -4 } => 3:12: checksum: the algorithm has another number of bytes
     sync = "24"\nlength = 9\nchecksum = { type = "u8", at = -1 } => 3:12: give a name, or a CRC's width and polynomial
     sync = "24"\nlength = 9\nchecksum = { name = "xor", polynomial = 7, type = "u8", at = -1 } => 3:12: give a name, or
-    sync = "24"\nlength = 9\nchecksum = { width = 40, polynomial = 7, type = "u8", at = -1 } => 3:12: checksum: a CRC has a width of 8 to 32
+    sync = "24"\nlength = 9\nchecksum = { width = 40, polynomial = 7, type = "u8", at = -1 } => 3:12: checksum: the width of a CRC must be 8 to 32
     sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0x107, type = "u8", at = -1 } => 3:12: checksum: the polynomial, the initial or the xored value has more bits
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1, to = -1 } => 3:12: checksum: it covers itself
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -2, from = 3 } => 3:12: checksum: the bytes that it covers
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = 4 } => 3:12: checksum: it is not in the shortest
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "hex8", at = -1 } => 3:12: checksum: it is not in the shortest
-    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1 }\nterminator = "0A" => 3:12: checksum: it is in the place of the sync
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1 }\nterminator = "0A" => 3:12: checksum: it overlaps the sync
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 4, type = "bytes" }] => 3:11: nothing of the frame is left
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 3, type = "u16le" }] => 3:30: a is not in a frame of 4 bytes
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u16le" }, { name = "b", at = 2, type = "u8" }] => 3:70: b is in the place of a
@@ -75,17 +75,17 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", unit = "m\u001B" }] => 3:53: a unit is a word
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", units = "m" }] => 3:46: unknown field `units`
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = -1, type = "bytes" }] => 3:30: what takes all that is left is counted from the front
-    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", plus = 2 }\nfields = [{ name = "a", at = 9, type = "u8", value = 1 }] => 4:54: fixed: the shortest frame has no such place: a frame may be too short for this: give shortest
+    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", plus = 2 }\nfields = [{ name = "a", at = 9, type = "u8", value = 1 }] => 4:54: fixed: the shortest frame has no such place: give a greater shortest
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = { x = 1 } } => 3:43: known messages are "common"
     sync = "24"\nlength = 9\ntrailer = { name = "a", at = 1, mask = 1, bytes = 4 } => 3:11: trailer: only frames with a length field
-    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 0, bytes = 4 } => 4:11: trailer: it has 1 byte or more, and a mask
+    sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 0, bytes = 4 } => 4:11: trailer: it must have 1 byte or more, and a mask
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 1, bytes = 8 } => 4:11: trailer: the shortest frame with a trailer
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\nshortest = 1 => 2:11: frames of 1 bytes: the header and the parts that are counted from the end have 2
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", mask = 0xF0 }\nshortest = 5 => 3:16: length: no number that the length field can hold
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [] } => 3:12: messages: none are known
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [[300]] } => 3:12: messages: no known number fits
-    sync = "24"\nlength = 9\nfields = [{ name = "a", at = 0, type = "u8", value = 1 }] => 1:8: sync: the fixed bits in its place
-    sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 3:14: terminator: the fixed bits in its place
+    sync = "24"\nlength = 9\nfields = [{ name = "a", at = 0, type = "u8", value = 1 }] => 1:8: sync: the fixed bits at its place
+    sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 3:14: terminator: the fixed bits at its place
     sync = "24"\nlength = 9\nfields = [{ name = "b", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8", value = 1 }, { name = "c", at = 2, type = "u8", value = 2 }] => 3:91: fixed: other fixed bits
     sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0, type = "u8", at = -1 } => 3:12: checksum: the polynomial is 0
     any_of = ["ubx", "nmae"] => 1:18: there is no nmae, is it nmea: there are bin
