@@ -44,7 +44,7 @@ pub enum AnyLine {
     Bin(Line<Receiver<Bin>>),
     /// The receiver of BIN-CRC8.
     BinCrc8(Line<Receiver<BinCrc8>>),
-    /// The receiver of frames that a description describes.
+    /// The receiver of the frames of a description.
     Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
     /// The same receiver for recordings. Streams of false starts do not slow it down.
     Recorded(Line<StreamReceiver>),
@@ -64,7 +64,7 @@ macro_rules! for_any {
 }
 
 impl AnyLine {
-    /// Makes the receiver for these frames under this policy, before the first byte.
+    /// Creates the receiver for these frames and this policy.
     ///
     /// # Errors
     /// The lecture's machine does not receive these frames, or they have no bytes.
@@ -81,8 +81,8 @@ impl AnyLine {
         }
     }
 
-    /// Makes the receiver for recordings. It is the receiver of [`new`](Self::new), except that a [`StreamReceiver`]
-    /// receives described frames.
+    /// Creates the receiver for recordings. It is the same as that of [`new`](Self::new), except that a
+    /// [`StreamReceiver`] receives described frames.
     ///
     /// # Errors
     /// The errors of [`new`](Self::new).
@@ -97,7 +97,7 @@ impl AnyLine {
         }
     }
 
-    /// Makes the receiver for frames of setpoints under this policy. No description is needed.
+    /// Creates the receiver for frames of setpoints and this policy. It needs no description.
     ///
     /// # Errors
     /// The lecture's machine does not receive these frames.
