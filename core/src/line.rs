@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::{DiscardReason, Found, Parser};
 
-/// An event on the line that ends the incomplete frame. The UART or a timer notices it.
+/// An event on the line that ends the incomplete frame. The UART or a timer notices the event.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -79,7 +79,7 @@ pub(crate) fn document(matches: &[Match], figures: &[Figures]) -> Result<String,
     for played in matches {
         protocol(&mut text, played)?;
     }
-    text.push_str("\n## What the others do as well, or better\n\n");
+    text.push_str("\n## What the others do as well, or better\n\nFor each crate, the measurements in which it is at least as good as framelock:\n\n");
     for played in matches {
         as_good(&mut text, played, figures)?;
     }
@@ -154,7 +154,7 @@ fn as_good(text: &mut String, played: &Match, figures: &[Figures]) -> fmt::Resul
             better.extend(small_as_good(rival, ours).into_iter().map(str::to_owned));
         }
         let better = match &better[..] {
-            [] => "nothing that was measured".to_owned(),
+            [] => "none".to_owned(),
             better => better.join("; "),
         };
         writeln!(
@@ -173,9 +173,9 @@ fn found_as_good(rival: &Row, ours: &[&Row]) -> Vec<String> {
         pairs.all(|(rival, ours)| rival.lost <= ours.lost)
     };
     if let Some(ours) = ours.iter().find(no_worse) {
-        better.push(format!("finds as many frames as {}", ours.name));
+        better.push(format!("finds at least as many frames as {}", ours.name));
         if latest(rival) < latest(ours) {
-            better.push("its latest frame is less late".to_owned());
+            better.push("its latest delivery is earlier".to_owned());
         }
     }
     for (place, fault) in Fault::ALL.into_iter().enumerate() {
@@ -183,12 +183,16 @@ fn found_as_good(rival: &Row, ours: &[&Row]) -> Vec<String> {
             if rival.by_chunk[place].lost <= ours.by_chunk[place].lost
                 && rival.megabytes_per_second[place] >= ours.megabytes_per_second[place]
             {
-                better.push(format!("as fast as {}: {}", ours.name, fault.name()));
+                better.push(format!(
+                    "at least as fast as {} on the stream *{}*",
+                    ours.name,
+                    fault.name()
+                ));
             }
         }
     }
     if rival.by_byte_clean >= ours[0].by_byte_clean {
-        better.push("faster byte by byte".to_owned());
+        better.push("at least as fast byte by byte".to_owned());
     }
     better
 }
@@ -196,11 +200,11 @@ fn found_as_good(rival: &Row, ours: &[&Row]) -> Vec<String> {
 fn small_as_good(rival: &Figures, ours: &Figures) -> Vec<&'static str> {
     let flash = |of: &Figures| of.text + of.rodata;
     [
-        (flash(rival) <= flash(ours), "no larger on the chip"),
-        (rival.state <= ours.state, "no more state"),
+        (flash(rival) <= flash(ours), "at most as much flash"),
+        (rival.state <= ours.state, "at most as much state"),
         (
             rival.cycles_a_frame <= ours.cycles_a_frame,
-            "no more cycles",
+            "at most as many cycles",
         ),
         (!rival.can_panic, "cannot panic"),
     ]

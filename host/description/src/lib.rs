@@ -68,7 +68,7 @@ use entries::{FrameEntry, Problem, at, missing, wrong};
 /// The number of bytes in the longest text that is read as a description.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// The greatest number of kinds in a description, and below of values in a row. More are an error.
+/// The limit on the number of kinds in a description. `MOST_COLUMNS` limits the number of values in a row.
 const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 10_000;
 

@@ -67,7 +67,7 @@ impl AnyLine {
     /// Creates the receiver for these frames and this policy.
     ///
     /// # Errors
-    /// The lecture's machine does not receive these frames, or they have no bytes.
+    /// Returns an error if the lecture's machine is chosen and does not receive these frames, or if they have no bytes.
     pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
         match (policy, protocol.setpoints) {
             (_, Some(format)) => Self::of_setpoints(format, policy),
@@ -85,7 +85,7 @@ impl AnyLine {
     /// [`StreamReceiver`] receives described frames.
     ///
     /// # Errors
-    /// The errors of [`new`](Self::new).
+    /// Returns the same errors as [`new`](Self::new).
     pub fn for_recordings(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
         match (policy, protocol.setpoints) {
             (Policy::Framelock, None) => {
@@ -100,7 +100,7 @@ impl AnyLine {
     /// Creates the receiver for frames of setpoints and this policy. It needs no description.
     ///
     /// # Errors
-    /// The lecture's machine does not receive these frames.
+    /// Returns an error if the lecture's machine is chosen and does not receive these frames.
     pub fn of_setpoints(format: FrameFormat, policy: Policy) -> Result<Self, String> {
         match (policy, format) {
             (Policy::Framelock, FrameFormat::Bin) => Ok(Self::Bin(Line::default())),
