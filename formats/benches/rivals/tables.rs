@@ -33,9 +33,9 @@ receivers decide about pending bytes when the line falls silent.
   in which 1 to 40 random bytes replace the sent ones. *Sync-dense*: the payloads consist of bytes that begin frames
   and of short lengths, and 1 % of the bytes are lost. *Length lost*: one frame in ten lacks its length byte, or its
   second byte if the protocol has no length byte.
-* **Lost** frames arrive whole and are not delivered. **False** frames are delivered but did not arrive whole: damaged
-  frames whose check is right, and frames inside the payload of others. The tables show single bytes and chunks of 64
-  separately if their results differ: `crsf` and `sbus` need single bytes.
+* **Lost** frames arrive whole and are not delivered. **False** frames are delivered, but were not sent or did not
+  arrive whole: damaged frames whose check is right, and frames inside the payload of others. The tables show single
+  bytes and chunks of 64 separately if their results differ: `crsf` and `sbus` need single bytes.
 * **Every answer is confirmed.** framelock delivers the same frames as the
   [naive reference](../proofs/src/reference.rs), byte by byte and in chunks. Each frame that it loses overlaps a false
   frame whose check is right, which no receiver can recognise. The answers of the other crates are compared with the
