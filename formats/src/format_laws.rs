@@ -220,7 +220,7 @@ impl Said {
     }
 }
 
-/// How a format's encoding contradicts the rest of it.
+/// A contradiction between a format's encoding and its other parts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum BrokenEncoding {

@@ -8,11 +8,11 @@
 //! This holds for any values of the counters, even if they are about to wrap. A slice does the same as its bytes
 //! (theorem 6).
 //!
-//! For every format of one to eight bytes: for each byte, the receiver's engine reports frames and discarded bytes.
-//! These and the bytes pending afterwards add up to the bytes pending before and the new byte (`one_byte` in
-//! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is
-//! pushed, a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted),
-//! and [ends each loss once](each_loss_ends_once).
+//! For every format of one to eight bytes, the receiver's engine reports frames and discarded bytes at each byte. These
+//! and the bytes pending afterwards add up to the bytes pending before and the new byte (`one_byte` in
+//! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is pushed,
+//! a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted), and [ends
+//! each loss once](each_loss_ends_once).
 //!
 //! For every format of any length: `BufferedReceiver` puts each byte into exactly one event or leaves it pending
 //! (theorem 13b), and the line [counts these events](pushed_bytes_of_any_length_are_counted).

@@ -14,21 +14,21 @@ impl<'a> Patterns<'a> {
     /// No sequence: a frame may begin, or end, with any bytes.
     pub const NONE: Self = Self::one(&[]);
 
-    /// Returns the one sequence of these bytes.
+    /// Returns patterns with one sequence: these bytes.
     #[inline]
     #[must_use]
     pub const fn one(bytes: &'a [u8]) -> Self {
         Self::any_of(bytes, bytes.len())
     }
 
-    /// Returns sequences of one byte each.
+    /// Returns patterns with sequences of one byte each.
     #[inline]
     #[must_use]
     pub const fn any_byte_of(bytes: &'a [u8]) -> Self {
         Self::any_of(bytes, 1)
     }
 
-    /// Returns sequences of `length` bytes each, which are concatenated in `bytes`.
+    /// Returns patterns with sequences of `length` bytes each, which are concatenated in `bytes`.
     #[inline]
     #[must_use]
     pub const fn any_of(bytes: &'a [u8], length: usize) -> Self {

@@ -49,7 +49,7 @@ impl Description {
         })
     }
 
-    /// Returns a frame of the kind with this number, with the values of this kind or of one of its views.
+    /// Returns a frame of the kind with this number. `values` are those of this kind or of one of its views.
     fn encode_as<'v>(
         &self,
         number: usize,
