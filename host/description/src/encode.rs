@@ -49,7 +49,8 @@ impl Description {
         })
     }
 
-    /// Returns a frame of the kind with this number. `values` are those of this kind or of one of its views.
+    /// Encodes a frame of the kind with this number. `shown` is this kind or one of its views, and `value` returns the
+    /// value of a column.
     fn encode_as<'v>(
         &self,
         number: usize,
