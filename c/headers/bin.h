@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define BIN_LONGEST 7U
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     BIN_NO_SYNC, /* no frame begins with them */
     BIN_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -43,10 +43,10 @@ typedef enum {
     BIN_LINE_EVENT, /* pending at a line event */
     BIN_REASONS, /* the number of reasons */
     BIN_FRAME = BIN_REASONS, /* a frame */
-    BIN_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    BIN_INCOMPLETE /* more bytes are needed */
 } bin_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     BIN_FRAMING_ERROR,
     BIN_PARITY_ERROR,
@@ -87,7 +87,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 BIN_FUNCTION void bin_init(bin_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 BIN_FUNCTION uint32_t bin_pending(const bin_receiver *receiver);
 
 /* Takes the next byte. Returns whether it completes a frame, and the frame's values in `*message`. */
@@ -99,7 +99,7 @@ BIN_FUNCTION void bin_line_event(bin_receiver *receiver, bin_event event);
 /* Reads the values of a frame. */
 BIN_FUNCTION void bin_decode(const uint8_t *frame, uint8_t length, bin_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 BIN_FUNCTION size_t bin_encode(const bin_message *message, uint8_t *frame, size_t room);
 
 #if !defined(BIN_DEFINITIONS) || BIN_DEFINITIONS
@@ -116,7 +116,7 @@ static inline void bin_clear(void *object, size_t size)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool bin_starts(uint8_t byte)
 {
     return byte == 0x41U;

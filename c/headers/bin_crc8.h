@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define BIN_CRC8_LONGEST 8U
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     BIN_CRC8_NO_SYNC, /* no frame begins with them */
     BIN_CRC8_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -44,10 +44,10 @@ typedef enum {
     BIN_CRC8_LINE_EVENT, /* pending at a line event */
     BIN_CRC8_REASONS, /* the number of reasons */
     BIN_CRC8_FRAME = BIN_CRC8_REASONS, /* a frame */
-    BIN_CRC8_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    BIN_CRC8_INCOMPLETE /* more bytes are needed */
 } bin_crc8_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     BIN_CRC8_FRAMING_ERROR,
     BIN_CRC8_PARITY_ERROR,
@@ -88,7 +88,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 BIN_CRC8_FUNCTION void bin_crc8_init(bin_crc8_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 BIN_CRC8_FUNCTION uint32_t bin_crc8_pending(const bin_crc8_receiver *receiver);
 
 /* Takes the next byte. Returns whether it completes a frame, and the frame's values in `*message`. */
@@ -100,7 +100,7 @@ BIN_CRC8_FUNCTION void bin_crc8_line_event(bin_crc8_receiver *receiver, bin_crc8
 /* Reads the values of a frame. */
 BIN_CRC8_FUNCTION void bin_crc8_decode(const uint8_t *frame, uint8_t length, bin_crc8_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 BIN_CRC8_FUNCTION size_t bin_crc8_encode(const bin_crc8_message *message, uint8_t *frame, size_t room);
 
 #if !defined(BIN_CRC8_DEFINITIONS) || BIN_CRC8_DEFINITIONS
@@ -131,7 +131,7 @@ static inline void bin_crc8_clear(void *object, size_t size)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool bin_crc8_starts(uint8_t byte)
 {
     return byte == 0x41U;

@@ -43,7 +43,7 @@
 #error "CRSF_ROOM must be between CRSF_LONGEST and 191"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     CRSF_NO_SYNC, /* no frame begins with them */
     CRSF_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -52,10 +52,10 @@ typedef enum {
     CRSF_LINE_EVENT, /* pending at a line event */
     CRSF_REASONS, /* the number of reasons */
     CRSF_FRAME = CRSF_REASONS, /* a frame */
-    CRSF_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    CRSF_INCOMPLETE /* more bytes are needed */
 } crsf_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     CRSF_FRAMING_ERROR,
     CRSF_PARITY_ERROR,
@@ -99,7 +99,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 CRSF_FUNCTION void crsf_init(crsf_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -118,7 +118,7 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
 /* Reads the values of a frame. */
 CRSF_FUNCTION void crsf_decode(const uint8_t *frame, uint8_t length, crsf_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 CRSF_FUNCTION size_t crsf_encode(const crsf_message *message, uint8_t *frame, size_t room);
 
 #if !defined(CRSF_DEFINITIONS) || CRSF_DEFINITIONS
@@ -149,7 +149,7 @@ static inline void crsf_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool crsf_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -166,7 +166,7 @@ static inline bool crsf_same(const void *one, const void *other, size_t size)
     return true;
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void crsf_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -176,7 +176,7 @@ static inline void crsf_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool crsf_starts(uint8_t byte)
 {
     return (byte == 0xC8U) || (byte == 0x00U) || (byte == 0xEAU) || (byte == 0xECU) || (byte == 0xEEU);
@@ -342,7 +342,7 @@ static inline uint8_t crsf_next(crsf_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !crsf_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -395,7 +395,7 @@ CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < CRSF_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -425,7 +425,7 @@ CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message)
     uint8_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = crsf_next(receiver, &again);
         if (length > 0U) {
@@ -448,7 +448,7 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             crsf_count_discarded(receiver, CRSF_LINE_EVENT, 1U);

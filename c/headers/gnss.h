@@ -43,7 +43,7 @@
 #error "GNSS_ROOM must be between GNSS_LONGEST and 61439"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     GNSS_NO_SYNC, /* no frame begins with them */
     GNSS_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -54,10 +54,10 @@ typedef enum {
     GNSS_LINE_EVENT, /* pending at a line event */
     GNSS_REASONS, /* the number of reasons */
     GNSS_FRAME = GNSS_REASONS, /* a frame */
-    GNSS_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    GNSS_INCOMPLETE /* more bytes are needed */
 } gnss_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     GNSS_FRAMING_ERROR,
     GNSS_PARITY_ERROR,
@@ -134,7 +134,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 GNSS_FUNCTION void gnss_init(gnss_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -153,7 +153,7 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
 /* Reads the values of a frame. */
 GNSS_FUNCTION void gnss_decode(const uint8_t *frame, uint16_t length, gnss_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 GNSS_FUNCTION size_t gnss_encode(const gnss_message *message, uint8_t *frame, size_t room);
 
 #if !defined(GNSS_DEFINITIONS) || GNSS_DEFINITIONS
@@ -198,7 +198,7 @@ static inline void gnss_copy(void *to, const void *from, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool gnss_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -233,7 +233,7 @@ static inline uint32_t gnss_be24(const uint8_t *bytes)
     return ((uint32_t)bytes[0] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[2];
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void gnss_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -243,7 +243,7 @@ static inline void gnss_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Returns the value of a hexadecimal digit; 16 if it is none. */
+/* Returns the value of a hexadecimal digit, or 16 for any other character. */
 static inline uint8_t gnss_digit(uint8_t digit)
 {
     if ((digit >= 0x30U) && (digit <= 0x39U)) {
@@ -269,7 +269,7 @@ static inline void gnss_put_hex(uint8_t *to, uint32_t number, uint8_t bits)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool gnss_ubx_starts(uint8_t byte)
 {
     return byte == 0xB5U;
@@ -328,7 +328,7 @@ static inline gnss_outcome gnss_ubx_classify(const uint8_t *bytes, uint16_t coun
     return GNSS_FRAME;
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool gnss_nmea_starts(uint8_t byte)
 {
     return (byte == 0x24U) || (byte == 0x21U);
@@ -348,7 +348,7 @@ static inline uint8_t gnss_nmea_checksum(const uint8_t *bytes, uint16_t count)
     return sum;
 }
 
-/* Whether this byte can be between the sync and the terminator. */
+/* Returns whether this byte can be between the sync and the terminator. */
 static inline bool gnss_nmea_is_content(uint8_t byte)
 {
     return ((byte >= 0x25U) && (byte <= 0x7EU)) || ((byte >= 0x22U) && (byte <= 0x23U)) || (byte == 0x20U);
@@ -376,7 +376,7 @@ static inline uint16_t gnss_nmea_terminator(const uint8_t *bytes, uint16_t count
     return 4U;
 }
 
-/* Returns the length that positions in a frame are counted with: as if it ended with the first terminator. */
+/* Returns the length from which positions are counted: as if the frame ended with the first terminator. */
 static inline uint16_t gnss_nmea_counted(const uint8_t *bytes, uint16_t length)
 {
     if ((length >= 3U) && (bytes[length - 3U] == 0x0DU) && (bytes[length - 2U] == 0x0DU) && (bytes[length - 1U] == 0x0AU)) {
@@ -391,7 +391,7 @@ static inline uint16_t gnss_nmea_counted(const uint8_t *bytes, uint16_t length)
     return length;
 }
 
-/* Whether hexadecimal digits have this value. */
+/* Returns whether hexadecimal digits have this value. */
 static inline bool gnss_nmea_has_value(const uint8_t *digits, uint8_t value)
 {
     uint8_t shift = 8U;
@@ -458,7 +458,7 @@ static inline gnss_outcome gnss_nmea_classify(const uint8_t *bytes, uint16_t cou
     return GNSS_FRAME;
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool gnss_rtcm_starts(uint8_t byte)
 {
     return byte == 0xD3U;
@@ -520,7 +520,7 @@ static inline gnss_outcome gnss_rtcm_classify(const uint8_t *bytes, uint16_t cou
     return GNSS_FRAME;
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool gnss_starts(uint8_t byte)
 {
     return gnss_ubx_starts(byte) || gnss_nmea_starts(byte) || gnss_rtcm_starts(byte);
@@ -565,7 +565,7 @@ static inline void gnss_ubx_decode(const uint8_t *frame, uint16_t length, gnss_u
     message->payload_length = (uint16_t)(length - 8U);
 }
 
-/* Writes a frame of ubx. Returns its length; 0 if it has no room, or if there is no such frame. */
+/* Writes a frame of ubx. Returns its length, or 0 if it does not fit or does not exist. */
 static inline size_t gnss_ubx_encode(const gnss_ubx_message *message, uint8_t *frame, size_t room)
 {
 
@@ -623,7 +623,7 @@ static inline void gnss_nmea_decode(const uint8_t *frame, uint16_t length, gnss_
     message->sentence_length = (uint16_t)(length - 6U);
 }
 
-/* Writes a frame of nmea. Returns its length; 0 if it has no room, or if there is no such frame. */
+/* Writes a frame of nmea. Returns its length, or 0 if it does not fit or does not exist. */
 static inline size_t gnss_nmea_encode(const gnss_nmea_message *message, uint8_t *frame, size_t room)
 {
 
@@ -676,7 +676,7 @@ static inline void gnss_rtcm_decode(const uint8_t *frame, uint16_t length, gnss_
     message->payload_length = (uint16_t)(length - 6U);
 }
 
-/* Writes a frame of rtcm. Returns its length; 0 if it has no room, or if there is no such frame. */
+/* Writes a frame of rtcm. Returns its length, or 0 if it does not fit or does not exist. */
 static inline size_t gnss_rtcm_encode(const gnss_rtcm_message *message, uint8_t *frame, size_t room)
 {
 
@@ -797,7 +797,7 @@ static inline uint16_t gnss_next(gnss_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !gnss_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -850,7 +850,7 @@ GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < GNSS_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -880,7 +880,7 @@ GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message)
     uint16_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = gnss_next(receiver, &again);
         if (length > 0U) {
@@ -903,7 +903,7 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             gnss_count_discarded(receiver, GNSS_LINE_EVENT, 1U);

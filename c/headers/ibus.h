@@ -43,7 +43,7 @@
 #error "IBUS_ROOM must be between IBUS_LONGEST and 223"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     IBUS_NO_SYNC, /* no frame begins with them */
     IBUS_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -51,10 +51,10 @@ typedef enum {
     IBUS_LINE_EVENT, /* pending at a line event */
     IBUS_REASONS, /* the number of reasons */
     IBUS_FRAME = IBUS_REASONS, /* a frame */
-    IBUS_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    IBUS_INCOMPLETE /* more bytes are needed */
 } ibus_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     IBUS_FRAMING_ERROR,
     IBUS_PARITY_ERROR,
@@ -95,7 +95,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 IBUS_FUNCTION void ibus_init(ibus_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_FUNCTION uint32_t ibus_pending(const ibus_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -114,7 +114,7 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
 /* Reads the values of a frame. */
 IBUS_FUNCTION void ibus_decode(const uint8_t *frame, uint8_t length, ibus_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 IBUS_FUNCTION size_t ibus_encode(const ibus_message *message, uint8_t *frame, size_t room);
 
 #if !defined(IBUS_DEFINITIONS) || IBUS_DEFINITIONS
@@ -131,7 +131,7 @@ static inline void ibus_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool ibus_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -154,7 +154,7 @@ static inline uint16_t ibus_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Adds the bits of a number of `count` bytes, little-endian. */
+/* Writes a number of `count` bytes, little-endian, by setting those bits that are 1. */
 static inline void ibus_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -165,7 +165,7 @@ static inline void ibus_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool ibus_starts(uint8_t byte)
 {
     return byte == 0x20U;
@@ -316,7 +316,7 @@ static inline uint8_t ibus_next(ibus_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !ibus_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -369,7 +369,7 @@ IBUS_FUNCTION bool ibus_push(ibus_receiver *receiver, uint8_t byte, ibus_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < IBUS_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -399,7 +399,7 @@ IBUS_FUNCTION bool ibus_poll(ibus_receiver *receiver, ibus_message *message)
     uint8_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ibus_next(receiver, &again);
         if (length > 0U) {
@@ -422,7 +422,7 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             ibus_count_discarded(receiver, IBUS_LINE_EVENT, 1U);

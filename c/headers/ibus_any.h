@@ -43,17 +43,17 @@
 #error "IBUS_ANY_ROOM must be between IBUS_ANY_LONGEST and 223"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     IBUS_ANY_NO_SYNC, /* no frame begins with them */
     IBUS_ANY_CHECKSUM_MISMATCH, /* the checksum is wrong */
     IBUS_ANY_LINE_EVENT, /* pending at a line event */
     IBUS_ANY_REASONS, /* the number of reasons */
     IBUS_ANY_FRAME = IBUS_ANY_REASONS, /* a frame */
-    IBUS_ANY_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    IBUS_ANY_INCOMPLETE /* more bytes are needed */
 } ibus_any_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     IBUS_ANY_FRAMING_ERROR,
     IBUS_ANY_PARITY_ERROR,
@@ -96,7 +96,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 IBUS_ANY_FUNCTION void ibus_any_init(ibus_any_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -115,7 +115,7 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
 /* Reads the values of a frame. */
 IBUS_ANY_FUNCTION void ibus_any_decode(const uint8_t *frame, uint8_t length, ibus_any_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 IBUS_ANY_FUNCTION size_t ibus_any_encode(const ibus_any_message *message, uint8_t *frame, size_t room);
 
 #if !defined(IBUS_ANY_DEFINITIONS) || IBUS_ANY_DEFINITIONS
@@ -132,7 +132,7 @@ static inline void ibus_any_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool ibus_any_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -155,7 +155,7 @@ static inline uint16_t ibus_any_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Adds the bits of a number of `count` bytes, little-endian. */
+/* Writes a number of `count` bytes, little-endian, by setting those bits that are 1. */
 static inline void ibus_any_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -166,7 +166,7 @@ static inline void ibus_any_put_le(uint8_t *bytes, uint8_t count, uint32_t numbe
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool ibus_any_starts(uint8_t byte)
 {
     return byte == 0x20U;
@@ -314,7 +314,7 @@ static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !ibus_any_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -367,7 +367,7 @@ IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < IBUS_ANY_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -397,7 +397,7 @@ IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_messa
     uint8_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ibus_any_next(receiver, &again);
         if (length > 0U) {
@@ -420,7 +420,7 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             ibus_any_count_discarded(receiver, IBUS_ANY_LINE_EVENT, 1U);

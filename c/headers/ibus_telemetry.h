@@ -43,17 +43,17 @@
 #error "IBUS_TELEMETRY_ROOM must be between IBUS_TELEMETRY_LONGEST and 247"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     IBUS_TELEMETRY_NO_SYNC, /* no frame begins with them */
     IBUS_TELEMETRY_CHECKSUM_MISMATCH, /* the checksum is wrong */
     IBUS_TELEMETRY_LINE_EVENT, /* pending at a line event */
     IBUS_TELEMETRY_REASONS, /* the number of reasons */
     IBUS_TELEMETRY_FRAME = IBUS_TELEMETRY_REASONS, /* a frame */
-    IBUS_TELEMETRY_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    IBUS_TELEMETRY_INCOMPLETE /* more bytes are needed */
 } ibus_telemetry_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     IBUS_TELEMETRY_FRAMING_ERROR,
     IBUS_TELEMETRY_PARITY_ERROR,
@@ -100,7 +100,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 IBUS_TELEMETRY_FUNCTION void ibus_telemetry_init(ibus_telemetry_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_TELEMETRY_FUNCTION uint32_t ibus_telemetry_pending(const ibus_telemetry_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -119,7 +119,7 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_line_event(ibus_telemetry_receiver *
 /* Reads the values of a frame. */
 IBUS_TELEMETRY_FUNCTION void ibus_telemetry_decode(const uint8_t *frame, uint8_t length, ibus_telemetry_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 IBUS_TELEMETRY_FUNCTION size_t ibus_telemetry_encode(const ibus_telemetry_message *message, uint8_t *frame, size_t room);
 
 #if !defined(IBUS_TELEMETRY_DEFINITIONS) || IBUS_TELEMETRY_DEFINITIONS
@@ -136,7 +136,7 @@ static inline void ibus_telemetry_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool ibus_telemetry_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -159,7 +159,7 @@ static inline uint16_t ibus_telemetry_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void ibus_telemetry_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -169,7 +169,7 @@ static inline void ibus_telemetry_put(uint8_t *to, const uint8_t *bytes, size_t 
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool ibus_telemetry_starts(uint8_t byte)
 {
     return (byte == 0x04U) || (byte == 0x06U) || (byte == 0x08U);
@@ -343,7 +343,7 @@ static inline uint8_t ibus_telemetry_next(ibus_telemetry_receiver *receiver, boo
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !ibus_telemetry_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -396,7 +396,7 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_push(ibus_telemetry_receiver *receiv
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < IBUS_TELEMETRY_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -426,7 +426,7 @@ IBUS_TELEMETRY_FUNCTION bool ibus_telemetry_poll(ibus_telemetry_receiver *receiv
     uint8_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ibus_telemetry_next(receiver, &again);
         if (length > 0U) {
@@ -449,7 +449,7 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_line_event(ibus_telemetry_receiver *
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             ibus_telemetry_count_discarded(receiver, IBUS_TELEMETRY_LINE_EVENT, 1U);

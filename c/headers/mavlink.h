@@ -43,7 +43,7 @@
 #error "MAVLINK_ROOM must be between MAVLINK_LONGEST and 65255"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     MAVLINK_NO_SYNC, /* no frame begins with them */
     MAVLINK_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -52,10 +52,10 @@ typedef enum {
     MAVLINK_LINE_EVENT, /* pending at a line event */
     MAVLINK_REASONS, /* the number of reasons */
     MAVLINK_FRAME = MAVLINK_REASONS, /* a frame */
-    MAVLINK_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    MAVLINK_INCOMPLETE /* more bytes are needed */
 } mavlink_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     MAVLINK_FRAMING_ERROR,
     MAVLINK_PARITY_ERROR,
@@ -90,7 +90,7 @@ typedef struct {
     /* At 10: bytes. */
     const uint8_t *payload;
     uint16_t payload_length;
-    /* Behind the frame. */
+    /* After the frame. */
     bool has_signature;
     uint8_t signature[13];
 } mavlink_mavlink2_message;
@@ -138,7 +138,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -157,7 +157,7 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
 /* Reads the values of a frame. */
 MAVLINK_FUNCTION void mavlink_decode(const uint8_t *frame, uint16_t length, mavlink_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 MAVLINK_FUNCTION size_t mavlink_encode(const mavlink_message *message, uint8_t *frame, size_t room);
 
 #if !defined(MAVLINK_DEFINITIONS) || MAVLINK_DEFINITIONS
@@ -202,7 +202,7 @@ static inline void mavlink_copy(void *to, const void *from, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool mavlink_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -231,7 +231,7 @@ static inline uint32_t mavlink_le24(const uint8_t *bytes)
     return ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
 }
 
-/* Adds the bits of a number of `count` bytes, little-endian. */
+/* Writes a number of `count` bytes, little-endian, by setting those bits that are 1. */
 static inline void mavlink_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -242,7 +242,7 @@ static inline void mavlink_put_le(uint8_t *bytes, uint8_t count, uint32_t number
     }
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void mavlink_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -252,7 +252,7 @@ static inline void mavlink_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool mavlink_mavlink2_starts(uint8_t byte)
 {
     return byte == 0xFDU;
@@ -413,7 +413,7 @@ static inline mavlink_outcome mavlink_mavlink2_classify(const uint8_t *bytes, ui
     return MAVLINK_FRAME;
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool mavlink_mavlink1_starts(uint8_t byte)
 {
     return byte == 0xFEU;
@@ -566,7 +566,7 @@ static inline mavlink_outcome mavlink_mavlink1_classify(const uint8_t *bytes, ui
     return MAVLINK_FRAME;
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool mavlink_starts(uint8_t byte)
 {
     return mavlink_mavlink2_starts(byte) || mavlink_mavlink1_starts(byte);
@@ -616,7 +616,7 @@ static inline void mavlink_mavlink2_decode(const uint8_t *frame, uint16_t length
     }
 }
 
-/* Writes a frame of mavlink2. Returns its length; 0 if it has no room, or if there is no such frame. */
+/* Writes a frame of mavlink2. Returns its length, or 0 if it does not fit or does not exist. */
 static inline size_t mavlink_mavlink2_encode(const mavlink_mavlink2_message *message, uint8_t *frame, size_t room)
 {
 
@@ -702,7 +702,7 @@ static inline void mavlink_mavlink1_decode(const uint8_t *frame, uint16_t length
     message->payload_length = (uint16_t)(length - 8U);
 }
 
-/* Writes a frame of mavlink1. Returns its length; 0 if it has no room, or if there is no such frame. */
+/* Writes a frame of mavlink1. Returns its length, or 0 if it does not fit or does not exist. */
 static inline size_t mavlink_mavlink1_encode(const mavlink_mavlink1_message *message, uint8_t *frame, size_t room)
 {
 
@@ -836,7 +836,7 @@ static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !mavlink_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -889,7 +889,7 @@ MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mav
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -919,7 +919,7 @@ MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *
     uint16_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink_next(receiver, &again);
         if (length > 0U) {
@@ -942,7 +942,7 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink_count_discarded(receiver, MAVLINK_LINE_EVENT, 1U);

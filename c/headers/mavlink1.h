@@ -43,7 +43,7 @@
 #error "MAVLINK1_ROOM must be between MAVLINK1_LONGEST and 65272"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     MAVLINK1_NO_SYNC, /* no frame begins with them */
     MAVLINK1_UNKNOWN_MESSAGE, /* the message is not in the list */
@@ -51,10 +51,10 @@ typedef enum {
     MAVLINK1_LINE_EVENT, /* pending at a line event */
     MAVLINK1_REASONS, /* the number of reasons */
     MAVLINK1_FRAME = MAVLINK1_REASONS, /* a frame */
-    MAVLINK1_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    MAVLINK1_INCOMPLETE /* more bytes are needed */
 } mavlink1_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     MAVLINK1_FRAMING_ERROR,
     MAVLINK1_PARITY_ERROR,
@@ -102,7 +102,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 MAVLINK1_FUNCTION void mavlink1_init(mavlink1_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -121,7 +121,7 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
 /* Reads the values of a frame. */
 MAVLINK1_FUNCTION void mavlink1_decode(const uint8_t *frame, uint16_t length, mavlink1_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 MAVLINK1_FUNCTION size_t mavlink1_encode(const mavlink1_message *message, uint8_t *frame, size_t room);
 
 #if !defined(MAVLINK1_DEFINITIONS) || MAVLINK1_DEFINITIONS
@@ -152,7 +152,7 @@ static inline void mavlink1_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool mavlink1_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -175,7 +175,7 @@ static inline uint16_t mavlink1_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void mavlink1_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -185,7 +185,7 @@ static inline void mavlink1_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool mavlink1_starts(uint8_t byte)
 {
     return byte == 0xFEU;
@@ -454,7 +454,7 @@ static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !mavlink1_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -507,7 +507,7 @@ MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK1_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -537,7 +537,7 @@ MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_messa
     uint16_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink1_next(receiver, &again);
         if (length > 0U) {
@@ -560,7 +560,7 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink1_count_discarded(receiver, MAVLINK1_LINE_EVENT, 1U);

@@ -43,7 +43,7 @@
 #error "MAVLINK2_ROOM must be between MAVLINK2_LONGEST and 65255"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     MAVLINK2_NO_SYNC, /* no frame begins with them */
     MAVLINK2_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -52,10 +52,10 @@ typedef enum {
     MAVLINK2_LINE_EVENT, /* pending at a line event */
     MAVLINK2_REASONS, /* the number of reasons */
     MAVLINK2_FRAME = MAVLINK2_REASONS, /* a frame */
-    MAVLINK2_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    MAVLINK2_INCOMPLETE /* more bytes are needed */
 } mavlink2_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     MAVLINK2_FRAMING_ERROR,
     MAVLINK2_PARITY_ERROR,
@@ -90,7 +90,7 @@ typedef struct {
     /* At 10: bytes. */
     const uint8_t *payload;
     uint16_t payload_length;
-    /* Behind the frame. */
+    /* After the frame. */
     bool has_signature;
     uint8_t signature[13];
 } mavlink2_message;
@@ -108,7 +108,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 MAVLINK2_FUNCTION void mavlink2_init(mavlink2_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -127,7 +127,7 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
 /* Reads the values of a frame. */
 MAVLINK2_FUNCTION void mavlink2_decode(const uint8_t *frame, uint16_t length, mavlink2_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 MAVLINK2_FUNCTION size_t mavlink2_encode(const mavlink2_message *message, uint8_t *frame, size_t room);
 
 #if !defined(MAVLINK2_DEFINITIONS) || MAVLINK2_DEFINITIONS
@@ -172,7 +172,7 @@ static inline void mavlink2_copy(void *to, const void *from, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool mavlink2_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -201,7 +201,7 @@ static inline uint32_t mavlink2_le24(const uint8_t *bytes)
     return ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
 }
 
-/* Adds the bits of a number of `count` bytes, little-endian. */
+/* Writes a number of `count` bytes, little-endian, by setting those bits that are 1. */
 static inline void mavlink2_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -212,7 +212,7 @@ static inline void mavlink2_put_le(uint8_t *bytes, uint8_t count, uint32_t numbe
     }
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void mavlink2_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -222,7 +222,7 @@ static inline void mavlink2_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool mavlink2_starts(uint8_t byte)
 {
     return byte == 0xFDU;
@@ -524,7 +524,7 @@ static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !mavlink2_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -577,7 +577,7 @@ MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK2_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -607,7 +607,7 @@ MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_messa
     uint16_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = mavlink2_next(receiver, &again);
         if (length > 0U) {
@@ -630,7 +630,7 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink2_count_discarded(receiver, MAVLINK2_LINE_EVENT, 1U);

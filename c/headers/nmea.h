@@ -43,7 +43,7 @@
 #error "NMEA_ROOM must be between NMEA_LONGEST and 65020"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     NMEA_NO_SYNC, /* no frame begins with them */
     NMEA_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -52,10 +52,10 @@ typedef enum {
     NMEA_LINE_EVENT, /* pending at a line event */
     NMEA_REASONS, /* the number of reasons */
     NMEA_FRAME = NMEA_REASONS, /* a frame */
-    NMEA_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    NMEA_INCOMPLETE /* more bytes are needed */
 } nmea_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     NMEA_FRAMING_ERROR,
     NMEA_PARITY_ERROR,
@@ -97,7 +97,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 NMEA_FUNCTION void nmea_init(nmea_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -116,7 +116,7 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
 /* Reads the values of a frame. */
 NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, size_t room);
 
 #if !defined(NMEA_DEFINITIONS) || NMEA_DEFINITIONS
@@ -147,7 +147,7 @@ static inline void nmea_copy(void *to, const void *from, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool nmea_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -164,7 +164,7 @@ static inline bool nmea_same(const void *one, const void *other, size_t size)
     return true;
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void nmea_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -174,7 +174,7 @@ static inline void nmea_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Returns the value of a hexadecimal digit; 16 if it is none. */
+/* Returns the value of a hexadecimal digit, or 16 for any other character. */
 static inline uint8_t nmea_digit(uint8_t digit)
 {
     if ((digit >= 0x30U) && (digit <= 0x39U)) {
@@ -200,7 +200,7 @@ static inline void nmea_put_hex(uint8_t *to, uint32_t number, uint8_t bits)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool nmea_starts(uint8_t byte)
 {
     return (byte == 0x24U) || (byte == 0x21U);
@@ -220,7 +220,7 @@ static inline uint8_t nmea_checksum(const uint8_t *bytes, uint16_t count)
     return sum;
 }
 
-/* Whether this byte can be between the sync and the terminator. */
+/* Returns whether this byte can be between the sync and the terminator. */
 static inline bool nmea_is_content(uint8_t byte)
 {
     return ((byte >= 0x25U) && (byte <= 0x7EU)) || ((byte >= 0x22U) && (byte <= 0x23U)) || (byte == 0x20U);
@@ -248,7 +248,7 @@ static inline uint16_t nmea_terminator(const uint8_t *bytes, uint16_t count)
     return 4U;
 }
 
-/* Returns the length that positions in a frame are counted with: as if it ended with the first terminator. */
+/* Returns the length from which positions are counted: as if the frame ended with the first terminator. */
 static inline uint16_t nmea_counted(const uint8_t *bytes, uint16_t length)
 {
     if ((length >= 3U) && (bytes[length - 3U] == 0x0DU) && (bytes[length - 2U] == 0x0DU) && (bytes[length - 1U] == 0x0AU)) {
@@ -263,7 +263,7 @@ static inline uint16_t nmea_counted(const uint8_t *bytes, uint16_t length)
     return length;
 }
 
-/* Whether hexadecimal digits have this value. */
+/* Returns whether hexadecimal digits have this value. */
 static inline bool nmea_has_value(const uint8_t *digits, uint8_t value)
 {
     uint8_t shift = 8U;
@@ -427,7 +427,7 @@ static inline uint16_t nmea_next(nmea_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !nmea_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -480,7 +480,7 @@ NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < NMEA_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -510,7 +510,7 @@ NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message)
     uint16_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = nmea_next(receiver, &again);
         if (length > 0U) {
@@ -533,7 +533,7 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             nmea_count_discarded(receiver, NMEA_LINE_EVENT, 1U);

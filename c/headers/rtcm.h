@@ -43,7 +43,7 @@
 #error "RTCM_ROOM must be between RTCM_LONGEST and 64506"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     RTCM_NO_SYNC, /* no frame begins with them */
     RTCM_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -51,10 +51,10 @@ typedef enum {
     RTCM_LINE_EVENT, /* pending at a line event */
     RTCM_REASONS, /* the number of reasons */
     RTCM_FRAME = RTCM_REASONS, /* a frame */
-    RTCM_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    RTCM_INCOMPLETE /* more bytes are needed */
 } rtcm_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     RTCM_FRAMING_ERROR,
     RTCM_PARITY_ERROR,
@@ -94,7 +94,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 RTCM_FUNCTION void rtcm_init(rtcm_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 RTCM_FUNCTION uint32_t rtcm_pending(const rtcm_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -113,7 +113,7 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
 /* Reads the values of a frame. */
 RTCM_FUNCTION void rtcm_decode(const uint8_t *frame, uint16_t length, rtcm_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 RTCM_FUNCTION size_t rtcm_encode(const rtcm_message *message, uint8_t *frame, size_t room);
 
 #if !defined(RTCM_DEFINITIONS) || RTCM_DEFINITIONS
@@ -144,7 +144,7 @@ static inline void rtcm_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool rtcm_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -173,7 +173,7 @@ static inline uint32_t rtcm_be24(const uint8_t *bytes)
     return ((uint32_t)bytes[0] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[2];
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void rtcm_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -183,7 +183,7 @@ static inline void rtcm_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool rtcm_starts(uint8_t byte)
 {
     return byte == 0xD3U;
@@ -339,7 +339,7 @@ static inline uint16_t rtcm_next(rtcm_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !rtcm_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -392,7 +392,7 @@ RTCM_FUNCTION bool rtcm_push(rtcm_receiver *receiver, uint8_t byte, rtcm_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < RTCM_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -422,7 +422,7 @@ RTCM_FUNCTION bool rtcm_poll(rtcm_receiver *receiver, rtcm_message *message)
     uint16_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = rtcm_next(receiver, &again);
         if (length > 0U) {
@@ -445,7 +445,7 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             rtcm_count_discarded(receiver, RTCM_LINE_EVENT, 1U);

@@ -43,17 +43,17 @@
 #error "SBUS_ROOM must be between SBUS_LONGEST and 230"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     SBUS_NO_SYNC, /* no frame begins with them */
     SBUS_WRONG_TERMINATOR, /* the terminator or fixed bits are wrong */
     SBUS_LINE_EVENT, /* pending at a line event */
     SBUS_REASONS, /* the number of reasons */
     SBUS_FRAME = SBUS_REASONS, /* a frame */
-    SBUS_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    SBUS_INCOMPLETE /* more bytes are needed */
 } sbus_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     SBUS_FRAMING_ERROR,
     SBUS_PARITY_ERROR,
@@ -102,7 +102,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 SBUS_FUNCTION void sbus_init(sbus_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 SBUS_FUNCTION uint32_t sbus_pending(const sbus_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -121,7 +121,7 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
 /* Reads the values of a frame. */
 SBUS_FUNCTION void sbus_decode(const uint8_t *frame, uint8_t length, sbus_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 SBUS_FUNCTION size_t sbus_encode(const sbus_message *message, uint8_t *frame, size_t room);
 
 #if !defined(SBUS_DEFINITIONS) || SBUS_DEFINITIONS
@@ -138,7 +138,7 @@ static inline void sbus_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool sbus_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -169,7 +169,7 @@ static inline uint32_t sbus_bits(const uint8_t *bytes, uint16_t first, uint8_t w
     return bits & (UINT32_MAX >> (32U - width));
 }
 
-/* Sets those of `width` bits that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+/* Writes `width` bits by setting those that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
 static inline void sbus_put_bits(uint8_t *bytes, uint16_t first, uint8_t width, uint32_t number)
 {
     uint8_t i;
@@ -183,7 +183,7 @@ static inline void sbus_put_bits(uint8_t *bytes, uint16_t first, uint8_t width, 
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool sbus_starts(uint8_t byte)
 {
     return byte == 0x0FU;
@@ -332,7 +332,7 @@ static inline uint8_t sbus_next(sbus_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !sbus_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -385,7 +385,7 @@ SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < SBUS_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -415,7 +415,7 @@ SBUS_FUNCTION bool sbus_poll(sbus_receiver *receiver, sbus_message *message)
     uint8_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = sbus_next(receiver, &again);
         if (length > 0U) {
@@ -438,7 +438,7 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             sbus_count_discarded(receiver, SBUS_LINE_EVENT, 1U);

@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define SIX_AXES_BE_LONGEST 16U
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     SIX_AXES_BE_NO_SYNC, /* no frame begins with them */
     SIX_AXES_BE_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -43,10 +43,10 @@ typedef enum {
     SIX_AXES_BE_LINE_EVENT, /* pending at a line event */
     SIX_AXES_BE_REASONS, /* the number of reasons */
     SIX_AXES_BE_FRAME = SIX_AXES_BE_REASONS, /* a frame */
-    SIX_AXES_BE_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    SIX_AXES_BE_INCOMPLETE /* more bytes are needed */
 } six_axes_be_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     SIX_AXES_BE_FRAMING_ERROR,
     SIX_AXES_BE_PARITY_ERROR,
@@ -83,7 +83,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 SIX_AXES_BE_FUNCTION void six_axes_be_init(six_axes_be_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 SIX_AXES_BE_FUNCTION uint32_t six_axes_be_pending(const six_axes_be_receiver *receiver);
 
 /* Takes the next byte. Returns whether it completes a frame, and the frame's values in `*message`. */
@@ -95,7 +95,7 @@ SIX_AXES_BE_FUNCTION void six_axes_be_line_event(six_axes_be_receiver *receiver,
 /* Reads the values of a frame. */
 SIX_AXES_BE_FUNCTION void six_axes_be_decode(const uint8_t *frame, uint8_t length, six_axes_be_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 SIX_AXES_BE_FUNCTION size_t six_axes_be_encode(const six_axes_be_message *message, uint8_t *frame, size_t room);
 
 #if !defined(SIX_AXES_BE_DEFINITIONS) || SIX_AXES_BE_DEFINITIONS
@@ -112,7 +112,7 @@ static inline void six_axes_be_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool six_axes_be_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -135,7 +135,7 @@ static inline uint16_t six_axes_be_be16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[0] << 8U) | bytes[1]);
 }
 
-/* Adds the bits of a number of `count` bytes, big-endian. */
+/* Writes a number of `count` bytes, big-endian, by setting those bits that are 1. */
 static inline void six_axes_be_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -146,7 +146,7 @@ static inline void six_axes_be_put_be(uint8_t *bytes, uint8_t count, uint32_t nu
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool six_axes_be_starts(uint8_t byte)
 {
     return byte == 0xFFU;

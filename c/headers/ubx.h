@@ -43,7 +43,7 @@
 #error "UBX_ROOM must be between UBX_LONGEST and 61439"
 #endif
 
-/* The outcome of a classification. The reasons say why bytes were discarded. */
+/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
 typedef enum {
     UBX_NO_SYNC, /* no frame begins with them */
     UBX_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -52,10 +52,10 @@ typedef enum {
     UBX_LINE_EVENT, /* pending at a line event */
     UBX_REASONS, /* the number of reasons */
     UBX_FRAME = UBX_REASONS, /* a frame */
-    UBX_INCOMPLETE /* perhaps a frame: more bytes are needed */
+    UBX_INCOMPLETE /* more bytes are needed */
 } ubx_outcome;
 
-/* An event that the UART or a timer noticed. */
+/* An event on the line, which the UART or a timer notices. */
 typedef enum {
     UBX_FRAMING_ERROR,
     UBX_PARITY_ERROR,
@@ -99,7 +99,7 @@ typedef struct {
 /* Starts a receiver. All counters are 0. */
 UBX_FUNCTION void ubx_init(ubx_receiver *receiver);
 
-/* Returns the number of pending bytes: a frame may yet include them. */
+/* Returns the number of pending bytes, which may still become part of a frame. */
 UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver);
 
 /* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
@@ -118,7 +118,7 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
 /* Reads the values of a frame. */
 UBX_FUNCTION void ubx_decode(const uint8_t *frame, uint16_t length, ubx_message *message);
 
-/* Writes a frame with these values. Returns its length; 0 if `room` bytes are too few, or if there is no such frame. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
 UBX_FUNCTION size_t ubx_encode(const ubx_message *message, uint8_t *frame, size_t room);
 
 #if !defined(UBX_DEFINITIONS) || UBX_DEFINITIONS
@@ -135,7 +135,7 @@ static inline void ubx_clear(void *object, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool ubx_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -158,7 +158,7 @@ static inline uint16_t ubx_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void ubx_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -168,7 +168,7 @@ static inline void ubx_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Whether a frame can begin with this byte. */
+/* Returns whether a frame can begin with this byte. */
 static inline bool ubx_starts(uint8_t byte)
 {
     return byte == 0xB5U;
@@ -330,7 +330,7 @@ static inline uint16_t ubx_next(ubx_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !ubx_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -383,7 +383,7 @@ UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *me
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < UBX_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -413,7 +413,7 @@ UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message)
     uint16_t length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = ubx_next(receiver, &again);
         if (length > 0U) {
@@ -436,7 +436,7 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             ubx_count_discarded(receiver, UBX_LINE_EVENT, 1U);

@@ -24,7 +24,7 @@ pub(crate) fn run(compiler: &[&str], sources: &[&Path], input: &[u8]) -> String 
     succeeds(&mut Command::new(program), input, "")
 }
 
-/// Compiles the sources with a library as one program, without a warning. `install` says how to install the compiler.
+/// Compiles the sources and a library to one program, without a warning. `install` says how to install the compiler.
 pub(crate) fn compile(
     compiler: &[&str],
     sources: &[&Path],
@@ -43,7 +43,7 @@ pub(crate) fn compile(
         .arg("-I")
         .arg(self::program(""))
         .args(sources)
-        // It is no source, whatever the language.
+        // The library is not a source file of this language.
         .arg("-xnone")
         .arg(library)
         .args(links)
@@ -74,13 +74,13 @@ pub(crate) fn succeeds(command: &mut Command, input: &[u8], install: &str) -> St
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Returns the path of a program beside the tests.
+/// Returns the path of a program in the tests' folder.
 pub(crate) fn program(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     folder.join("tests/programs").join(name)
 }
 
-/// Builds the library with the commands of the page, but for this computer.
+/// Builds the library with the page's commands, but for this computer instead of the chip.
 pub(crate) fn library() -> &'static Path {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(|| {

@@ -1,4 +1,4 @@
-//! The programs in `docs/c.md` behave like the same programs in Rust, on this computer and on the emulated chip.
+//! The programs in `docs/c-library.md` behave like the same programs in Rust, on this computer and on the emulated chip.
 
 use std::fmt::Write;
 use std::num::NonZeroU32;
@@ -18,12 +18,12 @@ fn the_guides_programs_do_what_it_says() {
     programs(5000).iter().for_each(Program::check_here);
 }
 
-/// With streams of about so many frames.
+/// Returns the page's programs, with streams of about `frames` frames.
 pub(crate) fn programs(frames: usize) -> [Program; 4] {
     let [platform, crsf, gnss, motor] = blocks(IN_C, "c")[..] else {
         panic!("the page has four programs");
     };
-    // Noise, an error within a frame, silence.
+    // The stream ends with noise, an error within a frame, and silence.
     let mut stream = faulty_stream(frames);
     stream.extend(b"AB\0\xFFxyz\rAB\0xyz\r");
     stream.extend([0; 3000]);
@@ -105,7 +105,7 @@ const MOTOR: Layout = Layout::builder()
     )
     .build_const();
 
-/// Frames of a layout that are given as they are.
+/// A format whose message is the frame itself, for any layout.
 #[derive(Clone, Copy)]
 struct Any(&'static Layout<'static>);
 
@@ -120,8 +120,8 @@ impl Format for Any {
     }
 }
 
-/// Frames with that byte at that place, most of that length; some broken, some behind a false beginning and before an
-/// idle line.
+/// Returns frames with `byte` at index `at`, most of them with `length` bytes. Some are broken. Some follow a false
+/// start and precede an idle line.
 fn steps(
     layout: &Layout,
     length: usize,
@@ -161,7 +161,7 @@ fn steps(
     steps
 }
 
-/// What is said of those frames of which `say` gives something.
+/// Returns the program's expected output: the bytes that `say` returns for the received frames.
 fn received(format: Any, steps: &[u8], say: impl Fn(&[u8]) -> Option<Vec<u8>>) -> String {
     let sends = format.0 == &MOTOR;
     let mut line = Line::new(BufferedReceiver::<_, [u8; 128]>::new(format));
@@ -203,7 +203,7 @@ fn received(format: Any, steps: &[u8], say: impl Fn(&[u8]) -> Option<Vec<u8>>) -
             }
         }
     }
-    // Frames came, some of them with an event, and others were lost.
+    // Frames were received, some of them at an event, and other frames were lost.
     assert!(text.lines().count() * 3 > line.counters().frames as usize && at_events > 0);
     assert!(line.counters().resynchronisations > 0);
     text

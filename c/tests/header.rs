@@ -1,4 +1,4 @@
-//! The header that is committed is the one that cbindgen makes.
+//! Tests that the committed header is the one that cbindgen generates.
 //!
 //! After an intended change, `FRAMELOCK_WRITE_HEADER=1 cargo test -p framelock-c header` writes the header again.
 

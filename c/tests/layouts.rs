@@ -25,7 +25,7 @@ const GNSS: &[Layout] = &[
     rtcm::LAYOUT,
 ];
 
-/// The same without what C cannot describe: a content and other terminators.
+/// The same layouts without a content and other terminators, which C cannot describe.
 const OWN_GNSS: &[Layout] = &[
     GNSS[0],
     nmea::LAYOUT
@@ -43,7 +43,7 @@ const MESSAGES: &[KnownMessage] = &[
     KnownMessage::with_extra(253, 83, 54),
 ];
 
-/// As in `layouts.c`: what no protocol has.
+/// Layouts with parts that no protocol has, as in `layouts.c`.
 const ODD: &[Layout] = &[
     Layout::builder()
         .sync(Patterns::any_of(b"<1<2", 2))
@@ -118,7 +118,7 @@ fn c_receives_frames_of_any_layouts_as_rust_does() {
     assert!(delivered.iter().all(|&count| count > 10), "{delivered:?}");
 }
 
-/// For each line the program, with so many frames.
+/// Returns the program for each line, with `frames` frames.
 pub(crate) fn programs(frames: usize) -> impl Iterator<Item = Program> {
     (0..LINES.len()).map(move |number| {
         let steps = steps(number, frames);
@@ -132,7 +132,7 @@ pub(crate) fn programs(frames: usize) -> impl Iterator<Item = Program> {
     })
 }
 
-/// Frames of these layouts, a part of them broken, with line events and polls between: steps as `layouts.c` takes
+/// Returns steps for `layouts.c`: frames of these layouts, some of them broken, with line events and polls between
 /// them.
 fn steps(number: usize, frames: usize) -> Vec<u8> {
     let random = &mut ChaCha8Rng::seed_from_u64(26);
@@ -141,7 +141,7 @@ fn steps(number: usize, frames: usize) -> Vec<u8> {
         let which = random.random_range(0..LINES[number].len());
         let frame = frame(&LINES[number][which], random);
         if random.random_range(0..10) == 0 {
-            // Most of it is to be written; now and then it has a byte too few or too many.
+            // Sealing must write most of the frame. Sometimes the frame has one byte too many.
             let length = (frame.len() + random.random_range(0..20) / 19).min(255);
             let mut unsealed = frame.clone();
             unsealed.resize(length, 0);
@@ -171,13 +171,13 @@ fn steps(number: usize, frames: usize) -> Vec<u8> {
     steps
 }
 
-/// A frame of that layout, of not too many bytes.
+/// Returns a random frame of the layout, of at most 90 bytes.
 fn frame(layout: &Layout, random: &mut ChaCha8Rng) -> Vec<u8> {
     loop {
         let length = random.random_range(layout.shortest()..=layout.longest().min(90));
         let sync = layout.sync().bytes;
         let is_text = layout.length() == Length::Delimiter;
-        // Bytes that look like parts of a frame, or arbitrary bytes.
+        // Returns a byte that looks like part of a frame, or an arbitrary byte.
         let byte = |random: &mut ChaCha8Rng| match random.random_range(0..8) {
             0 if layout.content().is_empty() => sync[random.random_range(0..sync.len())],
             _ if is_text => random.random_range(b'%'..b'~'),

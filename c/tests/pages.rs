@@ -1,4 +1,5 @@
-//! The code in `docs/from-the-lecture.md` compiles, and does what that page says; the Makefile in `docs/c.md` works.
+//! Tests that the code in `docs/from-the-lecture.md` compiles and behaves as the page says, and that the Makefile of
+//! the page about C works.
 
 use std::fmt::Write;
 use std::fs;
@@ -27,7 +28,7 @@ pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
         .collect()
 }
 
-/// Frames of bytes that a receiver may take for others, of which it loses one byte in fifty.
+/// Returns a stream of frames whose payloads look like parts of frames. One byte in fifty is lost.
 pub(crate) fn faulty_stream(frames: usize) -> Vec<u8> {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut stream = Vec::new();
@@ -39,7 +40,7 @@ pub(crate) fn faulty_stream(frames: usize) -> Vec<u8> {
     stream
 }
 
-/// The setpoint after each byte.
+/// Returns the setpoint after each byte, as text.
 fn setpoints(mut parser: impl for<'a> Parser<Message<'a> = Setpoint>, stream: &[u8]) -> String {
     let mut setpoint = Setpoint::default();
     let mut text = String::new();
@@ -77,7 +78,7 @@ fn the_lectures_code_does_what_lecture_does_and_the_other_what_receiver_does() {
     assert_same(&found, &receiver);
 }
 
-/// The Makefile of the page about C, with its first program.
+/// Tests the Makefile of the page about C, with the page's first program.
 #[test]
 #[cfg(target_os = "linux")]
 fn the_page_about_c_links() {
@@ -95,7 +96,7 @@ fn the_page_about_c_links() {
         fs::copy(program(part), file(part)).unwrap();
     }
     fs::copy(program("steps.h"), file("steps.h")).unwrap();
-    // The folder is framelock's own, but the library is built for this computer.
+    // The folder is where the page expects the library, but the library is built for this computer.
     let built = file("framelock/target/thumbv7em-none-eabihf/firmware");
     fs::create_dir_all(&built).unwrap();
     symlink(library(), built.join("libframelock_c.a")).unwrap();

@@ -51,7 +51,7 @@ pub(crate) fn assert_same(found: &str, expected: &str) {
     assert_eq!(found.lines().count(), expected.lines().count());
 }
 
-/// Frames, a part of them broken, with line events and time between them: steps as `receive.c` reads them.
+/// Returns steps for `receive.c`: frames, some of them broken, with line events and time between them.
 fn faulty_stream<F: Encode<Message = Setpoint>>() -> Vec<u8> {
     let mut random = ChaCha8Rng::seed_from_u64(16);
     let mut steps = Vec::new();

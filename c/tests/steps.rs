@@ -1,4 +1,5 @@
-//! Programs that turn bytes into text (`programs/steps.h`): run here, or on the emulated chip.
+//! Programs that turn bytes into text (`programs/steps.h`), on this computer or on the emulated
+//! chip.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use crate::{guide, layouts};
 pub(crate) struct Program {
     /// The code that a page shows.
     pub(crate) page: Option<&'static str>,
-    /// The rest of it, beside the tests.
+    /// The rest of the program, in the tests' folder.
     pub(crate) source: &'static str,
     pub(crate) options: &'static [&'static str],
     pub(crate) steps: Vec<u8>,
@@ -21,7 +22,7 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// Here it says what is expected.
+    /// Asserts that the program has the expected output on this computer.
     pub(crate) fn check_here(&self) {
         let folder = TempDir::new().unwrap();
         let sources = self.sources(folder.path(), "steps_here.c");
@@ -30,7 +31,7 @@ impl Program {
         assert_same(&run(&compiler, &sources, &self.steps), &self.expected);
     }
 
-    /// So it does on the chip.
+    /// Asserts that the program has the expected output on the emulated chip.
     fn check_on_chip(&self, library: &Path) {
         let folder = TempDir::new().unwrap();
         let sources = self.sources(folder.path(), "steps_on_chip.c");

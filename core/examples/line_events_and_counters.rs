@@ -5,7 +5,7 @@
 use framelock::motion::Bin;
 use framelock::{Line, LineEvent, Receiver};
 
-/// The silence that ends a frame, in microseconds.
+/// The silence that counts as an idle gap, in microseconds.
 const IDLE: u32 = 5_000;
 
 /// Returns the time and the cause of each UART interrupt. In the stream, `?` is a byte without a stop bit, and `_` a

@@ -19,7 +19,7 @@ impl FixedFormat for Throttle {
     }
 }
 
-// With this line, `cargo check` reports it if the receiver does not accept the format.
+// With this line, `cargo check` reports an error if the receiver does not accept the format.
 const _: Receiver<Throttle> = Receiver::new();
 
 // Needed only if you also make frames. `framelock_formats::check_encoding` tests that it fits the decoder.

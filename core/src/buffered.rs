@@ -49,7 +49,7 @@ mod verification;
 ///
 /// * **Latency.** After a false start a frame is delivered late: at most `LONGEST - its length` bytes after its last
 ///   byte, or with the next line event (13e). In a stream without errors each frame is delivered with its last byte.
-///   Choose the failsafe's times accordingly.
+///   Choose the failsafe's times long enough for this delay.
 /// * **Cost.** [`push`](Self::push) asks the format at most once, about at most `LONGEST` bytes, in any stream (13c).
 ///   Most bytes are only stored. The documentation of `framelock-formats` has a table with the cost per byte, in
 ///   clean streams and in the worst streams.
@@ -117,7 +117,7 @@ pub struct BufferedReceiver<F, B> {
     /// The pending bytes are `buffer[from..to]`.
     from: usize,
     to: usize,
-    /// The format cannot decide about the pending bytes before `to` reaches this.
+    /// The format cannot decide about the pending bytes before `to` reaches this index.
     ask_at: usize,
 }
 
@@ -174,7 +174,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
     /// **A call asks the format at most once. So it may leave bytes undecided, even a whole frame.** After a false
-    /// start each call catches up by one decision. The next calls continue. If no byte follows soon, call
+    /// start, each of the next calls makes one decision about the undecided bytes. If no byte follows soon, call
     /// [`poll`](Self::poll) until it returns `None`, or report the idle line as a [`line_event`](Self::line_event).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_, F>> {
@@ -295,8 +295,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// frames that lie whole in the slice.
     ///
     /// The results do not depend on how a stream is cut into slices (theorem 13a). The call asks the format at most
-    /// twice per dropped byte or frame, and once more. Feed an empty slice to decide about the bytes that `push` has
-    /// left undecided.
+    /// twice per dropped byte or frame, plus once. Feed an empty slice to decide about the bytes that `push` has left
+    /// undecided.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
@@ -453,7 +453,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
             self.reset();
             return Decision::Waiting;
         }
-        // By law 3, any number of bytes below the one that the format asked for was incomplete.
+        // By law 3, any smaller number of bytes than the format asked for is incomplete.
         let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
         self.ask_at = 0;
         match classify(&self.format, pending, seen) {
@@ -519,8 +519,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> Parser for BufferedReceiver<F, B> 
     parser_by_own_functions!(Frame<'_, F>);
 }
 
-/// Returns the format's answer about 1 to `LONGEST` bytes, corrected so that it keeps law 1. So no format, however
-/// wrong, can make the receiver hang, overrun its buffer, or go deaf.
+/// Returns the format's answer about 1 to `LONGEST` bytes, corrected so that it keeps law 1. So even a wrong format
+/// cannot make the receiver hang, overrun its buffer, or go deaf.
 #[inline]
 fn classify<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Classification {
     let longest = format.longest();

@@ -14,7 +14,7 @@ pub enum Classification {
     Rejected(DiscardReason),
     /// A frame may begin here.
     Incomplete {
-        /// The number of bytes that are needed before the format can tell more.
+        /// The number of bytes that are needed before the format can decide more.
         at_least: usize,
     },
     /// A frame of this length begins here, whatever bytes follow.
@@ -23,8 +23,8 @@ pub enum Classification {
 
 /// A frame format of any length, fixed or varying.
 ///
-/// A format is a value, so it may hold data that is known only at run time: an address, or a table of checksums.
-/// Most formats consist of sync, length and check. Describe such a format with the type `Layout` of
+/// A format is a value, so it may hold data that is known only at run time: an address, or a table of checksums. Most
+/// formats consist of a sync, a length and a check. Describe such a format with the type `Layout` of
 /// `framelock-formats` instead of implementing this trait.
 ///
 /// # The laws

@@ -61,8 +61,8 @@ impl core::fmt::Display for State {
     }
 }
 
-/// The lecture's machine. It takes four bytes, and some stream leads to every value of the type. The documentation of
-/// [`Receiver`](crate::Receiver) shows both machines on the same bytes.
+/// The lecture's machine. It occupies four bytes. Every value of the type is reachable by some stream. The
+/// documentation of [`Receiver`](crate::Receiver) shows both machines on the same bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -141,7 +141,7 @@ impl Lecture {
 
     next_by_pushing!(Setpoint);
 
-    /// Throws away the bytes of the frame under way: no later frame contains a byte from before the event.
+    /// Discards the bytes of the incomplete frame, so that no later frame contains a byte from before the event.
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Setpoint>)) {
         let (count, why) = (self.pending(), DiscardReason::LineEvent);
         if count > 0 {
@@ -150,7 +150,7 @@ impl Lecture {
         self.reset();
     }
 
-    /// Returns how many bytes of a frame have been taken: 0 to 6.
+    /// Returns the number of bytes of a frame that have been taken: 0 to 6.
     #[must_use]
     pub const fn pending(&self) -> usize {
         self.state as usize

@@ -66,12 +66,13 @@
 //!
 //! The receiver keeps *the longest suffix of the bytes since the last delivered frame that can still become a frame*.
 //! `push` returns a message exactly when the last bytes are a frame that shares no byte with an earlier delivered
-//! frame. The message is that frame's. So the receiver cannot go deaf. The lecture's machine can: see [`lecture`].
+//! frame. It returns the message of that frame. So the receiver cannot go deaf. The lecture's machine can: see
+//! [`lecture`].
 //!
 //! # Features
 //!
-//! No feature is needed. `defmt` and `serde` derive these crates' traits for the types that a program might log or
-//! store. `embedded-io-v0.7` and `embedded-io-async-v0.7` add a `Reader`, which reads from any `Read` of these
+//! No feature is needed. `defmt` and `serde` derive the traits of these crates for the types that a program might log
+//! or store. `embedded-io-v0.7` and `embedded-io-async-v0.7` add a `Reader`, which reads from any `Read` of these
 //! versions.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]

@@ -1,24 +1,24 @@
-//! A receiver on a line: every byte in exactly one place, and every line event counted.
+//! A receiver on a line: counts the outcome of every byte, and every line event.
 
 use core::fmt;
 
 use crate::{DiscardReason, Found, Parser};
 
-/// Something the UART or a timer noticed that makes the frame under way worthless.
+/// An event on the line that ends the incomplete frame. The UART or a timer notices the event.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum LineEvent {
-    /// A framing error: no stop bit where one was due. Noise, or a wrong baud rate.
+    /// A framing error: the stop bit is missing, because of noise or a wrong baud rate.
     Framing,
     /// A parity error.
     Parity,
-    /// An overrun: bytes were lost because nobody fetched them in time.
+    /// An overrun: bytes were lost because the program did not read them in time.
     Overrun,
     /// A break: the line was held low for longer than a byte.
     Break,
-    /// An idle gap: no byte for longer than a sender leaves between the bytes of a frame.
+    /// An idle gap: a pause that is longer than any pause inside a frame.
     Idle,
 }
 
@@ -35,7 +35,7 @@ impl fmt::Display for LineEvent {
     }
 }
 
-/// A counter for each variant of an enum.
+/// Defines a struct with a counter for each variant of an enum.
 macro_rules! counters {
     ($(#[$documentation:meta])* $name:ident of $of:ident: $($counter:ident $variant:ident)*) => {
         $(#[$documentation])*
@@ -53,7 +53,7 @@ macro_rules! counters {
         impl $name {
             const ZERO: Self = Self { $($counter: 0),* };
 
-            /// Returns the sum of all of them.
+            /// Returns the sum of all counters.
             #[must_use]
             pub const fn total(&self) -> u32 {
                 0_u32$(.wrapping_add(self.$counter))*
@@ -84,7 +84,7 @@ macro_rules! counters {
 }
 
 counters! {
-    /// Bytes that were received and are part of no frame, by reason.
+    /// The number of discarded bytes for each reason.
     Discarded of DiscardReason:
     no_sync NoSync
     broken_sync BrokenSync
@@ -97,7 +97,7 @@ counters! {
 }
 
 counters! {
-    /// How often each [`LineEvent`] came.
+    /// The number of [`LineEvent`]s of each kind.
     LineEvents of LineEvent:
     framing Framing
     parity Parity
@@ -106,7 +106,7 @@ counters! {
     idle Idle
 }
 
-/// Totals of everything that has happened on the line.
+/// The counters of a [`Line`].
 ///
 /// Each counter has 32 bits on every machine and wraps. At 1 Mbaud, `bytes` wraps after twelve hours.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
@@ -114,22 +114,22 @@ counters! {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Counters {
-    /// Bytes received.
+    /// The number of received bytes.
     pub bytes: u32,
-    /// Frames committed.
+    /// The number of delivered frames.
     pub frames: u32,
-    /// Bytes in them.
+    /// The number of bytes in delivered frames.
     pub frame_bytes: u32,
-    /// Bytes that are part of no frame.
+    /// The number of discarded bytes, by reason.
     pub discarded: Discarded,
-    /// Commits that ended a loss: the first one after bytes were discarded.
+    /// The number of resynchronisations: frames that were delivered as the first after discarded bytes.
     pub resynchronisations: u32,
-    /// Line events.
+    /// The number of line events, by kind.
     pub events: LineEvents,
 }
 
 impl Counters {
-    /// Nothing has happened yet: [`Default`], but for constants and statics.
+    /// All counters zero: the same value as [`Default`], for constants and statics.
     pub const ZERO: Self = Self {
         bytes: 0,
         frames: 0,
@@ -157,9 +157,9 @@ impl fmt::Display for Counters {
     }
 }
 
-/// A receiver at the end of a line: it counts where each byte goes, and takes the line's events.
+/// A receiver that also takes line events, and counts the outcome of each byte.
 ///
-/// At any time, modulo the width of the counters (theorem 9):
+/// The counters always satisfy this equation, modulo their width (theorem 9):
 ///
 /// ```text
 /// bytes = frame_bytes + discarded + pending
@@ -185,13 +185,14 @@ pub struct Line<P> {
 }
 
 impl<P> Line<P> {
-    /// Nothing counted yet. Give it a receiver in which nothing is pending: bytes that it took before are not counted.
+    /// Creates a line whose counters are zero. No bytes may be pending in the receiver, because bytes that it took
+    /// earlier are not counted.
     #[must_use]
     pub const fn new(parser: P) -> Self {
         Self::resumed(parser, Counters::ZERO)
     }
 
-    /// Goes on with counters kept from before.
+    /// Creates a line that continues with the counters of an earlier line.
     #[must_use]
     pub const fn resumed(parser: P, counters: Counters) -> Self {
         let lost = false;
@@ -199,13 +200,13 @@ impl<P> Line<P> {
         Self { parser, ledger }
     }
 
-    /// What has been counted.
+    /// Returns the counters.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         &self.ledger.counters
     }
 
-    /// The receiver, to look at.
+    /// Returns the receiver, for reading only.
     #[must_use]
     pub const fn parser(&self) -> &P {
         &self.parser
@@ -229,10 +230,10 @@ impl<P: Parser> Line<P> {
         self.next(&mut [].as_slice())
     }
 
-    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in it.
-    /// Returns the frame's message. `None`: no other frame ends in the slice, and all of it is taken.
+    /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
+    /// Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in it.
     ///
-    /// A program may stop, return or await between frames. Called until it returns `None`, it delivers the
+    /// A program may stop, return or await between frames. Call it until it returns `None`: then it has delivered the
     /// same frames as [`feed`](Self::feed), in the same order (see [`Parser::next_with`]).
     ///
     /// # Examples
@@ -266,9 +267,9 @@ impl<P: Parser> Line<P> {
 
     /// Returns an iterator over the messages in a slice, for messages that own their data.
     ///
-    /// It takes bytes as it is asked. Run it to its end, as a `for` loop does: the bytes after the last
-    /// frame are taken when it returns `None`. To stop between frames and go on later, use
-    /// [`next`](Self::next).
+    /// The iterator takes bytes only when its `next` is called. Run the iterator to its end, as a `for` loop does: it
+    /// takes the bytes after the last frame when it returns `None`. To stop between frames and continue later, use
+    /// [`Line::next`](Self::next).
     ///
     /// # Examples
     /// ```
@@ -286,7 +287,8 @@ impl<P: Parser> Line<P> {
         core::iter::from_fn(move || self.next(&mut bytes))
     }
 
-    /// Takes a slice, and says what becomes of each byte but those pending: [`Parser::feed`].
+    /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end: see
+    /// [`Parser::feed`].
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<P::Message<'_>>)) {
         let Self { parser, ledger } = self;
@@ -297,11 +299,11 @@ impl<P: Parser> Line<P> {
         });
     }
 
-    /// Decides about what is pending, and says what becomes of it: a frame that lies whole in it is
-    /// committed, the rest is discarded. So no later frame has a byte from before the event (theorems
-    /// 8 and 13f). Only a [`BufferedReceiver`](crate::BufferedReceiver) can have a whole frame pending.
+    /// Counts a line event. Delivers the frames that lie whole in the pending bytes, discards the other pending bytes,
+    /// and reports all of them. So no later frame contains a byte from before the event (theorems 8 and 13f). Only a
+    /// [`BufferedReceiver`](crate::BufferedReceiver) can have a whole frame pending.
     ///
-    /// Do not push a byte that is known to be bad: report the event in its place.
+    /// Do not push a byte that arrived with an error. Report the event in its place.
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<P::Message<'_>>)) {
         let Self { parser, ledger } = self;
         ledger.counters.events.count(event, 1);
@@ -311,18 +313,18 @@ impl<P: Parser> Line<P> {
         });
     }
 
-    /// How many of the last bytes are pending: a frame may yet include them.
+    /// Returns the number of pending bytes: the last bytes of the stream, with which a frame may still begin.
     #[must_use]
     pub fn pending(&self) -> usize {
         self.parser.pending()
     }
 }
 
-/// The counters, and what it takes to count resynchronisations.
+/// The counters, and the state that counting resynchronisations needs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Ledger {
     counters: Counters,
-    /// Bytes were discarded since the last commit.
+    /// Whether bytes were discarded since the last delivered frame.
     lost: bool,
 }
 

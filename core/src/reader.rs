@@ -153,9 +153,8 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
         self.next_message_async_with(|message| message).await
     }
 
-    /// Waits until a message is complete, calls `on` with it, and returns the result. Returns `None` at the end of the
-    /// Waits until a message is complete, calls `on` with it, and returns the result of `on`. Returns `None` at the
-    /// end of the source.
+    /// Waits until a message is complete, calls `on` with it, and returns the result of `on`. Returns `None` at the end
+    /// of the source.
     /// # Errors
     /// See [`next_message_async`](Self::next_message_async).
     pub async fn next_message_async_with<T>(

@@ -56,8 +56,8 @@ impl<F: FixedFormat> Receiver<F> {
     /// Takes the next byte of the stream. Returns the message if this byte completes a frame.
     ///
     /// Returns a message exactly when the last bytes are a frame that shares no byte with an earlier delivered frame.
-    /// The message is that frame's (theorems 3 and 4). The cost is bounded: a masked comparison, a shift, and the
-    /// format's check if the fixed bytes agree.
+    /// It returns the message of that frame (theorems 3 and 4). The cost is bounded: a masked comparison, a shift, and
+    /// the format's check if the fixed bytes agree.
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<F::Message> {
         let frame = self.window.push(&F::SHAPE, byte, Self::check);

@@ -32,8 +32,8 @@ use crate::layout::{Algorithm, Layout};
 /// ```
 #[derive(PartialEq, Eq, Debug)]
 pub struct AnyOf<'a, L = Layout<'a>>(
-    /// The layouts, in the order in which they are tried. Each element is a layout or contains one, as the C library's
-    /// memory does.
+    /// The layouts, in the order in which they are tried. Each element is a layout, or contains one, as the memory of
+    /// the C library does.
     pub &'a [L],
 );
 
@@ -122,7 +122,8 @@ pub(crate) fn first<L>(
     let mut furthest = DiscardReason::NoSync;
     let mut rest = all;
     while let [one, others @ ..] = rest {
-        // `seen` says that some layout found those bytes incomplete. It was this one if every other layout rejects them.
+        // `seen` means that some layout found those bytes incomplete. It was this layout if every other layout rejects
+        // the first byte.
         let is_alone = furthest == DiscardReason::NoSync && !others.iter().any(&starts);
         match classify(one, if is_alone { seen } else { 0 }) {
             Classification::Rejected(why) => {
@@ -139,7 +140,8 @@ pub(crate) fn first<L>(
 
 /// Returns the index of the first layout that accepts a frame.
 ///
-/// An earlier layout may find the frame incomplete: it rejected the frame only after more bytes had arrived.
+/// A layout before it may classify the frame's bytes as incomplete, because it rejected the frame only after more bytes
+/// had arrived.
 #[inline(always)]
 pub(crate) fn kind<L>(
     all: &[L],

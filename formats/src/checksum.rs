@@ -2,7 +2,7 @@
 
 use crate::layout::{Algorithm, Checksum, Encoding, index};
 
-/// The source of the sum that a checksum is compared with.
+/// A source of computed sums, with which the checksums in frames are compared.
 // A trait instead of a plain `Fn`: `Computed` is always inlined, but a closure would be a call.
 pub(crate) trait Sum {
     /// Returns the same value as [`Algorithm::of`].
@@ -115,8 +115,8 @@ pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
 }
 
 impl Algorithm<'_> {
-    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. Only the low bytes of a sum are
-    /// meaningful: as many as the checksum has in the frame.
+    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. Only the low bytes of the result
+    /// are valid, as many as the checksum has in the frame.
     #[inline(always)]
     #[must_use]
     pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {

@@ -1,4 +1,4 @@
-//! The classification of bytes by a layout. Every format uses it.
+//! Classifies bytes by a layout. Every format uses this module.
 //!
 //! ```text
 //!             sync wrong               header wrong           frame wrong
@@ -102,7 +102,7 @@ impl Layout<'_> {
         if let Some(why) = self.sync.refuses(bytes) {
             return Err(Classification::Rejected(why));
         }
-        // Asks for the next sync byte only, so that a wrong sync byte is rejected as soon as it arrives.
+        // Asks only for the next byte of the sync, so that a wrong byte is rejected as soon as it arrives.
         let at_least = if bytes.len() < self.sync.length {
             bytes.len().wrapping_add(1)
         } else {

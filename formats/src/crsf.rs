@@ -36,8 +36,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
     )
     .build_const();
 
-/// TBS's Crossfire protocol, which ExpressLRS uses too: 4 to 64 bytes, an address, a length, a type, up to
-/// 60 bytes of payload, a CRC-8 of type and payload. The lines have 416 666 or 400 000 baud.
+/// TBS's Crossfire protocol, which ExpressLRS uses too. A frame has 4 to 64 bytes: an address, a length, a type, up to
+/// 60 bytes of payload, and a CRC-8 of type and payload. The line runs at 416 666 or 400 000 baud.
 ///
 /// A frame begins with the serial sync byte C8 or with the [`address`] of a device. This format accepts the bytes
 /// that flight controllers, handsets, receivers and transmitter modules send: C8, 00, EA, EC, EE. Each accepted byte
@@ -66,7 +66,8 @@ pub type Receiver = framelock::BufferedReceiver<Crsf, [u8; 128]>;
 pub struct Message<'a> {
     /// The frame's first byte.
     pub address: u8,
-    /// The frame's type. From 0x28 on the payload begins with the addresses of destination and origin.
+    /// The frame's type. If it is 0x28 or more, the payload begins with the addresses of the destination and the
+    /// origin.
     pub kind: u8,
     /// The payload, 0 to 60 bytes. Its numbers are big endian.
     pub payload: &'a [u8],
@@ -123,7 +124,7 @@ impl EncodeInto for Crsf {
     ) -> Result<&'b [u8], EncodeError> {
         let head = [message.address, 0, message.kind];
         let frame = crate::write(&LAYOUT, into, &[&head, message.payload, &[0]])?;
-        // Sealing would replace an address that is not accepted by one that is.
+        // Sealing would replace an address that is not accepted with one that is.
         if frame.first() == Some(&message.address) {
             Ok(frame)
         } else {

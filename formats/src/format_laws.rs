@@ -1,11 +1,11 @@
-//! Tests for a format of your own. They check that it keeps the laws of [`Format`], and that its encoding agrees with its
+//! Checks for the tests of your own format: that it keeps the laws of [`Format`], and that its encoding agrees with its
 //! decoding.
 
 use core::fmt;
 
 use framelock::{Classification, DiscardReason, Encode, Format};
 
-/// A law of [`Format`] that a format breaks, and the bytes that prove it.
+/// A law of [`Format`] that a format breaks, and the bytes that show it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct BrokenLaw {
@@ -24,17 +24,17 @@ pub struct BrokenLaw {
 impl fmt::Display for BrokenLaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match self.law {
-            1 => "the length is more than there is, or than the longest frame's, or nothing",
-            2 => "fewer bytes were a frame or rejected, and now it is something else",
-            3 => "fewer bytes said that nothing could be said before more are there",
-            4 => "`starts` says that none begins with this byte",
-            _ => "`classify_after` says something else than `classify`",
+            1 => "the length is 0, or more than the bytes present, or more than the longest frame",
+            2 => "fewer bytes were a frame or rejected, and more bytes changed that",
+            3 => "fewer bytes were incomplete and asked for more bytes than these",
+            4 => "`starts` says that no frame begins with this byte",
+            _ => "`classify_after` and `classify` differ",
         };
         let (law, from, length, classification) =
             (self.law, self.from, self.length, self.classification);
         write!(
             f,
-            "law {law} is broken: of the {length} bytes from offset {from} on it says {classification:?}, but {what}"
+            "law {law} is broken: the {length} bytes from offset {from} on are classified as {classification:?}, but {what}"
         )?;
         if let Some((place, byte)) = self.changed {
             write!(
@@ -48,16 +48,16 @@ impl fmt::Display for BrokenLaw {
 
 impl core::error::Error for BrokenLaw {}
 
-/// Checks that a format of your own keeps the laws of [`Format`]. It classifies `stream` from each of its bytes on. It
-/// then does the same with any one byte changed to any other value.
+/// Checks that a format of your own keeps the laws of [`Format`]. Classifies `stream` from each of its bytes on. Then
+/// repeats this with each single byte changed to each other value.
 ///
 /// Pass whole frames, including the longest and the shortest, followed by a few more bytes. Also pass streams that
 /// `proptest` or a fuzzer generates. This is a test: bytes that it does not try may still break a law. `stream` is
 /// restored afterwards.
 ///
-/// If the longest frame has up to 64 bytes, every prefix of the bytes is classified. If it has more, only some prefixes
-/// are classified: those near a change, and every sixteenth. For bytes after a final classification, sixteen values
-/// are then tried instead of all. A frame of 300 bytes takes seconds, even without optimisation.
+/// If the longest frame has up to 64 bytes, every prefix of the bytes is classified. If it has more, only the prefixes
+/// near a change and every sixteenth prefix are classified, and bytes after a final classification take only sixteen
+/// values instead of all. A frame of 300 bytes takes seconds, even without optimisation.
 ///
 /// # Errors
 /// The first law that is broken, and the bytes that show it.
@@ -220,7 +220,7 @@ impl Said {
     }
 }
 
-/// How a format's encoding contradicts the rest of it.
+/// A contradiction between a format's encoding and its other parts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum BrokenEncoding {
@@ -236,13 +236,10 @@ impl fmt::Display for BrokenEncoding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Shape(place) => {
-                write!(
-                    f,
-                    "encode: the byte at place {place} is not the one that SHAPE has there"
-                )
+                write!(f, "encode: the byte at place {place} differs from SHAPE")
             }
-            Self::Check => f.write_str("encode: CHECK refuses the frame"),
-            Self::Decode => f.write_str("decode gives another message than encode was given"),
+            Self::Check => f.write_str("encode: CHECK rejects the frame"),
+            Self::Decode => f.write_str("decode returns another message than the encoded one"),
         }
     }
 }

@@ -12,13 +12,14 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
     .build_const();
 
 /// The servo frames of FlySky's iBUS. A frame has 32 bytes: `20 40`, fourteen 16-bit numbers in little endian, and a
-/// checksum. The checksum is 0xFFFF minus the sum of all preceding bytes. The line has 115 200 baud.
+/// checksum. The checksum is 0xFFFF minus the sum of all preceding bytes. The line runs at 115 200 baud.
 ///
-/// The message contains the values of eighteen channels as they were sent: pulses of 1000 to 2000 µs, with 1500 in the
-/// middle. Channels 1 to 14 are the lower twelve bits of the fourteen numbers. Channels 15 to 18 use the upper four bits
-/// of the first twelve numbers, three numbers for each channel. They are 0 if the radio does not send them.
+/// The message contains the values of eighteen channels as they were sent: pulse lengths of 1000 to 2000 µs, with 1500
+/// µs in the middle. Channels 1 to 14 are the lower twelve bits of the fourteen numbers. Channels 15 to 18 use the
+/// upper four bits of the first twelve numbers, three numbers for each channel. They are 0 if the radio does not send
+/// them.
 ///
-/// The sum detects each single wrong byte, but not bytes that have been swapped.
+/// The sum detects any single wrong byte, but not swapped bytes.
 ///
 /// Source: FlySky has published nothing. The layout is Betaflight's:
 /// <https://github.com/betaflight/betaflight/blob/master/src/main/rx/ibus.c>.

@@ -13,7 +13,7 @@ pub use parts::{
     ByteOrder, FixedBits, KnownMessage, Length, LengthField, Messages, Number, Patterns, Trailer,
 };
 
-/// The layout of a protocol's frames: enough to find each frame of a stream, to check it, and to write one.
+/// The layout of a protocol's frames. It suffices to find, check and write frames.
 ///
 /// ```text
 ///   sync   header: length, message, fixed bits     payload     checksum   terminator   trailer
@@ -22,8 +22,8 @@ pub use parts::{
 ///  └──────┴───────────────────────────────────┴──────────────┴──────────┴────────────┴──────────┘
 /// ```
 ///
-/// A place in a frame is a number: 0 is the first byte, 1 the second; -1 is the last, -2 the one before it. A trailer
-/// follows the last byte.
+/// A place in a frame is a number: 0 is the first byte, 1 the second; -1 is the last byte, -2 the one before it. A
+/// trailer comes after the last byte and is not counted.
 ///
 /// A [builder](Self::builder) makes a layout and checks it: a layout that contradicts itself does not compile as a
 /// constant, and is an error at run time. Every layout keeps the laws of [`Format`](framelock::Format) (theorem 13g).
@@ -63,7 +63,7 @@ pub use parts::{
 /// assert_eq!(received, [b"hello"]);
 /// ```
 ///
-/// The compiler rejects a CRC that is wider than 32 bits, and says so:
+/// A layout with a CRC of more than 32 bits does not compile:
 /// ```compile_fail,E0080
 /// use framelock_formats::layout::*;
 ///
@@ -164,7 +164,8 @@ impl<'a> Layout<'a> {
         self.terminator
     }
 
-    /// The bytes that may stand between the sync and the terminator: inclusive ranges; any byte if there are none.
+    /// The bytes that are allowed between the sync and the terminator, as inclusive ranges. Without ranges, any byte is
+    /// allowed.
     #[inline]
     #[must_use]
     pub const fn content(&self) -> &'a [(u8, u8)] {
@@ -192,7 +193,7 @@ impl<'a> Layout<'a> {
     #[must_use]
     pub fn counted_length(&self, frame: &[u8]) -> usize {
         let others = self.other_terminators.iter().copied();
-        // Takes the longest terminator that fits, because a shorter one may be the end of it.
+        // Takes the longest terminator that fits, because a shorter terminator may be the end of a longer one.
         let ends = self.terminator.each().chain(others);
         let ends = ends.filter(|end| {
             let mut both = end.iter().rev().zip(frame.iter().rev());

@@ -1,6 +1,7 @@
 //! Serial protocols for the receivers of [`framelock`]: `no_std`, no panics, no allocation.
 //!
-//! Push the received bytes one by one; decode each frame that is returned. With SBUS, the channels of a radio:
+//! Push the received bytes one by one, and decode each frame that is returned. For example, receive the channels of a
+//! radio over SBUS:
 //!
 //! ```
 //! use framelock::EncodeInto;
@@ -22,8 +23,8 @@
 //!
 //! # In an interrupt
 //!
-//! The UART also reports errors and pauses. Pass them on as line events. The receiver then never delivers a frame with
-//! bytes from both sides of an event, and it delivers any frame that waits behind a false start. A
+//! The UART also reports errors and pauses. Pass them on as line events. Then no delivered frame contains bytes from
+//! before and after an event, and at an event the receiver delivers any frame that waits after a false start. A
 //! [`Line`](framelock::Line) counts every byte.
 //!
 //! ```
@@ -92,11 +93,11 @@
 )]
 #![allow(
     clippy::doc_markdown,
-    reason = "protocols are written as their makers do"
+    reason = "the names of protocols are spelled as their authors spell them"
 )]
 #![allow(
     clippy::inline_always,
-    reason = "a layout that is a constant is to be classified by constants: compiled once, for any layout, classification takes twice as long and more"
+    reason = "inlining compiles the classification for each constant layout; compiled once for any layout, it takes at least twice as long"
 )]
 #![cfg_attr(
     kani,
@@ -105,7 +106,7 @@
         clippy::indexing_slicing,
         clippy::panic,
         clippy::unwrap_used,
-        reason = "what goes wrong is what a harness would find"
+        reason = "a harness reports every panic"
     )
 )]
 
@@ -151,9 +152,9 @@ use framelock::EncodeError;
 /// Implements the items of [`Format`](framelock::Format) that find frames: `LONGEST`, `classify`, `classify_after` and
 /// `starts`. Use it inside an `impl` of `Format`.
 ///
-/// `classify_by!(LAYOUT)` takes a constant layout. `classify_by!(LONGEST, |format| ..)` takes a closure that makes the
-/// layout from the value of the format. `LONGEST` is then a constant layout, and no frame of the made layout may be
-/// longer than the longest frame of `LONGEST`.
+/// `classify_by!(LAYOUT)` takes a constant layout. `classify_by!(LONGEST, |format| ..)` takes a closure that returns
+/// the layout for a value of the format. `LONGEST` is then a constant layout. No frame of the layout that the closure
+/// returns may be longer than the longest frame of `LONGEST`.
 #[macro_export]
 macro_rules! classify_by {
     ($layout:expr) => {
@@ -181,7 +182,7 @@ macro_rules! classify_by {
     };
 }
 
-/// Writes the concatenated `parts` to the front of `into` and [seals](Layout::seal) them. Returns the frame.
+/// Writes `parts` one after another to the front of `into`, and [seals](Layout::seal) them. Returns the frame.
 fn write<'b>(
     layout: &Layout,
     into: &'b mut [u8],

@@ -14,18 +14,18 @@ use crate::layout::{
 /// CRC-16/MCRF4XX.
 const CRC: Crc<'static> = Crc::new(16, 0x1021).initial(0xFFFF).reflected();
 
-/// The CRC with its table, if it has one.
+/// The CRC, with a table if the feature `pc-crc-table` is on.
 #[cfg(feature = "pc-crc-table")]
 const TABLED: Crc<'static> = CRC.table(crate::layout::Table::Sixteens(&CRC.table_of_sixteens()));
 #[cfg(not(feature = "pc-crc-table"))]
 const TABLED: Crc<'static> = CRC;
 
-/// MAVLink's checksum: of all but the first byte.
+/// MAVLink's checksum, which covers all bytes except the first.
 const CHECKSUM: Checksum<'static> = Checksum::at_the_end(2)
     .algorithm(Algorithm::Crc(TABLED))
     .from(1);
 
-/// What a MAVLink 1 frame with these messages looks like: see [`Mavlink1`].
+/// Returns the layout of MAVLink 1 frames with these messages: see [`Mavlink1`].
 ///
 /// # Panics
 /// If the messages are not in ascending order of their numbers, or none of the numbers is below 256.
@@ -40,7 +40,7 @@ pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
         .build_const()
 }
 
-/// What a MAVLink 2 frame with these messages looks like, signed or not: see [`Mavlink2`].
+/// Returns the layout of MAVLink 2 frames with these messages, signed or not: see [`Mavlink2`].
 ///
 /// # Panics
 /// If the messages are not in ascending order of their numbers, or there are none.
@@ -60,8 +60,8 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
         .build_const()
 }
 
-/// The layouts with one placeholder message. A format replaces it by its own messages, so that the layout is not checked
-/// again for each byte.
+/// The layouts with one placeholder message. A format replaces the placeholder with its own messages. So the layout is
+/// checked once, not for each byte.
 const MAVLINK1: Layout<'static> = layout_v1(&[KnownMessage::new(0)]);
 const MAVLINK2: Layout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
@@ -105,8 +105,8 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink2<'a>(pub &'a [KnownMessage]);
 
-/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. It contains the known messages, as
-/// [`Mavlink2`] does.
+/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. The value contains the known
+/// messages, as that of [`Mavlink2`] does.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink1<'a>(pub &'a [KnownMessage]);
 
@@ -133,8 +133,9 @@ pub struct Message<'a> {
     pub signature: Option<Signature<'a>>,
 }
 
-/// A frame's signature, not verified. To verify it, check two conditions. `value` must be the beginning of the SHA-256 of
-/// the secret key followed by `signed`. The timestamp must be later than the last one of this link, system and component.
+/// A frame's signature, not verified. To verify it, check two conditions. `value` must be the first six bytes of the
+/// SHA-256 of the secret key followed by `signed`. The timestamp must be later than the last one of this link, system
+/// and component.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Signature<'a> {
     /// The sender's link.

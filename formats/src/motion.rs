@@ -5,14 +5,14 @@ use framelock::{Encode, FixedFormat, Shape};
 
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Patterns};
 
-/// The layout of a [`Bin`](framelock::motion::Bin) frame, for receivers of any layout.
+/// The layout of a [`Bin`](framelock::motion::Bin) frame, for receivers that take a layout.
 pub const BIN: Layout<'static> = Layout::builder()
     .sync(Patterns::one(b"AB"))
     .longest(7)
     .terminator(Patterns::one(b"\r"))
     .build_const();
 
-/// The layout of a [`BinCrc8`](framelock::motion::BinCrc8) frame, for receivers of any layout.
+/// The layout of a [`BinCrc8`](framelock::motion::BinCrc8) frame, for receivers that take a layout.
 pub const BIN_CRC8: Layout<'static> = BIN
     .to_builder()
     .shortest(8)
@@ -28,7 +28,7 @@ pub const BIN_CRC8: Layout<'static> = BIN
     )
     .build_const();
 
-/// The layout of a frame of six axes, for receivers of any layout: see [`SixAxes`].
+/// The layout of a frame of six axes, for receivers that take a layout: see [`SixAxes`].
 pub const SIX_AXES: Layout<'static> = Layout::builder()
     .sync(Patterns::one(&[0xFF, 0xFF]))
     .longest(16)

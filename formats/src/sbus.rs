@@ -14,8 +14,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
     .terminator(Patterns::any_byte_of(&[0x00, 0x04, 0x14, 0x24, 0x34]))
     .build_const();
 
-/// Futaba's SBUS: 25 bytes, `0F`, sixteen channels of 11 bits, flags, `00`. The line has 100 000 baud, even
-/// parity and two stop bits, and is inverted.
+/// Futaba's SBUS. A frame has 25 bytes: `0F`, sixteen channels of 11 bits, flags, `00`. The line runs at 100 000 baud
+/// with even parity and two stop bits, and is inverted.
 ///
 /// **SBUS has no checksum**: a wrong byte in a channel goes unnoticed, and the bytes of channels may look like a frame's
 /// beginning or end. Three things are checked: the first byte, the four unused bits of the flags, which must be zero,
@@ -107,8 +107,8 @@ impl EncodeInto for Sbus {
 /// same way.
 pub(crate) const CHANNEL_BYTES: usize = 22;
 
-/// Unpacks the sixteen channels. Channel `n` begins at bit `11 * n`. Each eight channels occupy eleven bytes, which are
-/// read as three words. These words begin at the bits 0, 32 and 56.
+/// Unpacks the sixteen channels. Channel `n` begins at bit `11 * n`. Eight channels occupy eleven bytes, which are read
+/// as three words that begin at bits 0, 32 and 56.
 #[inline]
 pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES], channels: &mut [u16; 16]) {
     for (eight, half) in channels.chunks_exact_mut(8).zip(bytes.chunks_exact(11)) {

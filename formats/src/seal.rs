@@ -1,4 +1,4 @@
-//! Writing a frame by its layout.
+//! Writes frames by their layout.
 
 use framelock::Classification;
 
@@ -6,9 +6,9 @@ use crate::checksum::fill;
 use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 
 impl Layout<'_> {
-    /// Makes bytes a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other bytes as
-    /// they are. Writes the first sync and terminator, unless the frame already has a valid one. If the frame has a
-    /// trailer, set the bits that announce it before this call, and append the trailer to the frame.
+    /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
+    /// bytes as they are. Writes the first of several syncs or terminators, unless the bytes already have a valid one.
+    /// If the frame has a trailer, set the bits that announce it before this call, and append the trailer to the frame.
     ///
     /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
     /// if there is a terminator before the end, or if a byte is not allowed as content.

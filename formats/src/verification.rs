@@ -1,6 +1,5 @@
-//! Theorem 13g. Every layout keeps the laws of [`Format`], alone and together with other layouts. In addition, nothing
-//! panics for any bytes: neither the classification, nor the check and the writing of frames, nor the decoding of the
-//! shipped formats.
+//! Theorem 13g. Every layout keeps the laws of [`Format`], alone and together with other layouts. In addition, no
+//! function panics, whatever the bytes: classifying, checking, writing, and decoding the shipped formats.
 //!
 //! Each harness of the laws takes arbitrary bytes and classifies two prefixes of them: `some` bytes, and `more` bytes. An
 //! arbitrary function of the frame decides whether the checksum is right, so the laws hold with every checksum.

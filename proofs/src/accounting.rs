@@ -1,4 +1,4 @@
-//! Theorem 9: every byte is in exactly one place (L2). At any time, modulo the counters' width:
+//! Theorem 9: every byte is counted exactly once (L2). This equation always holds, modulo the counters' width:
 //!
 //! ```text
 //! bytes = frame_bytes + discarded + pending
@@ -8,11 +8,11 @@
 //! This holds for any values of the counters, even if they are about to wrap. A slice does the same as its bytes
 //! (theorem 6).
 //!
-//! For every format of one to eight bytes: for each byte, the receiver's engine reports frames and discarded bytes.
-//! These and the bytes pending afterwards add up to the bytes pending before and the new byte (`one_byte` in
-//! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is
-//! pushed, a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted),
-//! and [ends each loss once](each_loss_ends_once).
+//! For every format of one to eight bytes, the receiver's engine reports frames and discarded bytes at each byte. These
+//! and the bytes pending afterwards add up to the bytes pending before and the new byte (`one_byte` in
+//! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is pushed,
+//! a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted), and [ends
+//! each loss once](each_loss_ends_once).
 //!
 //! For every format of any length: `BufferedReceiver` puts each byte into exactly one event or leaves it pending
 //! (theorem 13b), and the line [counts these events](pushed_bytes_of_any_length_are_counted).
@@ -26,8 +26,8 @@ use framelock::{
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
-/// Returns a line with this parser, and with all counters at the same arbitrary number. That is enough, because each
-/// counter is counted on its own.
+/// Returns a line with this parser, and with all counters at the same arbitrary number. This is enough, because no
+/// counter depends on another.
 fn any_line<P>(parser: P, start: u32) -> Line<P> {
     let mut counters = Counters::default();
     counters.bytes = start;
@@ -45,14 +45,14 @@ fn any_line<P>(parser: P, start: u32) -> Line<P> {
     Line::resumed(parser, counters)
 }
 
-/// Returns by how much a counter has increased.
+/// Returns the increase of a counter.
 fn up(counter: u32, start: u32) -> u8 {
     let up = counter.wrapping_sub(start).to_le_bytes()[0];
     assert!(counter == start.wrapping_add(u32::from(up)));
     up
 }
 
-/// Returns by how much the counters of bytes in frames and of discarded bytes have increased, all together.
+/// Returns the sum of the increases of the counters of bytes in frames and of discarded bytes.
 fn placed(counters: &Counters, start: u32) -> u8 {
     let discarded = &counters.discarded;
     up(counters.frame_bytes, start)
@@ -73,8 +73,8 @@ fn placed_by<P: OfSetpoints>(counters: &Counters, start: u32) -> u8 {
     placed(counters, start)
 }
 
-/// Checks that the bytes pending before, plus the new byte, are as many as the counted bytes and the bytes pending
-/// now.
+/// Checks that the number of bytes pending before, plus one for the new byte, equals the number of counted bytes plus
+/// the number of bytes pending now.
 fn byte_is_placed<P: OfSetpoints>(parser: P) {
     let start = kani::any();
     let mut line = any_line(parser, start);
@@ -194,7 +194,8 @@ fn any_found() -> Found<()> {
     }
 }
 
-/// Returns an arbitrary counter of bytes: of bytes in frames (`None`), or of bytes discarded for the returned reason.
+/// Returns an arbitrary counter of bytes: the counter of bytes in frames, with `None`, or the counter of bytes
+/// discarded for the returned reason.
 fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     let discarded = &counters.discarded;
     match kani::any::<u8>() {
@@ -344,9 +345,9 @@ fn each_loss_ends_once() {
     kani::cover!(ended[0] == 1 && ended[2] == 1, "two losses");
 }
 
-/// A format with any answers about two bytes and about the second byte alone. About the first byte alone it answers
-/// that it needs both. If the longest frame has one byte, it gives any answer about either byte. It need not keep the
-/// laws.
+/// A format with any answers about two bytes and about the second byte alone. If it is asked about the first byte
+/// alone, it needs both bytes. If the longest frame has one byte, it gives any answer about either byte. It need not
+/// keep the laws.
 #[derive(Clone, Copy)]
 struct Anything<const LONGEST: usize>([u8; 2]);
 

@@ -12,8 +12,7 @@ use framelock::{Encode, Receiver};
 use crate::reference;
 use crate::states::{is_bin_crc8, receive};
 
-/// One byte's step is linear: a difference in the register before the step becomes the step of this
-/// difference after it.
+/// The step for one byte is linear: the step of a difference is the difference of the steps.
 #[kani::proof]
 #[kani::unwind(34)]
 fn steps_are_linear() {
@@ -54,7 +53,7 @@ fn one_to_three_wrong_bits() {
     kani::cover!(clear(clear(error)) != 0, "three");
 }
 
-/// An error of four bits goes unnoticed, so the bound is exact.
+/// Some error of four bits goes unnoticed, so three bits is the exact bound.
 #[kani::proof]
 #[kani::unwind(34)]
 fn four_wrong_bits() {

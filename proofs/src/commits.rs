@@ -1,7 +1,6 @@
-//! Theorems 3 and 4. A receiver delivers a setpoint exactly when its last bytes are a frame that
-//! shares no byte with an earlier delivered frame. It does so in the step that takes the frame's last
-//! byte, and the setpoint is that frame's (R1, R2, R4). The lecture's machine commits only such frames
-//! (M2), but not all of them.
+//! Theorems 3 and 4. A receiver delivers a setpoint exactly when its last bytes are a frame that shares no byte with an
+//! earlier delivered frame. It does so in the step that takes the frame's last byte, and the setpoint is the one in
+//! that frame (R1, R2, R4). The lecture's machine commits only such frames (M2), but not all of them.
 //!
 //! Proof by induction. Take any history, and a machine whose state matches the history. Push any byte.
 //! Then the machine delivers exactly when the theorem says so, and its state matches the longer

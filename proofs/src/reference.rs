@@ -21,7 +21,7 @@ pub trait Format {
     /// the beginning of one. The checksum is compared last: if only the checksum is wrong, the result is `LENGTH`.
     fn fails_at(bytes: &[u8]) -> Option<usize>;
 
-    /// Returns how many bytes are dropped if the first wrong byte of the frame is at this position.
+    /// Returns the number of bytes that are dropped if the first wrong byte of the frame is at this position.
     #[must_use]
     fn dropped(place: usize) -> usize {
         let _ = place;

@@ -64,7 +64,7 @@ fn the_frame_after_a_reset_is_delivered() {
     kani::cover!(pending == (6, 6), "one byte is missing from a frame");
 }
 
-/// A parked simulator repeats one frame, and the first byte is lost once. The lecture's machine
+/// A parked simulator repeats one frame, and the first byte of one of these frames is lost. The lecture's machine
 /// commits nothing, and after each frame it is in the same state again.
 #[kani::proof]
 #[kani::unwind(8)]

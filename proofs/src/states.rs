@@ -4,9 +4,9 @@ use framelock::lecture::{Lecture, State};
 use framelock::motion::Setpoint;
 use framelock::{FixedFormat, FrameBytes, LineEvent, Parser, Receiver};
 
-/// The end of a stream: as many of its last bytes as a frame has, the newest last, and how many of them
-/// came since the last delivered frame. (For a receiver, all of them or all except the first make no
-/// difference.)
+/// The end of a stream: its last bytes, as many as a frame has, and the number of them that came since the last
+/// delivered frame. The newest byte is last. (If all of them came since then, or all except the first, a receiver is in
+/// the same state.)
 #[derive(Clone, Copy)]
 pub(crate) struct History<const N: usize> {
     pub(crate) last: [u8; N],

@@ -1,6 +1,6 @@
-/* A program on a chip: steps in, numbers out. On simavr's ATmega328P the steps are an array in flash, which the test
- * writes to steps.h, and the numbers go out of the UART. On the emulated nRF52840 the test writes the steps into RAM at
- * `begin`, and reads the numbers at `end`. */
+/* A program on a chip, which reads steps and writes numbers. On simavr's ATmega328P, the steps are an array in flash,
+ * which the test writes to steps.h, and the UART sends the numbers. On the emulated nRF52840, the test writes the steps
+ * into RAM at `begin`, and reads the numbers at `end`. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

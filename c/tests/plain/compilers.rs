@@ -69,7 +69,7 @@ impl Compiler {
     /// Compiles a program that exits with an error at undefined behaviour. With gcc, it also does so at an access outside of an
     /// object.
     pub(crate) fn compile_with_sanitizers(&self, source: &Path, options: &[&str], output: &Path) {
-        // Debian's clang comes without the library that gcc's needs.
+        // Debian's clang lacks the library that the sanitizers of gcc use.
         let sanitizers = if self.package == "clang" {
             ["-fsanitize=undefined", "-fsanitize-trap=undefined"]
         } else {
@@ -108,7 +108,7 @@ pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> St
     };
     let mut stdin = running.stdin.take().unwrap();
     let output = thread::scope(|scope| {
-        // A program that fails may not read all of it.
+        // A program that fails may not read all of its input.
         scope.spawn(move || stdin.write_all(input).is_ok());
         running.wait_with_output().unwrap()
     });
@@ -117,7 +117,7 @@ pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> St
     String::from_utf8_lossy(&output.stdout).into_owned() + &complaints
 }
 
-/// Returns the path of a file beside these tests.
+/// Returns the path of a file in the folder of these tests.
 pub(crate) fn beside(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/plain")

@@ -1,4 +1,4 @@
-//! The programs of `docs/c.md`, the Arduino examples and the target of `CMake` compile without a warning.
+//! Tests that the programs of `docs/c.md`, the Arduino examples and the target of `CMake` compile without a warning.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ fn programs_of_the_page_compile() {
     }
 }
 
-/// The page about the lecture shows the functions of the header for BIN.
+/// Tests that the page about the lecture shows the functions of the header for BIN.
 #[test]
 fn the_lectures_page_shows_the_receiver() {
     let header = fs::read_to_string(headers::folder().join("bin.h")).unwrap();

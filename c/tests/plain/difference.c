@@ -139,8 +139,8 @@ void run(void)
     say(digest);
 }
 #else
-/* Here: standard input is two numbers of four bytes, and the steps. The numbers are the first and the last step that the
- * program says. It says a digest for each thousand steps. */
+/* On a PC, standard input has two numbers of four bytes, then the steps. The numbers are the first and the last step
+ * that the program prints. It prints a digest for each thousand steps. */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -226,7 +226,8 @@ struct Reference {
     is_window: bool,
     has_kinds: bool,
     can_fail: bool,
-    /// Bytes that the buffered receiver discarded for these reasons at line events. A window discards them as pending.
+    /// The numbers of bytes that the buffered receiver discarded for these reasons at line events. A receiver with a
+    /// window counts such bytes as pending at a line event.
     at_events: [u32; 8],
     /// The receiver with a window, for the same bytes of BIN.
     bin: Option<Line<Receiver<Bin>>>,
@@ -242,7 +243,7 @@ impl Reference {
             digest: Digest(2_166_136_261),
             is_window: case.is_window(),
             has_kinds: case.has_kinds(),
-            // Without sync and checksum each terminator ends a frame.
+            // Without a sync and a checksum, each terminator ends a frame.
             can_fail: layouts.any(|it| it.sync().length > 0 || it.checksum().is_some()),
             at_events: [0; 8],
             bin: (case.name == "bin").then(|| Line::new(Receiver::new())),
@@ -371,7 +372,8 @@ fn numbers(all: &Counters, pending: usize) -> [u32; 18] {
         .unwrap()
 }
 
-/// Frames, broken frames, false starts and noise, received one by one or in slices, with line events and polls.
+/// Returns steps: frames, broken frames, false starts and noise, received byte by byte or in slices, with line events
+/// and polls.
 fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Vec<u8> {
     let mut pool = Vec::new();
     for _ in 0..30 {
@@ -405,7 +407,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
                 let noise = (0..random.random_range(0..6)).map(|_| random.random());
                 piece = sync.iter().copied().chain(noise).collect();
             }
-            // Changes at the beginning, where the header is.
+            // Changes a byte at the beginning of the frame, where the header is.
             8 => {
                 let at = random.random_range(0..piece.len().min(10));
                 piece[at] = random.random();
@@ -431,7 +433,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
     steps
 }
 
-/// Random descriptions that do not contradict themselves.
+/// Returns cases of random descriptions that do not contradict themselves.
 fn random_cases(count: usize, bytes: usize) -> impl Iterator<Item = Case> {
     let texts = (0..).map(|seed| drawn::description(&mut ChaCha8Rng::seed_from_u64(seed)));
     let right = texts.filter(|text| Description::parse("drawn", text).is_ok());

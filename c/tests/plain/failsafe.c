@@ -1,5 +1,6 @@
-/* Runs steps against the failsafe in C. Standard input: the parameters, then steps; numbers are little-endian, demands have
- * two bytes. Step 0 time demands: frame. 1 time: poll. 2 time output: resume. It says the output after each poll. */
+/* Runs steps against the failsafe in C. Standard input: the parameters, then steps; numbers are little-endian, demands
+ * have two bytes. Step 0 time demands: frame. 1 time: poll. 2 time output: resume. It prints the output after each
+ * poll. */
 #include "failsafe.h"
 
 #include <stdio.h>

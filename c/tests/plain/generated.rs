@@ -78,7 +78,7 @@ impl Case {
     }
 }
 
-/// The shipped descriptions, one of several kinds, and random ones.
+/// Returns the shipped descriptions, one with several kinds, and random ones.
 fn cases(random_ones: usize) -> Vec<Case> {
     let mut random = ChaCha8Rng::seed_from_u64(26);
     let shipped = SHIPPED.iter().chain(&[("motor", MOTOR)]);

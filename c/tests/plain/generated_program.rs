@@ -90,7 +90,7 @@ fn impossible() {
     assert_eq!(crsf(0xC8, &[0; 60]).encode(&mut made), Some(64));
     assert_eq!(crsf(0xC8, &[0; 61]).encode(&mut made), None);
     assert_eq!(crsf(0x55, &[0; 60]).encode(&mut made), None);
-    // Too short for it all: no panic.
+    // Decoding a frame without any bytes must not panic.
     assert_eq!(generated::crsf::Message::decode(&[]), crsf_of_nothing());
 }
 

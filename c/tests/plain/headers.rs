@@ -1,4 +1,5 @@
-//! The headers in `c/headers` equal the output of `framelock generate`, and no compiler warns about them.
+//! Tests that the headers in `c/headers` equal the output of `framelock generate`, and that no compiler warns about
+//! them.
 //!
 //! `FRAMELOCK_WRITE_HEADERS=1 cargo test -p framelock-c --test plain headers` writes them.
 
@@ -42,7 +43,7 @@ fn headers_are_what_generate_writes() {
     }
 }
 
-/// All headers in one source file, each as static functions and as one definition.
+/// Compiles all headers in one source file, each as static functions and as one definition.
 #[test]
 fn no_compiler_warns_of_headers() {
     let here = TempDir::new().unwrap();

@@ -1,5 +1,5 @@
-//! Generated receivers on an emulated Cortex-M4 and on simavr's `ATmega328P`: the digests of the Rust receivers, sizes and
-//! cycles.
+//! Runs generated receivers on an emulated Cortex-M4 and on simavr's `ATmega328P`. Compares their digests with the Rust
+//! receivers', and measures sizes and cycles.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -63,7 +63,7 @@ fn board_with(elf: &[u8], steps: &[u8]) -> (Board, [u32; 3]) {
 
 const LIMIT: u64 = 60 * CYCLES_PER_SECOND;
 
-/// Runs `program` with a receiver and steps on simavr's `ATmega328P`. Returns the numbers that it says.
+/// Runs `program` with a receiver and steps on simavr's `ATmega328P`. Returns the numbers that it prints.
 fn on_avr(case: &Case, program: &str, steps: &[u8]) -> Vec<u32> {
     let folder = TempDir::new().unwrap();
     case.write(folder.path());
@@ -95,7 +95,7 @@ fn on_avr(case: &Case, program: &str, steps: &[u8]) -> Vec<u32> {
         .collect()
 }
 
-/// Bytes of steps that a chip takes.
+/// The number of bytes of steps for a chip.
 const FOR_M4: usize = 15_000;
 const FOR_AVR: usize = 8_000;
 
@@ -141,8 +141,8 @@ fn receivers_on_an_atmega328p_do_the_same() {
     }
 }
 
-/// Bytes of flash and RAM of a receiver, and the most that its functions take of the stack; more of its functions with each
-/// of the `parts`.
+/// Returns the bytes of flash and RAM of a receiver, and an upper bound of the stack that its functions use. Each of
+/// the `parts` adds more of the receiver's functions.
 fn size(case: &Case, compiler: &Compiler, parts: &[&str]) -> [usize; 3] {
     let folder = TempDir::new().unwrap();
     case.write(folder.path());
@@ -168,14 +168,14 @@ fn size(case: &Case, compiler: &Compiler, parts: &[&str]) -> [usize; 3] {
             .iter()
             .any(|it| name.starts_with(it))
     };
-    // No function calls itself, so all of them together take more than any chain of calls.
+    // No function calls itself, so no chain of calls needs more stack than all functions together.
     let frames = fs::read_to_string(folder.path().join("size.su")).unwrap();
     let frames = frames.lines().map(|line| line.split('\t').nth(1).unwrap());
     let stack = frames.map(|bytes| bytes.parse::<usize>().unwrap()).sum();
     [bytes(is_flash), bytes(|name| name == ".size"), stack]
 }
 
-/// Average and greatest number of cycles of `push`.
+/// Returns the average and the greatest number of cycles of `push`.
 fn cycles_on_m4(case: &Case, stream: &[u8]) -> [u64; 2] {
     let folder = TempDir::new().unwrap();
     let elf = build_for_m4(case, "cycles.c", folder.path());
@@ -203,7 +203,8 @@ fn cycles_on_avr(case: &Case, stream: &[u8]) -> [u64; 2] {
     [said[0].into(), said[1].into()]
 }
 
-/// A receiver, a frame of its clean stream, and the bytes whose repetition costs most.
+/// Returns the measured receivers: name, case, the frame that the clean stream repeats, and the bytes that the worst
+/// stream repeats.
 fn measured() -> [(&'static str, Case, Vec<u8>, Vec<u8>); 4] {
     let shipped = |name: &str| SHIPPED.iter().find(|it| it.0 == name).unwrap().1;
     let case = |name: &str, text| {
@@ -215,7 +216,7 @@ fn measured() -> [(&'static str, Case, Vec<u8>, Vec<u8>); 4] {
     let (crsf, crsf_frame) = case("crsf", shipped("crsf"));
     let (ubx, ubx_frame) = case("ubx", SHORT_UBX);
     let (nmea, nmea_frame) = case("nmea", shipped("nmea"));
-    // The longest sentence with a wrong checksum, no byte of which begins another.
+    // The longest sentence, with a wrong checksum. None of its other bytes begins a sentence.
     let long_sentence = [b"$", &[b'A'; 509][..], b"*00\r\n"].concat();
     [
         ("BIN", bin, bin_frame, b"AB".to_vec()),
@@ -230,7 +231,7 @@ fn measured() -> [(&'static str, Case, Vec<u8>, Vec<u8>); 4] {
     ]
 }
 
-/// The tables of `docs/c.md`. `FRAMELOCK_WRITE_FIGURES=1` writes them.
+/// Compares the tables of `docs/c.md` with measurements. `FRAMELOCK_WRITE_FIGURES=1` writes the tables.
 #[test]
 fn figures_are_as_the_page_says() {
     let mut sizes = "| | M4 | M0 | ATmega328P | RAM M4, ATmega328P | stack M4, ATmega328P |\n\

@@ -1,4 +1,4 @@
-//! Generated C headers, compiled by several compilers, do what the Rust receivers do.
+//! Tests that generated C headers, compiled by several compilers, behave like the Rust receivers.
 #![cfg(unix)]
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,5 @@
-/* All of a receiver, or its `init` and `push` alone. The receiver itself is not counted: see receiver_size. */
+/* All functions of a receiver, or only `init` and `push`. The receiver's variable is not part of the code: see
+ * receiver_size. */
 #include "receiver.h"
 
 extern F(receiver) receiver;
@@ -55,5 +56,5 @@ size_t encode(uint8_t *frame, size_t room)
 }
 #endif
 
-/* In a section of its own. */
+/* The size of the receiver, as that of a separate section. */
 __attribute__((section(".size"))) const uint8_t receiver_size[sizeof(F(receiver))] = {0U};

@@ -1,6 +1,6 @@
-/* What docs/c.md leaves to firmware that receives frames of a layout: CRSF, or with MOTOR those of a motor.
- * 'b' and a byte: it is received. 'e' and a byte: it has an error. 'i': the line is idle. 's' and a number: a limit is
- * sent. */
+/* The functions that docs/c-library.md leaves to firmware that receives frames of a layout: CRSF, or with MOTOR those of
+ * a motor. Steps: 'b' and a byte: the byte is received. 'e' and a byte: the byte has an error. 'i': the line is idle.
+ * 's' and a number: a limit is sent. */
 #include "steps.h"
 
 bool start(void);

@@ -1,5 +1,5 @@
-/* What docs/c.md leaves to a platform's firmware. Each step is a byte, where 0xFF stands for a framing error. It takes
- * a millisecond, and then there is a timer interrupt. */
+/* The functions that docs/c-library.md leaves to the firmware of a platform. Each step is a byte; 0xFF stands for a
+ * framing error. A step takes a millisecond, and a timer interrupt follows it. */
 #include "steps.h"
 
 bool start(void);

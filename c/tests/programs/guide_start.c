@@ -1,4 +1,4 @@
-/* Of a program in docs/c.md, that it starts. */
+/* Checks that a program of docs/c-library.md starts. */
 #include "steps.h"
 
 bool start(void);

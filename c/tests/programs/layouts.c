@@ -1,10 +1,10 @@
-/* Takes steps, and says what comes of each: a frame received as its layout and its bytes, the counters as numbers.
- * The first byte says which of the lines below it is.
- * 'b' and a byte: it is received. 'p': poll. 'e' and a number: a line event. 'c': the counters.
- * 's', a layout, a length and so many bytes: they are sealed. */
+/* Takes steps, and prints the result of each: a received frame as the number of its layout and its bytes, the counters
+ * as numbers. The first byte selects one of the lines below. Steps:
+ * 'b' and a byte: the byte is received. 'p': poll. 'e' and a number: a line event. 'c': print the counters.
+ * 's', a layout, a length and that many bytes: seal the bytes. */
 #include "steps.h"
 
-/* Written down here as anybody would: what the library's own layouts are, in C. */
+/* The library's own layouts, written in C as a user of the library would write them. */
 
 static const framelock_fixed_bits sbus_fixed[] = {{23, 0xF0, 0}};
 static const framelock_layout own_sbus[] = {{

@@ -31,7 +31,7 @@ static void found(void *context, const framelock_frame *whole)
     at_event++;
 }
 
-/* Whether the receiver begins with that layout. */
+/* Returns whether a receiver accepts the layout. */
 static bool begins(const framelock_layout *layout)
 {
     return framelock_layout_receiver_init(&layout_receiver, layout, made, 1, buffer, sizeof buffer);
@@ -63,7 +63,7 @@ static void layouts(void)
     assert(framelock_layout_receiver_init(&layout_receiver, &layout, made, 1, buffer, 7));
     assert(!begins(&nothing));
 
-    /* One's own: what cannot be. */
+    /* Layouts with values that are not allowed. */
     layout = nothing;
     layout.longest = 7;
     assert(!begins(&layout));
@@ -93,7 +93,7 @@ static void layouts(void)
     assert(!begins(&layout));
     layout.messages.count = 0;
 
-    /* What contradicts itself. */
+    /* Layouts that contradict themselves. */
     assert(begins(&layout));
     layout.shortest = 40;
     assert(!begins(&layout));
@@ -105,7 +105,7 @@ static void layouts(void)
     assert(!framelock_seal(&framelock_bin_layout, buffer, 8));
     assert(!framelock_seal(NULL, buffer, 7) && !framelock_seal(&framelock_bin_layout, NULL, 7));
 
-    /* A false beginning of one layout, within it a frame of the other: a line event delivers it. */
+    /* A false start of one layout contains a frame of the other. A line event delivers the frame. */
     two[0] = nothing;
     two[0].sync.bytes = (const uint8_t *)"<";
     two[0].sync.length = two[0].sync.count = 1;

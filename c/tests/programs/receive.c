@@ -1,5 +1,5 @@
-/* Reads steps of two bytes from standard input, and says what comes of each.
- * 'b': a byte is received. 'e': a line event. 't': time passes, as much as the second byte says.
+/* Reads steps of two bytes from standard input, and prints the result of each.
+ * 'b': a byte is received. 'e': a line event. 't': time passes; the second byte is the number of ticks.
  * RECEIVER is framelock_receiver or framelock_crc8_receiver. */
 #include <inttypes.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* Numbers, and bytes in hexadecimal. */
+/* Prints numbers, and bytes in hexadecimal. */
 #include "steps.h"
 
 void say_number(size_t number)

@@ -1,4 +1,4 @@
-/* Steps from standard input, what comes of them to standard output. */
+/* Reads the steps from standard input, and writes the program's output to standard output. */
 #include <stdio.h>
 
 #include "steps.h"

@@ -1,5 +1,5 @@
-/* Steps and what comes of them in RAM, where the test writes and reads them. The start-up code sets
- * variables to what they begin with, and no more. */
+/* The steps and the program's output are in RAM, where the test writes and reads them. The start-up code only
+ * initialises variables. */
 #include "steps.h"
 
 extern uint32_t _bss_start, _bss_end, _data_start, _data_end, _data_in_flash;
@@ -21,13 +21,13 @@ void say(char character)
     SAID_LENGTH = SAID_LENGTH + 1;
 }
 
-/* Here the steps are written. */
+/* The test writes the steps when the program reaches this function. */
 __attribute__((noinline)) void begin(void)
 {
     __asm__ volatile("nop");
 }
 
-/* Here all is said. */
+/* The test reads the output when the program reaches this function. */
 __attribute__((noinline)) void end(void)
 {
     for (;;) {

@@ -1,8 +1,8 @@
-//! The goals: how many times as fast as another contender the slice path must be.
+//! The goals: the speed of the slice path, as a multiple of another contender's speed.
 //!
-//! The goals are measured apart from criterion's figures, so that other load on the machine cannot
-//! favour one side. The two contenders of a ratio run by turns on pieces of the stream. The pieces
-//! are so short that a run is seldom interrupted. The median of many rounds is printed.
+//! The goals are not measured by criterion, so that other load on the machine cannot favour one
+//! side. The two contenders of a ratio run alternately on pieces of the stream. The pieces are so
+//! short that a run is seldom interrupted. The median of many rounds is printed.
 
 use std::hint::black_box;
 use std::time::Instant;

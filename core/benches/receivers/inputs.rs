@@ -3,8 +3,8 @@
 use framelock::Encode;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 
-/// Returns the approximate number of bytes in each stream: many for timing, for which cargo passes
-/// `--bench`, and fewer when only the answers are checked.
+/// Returns the approximate number of bytes in each stream: many for timing, in which case cargo
+/// passes `--bench`, and few if only the answers are checked.
 fn size() -> usize {
     let is_timed = std::env::args().any(|argument| argument == "--bench");
     1 << if is_timed { 20 } else { 16 }

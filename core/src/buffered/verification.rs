@@ -29,30 +29,30 @@
 //!   Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
 //! * `give_back` leaves nothing pending, and returns a slice that begins where the pending bytes began.
 //!
-//! `feed` and `next` are loops of these steps. The loops end where the format answers `Incomplete` about the
-//! pending bytes, and there the reference stops, too. `next` also ends after each frame. [`reference`] runs these
-//! loops on a few bytes. That the loops do the same on more bytes is argued here, and not machine-checked.
+//! `feed` and `next` are loops of these steps. The loops end where the format answers `Incomplete` about the pending
+//! bytes, and there the reference stops, too. `next` also ends after each frame. [`reference`] runs these loops on a
+//! few bytes. The argument here covers the loops on more bytes; no machine checks it.
 //!
 //! **13b: no law is needed** for the following: nothing panics, every call ends, fewer than `LONGEST` bytes are
 //! pending after each call, and each byte is either in exactly one event or pending. Each step keeps the
 //! invariant, except for its statement about the format ([`lawless`]). Each iteration of each loop decides about
 //! at least one byte, or ends the loop.
 //!
-//! **13c: `push`** asks the format at most once. Its events are the reference's next events. If `push` has no
-//! event, the reference has none to add either ([`pushes`]). Bytes that `push` leaves undecided are decided by
-//! `poll`, by `feed` of an empty slice, or by a line event: their loops continue from any state that fits (`poll`
-//! is `next` of an empty slice).
+//! **13c: `push`** asks the format at most once. Its events are the reference's next events. If `push` has no event,
+//! the reference has no next event either ([`pushes`]). Bytes that `push` leaves undecided are decided by `poll`, by
+//! `feed` of an empty slice, or by a line event: their loops continue from any state that fits (`poll` is `next` of an
+//! empty slice).
 //!
 //! **13d: never deaf.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares
 //! bytes with it. This is proved for the reference ([`reference`]). The reference passes the frame's place only by
 //! delivering this frame, or an earlier frame that contains the place. If the reference stops before the place,
 //! the bytes after the frame, or a line event, make it continue.
 //!
-//! **13e: latency.** A frame of `n` bytes is decided about at most `LONGEST - n` bytes after its last byte.
-//! Suppose that it is still undecided when `b` bytes have come after its last byte. Then all of these bytes are
-//! pending, so by 13b `n + b < LONGEST`. `feed` is one byte earlier, at `LONGEST - 1 - n`, if the format needs
-//! only the frame's own bytes to recognise it: then the reference has stopped at an earlier place, and that
-//! place's byte is pending, too. Streams exist that reach both bounds ([`reference`]).
+//! **13e: latency.** A frame of `n` bytes is decided about at most `LONGEST - n` bytes after its last byte. Suppose
+//! that it is still undecided when `b` bytes have come after its last byte. Then all of these bytes are pending, so by
+//! 13b `n + b < LONGEST`. With `feed` the bound is one byte lower, `LONGEST - 1 - n`, if the format needs only the
+//! frame's own bytes to recognise it: then the reference has stopped at an earlier place, and that place's byte is
+//! pending, too. Streams exist that reach both bounds ([`reference`]).
 //!
 //! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie
 //! whole in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and
@@ -90,7 +90,7 @@ type Asked = Cell<Option<(usize, usize)>>;
 /// Any format during one step: it answers one question, about one place.
 #[derive(Clone, Copy)]
 struct Any<'a, const L: usize> {
-    /// The answers about that place. `None`: any answers, even against the laws.
+    /// The answers about that place. With `None` the format gives any answers, even against the laws.
     row: Option<Row>,
     /// The places that start a frame, as bits.
     starts: u32,
@@ -226,7 +226,7 @@ fn waits_for_what_is_not_settled<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     settled_at: usize,
 ) -> bool {
-    // About a place that has not been received, nothing is known yet.
+    // Nothing is known yet about a place that has not been received.
     let settled_at = if receiver.from == receiver.to {
         1
     } else {

@@ -6,10 +6,9 @@ use super::Setpoint;
 
 /// The motion simulator's "BIN" output: `'A' 'B' reserved pitch roll yaw CR`, seven bytes.
 ///
-/// The format has no escaping and no checksum. So the payload may hold any byte, and a substituted payload byte
-/// goes unnoticed. If a sender repeats a frame without pause and its payload is `(0D 41 42 x)` or `(x 0D 41
-/// 42)`, the stream is ambiguous. To resolve it, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the
-/// line pauses.
+/// The format has no escaping and no checksum. So the payload may contain any byte, and a changed payload byte goes
+/// unnoticed. If a sender repeats a frame without pause and its payload is `(0D 41 42 x)` or `(x 0D 41 42)`, the stream
+/// is ambiguous. To resolve it, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line pauses.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Bin {}
 
@@ -71,8 +70,7 @@ impl Encode for BinCrc8 {
 #[inline]
 #[must_use]
 pub fn crc8(payload: [u8; 4]) -> u8 {
-    // The CRC is linear, so one 32-bit register takes all four bytes at once. Its top byte is the CRC's
-    // register.
+    // The CRC is linear, so a 32-bit register can hold all four bytes at once. Its top byte is the register of the CRC.
     let mut register = u32::from_be_bytes(payload) ^ 0xFF00_0000;
     for _ in 0..32 {
         let divisor = if register >> 31 == 1 { 0x2F00_0000 } else { 0 };

@@ -45,12 +45,12 @@ mod sealed {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FailsafeParameters<D, const AXES: usize> {
-    /// Silence after which the failsafe holds the output: longer than any pause of the line in normal use. At least
-    /// 1.
+    /// The silence after which the failsafe holds the output, at least 1. Choose it longer than any pause of the line
+    /// in normal use.
     pub hold_after: u32,
-    /// Silence after which the failsafe moves the output to park. At least `hold_after`.
+    /// The silence after which the failsafe moves the output to park, at least `hold_after`.
     pub ramp_after: u32,
-    /// Where each axis goes when no frames come.
+    /// The position of each axis when no frames come.
     pub park: [D; AXES],
     /// The bounded rate of each axis: ticks for one unit of demand. For demands of 16 bits use a clock of
     /// microseconds: with 30 ticks per unit, the whole travel takes two seconds.
@@ -138,12 +138,12 @@ pub struct Output<D, const AXES: usize> {
 /// The failsafe between the receiver and the actuators, for any number of axes and demands of 8 or 16 bits. The
 /// program passes in the time, as a counter that may wrap.
 ///
-/// Report each [`frame`](Self::frame), and [`poll`](Self::poll) for the output. Pass the current time to both. Call
-/// one of them more often than the counter wraps. If the time goes backwards, the failsafe takes that for a long
-/// silence, which is the safe mistake.
+/// Report each [`frame`](Self::frame), and [`poll`](Self::poll) for the output. Pass the current time to both. Call one
+/// of them more often than the counter wraps. If the time goes backwards, the failsafe assumes a long silence, which is
+/// the safe error.
 ///
-/// Outside [`Phase::Live`] an axis moves at most one unit in each `ticks_per_unit`. This includes the way back:
-/// after a silence the axis approaches the first frame's demand, and never jumps (theorem 10). In [`Phase::Live`]
+/// Outside [`Phase::Live`] an axis moves at most one unit in each `ticks_per_unit`. This also holds for the return from
+/// park: after a silence the axis approaches the first frame's demand, and never jumps (theorem 10). In [`Phase::Live`]
 /// the output is the demand itself: smoothing the demands is the sender's task.
 ///
 /// # Examples
@@ -182,7 +182,7 @@ pub struct Failsafe<D, const AXES: usize> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Axis<D> {
     position: D,
-    /// Ticks since the last whole unit of the way: fewer than one unit takes.
+    /// The ticks since the axis last moved by a unit: fewer than one unit takes.
     since_unit: u32,
 }
 
@@ -279,8 +279,8 @@ impl<D: Demand> Axis<D> {
             return;
         }
         let mut left = u64::from(ticks).saturating_add(u64::from(self.since_unit));
-        // Long division. No way is longer than the largest demand, so one step per bit of the demand gives the
-        // number of units. Usually it is zero.
+        // Long division. No axis moves further than the largest demand, so one step per bit of the demand gives the
+        // number of units. The number is usually zero.
         let mut units = 0;
         if left >= u64::from(ticks_per_unit.get()) {
             for bit in (0..D::BITS).rev() {

@@ -2,8 +2,7 @@
 
 use super::{BLOCK, blocks_without_start, run_without_start};
 
-/// Stands for the format: odd bytes start a frame. The search depends on nothing else
-/// about a byte.
+/// Replaces the format: odd bytes start a frame. The search depends on no other property of a byte.
 fn is_odd(byte: u8) -> bool {
     byte % 2 == 1
 }

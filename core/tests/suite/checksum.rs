@@ -58,7 +58,7 @@ fn one_to_three_wrong_bits_are_never_committed() {
     }
 }
 
-/// Some errors of four bits go unnoticed, so the bound is exact.
+/// Some errors of four bits go unnoticed, so three bits is the exact bound.
 #[test]
 fn some_four_wrong_bits_are_committed() {
     let found = (0..40_u32).any(|a| {

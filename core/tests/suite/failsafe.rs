@@ -1,4 +1,4 @@
-//! Compares the failsafe with the model in its oracle, and tests it at times whose outputs are known.
+//! Compares the failsafe with the model in its oracle, and with known outputs at some times.
 
 use std::num::NonZeroU32;
 
@@ -164,7 +164,7 @@ fn a_whole_outage() {
     assert_eq!(output(&mut failsafe, 1020), (Phase::Live, 0));
 }
 
-/// Silence that lasts longer than one turn of the clock is still silence.
+/// A silence that is longer than the clock's period is still a silence.
 #[test]
 fn the_longest_times_do_not_wrap_into_life() {
     let longest = FailsafeParameters {
@@ -186,7 +186,7 @@ fn the_longest_times_do_not_wrap_into_life() {
     assert_eq!(longest.parked_after(), u64::from(u32::MAX) * 156);
 }
 
-/// Six axes of 16 bits move at a rate each. The way down from the top takes as long as `parked_after` says.
+/// Six axes of 16 bits each move at their own rate. Moving down from the top takes as long as `parked_after` says.
 #[test]
 fn six_axes_of_sixteen_bits() {
     let rates = [1, 2, 3, 4, 5, 6];

@@ -102,8 +102,8 @@ fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     assert_eq!(machine, after_one);
 }
 
-/// Finding 1 in numbers: 39 of 256 constant payloads can make the lecture's machine deaf, and
-/// none the receiver.
+/// Finding 1 in numbers: 39 of 256 constant payloads can make the lecture's machine deaf. No
+/// payload makes the receiver deaf.
 #[test]
 fn how_many_constant_payloads_can_make_it_deaf() {
     let alphabet = [0x0D, 0x41, 0x42, 0x80];
@@ -149,8 +149,8 @@ fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
     assert_eq!(ambiguous, 512);
 }
 
-/// Finding 4: a substituted byte goes unnoticed at 4 of 7 positions. At 3 of them the setpoint is
-/// wrong.
+/// Finding 4: a changed byte goes unnoticed at 4 of 7 positions. At 3 of them it changes the
+/// setpoint.
 #[test]
 fn a_substituted_byte_goes_unnoticed_in_four_of_seven_places() {
     let sent = frame_of([0x10, 0x20, 0x30, 0x50]);

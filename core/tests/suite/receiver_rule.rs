@@ -97,7 +97,7 @@ fn receivers_are_equal_where_the_same_bytes_are_pending() {
     }
     let held = after::<Bin>(b"A");
     assert_eq!(held, held.clone());
-    // The 01 is the marker before the pending byte.
+    // The byte 01 marks the beginning of the pending bytes.
     assert_eq!(
         format!("{held:?}"),
         format!("Receiver(Window({}))", 0x01_41)

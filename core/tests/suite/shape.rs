@@ -1,4 +1,4 @@
-//! Tests where a shape finds a frame wrong.
+//! Tests the position at which a shape finds a frame wrong.
 
 use framelock::motion::Bin;
 use framelock::{FixedFormat, Shape};

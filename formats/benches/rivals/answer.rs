@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::contender::{Cut, Entry};
 use crate::streams::{Protocol, Stream};
 
-/// The result of a receiver for a stream.
+/// The result of a receiver on a stream.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Answer {
     /// The number of frames that arrived whole and were not delivered.

@@ -1,4 +1,4 @@
-//! The receivers on the emulated Cortex-M4: the size that they add to a program, and the cost of a byte.
+//! Measures the receivers on the emulated Cortex-M4: the size that each adds to a program, and the cost of a byte.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -14,7 +14,7 @@ use crate::streams::{Protocol, Stream};
 /// The number of frames in the stream for the chip.
 const FRAMES: u16 = 200;
 
-/// Protocol and contender, and the features of `on-chip` that choose the contender.
+/// Each entry: the protocol, the contender, and the features of `on-chip` that select the contender.
 const CONTENDERS: [(&str, &str, &str); 13] = [
     ("CRSF", "framelock", "crsf"),
     ("CRSF", "uf-crsf", "crsf-uf-crsf"),
@@ -31,7 +31,7 @@ const CONTENDERS: [(&str, &str, &str); 13] = [
     ("iBUS", "parse_rc_ibus", "ibus-parse_rc_ibus"),
 ];
 
-/// Every panic goes through a function of `core::panicking` to the program's own handler.
+/// Symbols of panics: every panic calls a function of `core::panicking`, which calls the program's handler.
 const PANICS: [&str; 2] = ["core::panicking", "rust_begin_unwind"];
 
 /// Symbols that are not counted: functions that almost every program contains, and the MAVLink dialect, which the user
@@ -46,7 +46,7 @@ pub(crate) struct Figures {
     pub(crate) protocol: &'static str,
     pub(crate) contender: &'static str,
     pub(crate) text: u64,
-    /// Constants, tables for example.
+    /// The number of bytes of constants, such as tables.
     pub(crate) rodata: u64,
     /// The number of bytes of RAM, without the stack.
     pub(crate) state: u32,
@@ -108,7 +108,7 @@ impl Cost {
     }
 }
 
-/// A program has taken a stream.
+/// The result of running a program on a stream.
 pub(crate) struct Run {
     state: u32,
     pub(crate) frames: u32,
@@ -119,7 +119,7 @@ pub(crate) struct Run {
 }
 
 impl Program {
-    /// Builds it with these features.
+    /// Builds the program with these features.
     pub(crate) fn build(features: &str) -> Result<Self, Box<dyn Error>> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip");
         let status = Command::new(env!("CARGO"))

@@ -1,4 +1,4 @@
-//! A receiver in the comparison, and framelock's.
+//! The receivers in the comparison: their interface, and framelock's receiver.
 
 use std::hint::black_box;
 use std::ops::Range;
@@ -12,7 +12,7 @@ pub(crate) trait Contender {
     /// The data that the receiver returns to its user.
     type Message<'a>;
 
-    /// Takes bytes as they come, and calls `found` for each frame.
+    /// Takes the next bytes of the stream, and calls `found` for each frame.
     fn feed(&mut self, bytes: &[u8], found: impl FnMut(Self::Message<'_>));
 
     /// Takes a single byte.
@@ -45,7 +45,7 @@ impl<F: Format, const N: usize> Contender for Framelock<F, N> {
     }
 }
 
-/// How a stream is handed over.
+/// The way in which a receiver gets the stream.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Cut {
     Bytes,
@@ -71,7 +71,8 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// `key` gives the same of a message as the protocol's key of its frame.
+    /// Creates the entry of another crate. `key` returns the same part of a message as the protocol's `key` does of its
+    /// frame.
     pub(crate) fn rival<C: Contender + 'static>(
         name: &'static str,
         new: impl Fn() -> C + Copy + 'static,
@@ -98,7 +99,7 @@ impl Entry {
         }
     }
 
-    /// framelock's receiver of frames of this format. `N` is twice the longest frame.
+    /// Creates the entry of framelock's receiver with this format. `N` is twice the longest frame.
     pub(crate) fn ours<const N: usize, F: Format + 'static>(
         name: &'static str,
         format: F,

@@ -1,4 +1,4 @@
-//! `docs/costs.md`.
+//! Writes `docs/costs.md`.
 
 use std::error::Error;
 use std::fmt::{self, Write};
@@ -12,32 +12,32 @@ use crate::{mavlink2, tables, valgrind};
 const BEGINNING: &str = "\
 # What a byte costs
 
-Made by one command, which takes a minute or two and needs valgrind:
+One command writes this page. It takes a minute or two, and needs valgrind:
 
 ```sh
 cargo bench -p framelock-rivals -- --costs docs/costs.md
 ```
 
-Byte by byte, as from an interrupt. *framelock* is the receiver by its `push`, with the buffer that its examples have,
-twice the longest frame; *`Line`* is the same on a line that counts where each byte goes. The others are used as
-[their documentation shows](rivals.md).
+Every receiver gets the bytes one by one, as from an interrupt. *framelock* is the receiver's `push`, with the buffer of
+its examples, which is twice as long as the longest frame. *`Line`* is the same receiver in a `Line`, which counts the
+outcome of each byte. The other crates are used as [their documentation shows](rivals.md).
 
 * **Clean**: frames back to back, as in [rivals.md](rivals.md).
-* **Noise**: random bytes, each value as likely as the others.
-* **Worst**: the costliest for that receiver of a few streams that were made to be costly: false beginnings that claim
-  long frames, one behind the other. Each is checked when as many bytes are there as it claims, and is wrong. They are
-  listed below. Nobody sends them by accident.
+* **Noise**: random bytes. All values are equally likely.
+* **Worst**: the most expensive of a few hostile streams, for each receiver. They consist of false starts that claim
+  long frames, one after another. When all bytes that a false start claims have arrived, the receiver checks them and
+  finds them wrong. The streams are listed below. Nobody sends them by accident.
 
-UBX frames may have 106 bytes here; MAVLink messages are those that are sent and one of 255 bytes.
+UBX frames have at most 106 bytes here. The MAVLink format knows the messages that are sent, and one of 255 bytes.
 ";
 
 const CHIP: &str = "
 ## On a Cortex-M4
 
-Instructions and cycles a byte, in the [emulator](../tools/emulator/README.md): the cycles are its model's, without the wait
-states of flash, so silicon is slower. Built as the firmware is, for size, with link-time optimisation. Each byte is a
-call of a function that takes it, from its first instruction to its return. *One byte* is what the costliest
-single byte of all these streams takes in cycles: an interrupt must have so much time.
+Instructions and cycles per byte, in the [emulator](../tools/emulator/README.md). The emulator's cycles include no wait
+states of the flash, so silicon is slower. The programs are built like the firmware: for size, with link-time
+optimisation. Each byte is one call of a function, counted from its first instruction to its return. *One byte* is the
+number of cycles for the most expensive single byte of all these streams: an interrupt must have that much time.
 
 | | | clean | | noise | | worst | | one byte |
 | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
@@ -47,13 +47,13 @@ single byte of all these streams takes in cycles: an interrupt must have so much
 const HERE: &str = "
 ## On a PC
 
-Instructions a byte, as valgrind's callgrind counts them, for x86-64, in a loop over the stream:
+Instructions per byte on x86-64, in a loop over the stream, counted by valgrind's callgrind:
 
 | | | clean | noise | worst |
 | --- | --- | ---: | ---: | ---: |
 ";
 
-/// The whole text.
+/// Returns the whole text.
 pub(crate) fn document() -> Result<String, Box<dyn Error>> {
     let cases = costs::cases();
     let mut text = BEGINNING.to_owned();
@@ -105,7 +105,7 @@ pub(crate) fn document() -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// MAVLink's check alone, of the longest frame, without a table and with one. They take turns.
+/// Measures MAVLink's checksum alone, over the longest frame, without and with a table, in turns.
 fn checks(text: &mut String) -> fmt::Result {
     let frame = [0x55; 278];
     let mut fastest = [f64::MAX; 2];
@@ -121,13 +121,13 @@ fn checks(text: &mut String) -> fmt::Result {
     let [plain, tabled] = fastest.map(|seconds| frame.len() as f64 / 1e6 / seconds);
     writeln!(
         text,
-        "\n*`pc-crc-table`* is the feature of that name of the formats, 16 KiB. MAVLink's check alone, of {} bytes, takes \
-         {plain:.0} MB/s without it, {tabled:.0} MB/s with it.",
+        "\n*`pc-crc-table`* is a feature of the formats: a table of 16 KiB. MAVLink's CRC alone, over {} bytes, is computed at \
+         {plain:.0} MB/s without the table and at {tabled:.0} MB/s with it.",
         frame.len()
     )
 }
 
-/// Of all streams: the first, the second, and the costliest of all.
+/// Returns the cost of the first stream, of the second, and the highest cost of all streams.
 fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
     let worst = costs.iter().copied().fold(0.0, f64::max);
     [costs[0], costs[1], worst]
@@ -136,7 +136,7 @@ fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
 fn hostile_streams(text: &mut String, cases: &[Case]) -> fmt::Result {
     write!(
         text,
-        "\n## The hostile streams\n\n{BYTES} bytes, these again and again; the first {SKIPPED} are not counted.\n\n"
+        "\n## The hostile streams\n\nEach stream has {BYTES} bytes and repeats the bytes below. The first {SKIPPED} bytes are not counted.\n\n"
     )?;
     for case in cases {
         let periods = case.hostile.iter().map(|(period, _)| {

@@ -27,7 +27,7 @@ pub(crate) struct Case {
     pub(crate) format: &'static str,
     pub(crate) clean: Vec<u8>,
     pub(crate) noise: Vec<u8>,
-    /// Their periods, and they themselves.
+    /// The hostile streams: the bytes that each repeats, and the stream.
     pub(crate) hostile: Vec<(&'static [u8], Vec<u8>)>,
     pub(crate) contenders: Vec<Counted>,
 }
@@ -55,7 +55,8 @@ impl Case {
         }
     }
 
-    /// The clean stream, noise, and the hostile ones; and how many bytes of each are not counted.
+    /// Returns the clean stream, the noise, and the hostile streams, each with the number of bytes that are not
+    /// counted.
     pub(crate) fn streams(&self) -> impl Iterator<Item = (&[u8], usize)> {
         let hostile = self.hostile.iter().map(|(_, bytes)| (&bytes[..], SKIPPED));
         [(&self.clean[..], 0), (&self.noise[..], 0)]
@@ -64,16 +65,16 @@ impl Case {
     }
 }
 
-/// A receiver, byte by byte.
+/// A receiver that takes a stream byte by byte, to be counted.
 pub(crate) struct Counted {
     pub(crate) name: &'static str,
-    /// The features of `on-chip` that choose it, if it runs on the chip.
+    /// The features of `on-chip` that select the receiver; `None` if it does not run on the chip.
     pub(crate) on_chip: Option<String>,
-    /// On this machine.
+    /// Runs the receiver on this machine.
     pub(crate) run: Box<dyn Fn(&[u8])>,
 }
 
-/// The formats of this workspace.
+/// Returns the formats of this workspace.
 pub(crate) fn cases() -> Vec<Case> {
     let mut cases = vec![
         of_protocol(
@@ -208,7 +209,7 @@ fn of_fixed_format<F: Encode + 'static>(
     Case::new(format, clean, periods, ours)
 }
 
-/// framelock's receiver, as it is, by `push`, and on a line.
+/// Returns framelock's receiver twice: by `push` alone, and on a `Line`.
 fn ours<P: Parser + 'static>(
     feature: &str,
     new: impl Fn() -> P + Copy + 'static,

@@ -1,4 +1,4 @@
-//! CRSF: `crsf` and `uf-crsf`.
+//! The rivals for CRSF: `crsf` and `uf-crsf`.
 
 use crc::{CRC_8_DVB_S2, Crc};
 use crsf::{Packet, PacketError, PacketParser, RawPacket};
@@ -19,7 +19,7 @@ pub(crate) const PROTOCOL: Protocol = Protocol {
     key: inside,
 };
 
-/// Channels, link statistics, GPS, battery, attitude, and entries of any length up to the longest.
+/// Makes a frame: channels, link statistics, GPS, battery, attitude, or an entry of any length up to the longest.
 fn frame(payload: &mut Payload) -> Vec<u8> {
     let (kind, length) = payload.one_of(&[
         (0x16, 22),
@@ -49,7 +49,7 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// CRSF as it is with the feature `pc-crc-table`.
+/// CRSF as with the feature `pc-crc-table`.
 #[derive(Clone, Copy)]
 struct Tabled;
 
@@ -71,14 +71,14 @@ impl Format for Tabled {
     }
 }
 
-/// Kind and payload.
+/// Returns the kind and the payload.
 fn inside(frame: &[u8]) -> Vec<u8> {
     frame[2..frame.len() - 1].to_vec()
 }
 
-/// `crsf`. Its raw packets are not checked yet, so each is decoded; kinds of packets that it does not know
-/// count as found. A packet of channels or link statistics that is too short for them, which passes its check
-/// at times behind a lost byte, makes it panic: those are kept from it.
+/// `crsf`. Its raw packets are not checked, so each packet is decoded. Packets of kinds that the crate does not know
+/// count as found. It panics on a packet of channels or link statistics that is too short. After a lost byte such a
+/// packet sometimes passes its check, so these packets are kept from the decoder.
 struct CrsfCrate(PacketParser<64>);
 
 impl Default for CrsfCrate {
@@ -107,7 +107,7 @@ impl Contender for CrsfCrate {
     }
 }
 
-/// `uf-crsf`. Its raw packets are checked.
+/// `uf-crsf`. Its raw packets are already checked.
 #[derive(Default)]
 struct UfCrsf(CrsfParser);
 

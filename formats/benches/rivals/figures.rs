@@ -1,4 +1,4 @@
-//! Compares the costs of the formats on the chip with a file, on every commit. These costs are exactly repeatable.
+//! Compares the costs of the formats on the chip with a file, on every commit. The costs are the same in every run.
 //!
 //! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes the file again. The
 //! costs are compared only with the same compiler that produced the file.
@@ -11,8 +11,8 @@ use crate::chip::Program;
 use crate::{costs, tables};
 
 const BEGINNING: &str = "\
-framelock's receivers on the emulated Cortex-M4, as docs/costs.md has them: bytes of code and constants; instructions
-and cycles of 200 clean frames; cycles of the costliest hostile stream, and of the costliest byte of any stream.
+Costs of framelock's receivers on the emulated Cortex-M4, measured as in docs/costs.md: bytes of code and constants;
+instructions and cycles for 200 clean frames; cycles for the costliest hostile stream, and for the costliest byte.
 ";
 
 /// Returns an error if the costs differ from those in the file.
@@ -26,7 +26,7 @@ pub(crate) fn compare(file: &str) -> Result<(), Box<dyn Error>> {
     )?;
     let nothing = Program::build("nothing")?;
     for case in costs::cases() {
-        // `push` of the receiver alone.
+        // The first contender is the receiver by `push`, without a `Line`.
         let receiver = case.contenders.first().and_then(|it| it.on_chip.as_deref());
         let program = Program::build(receiver.ok_or("a format without a receiver")?)?;
         let [code, constants] = program.more_than(&nothing);

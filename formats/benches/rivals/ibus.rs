@@ -1,5 +1,5 @@
-//! iBUS: `parse_rc_ibus`, which checks and decodes, behind the machine of the textbook, which finds the
-//! thirty-two bytes.
+//! The rival for iBUS: a textbook state machine finds the thirty-two bytes of a frame, and `parse_rc_ibus` checks and
+//! decodes them.
 
 use framelock::EncodeInto;
 use framelock_formats::ibus::Ibus;
@@ -46,7 +46,8 @@ fn key(channels: [u16; 14]) -> Vec<u8> {
     channels.into_iter().flat_map(u16::to_le_bytes).collect()
 }
 
-/// Waits for a 20, a 40, and thirty bytes; begins anew after each frame, right or wrong.
+/// The textbook's state machine: waits for 20, 40 and thirty more bytes, and starts again after each frame, right or
+/// wrong.
 #[derive(Default)]
 struct Textbook {
     bytes: [u8; 32],

@@ -1,9 +1,9 @@
-//! framelock's receivers and other crates for the same protocols, on the same faulty streams.
+//! Compares framelock's receivers with other crates for the same protocols, on the same faulty streams.
 //!
-//! `cargo bench -p framelock-rivals -- --write docs/rivals.md` lets them race and writes the tables;
-//! `-- --costs docs/costs.md` counts what a byte costs, and nothing else; `-- --figures formats/FIGURES.txt` compares
-//! the formats' costs on the chip with that file. Without any it prints both. Without
-//! `--bench`, as `cargo test` runs it, the streams are short, every answer is confirmed, and nothing is timed.
+//! `cargo bench -p framelock-rivals -- --write docs/rivals.md` runs the comparison and writes the tables. `-- --costs
+//! docs/costs.md` only counts the cost of a byte. `-- --figures formats/FIGURES.txt` compares the formats' costs on the
+//! chip with that file. Without an argument it prints the first two. Without `--bench`, as `cargo test` runs it, the
+//! streams are short, every answer is confirmed, and nothing is timed.
 
 #![allow(
     clippy::indexing_slicing,
@@ -109,7 +109,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     write(races, &tables::document(&matches, &figures)?)
 }
 
-/// To a file, which is named from the workspace's folder, or else to the terminal.
+/// Writes the text to a file, whose path is relative to the workspace, or to the terminal if there is no file.
 fn write(file: Option<&String>, text: &str) -> Result<(), Box<dyn Error>> {
     match file {
         Some(file) => std::fs::write(in_workspace(file), text)?,
@@ -118,7 +118,7 @@ fn write(file: Option<&String>, text: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Cargo runs benchmarks in their package's folder.
+/// Returns the path of a file in the workspace, because Cargo runs benchmarks in the folder of their package.
 fn in_workspace(file: &str) -> String {
     format!("{}/../../../{file}", env!("CARGO_MANIFEST_DIR"))
 }
@@ -153,11 +153,12 @@ fn play(protocol: Protocol, contenders: &[Entry], is_full: bool) -> Match {
     }
 }
 
-/// Takes each one's times. They take turns, again and again, so that whatever else the machine does meets
-/// them all alike.
+/// Measures the time of each contender. The contenders take turns many times, so that other load on the machine affects
+/// all of them alike.
 fn race(contenders: &[Entry], streams: &[Stream], rows: &mut [Row]) {
     let faster = |speed: &mut f64, entry: &Entry, stream: &Stream, cut| {
-        // Several passes in a row: the first ones find caches and branch predictor as others left them.
+        // Several passes in a row, because the first one starts with the caches and branch predictor of another
+        // contender.
         for _ in 0..3 {
             let time = (entry.time)(&stream.bytes, cut).as_secs_f64();
             *speed = speed.max(stream.bytes.len() as f64 / 1e6 / time);

@@ -1,4 +1,4 @@
-//! MAVLink 2: `mavlink-core`.
+//! The rival for MAVLink 2: `mavlink-core`.
 
 use std::io::Read;
 
@@ -22,7 +22,7 @@ pub(crate) const PROTOCOL: Protocol = Protocol {
 };
 
 /// The messages that are sent, from MAVLink's `common.xml`: HEARTBEAT, SYS_STATUS, GPS_RAW_INT, ATTITUDE,
-/// GLOBAL_POSITION_INT, RC_CHANNELS, VFR_HUD, STATUSTEXT. Number, CRC extra, most bytes of payload.
+/// GLOBAL_POSITION_INT, RC_CHANNELS, VFR_HUD, STATUSTEXT. Each entry: number, CRC extra, length of the longest payload.
 const MESSAGES: [(u8, u8, u8); 8] = [
     (0, 50, 9),
     (1, 124, 43),
@@ -34,10 +34,10 @@ const MESSAGES: [(u8, u8, u8); 8] = [
     (253, 83, 54),
 ];
 
-/// The longest of `common.xml`, ENCAPSULATED_DATA: known, but not sent.
+/// The longest message of `common.xml`, ENCAPSULATED_DATA: known, but not sent.
 pub(crate) const LONGEST: (u8, u8, u8) = (131, 223, 255);
 
-/// All of them, by rising numbers.
+/// All of these messages, in ascending order of their numbers.
 pub(crate) const DIALECT: &[KnownMessage] = &{
     let [a, b, c, d, e, f, g, h] = MESSAGES;
     [
@@ -57,13 +57,13 @@ const fn known((number, extra, most): (u8, u8, u8)) -> KnownMessage {
     KnownMessage::with_extra(number as u32, extra, most)
 }
 
-/// MAVLink 2 as it is with the feature `pc-crc-table`.
+/// MAVLink 2 as with the feature `pc-crc-table`.
 #[derive(Clone, Copy)]
 pub(crate) struct Tabled;
 
 const LAYOUT: Layout = mavlink::layout_v2(DIALECT);
 
-/// Its check without a table, and with one.
+/// The checksum of MAVLink 2 without a table, and with one.
 pub(crate) const CHECKS: [Algorithm; 2] = {
     let Some(Checksum {
         algorithm: Algorithm::Crc(crc),
@@ -102,7 +102,7 @@ const TABLED: Layout = match LAYOUT.checksum() {
     None => panic!("MAVLink has a CRC"),
 };
 
-/// CRC extra of a message.
+/// Returns the CRC extra of a message.
 fn extra(id: u32) -> Option<u8> {
     let known = DIALECT.iter().find(|known| known.number == id)?;
     Some(known.extra)
@@ -132,7 +132,7 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// The same messages for `mavlink-core`; it gives frames as they are.
+/// The same messages for `mavlink-core`, which returns their frames undecoded.
 struct Known;
 
 impl Dialect for Known {
@@ -156,7 +156,7 @@ impl Dialect for Known {
     }
 }
 
-/// What has come and is not read yet.
+/// The bytes that have arrived and have not been read.
 #[derive(Default)]
 struct Source {
     bytes: Vec<u8>,
@@ -189,7 +189,7 @@ impl Contender for MavlinkCore {
         source.bytes.clear();
         source.bytes.extend_from_slice(bytes);
         source.read = 0;
-        // It ends with the error that the source has no more.
+        // The loop ends with the error that the source has no more bytes.
         while let Ok(raw) = self
             .0
             .read_raw_message_with_dialect(&Known, MavlinkVersion::V2)

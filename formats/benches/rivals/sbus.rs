@@ -1,4 +1,4 @@
-//! SBUS: `sbus`, `uf-sbus` and `sbus-rs`.
+//! The rivals for SBUS: `sbus`, `uf-sbus` and `sbus-rs`.
 
 use sbus::{SBusPacket, SBusPacketParser};
 use sbus_rs::StreamingParser;
@@ -16,12 +16,12 @@ pub(crate) const PROTOCOL: Protocol = Protocol {
     key: |frame| key(channels(&frame[1..23])),
 };
 
-/// Sixteen channels of eleven bits each fill the payload.
+/// Makes a frame. Sixteen channels of eleven bits fill the payload.
 fn frame(payload: &mut Payload) -> Vec<u8> {
     [&[0x0F][..], &payload.bytes(22), &[0, 0]].concat()
 }
 
-/// Bit by bit: the first channel in the lowest bits.
+/// Unpacks the channels bit by bit. The first channel has the lowest bits.
 fn channels(bytes: &[u8]) -> [u16; 16] {
     let bit = |place: usize| u16::from(bytes[place / 8] >> (place % 8) & 1);
     std::array::from_fn(|channel| {
@@ -44,7 +44,7 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// `sbus` gives them in its debug output only.
+/// Returns the channels. `sbus` shows them only in its debug output.
 fn private_channels(packet: &SBusPacket) -> [u16; 16] {
     let text = format!("{packet:?}");
     let list = text.split(['[', ']']).nth(1).expect("a list");

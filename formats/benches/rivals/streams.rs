@@ -70,7 +70,7 @@ pub(crate) struct Protocol {
     pub(crate) key: fn(&[u8]) -> Vec<u8>,
 }
 
-/// Where a frame's contents come from.
+/// The source of a frame's contents.
 pub(crate) struct Payload {
     random: ChaCha8Rng,
     bytes: Option<&'static [u8]>,
@@ -83,7 +83,7 @@ impl Payload {
         kinds[self.random.random_range(0..kinds.len())]
     }
 
-    /// The frame's number, which tells it from all others, and then what the stream has.
+    /// Returns `length` bytes of payload: the frame's number, which makes it unique, then bytes of the stream's kind.
     pub(crate) fn bytes(&mut self, length: usize) -> Vec<u8> {
         let mut payload = self.number.to_be_bytes().to_vec();
         while payload.len() < length {
@@ -104,7 +104,7 @@ pub(crate) struct Stream {
 }
 
 impl Stream {
-    /// `frames` frames of a protocol, on a line with such faults.
+    /// Returns `frames` frames of a protocol, sent over a line with this fault.
     pub(crate) fn new(protocol: &Protocol, fault: Fault, frames: u16) -> Self {
         let mut payload = Payload {
             random: ChaCha8Rng::seed_from_u64(SEED),
@@ -146,7 +146,7 @@ impl Stream {
         Self { bytes, whole }
     }
 
-    /// A stream without faults, up to the end of the last frame.
+    /// Returns a stream without faults, up to the end of the last frame.
     pub(crate) fn clean(protocol: &Protocol, frames: u16) -> Vec<u8> {
         let Self { mut bytes, whole } = Self::new(protocol, Fault::Clean, frames);
         bytes.truncate(whole.last().map_or(0, |last| last.end));

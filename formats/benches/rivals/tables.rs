@@ -1,4 +1,4 @@
-//! `docs/rivals.md`.
+//! Writes `docs/rivals.md`.
 
 use std::error::Error;
 use std::fmt::{self, Write};
@@ -13,58 +13,61 @@ use crate::{FRAMES, Match, Row};
 const BEGINNING: &str = "\
 # framelock and other crates for the same protocols
 
-Made by one command, which takes two minutes:
+One command writes this page. It takes two minutes:
 
 ```sh
 cargo bench -p framelock-rivals -- --write docs/rivals.md
 ```
 
-It says what happened to these crates, in these versions, on these streams, and no more than that. The
-streams are made up: real lines fail in other ways too. No crate was given line events, which
-framelock's receivers use to settle what is pending when the line falls silent.
+This page states the results of these crates, in these versions, on these streams, and nothing beyond that. The
+streams are generated, and real lines also fail in other ways. No crate was given line events, with which framelock's
+receivers decide about pending bytes when the line falls silent.
 
-* **Each crate is used as its documentation shows**, and at its best: `ublox` and `mavlink-core` know the same
-  messages as framelock and leave their payloads as they are; `crsf`'s packets of kinds that it does not know
-  count as found. Packets of channels or link statistics that are too short make `crsf` panic, so they are kept
-  from it. `parse_rc_ibus` checks 32 bytes; the machine of the textbook finds them for it. framelock decodes what
-  its formats decode.
-* **The streams** have the same frames and the same faults for each crate of a protocol. *1 % lost*: each
-  byte is lost with that probability. *0.1 % flips*: one bit of a byte is inverted. *Bursts*: one byte in
-  a thousand begins 1 to 40 random ones in place of what was sent. *Sync-dense*: payloads made of bytes
-  that begin frames and of short lengths, and 1 % of the bytes lost. *Length lost*: one frame in ten lacks its
-  length byte, or its second byte where there is none.
-* **Lost** are frames that arrive whole and are not delivered. **False** are those delivered that are none of
-  these: damaged ones whose check is right, and frames inside the payload of others. Where chunks of 64 give
-  something else than single bytes, both are there: `crsf` and `sbus` want single bytes.
-* **Every answer is confirmed.** framelock's frames are those of the
-  [naive reference](../proofs/src/reference.rs), byte by byte and in chunks; each frame that it loses lies
-  under a false one whose check is right, which no receiver can tell. The others' are compared with what was sent.
-* **Latest** is how many bytes behind its last byte a frame was delivered, at most, fed byte by byte. Behind a
-  false beginning framelock waits for the false frame's end, as `uf-crsf`, `ublox` and `mavlink-core` do.
-* **Megabytes per second** are the fastest of many passes, in which the crates took turns. Compare them within
-  a column; on another machine they differ.
+* **Each crate is used as its documentation shows**, and at its best. `ublox` and `mavlink-core` know the same
+  messages as framelock, and do not decode the payloads. Packets of kinds that `crsf` does not know count as found.
+  `crsf` panics on packets of channels or link statistics that are too short, so it does not get them.
+  `parse_rc_ibus` only checks 32 bytes; a textbook state machine finds these bytes. framelock decodes the frames of
+  its own formats.
+* **The streams** have the same frames and the same faults for each crate of a protocol. *1 % lost*: each byte is lost
+  with this probability. *0.1 % flips*: one bit of a byte is inverted. *Bursts*: one byte in a thousand begins a burst,
+  in which 1 to 40 random bytes replace the sent ones. *Sync-dense*: the payloads consist of bytes that begin frames
+  and of short lengths, and 1 % of the bytes are lost. *Length lost*: one frame in ten lacks its length byte, or its
+  second byte if the protocol has no length byte.
+* **Lost** frames arrive whole and are not delivered. **False** frames are delivered, but were not sent or did not
+  arrive whole: damaged frames whose check is right, and frames inside the payload of others. The tables show single
+  bytes and chunks of 64 separately if their results differ: `crsf` and `sbus` need single bytes.
+* **Every answer is confirmed.** framelock delivers the same frames as the
+  [naive reference](../proofs/src/reference.rs), byte by byte and in chunks. Each frame that it loses overlaps a false
+  frame whose check is right, which no receiver can recognise. The answers of the other crates are compared with the
+  sent frames.
+* **Latest** is the greatest number of bytes between a frame's last byte and its delivery, when fed byte by byte.
+  After a false start, framelock waits for the end of the false frame, as `uf-crsf`, `ublox` and `mavlink-core` do.
+* **Megabytes per second** are those of the fastest of many passes, in which the crates took turns. Compare them only
+  within a column: another machine has other figures.
 ";
 
 const CHIP: &str = "
 ## On a Cortex-M4
 
-The clean stream, 200 frames, byte by byte, in the [emulator](../tools/emulator/README.md): its cycles have no flash
-wait states. Built as the firmware is, for size, with link-time optimisation. *Code* and *constants* are
-what the receiver adds to a program that does nothing with the bytes, without `memcpy` and its like
-and without the MAVLink dialect, which is the user's. *State* is RAM besides the stack. All of these crates
-build for it without `std`; *can panic* says whether the program has one of `core::panicking`'s functions.
+The clean stream, 200 frames, byte by byte, in the [emulator](../tools/emulator/README.md). The emulator's cycles
+include no wait states of the flash. The programs are built like the firmware: for size, with link-time optimisation.
+*Code* and *constants* are the bytes that the receiver adds to a program that does nothing with the stream. They do not
+include `memcpy` and similar functions, or the MAVLink dialect, which the user chooses. *State* is RAM without the
+stack. All of these crates build for the chip without `std`. *Can panic* says whether the program contains a function
+of `core::panicking`.
 
-Two are faster on the chip. `parse_rc_ibus` behind the textbook's machine never looks back: it drops all bytes of a
-wrong frame, and with them the whole frames that began among these, which its column of lost frames shows; it gives
-fourteen of the eighteen channels. `sbus-rs` loses about as few as framelock, and has nearly four times the code. Of
-framelock's cycles half are for bytes that are only stored, about 38 each with the call, as for any format; each byte
-asks about one place at most, whatever comes, so hostile streams cost [less a byte](costs.md) than with `sbus-rs`.
+Two crates are faster on the chip. `parse_rc_ibus` with the textbook's machine never searches bytes again: it drops all
+bytes of a wrong frame, and with them the whole frames that began among these bytes, as its row of lost frames shows.
+It decodes fourteen of the eighteen channels. `sbus-rs` loses about as few frames as framelock, and has nearly four
+times the code. Half of framelock's cycles are for bytes that are only stored: about 38 for each byte including the
+call, as with any format. Each byte asks the format about one place at most, in any stream, so hostile streams cost
+[less per byte](costs.md) than with `sbus-rs`.
 
 | protocol | | code | constants | state | cycles a frame | can panic |
 | --- | --- | ---: | ---: | ---: | ---: | --- |
 ";
 
-/// The whole text.
+/// Returns the whole text.
 pub(crate) fn document(matches: &[Match], figures: &[Figures]) -> Result<String, Box<dyn Error>> {
     let mut text = BEGINNING.to_owned();
     writeln!(
@@ -76,7 +79,7 @@ pub(crate) fn document(matches: &[Match], figures: &[Figures]) -> Result<String,
     for played in matches {
         protocol(&mut text, played)?;
     }
-    text.push_str("\n## What the others do as well, or better\n\n");
+    text.push_str("\n## What the others do as well, or better\n\nFor each crate, the measurements in which it is at least as good as framelock:\n\n");
     for played in matches {
         as_good(&mut text, played, figures)?;
     }
@@ -151,7 +154,7 @@ fn as_good(text: &mut String, played: &Match, figures: &[Figures]) -> fmt::Resul
             better.extend(small_as_good(rival, ours).into_iter().map(str::to_owned));
         }
         let better = match &better[..] {
-            [] => "nothing that was measured".to_owned(),
+            [] => "none".to_owned(),
             better => better.join("; "),
         };
         writeln!(
@@ -170,9 +173,9 @@ fn found_as_good(rival: &Row, ours: &[&Row]) -> Vec<String> {
         pairs.all(|(rival, ours)| rival.lost <= ours.lost)
     };
     if let Some(ours) = ours.iter().find(no_worse) {
-        better.push(format!("finds as many frames as {}", ours.name));
+        better.push(format!("finds at least as many frames as {}", ours.name));
         if latest(rival) < latest(ours) {
-            better.push("its latest frame is less late".to_owned());
+            better.push("its latest delivery is earlier".to_owned());
         }
     }
     for (place, fault) in Fault::ALL.into_iter().enumerate() {
@@ -180,12 +183,16 @@ fn found_as_good(rival: &Row, ours: &[&Row]) -> Vec<String> {
             if rival.by_chunk[place].lost <= ours.by_chunk[place].lost
                 && rival.megabytes_per_second[place] >= ours.megabytes_per_second[place]
             {
-                better.push(format!("as fast as {}: {}", ours.name, fault.name()));
+                better.push(format!(
+                    "at least as fast as {} on the stream *{}*",
+                    ours.name,
+                    fault.name()
+                ));
             }
         }
     }
     if rival.by_byte_clean >= ours[0].by_byte_clean {
-        better.push("faster byte by byte".to_owned());
+        better.push("at least as fast byte by byte".to_owned());
     }
     better
 }
@@ -193,11 +200,11 @@ fn found_as_good(rival: &Row, ours: &[&Row]) -> Vec<String> {
 fn small_as_good(rival: &Figures, ours: &Figures) -> Vec<&'static str> {
     let flash = |of: &Figures| of.text + of.rodata;
     [
-        (flash(rival) <= flash(ours), "no larger on the chip"),
-        (rival.state <= ours.state, "no more state"),
+        (flash(rival) <= flash(ours), "at most as much flash"),
+        (rival.state <= ours.state, "at most as much state"),
         (
             rival.cycles_a_frame <= ours.cycles_a_frame,
-            "no more cycles",
+            "at most as many cycles",
         ),
         (!rival.can_panic, "cannot panic"),
     ]
@@ -231,7 +238,7 @@ fn speeds(row: &Row) -> String {
     cells.join(" | ")
 }
 
-/// The rivals' versions, as the lock file has them.
+/// Returns the rivals' versions from the lock file.
 pub(crate) fn versions() -> Result<String, Box<dyn Error>> {
     const RIVALS: [&str; 8] = [
         "crsf",
@@ -269,7 +276,7 @@ fn says(program: &str, argument: &str) -> Result<String, Box<dyn Error>> {
     Ok(String::from_utf8(output.stdout)?.trim().to_owned())
 }
 
-/// The same, and where it ran.
+/// Returns the date, the compiler's version, and the processor.
 fn machine() -> Result<String, Box<dyn Error>> {
     let processor = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let processor = processor

@@ -1,4 +1,4 @@
-//! UBX: `ublox`.
+//! The rival for UBX: `ublox`.
 
 use framelock_formats::ubx::Ubx;
 use ublox::proto23::PacketRef;
@@ -9,7 +9,8 @@ use crate::streams::{Payload, Protocol};
 
 /// The longest payload that is sent, NAV-PVT's.
 const MOST: usize = 92;
-/// The longest frame that is accepted. Its payload's length is a sync byte, so that starts can be packed densest.
+/// The longest frame that is accepted. The length of its payload equals a sync byte, so that false starts can be packed
+/// as densely as possible.
 pub(crate) const LONGEST: usize = 0x62 + 8;
 
 pub(crate) const PROTOCOL: Protocol = Protocol {
@@ -21,7 +22,7 @@ pub(crate) const PROTOCOL: Protocol = Protocol {
     key: |frame| [&frame[2..4], &frame[6..frame.len() - 2]].concat(),
 };
 
-/// Lengths of NAV messages: PVT, SOL, POSLLH, STATUS, CLOCK, VELNED; and an acknowledgement.
+/// Makes a frame with the length of a NAV message (PVT, SOL, POSLLH, STATUS, CLOCK, VELNED) or of an acknowledgement.
 fn frame(payload: &mut Payload) -> Vec<u8> {
     let (id, length) = payload.one_of(&[
         (0x07_u8, MOST),
@@ -58,8 +59,8 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// A protocol version for `ublox` that tells the longest payload and leaves messages as they are: the
-/// crate's own would also decode them, and wait for false frames of over a thousand bytes.
+/// A protocol version for `ublox` that states the longest payload and does not decode messages. The crate's own
+/// versions would also decode messages, and would wait for false frames of over a thousand bytes.
 struct FramesOnly;
 
 impl UbxProtocol for FramesOnly {

@@ -10,14 +10,15 @@ use crate::costs::Case;
 /// The argument of the benchmark under valgrind. With it, the benchmark only runs the counted receivers.
 pub(crate) const ARGUMENT: &str = "--under-valgrind";
 
-/// What callgrind counts: from its call to its return, and nothing else.
+/// Runs a receiver. Callgrind counts the instructions from the call of this function to its return, and no others.
 #[inline(never)]
 #[unsafe(no_mangle)]
 extern "Rust" fn framelock_counted(run: &dyn Fn(&[u8]), stream: &[u8]) {
     run(stream);
 }
 
-/// Under valgrind: everybody takes every stream, once up to the bytes that are not counted, and once all of it.
+/// Runs every receiver on every stream under valgrind: once on the bytes that are not counted, and once on the whole
+/// stream.
 pub(crate) fn take_all(cases: &[Case]) {
     for case in cases {
         for contender in &case.contenders {
@@ -29,7 +30,7 @@ pub(crate) fn take_all(cases: &[Case]) {
     }
 }
 
-/// Instructions a byte, by case, contender and stream.
+/// Returns the instructions per byte for each case, contender and stream.
 pub(crate) fn count(cases: &[Case]) -> Result<Vec<Vec<Vec<f64>>>, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip/target/callgrind");
     if folder.exists() {

@@ -114,9 +114,9 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets the bytes that may stand between the sync and the terminator, as inclusive ranges, for frames that a
-    /// delimiter ends: the widest range first is the fastest. Another byte begins the terminator, or the frame is
-    /// rejected at once.
+    /// Sets the bytes that are allowed between the sync and the terminator, as inclusive ranges. Only frames that a
+    /// delimiter ends have such a content. A byte outside the ranges begins the terminator, or the frame is rejected at
+    /// once. The check is fastest if the widest range comes first.
     ///
     /// # Examples
     /// Lines of printable characters, of which none contains a `#`:
@@ -141,9 +141,9 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets bytes that a frame may end with as well, of any lengths, for frames with a [`content`](Self::content).
-    /// Places from the end and [`shortest`](Self::shortest) are counted as if the frame ended with the
-    /// [`terminator`](Self::terminator), which is also the one that is written.
+    /// Sets other terminators, of any lengths, for frames with a [`content`](Self::content). Places from the end and
+    /// [`shortest`](Self::shortest) are counted as if the frame ended with the [`terminator`](Self::terminator).
+    /// [`seal`](Layout::seal) writes that terminator.
     #[inline]
     pub const fn other_terminators(mut self, terminators: &'a [&'a [u8]]) -> Self {
         self.0.other_terminators = terminators;
@@ -182,7 +182,7 @@ impl<'a> LayoutBuilder<'a> {
         }
     }
 
-    /// Returns the layout, for a constant: a contradiction between the parts is an error of the compiler.
+    /// Returns the layout as a constant. If the parts contradict each other, the constant does not compile.
     ///
     /// # Panics
     /// If the parts contradict each other. At run time, [`build`](Self::build) returns the same contradiction.

@@ -58,7 +58,7 @@ pub(super) const fn least(layout: &Layout) -> usize {
         _ => layout.header(),
     };
     let mut from_end = layout.terminator.length;
-    // In frames of one length, what is counted from the end has a place like any other.
+    // In frames of fixed length, a place counted from the end is as fixed as any other.
     if !matches!(layout.length, Length::Fixed) {
         if let Some(checksum) = &layout.checksum {
             from_end = larger(from_end, distance_from_end(checksum.at));
@@ -112,13 +112,13 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
             reject_if!(
                 !is_number(&field.number),
                 Part::Length,
-                "length: the length field has 1 to 4 bytes"
+                "length: the length field must have 1 to 4 bytes"
             );
             reject_if!(
                 field.mask & all_bits(&field.number) == 0 || field.factor == 0,
                 Part::Length,
-                "length: with this mask or factor the length field gives no length: neither may be 0, and the mask \
-                 needs bits that the number has"
+                "length: with this mask or factor every length is the same: neither may be 0, and the mask needs \
+                 bits that the number has"
             );
         }
     }
@@ -126,7 +126,7 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
         reject_if!(
             !is_number(&messages.number),
             Part::Messages,
-            "messages: the number has 1 to 4 bytes"
+            "messages: the number must have 1 to 4 bytes"
         );
         reject_if!(
             messages.known.is_empty(),
@@ -149,12 +149,12 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
         reject_if!(
             trailer.mask == 0 || trailer.bytes == 0,
             Part::Trailer,
-            "trailer: it has 1 byte or more, and a mask of the bits that announce it"
+            "trailer: it must have 1 byte or more, and a mask that is not 0 for the bits that announce it"
         );
         reject_if!(
             !matches!(layout.length, Length::Field(_)),
             Part::Trailer,
-            "trailer: only frames with a length field may have one"
+            "trailer: only frames with a length field can have a trailer"
         );
     }
     Ok(())
@@ -177,12 +177,12 @@ pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
     reject_if!(
         longest < shortest,
         Part::Longest,
-        "longest: it is less than shortest, or than the bytes that each frame has at least"
+        "longest: it is less than shortest, or too short for the bytes that every frame has"
     );
     reject_if!(
         is_fixed && shortest < longest,
         Part::Shortest,
-        "shortest: each frame has longest bytes: leave shortest out, or give a length field or a delimiter"
+        "shortest: each frame has exactly longest bytes: leave shortest out, or give a length field or a delimiter"
     );
     reject_if!(
         shortest < least(layout),
@@ -201,7 +201,7 @@ pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
     Ok(())
 }
 
-/// Checks that each frame has the fixed bits, and that they are bits.
+/// Checks that each frame contains the places of the fixed bits, and that their masks and values are valid.
 const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
     let (mut number, mut rest) = (0_usize, layout.fixed);
     while let [bits, others @ ..] = rest {
@@ -209,7 +209,7 @@ const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
         reject_if!(
             bits.mask == 0 || bits.value & !bits.mask != 0,
             part,
-            "fixed: the mask is 0, or the value has bits that the mask has not"
+            "fixed: the mask is 0, or the value has bits outside the mask"
         );
         let is_inside = if bits.at < 0 {
             distance_from_end(bits.at) <= layout.shortest
@@ -219,7 +219,7 @@ const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
         reject_if!(
             !is_inside,
             part,
-            "fixed: the shortest frame has no such place: a frame may be too short for this: give shortest"
+            "fixed: the shortest frame has no such place: give a greater shortest"
         );
         (number, rest) = (number.wrapping_add(1), others);
     }
@@ -234,7 +234,7 @@ const fn check_positions(layout: &Layout, length: usize) -> Result<(), Contradic
             reject_if!(
                 !agrees_with_fixed(others, length, at, bits.value, bits.mask),
                 Part::Fixed(number),
-                "fixed: other fixed bits give the same bits other values"
+                "fixed: other fixed bits set the same bits to other values"
             );
         }
         (number, rest) = (number.wrapping_add(1), others);
@@ -242,7 +242,7 @@ const fn check_positions(layout: &Layout, length: usize) -> Result<(), Contradic
     reject_if!(
         !frame::ends_with_a_terminator(layout, length),
         Part::Terminator,
-        "terminator: the fixed bits in its place have other values"
+        "terminator: the fixed bits at its place have other values"
     );
     try_step!(check_checksum(layout, length));
     check_content_of_parts(layout, length)

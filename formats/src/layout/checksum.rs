@@ -6,7 +6,7 @@
 pub struct Checksum<'a> {
     /// The algorithm that computes it.
     pub algorithm: Algorithm<'a>,
-    /// The number of its bytes, 1 to 4: of a sum, the lowest.
+    /// The number of its bytes, 1 to 4. A longer sum is cut to its lowest bytes.
     pub bytes: usize,
     /// The encoding of these bytes in the frame.
     pub encoding: Encoding,
@@ -19,7 +19,7 @@ pub struct Checksum<'a> {
 }
 
 impl<'a> Checksum<'a> {
-    /// Returns the sum of all preceding bytes, little-endian, in the last `bytes` bytes of the frame.
+    /// Returns a checksum in the last `bytes` bytes of the frame: the sum of all preceding bytes, little-endian.
     #[inline]
     #[must_use]
     #[expect(
@@ -98,7 +98,7 @@ pub enum Encoding {
     Little,
     /// As a number, the highest byte first.
     Big,
-    /// As text: two hexadecimal digits for each byte, the highest first; written in capitals, read in either case.
+    /// As text: two hexadecimal digits for each byte, the highest byte first. Written in capitals, read in either case.
     Hex,
 }
 
@@ -116,11 +116,12 @@ pub enum Algorithm<'a> {
     NegatedSum,
     /// The exclusive or of the bytes.
     Xor,
-    /// Two sums of 8 bits: the second adds up the values of the first, which is the low byte.
+    /// Two sums of 8 bits. The low byte is the sum of the bytes, the high byte is the sum of the low byte's running
+    /// values.
     Fletcher,
 }
 
-/// A cyclic redundancy check of 8 to 32 bits, by the parameters of the catalogue at
+/// A cyclic redundancy check of 8 to 32 bits, with the parameters of the catalogue at
 /// <https://reveng.sourceforge.io/crc-catalogue>.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
@@ -131,13 +132,13 @@ pub struct Crc<'a> {
     pub polynomial: u32,
     /// The first value of the register: `init`.
     pub initial: u32,
-    /// Whether bytes are taken from their lowest bit on: `refin`.
+    /// Whether each byte is processed from its lowest bit on: `refin`.
     pub reflected_in: bool,
     /// Whether the lowest bit of the result comes first: `refout`.
     pub reflected_out: bool,
     /// The number that the result is xored with: `xorout`.
     pub xor_out: u32,
-    /// The table: more flash, less time.
+    /// The table, which costs flash and saves time.
     pub table: Table<'a>,
 }
 
@@ -165,14 +166,14 @@ impl<'a> Crc<'a> {
         self
     }
 
-    /// Takes bytes from their lowest bit on, and puts the lowest bit of the result first.
+    /// Processes each byte from its lowest bit on, and puts the lowest bit of the result first.
     #[inline]
     #[must_use]
     pub const fn reflected(self) -> Self {
         self.reflected_in(true).reflected_out(true)
     }
 
-    /// Sets whether bytes are taken from their lowest bit on.
+    /// Sets whether each byte is processed from its lowest bit on.
     #[inline]
     #[must_use]
     pub const fn reflected_in(mut self, reflected_in: bool) -> Self {
@@ -205,11 +206,11 @@ impl<'a> Crc<'a> {
     }
 }
 
-/// A table of a CRC: the remainder of each byte. [`Crc::table_of_bytes`] and its like compute it.
+/// A table of a CRC: the remainder of each byte. [`Crc::table_of_bytes`] and similar functions compute it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Table<'a> {
-    /// No table: bit by bit.
+    /// No table: the CRC is computed bit by bit.
     None,
     /// The table of a CRC of 8 bits: 256 bytes.
     Bytes(&'a [u8; 256]),

@@ -14,21 +14,21 @@ impl<'a> Patterns<'a> {
     /// No sequence: a frame may begin, or end, with any bytes.
     pub const NONE: Self = Self::one(&[]);
 
-    /// Returns the one sequence of these bytes.
+    /// Returns patterns with one sequence: these bytes.
     #[inline]
     #[must_use]
     pub const fn one(bytes: &'a [u8]) -> Self {
         Self::any_of(bytes, bytes.len())
     }
 
-    /// Returns sequences of one byte each.
+    /// Returns patterns with sequences of one byte each.
     #[inline]
     #[must_use]
     pub const fn any_byte_of(bytes: &'a [u8]) -> Self {
         Self::any_of(bytes, 1)
     }
 
-    /// Returns sequences of `length` bytes each, which are concatenated in `bytes`.
+    /// Returns patterns with sequences of `length` bytes each, which are concatenated in `bytes`.
     #[inline]
     #[must_use]
     pub const fn any_of(bytes: &'a [u8], length: usize) -> Self {
@@ -67,9 +67,9 @@ pub enum Length {
 pub struct LengthField {
     /// The number.
     pub number: Number,
-    /// The bits of the number that count.
+    /// The bits of the number that are part of the length.
     pub mask: u32,
-    /// The number of bytes that the number counts in: 2 if it counts words.
+    /// The unit of the number in bytes: 2 if it counts 16-bit words.
     pub factor: u32,
     /// The number of bytes that the number does not count, or a negative correction.
     pub plus: i32,
@@ -95,7 +95,7 @@ impl LengthField {
         Self::new(Number::byte(at))
     }
 
-    /// Sets the bits of the number that count.
+    /// Sets the bits of the number that are part of the length.
     #[inline]
     #[must_use]
     pub const fn mask(mut self, mask: u32) -> Self {
@@ -103,7 +103,7 @@ impl LengthField {
         self
     }
 
-    /// Sets the number of bytes that the number counts in.
+    /// Sets the unit of the number in bytes.
     #[inline]
     #[must_use]
     pub const fn factor(mut self, factor: u32) -> Self {
@@ -120,7 +120,7 @@ impl LengthField {
     }
 }
 
-/// A number without sign in the header.
+/// An unsigned number in the header.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Number {
@@ -185,7 +185,7 @@ impl FixedBits {
     }
 }
 
-/// The messages of a protocol, by a number in the header.
+/// The known messages of a protocol, which a number in the header identifies.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Messages<'a> {
@@ -196,7 +196,7 @@ pub struct Messages<'a> {
 }
 
 impl<'a> Messages<'a> {
-    /// Returns these messages, which are in ascending order, by the number in the header.
+    /// Returns the known messages, identified by this number in the header. `known` must be in ascending order.
     #[inline]
     #[must_use]
     pub const fn new(number: Number, known: &'a [KnownMessage]) -> Self {
@@ -210,9 +210,9 @@ impl<'a> Messages<'a> {
 pub struct KnownMessage {
     /// Its number.
     pub number: u32,
-    /// The greatest value of the length field, of the bits that count: in MAVLink the length of the longest payload.
+    /// The greatest value of the length field's counted bits. In MAVLink this is the length of the longest payload.
     pub longest_payload: u16,
-    /// A byte that the checksum covers at the end, although it is not sent: MAVLink's `CRC_EXTRA`.
+    /// A byte that the checksum covers after the frame's bytes, although it is not sent: MAVLink's `CRC_EXTRA`.
     pub extra: u8,
     /// Whether the checksum covers `extra`.
     pub has_extra: bool,
@@ -240,7 +240,7 @@ impl KnownMessage {
             .longest_payload(longest_payload as u16)
     }
 
-    /// Sets the byte that the checksum covers at the end.
+    /// Sets the byte that the checksum covers after the frame's bytes.
     #[inline]
     #[must_use]
     pub const fn extra(mut self, extra: u8) -> Self {
@@ -257,11 +257,11 @@ impl KnownMessage {
     }
 }
 
-/// Bytes that follow some frames, which neither the length field nor the checksum covers: MAVLink's signature.
+/// Bytes that follow some frames, such as MAVLink's signature. Neither the length field nor the checksum covers them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Trailer {
-    /// The place of the byte, counted from the front, that announces the trailer.
+    /// The place of the byte that announces the trailer, counted from the front.
     pub at: usize,
     /// The bits of this byte: any of them announces the trailer.
     pub mask: u8,
@@ -270,7 +270,7 @@ pub struct Trailer {
 }
 
 impl Trailer {
-    /// Returns a trailer of `bytes` bytes, which any bit of `mask` in the byte at `at` announces.
+    /// Returns a trailer of `bytes` bytes. Any bit of `mask` in the byte at `at` announces it.
     #[inline]
     #[must_use]
     pub const fn new(at: usize, mask: u8, bytes: usize) -> Self {

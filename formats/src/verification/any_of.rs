@@ -11,7 +11,7 @@ use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 /// The number of bytes in the longest frame.
 const MOST: usize = 4;
 
-/// One of the layouts: arbitrary lawful classifications of the bytes from one position of the stream on.
+/// A stand-in for one of the layouts: arbitrary lawful classifications of the bytes from one position of the stream on.
 struct Classified {
     longest: usize,
     starts: bool,
@@ -27,7 +27,7 @@ impl Classified {
         let row = Row::any(longest);
         let starts = row.settled != Classification::Rejected(DiscardReason::NoSync);
         kani::assume(starts || row.settled_at == 1);
-        // A layout finds a frame without any bytes after it: see `keeps_the_laws`.
+        // A layout needs no bytes after a frame to recognise it: see `keeps_the_laws`.
         if let Classification::Frame(length) = row.settled {
             kani::assume(length == row.settled_at);
         }

@@ -48,7 +48,8 @@ pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     (some, kani::any_where(|&more| some <= more && more <= most))
 }
 
-/// A layout whose headers parse to an arbitrary result, and whose frames are right or wrong in an arbitrary way.
+/// A layout with a fixed but arbitrary result of parsing its header, and an arbitrary decision whether its frame is
+/// right.
 struct Classified<'a> {
     layout: Layout<'a>,
     header: Result<Header, DiscardReason>,
@@ -71,7 +72,7 @@ impl Classified<'_> {
         ));
         let header = self.header.map_err(Classification::Rejected)?;
         let frame = self.layout.frame_of(&header, bytes, seen)?;
-        // Every call must check the same frame, because `mismatch` is one fixed answer.
+        // Every call must check the same frame, because `mismatch` is a single answer.
         let length = self.asked.get().unwrap_or(frame.len());
         assert!(core::ptr::eq(frame, &raw const bytes[..length]));
         self.asked.set(Some(length));
@@ -104,7 +105,7 @@ fn what_a_header_says() {
     let count = layout.header();
     // Only the bounds are checked here, so the layout may contain other contradictions.
     if check_bounds(&layout).is_ok() {
-        // A layout without messages, in which a delimiter alone may be a frame, needs no header before the terminator.
+        // If a delimiter alone may be a frame, and the layout has no messages, no header must precede the terminator.
         let is_alone = layout.length == Length::Delimiter && layout.messages.is_none();
         assert!(is_alone || has_header_and_terminator(&layout));
         assert!(layout.shortest <= layout.longest);
@@ -223,8 +224,8 @@ fn lengths_behind_three_bytes() {
     a_layout_with_lengths::<3, 6>();
 }
 
-/// Defines harnesses for layouts with delimiters: two syncs of `SYNC` bytes, two terminators of `END` bytes, and up to one
-/// other terminator of `OTHER` bytes. The content is one range of bytes, or any bytes. The number of the messages
+/// Defines harnesses for layouts with delimiters: two syncs of `SYNC` bytes, two terminators of `END` bytes, and up to
+/// one other terminator of `OTHER` bytes. The content is one range of bytes, or any bytes. The message's number
 /// determines the end of the header.
 macro_rules! delimiters {
     ($keeps:ident: $($name:ident $sync:literal $end:literal $other:literal)*) => {$(

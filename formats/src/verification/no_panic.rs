@@ -51,7 +51,7 @@ fn in_checking() {
     });
 }
 
-/// Uses one algorithm, because writing is the same for all. [`in_checking`] and [`in_a_crc`] compute the others.
+/// Uses one algorithm, because all are written in the same way. [`in_checking`] and [`in_a_crc`] compute the others.
 #[kani::proof]
 #[kani::unwind(9)]
 fn in_writing_a_checksum() {
@@ -101,7 +101,7 @@ fn in_sealing() {
     kani::cover!(bytes[2] != last, "written to the last byte");
 }
 
-/// Bytes that are no frame among them.
+/// Decodes arbitrary bytes, which need not be a frame.
 fn in_decoding<F: Format, const N: usize>(format: &F) {
     let bytes: [u8; N] = kani::any();
     let bytes = any_bytes(&bytes);

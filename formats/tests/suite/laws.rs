@@ -151,7 +151,7 @@ fn a_frame_of_300_bytes() {
     assert_eq!((broken.law, broken.changed), (3, Some((201, 0x51))));
 }
 
-/// The frame with a signature, and the CRC that this takes.
+/// Returns the frame with a signature, and with the CRC of a signed frame.
 pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
     let (unsigned, _) = frame.split_last_chunk::<2>().expect("a CRC");
     let mut signed = unsigned.to_vec();
@@ -176,7 +176,7 @@ fn bin_and_bin_crc8() {
         };
         let (mut bin, mut bin_crc8) = (Bin::encode(setpoint), BinCrc8::encode(setpoint));
         let (sent, sent_crc8) = (bin, bin_crc8);
-        // All that is not a setpoint is written anew.
+        // Sealing must restore every byte that is not part of the setpoint.
         (bin[0], bin[1], bin[6]) = (0, 0, 0);
         (bin_crc8[0], bin_crc8[1], bin_crc8[6], bin_crc8[7]) = (0, 0, 0, 0);
         assert!(BIN.seal(&mut bin) && BIN_CRC8.seal(&mut bin_crc8));
@@ -234,7 +234,7 @@ fn what_a_layout_says_at_its_limits() {
     let has_a_bit = |at| [FixedBits::new(at, 0x40, 0x40)];
     let (in_header, behind) = (has_a_bit(1), has_a_bit(2));
     for (layout, bytes, says) in [
-        // A frame that consists of its header alone, also if no longer frame is allowed.
+        // A frame that consists only of its header, even if no longer frame is allowed.
         (layout, &[0x24, 2][..], Classification::Frame(2)),
         (layout.longest(2), &[0x24, 2], Classification::Frame(2)),
         (

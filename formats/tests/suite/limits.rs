@@ -21,8 +21,8 @@ fn kinds(stream: &[u8]) -> Vec<u8> {
     kinds
 }
 
-/// `C8 3E` may begin a frame of 64 bytes. A frame of four bytes after it is delivered 59 bytes late, or at the following
-/// silence.
+/// `C8 3E` may begin a frame of 64 bytes. A frame of four bytes after it is delivered 59 bytes late, or at the next
+/// idle gap.
 #[test]
 fn a_frame_behind_a_false_beginning_is_late() {
     let late_by = |late: usize| [&[0xC8, 0x3E], &crsf(2, &[])[..], &vec![0; late]].concat();

@@ -7,7 +7,7 @@
 //! motion.
 //!
 //! A cell that stays the same from one drawing to the next is written once. All cells that are visible in the same
-//! drawings form one group, whose classes name its first drawing and the number of its drawings.
+//! drawings form one group. The classes of the group name its first drawing and the number of its drawings.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -22,11 +22,12 @@ use ratatui::style::{Color, Modifier};
 const COLUMNS: u16 = 80;
 const ROWS: u16 = 23;
 
-/// The number of drawings and the time between them. There are a hundred, so that each is one per cent of the time.
+/// The number of drawings, and below the time between them. With a hundred drawings, each is shown for one per cent of
+/// the time.
 const DRAWINGS: usize = 100;
 const STEP: Duration = Duration::from_millis(100);
 
-/// The drawing that readers see who want no motion.
+/// The drawing for readers who want no motion.
 const STILL: usize = 70;
 
 /// The width and height of a cell, and the margin around all cells, in pixels.

@@ -1,5 +1,5 @@
-//! Frames as people and programs read them: JSON, comma-separated values, columns of text. Each is appended to a
-//! row, digit by digit.
+//! Writes frames for people and programs: as JSON, comma-separated values, or columns of text. Each value is appended
+//! to a row, digit by digit.
 
 use std::io::Write as _;
 use std::time::Duration;
@@ -8,21 +8,22 @@ use framelock_description::text::no_such;
 use framelock_description::{Column, Field, KIND, Kind, Value};
 use framelock_receiving::Protocol;
 
-/// Where in a stream a frame's last byte is, and when it came, if that is to be written.
+/// The offset of a frame's last byte in the stream, and the time at which it arrived, if times are written.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) offset: usize,
     pub(crate) time: Option<Duration>,
 }
 
-/// How a kind of frames, or a view, is written.
+/// The output form of a kind of frames, or of a view.
 #[derive(Clone)]
 struct Written {
     kind: Kind,
     is_wanted: bool,
-    /// The fields that frames differ in, each by its number, with what is in front of its value in JSON.
+    /// The fields whose values differ between frames: the index of each field, and the JSON text before its value.
     fields: Vec<(usize, Vec<u8>)>,
-    /// What the columns hold: the value of a field, or each of an array, if it has one; and how many columns they are.
+    /// The contents of the columns: the index of the field whose value or array fills them, if this kind has the field,
+    /// and the number of columns.
     cells: Vec<(Option<usize>, usize)>,
 }
 
@@ -47,7 +48,7 @@ impl Written {
     }
 }
 
-/// The name of the field whose value is in a column.
+/// Returns the name of the field whose value is in a column.
 fn name_of(column: &Column) -> &String {
     column.array.as_ref().unwrap_or(&column.name)
 }
@@ -56,16 +57,16 @@ fn name_of(column: &Column) -> &String {
 #[derive(Clone)]
 pub(crate) struct FrameWriter {
     pub(crate) protocol: Protocol,
-    /// How each kind of frames and each view is written.
+    /// The output form of each kind of frames and of each view.
     written: Vec<Written>,
-    /// The columns of those that are wanted.
+    /// The columns of the kinds that are written.
     columns: Vec<Column>,
-    /// Whether people are shown numbers in hex.
+    /// Whether text for people has numbers in hex.
     pub(crate) is_hex: bool,
 }
 
 impl FrameWriter {
-    /// Writes numbers in decimal.
+    /// Creates a writer of all kinds, with numbers in decimal.
     pub(crate) fn new(protocol: Protocol) -> Self {
         let mut new = Self {
             written: Vec::new(),
@@ -77,7 +78,7 @@ impl FrameWriter {
         new
     }
 
-    /// Writes only the kinds of frames with these names, and their columns.
+    /// Limits the output to the kinds of frames with these names, and to their columns.
     pub(crate) fn only(&mut self, names: &[String]) -> Result<(), String> {
         let kinds = || self.protocol.description.shown().map(|kind| &*kind.name);
         for name in names {
@@ -102,7 +103,7 @@ impl FrameWriter {
         self.written = written.collect();
     }
 
-    /// Whether a frame is of a wanted kind.
+    /// Returns whether a frame's kind is written.
     pub(crate) fn is_wanted(&self, frame: &[u8]) -> bool {
         self.kind(frame).is_some_and(|written| written.is_wanted)
     }
@@ -124,7 +125,7 @@ impl FrameWriter {
         row.push(b'\n');
     }
 
-    /// How a frame is written.
+    /// Returns the output form of a frame.
     #[inline]
     fn kind(&self, frame: &[u8]) -> Option<&Written> {
         match &*self.written {
@@ -236,7 +237,7 @@ impl FrameWriter {
         self.append_fields(row, frame, b"   ");
     }
 
-    /// A frame's fields, a line for each.
+    /// Returns a line of text for each field of a frame.
     pub(crate) fn lines(&self, frame: &[u8]) -> Vec<String> {
         let mut text = Vec::new();
         if !frame.is_empty() {
@@ -246,8 +247,8 @@ impl FrameWriter {
         text.lines().skip(1).map(str::to_owned).collect()
     }
 
-    /// Appends a frame's kind and its fields with `between` in front of each: the name, the values, numbers as wide as
-    /// those of one byte, so that they stand in columns, and the unit.
+    /// Appends a frame's kind and its fields: the name, the values and the unit. `between` precedes each field. Numbers
+    /// are padded to three characters, so that they form columns.
     fn append_fields(&self, row: &mut Vec<u8>, frame: &[u8], between: &[u8]) {
         let Some(Written { kind, .. }) = self.kind(frame) else {
             return;
@@ -276,7 +277,7 @@ impl FrameWriter {
         }
     }
 
-    /// A number as people are shown it.
+    /// Returns a number as text for people.
     pub(crate) fn number(&self, number: u64) -> String {
         if self.is_hex {
             format!("{:>3}", format!("{number:02X}"))
@@ -291,11 +292,11 @@ fn append_number(row: &mut Vec<u8>, number: usize) {
 }
 
 fn append_time(row: &mut Vec<u8>, time: Duration, width: usize) {
-    // To memory nothing is written in vain.
+    // Writing to memory cannot fail.
     let _ = write!(row, "{:>width$.6}", time.as_secs_f64());
 }
 
-/// At the right of a column.
+/// Appends text, and aligns it to the right of a column of this width.
 fn append_aligned(row: &mut Vec<u8>, width: usize, append: impl FnOnce(&mut Vec<u8>)) {
     let from = row.len();
     append(row);
@@ -308,7 +309,7 @@ fn append_aligned(row: &mut Vec<u8>, width: usize, append: impl FnOnce(&mut Vec<
     }
 }
 
-/// In quotation marks if that is needed.
+/// Appends a cell of comma-separated values, in quotation marks if necessary.
 #[inline]
 fn append_cell(row: &mut Vec<u8>, value: &Value) {
     if value.is_text() {

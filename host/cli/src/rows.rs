@@ -50,8 +50,8 @@ type NumberedFields<'a> = (u64, Result<Fields<'a>, String>);
 
 /// Returns the rows of a text, each as soon as its line has arrived.
 ///
-/// With `reads_times`, times in seconds are read too: from a column or field `time` or, without a
-/// header, from the first column if there is one column more than values. Times may not decrease.
+/// With `reads_times`, also reads times in seconds: from a column or field `time`, or, without a header, from the first
+/// column if there is one more column than values. Times may not decrease.
 pub(crate) fn rows<'a>(
     input: Input<'a>,
     format: InputFormat,

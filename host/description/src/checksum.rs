@@ -16,7 +16,7 @@ const SUMS: &[(&str, Algorithm)] = &[
     ("fletcher-8", Algorithm::Fletcher),
 ];
 
-/// Entries of the catalogue, by the names that the library gives them.
+/// Lists entries of the catalogue by the library's names.
 macro_rules! catalogue {
     ($($name:ident)*) => {
         &[$((stringify!($name), {
@@ -30,7 +30,7 @@ macro_rules! catalogue {
     };
 }
 
-/// Those of 8 to 32 bits.
+/// The CRCs of the catalogue that have 8 to 32 bits.
 #[rustfmt::skip]
 #[allow(clippy::unnecessary_cast, reason = "the catalogue has three types of numbers")]
 const CATALOGUE: &[(&str, Crc)] = catalogue!(
@@ -56,7 +56,7 @@ fn aliases() -> impl Iterator<Item = (&'static str, &'static str)> {
     lines.filter_map(|line| line.split_once(" = "))
 }
 
-/// A name in the catalogue's own spelling: `CRC-8/DVB-S2`.
+/// Returns a name in the catalogue's own spelling: `CRC-8/DVB-S2`.
 fn spelled(name: &str) -> String {
     match *name.splitn(3, '_').collect::<Vec<_>>() {
         ["CRC", width, rest] => format!("CRC-{width}/{}", rest.replace('_', "-")),
@@ -100,7 +100,7 @@ impl TryFrom<String> for Named {
     }
 }
 
-/// The same, by a table that is never given back: 16 KiB.
+/// Returns the same algorithm with a table of 16 KiB, whose memory is never freed.
 pub(crate) fn tabled(algorithm: Algorithm<'static>) -> Algorithm<'static> {
     match algorithm {
         Algorithm::Crc(crc) => {

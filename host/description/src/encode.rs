@@ -9,7 +9,7 @@ use crate::text::quote;
 use crate::{Description, KIND};
 use framelock_formats::layout::index;
 
-/// The content to write into a field: the bits of each of its values, or bytes.
+/// The content to write into a field: the bits of each value, or bytes.
 enum Wanted {
     Bits(Vec<u64>),
     Bytes(Vec<u8>),
@@ -20,7 +20,7 @@ impl Description {
     /// ignored.
     ///
     /// # Errors
-    /// Names the value that is missing or impossible.
+    /// The error names the value that is missing or impossible.
     pub fn encode(&self, values: &[Option<Json>]) -> Result<Vec<u8>, String> {
         let value = |name: &str| {
             let place = self.columns.iter().position(|column| column.name == name)?;
@@ -49,7 +49,8 @@ impl Description {
         })
     }
 
-    /// Returns a frame of the kind with this number, with the values of this kind or of one of its views.
+    /// Encodes a frame of the kind with this number. `shown` is this kind or one of its views, and `value` returns the
+    /// value of a column.
     fn encode_as<'v>(
         &self,
         number: usize,
@@ -70,7 +71,7 @@ impl Description {
         {
             return Ok(frame);
         }
-        Err("a frame with these values is taken for one of another kind".into())
+        Err("a frame with these values would be received as a frame of another kind".into())
     }
 }
 
@@ -132,7 +133,7 @@ impl Kind {
             };
             return match written.iter().find(is_missing) {
                 Some((field, _)) => Err(format!(
-                    "{} cannot be that: the description says what stands in its place",
+                    "{} cannot have this value: the description gives its bytes another value",
                     field.name
                 )),
                 None if self.has_truncated_zeros && !takes_rest => {
@@ -190,8 +191,7 @@ impl Kind {
         let layout = &self.layout;
         match layout.classify(frame) {
             Classification::Rejected(DiscardReason::UnknownMessage) => {
-                let what =
-                    "there is no such message: the description has a list of those that there are";
+                let what = "there is no such message: the description lists the messages";
                 let Some(messages) = layout.messages() else {
                     return what.into();
                 };
@@ -204,8 +204,8 @@ impl Kind {
                 told.unwrap_or(what.into())
             }
             _ => format!(
-                "there is no frame of {} bytes with these values: the description has frames of {} \
-                 to {} bytes, and says what they begin with, which bytes they contain, of which kind they are, and how they end",
+                "there is no frame of {} bytes with these values: the description allows frames of {} \
+                 to {} bytes, and determines their first bytes, their content, their kind and their last bytes",
                 frame.len(),
                 layout.shortest(),
                 layout.longest()

@@ -65,8 +65,8 @@ pub(crate) struct FrameEntry {
 }
 
 impl FrameEntry {
-    /// Completes a kind with the entries of the surrounding description that the kind does not contain itself. The kind
-    /// gets the fields of both.
+    /// Adds the entries of the surrounding description that the kind does not contain itself. The kind gets the fields
+    /// of both.
     pub(crate) fn within(mut self, whole: &Self) -> Self {
         let has_length = self.length.is_some() || self.length_field.is_some();
         if self.length.is_none() {
@@ -129,7 +129,10 @@ impl TryFrom<String> for Alternatives {
         let bytes = each.concat();
         let length = bytes.len() / each.len();
         if each.iter().any(|it| it.len() != length) {
-            return Err("all that a frame may begin with must have the same length".into());
+            return Err(
+                "all alternatives for the bytes that a frame begins with must have the same length"
+                    .into(),
+            );
         }
         Ok(Self { bytes, length })
     }
@@ -232,7 +235,7 @@ impl TryFrom<i16> for Front {
 
     fn try_from(at: i16) -> Result<Self, Self::Error> {
         usize::try_from(at).map(Self).map_err(
-            |_| "this is needed before the end is known: count it from the front, 0 or more",
+            |_| "this is needed before the frame's end is known: count it from the front, 0 or more",
         )
     }
 }
@@ -248,7 +251,7 @@ impl TryFrom<String> for Unsigned {
     fn try_from(name: String) -> Result<Self, String> {
         let number = NumberType::try_from(name)?;
         Self::of(number).ok_or_else(|| {
-            "a number without sign of up to four bytes is wanted: u8, u16le, u16be, u24le and so on".into()
+            "this must be an unsigned number of up to four bytes: u8, u16le, u16be, u24le and so on".into()
         })
     }
 }
@@ -368,7 +371,7 @@ impl TryFrom<String> for Stored {
     }
 }
 
-/// The messages that exist.
+/// The entry that lists the known messages.
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MessagesEntry {
@@ -389,7 +392,7 @@ pub(crate) enum KnownMessages {
     List(Vec<Known>),
 }
 
-/// A dialect, or one message.
+/// A dialect, or a row for one message.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(untagged)]
 pub(crate) enum Known {
@@ -439,7 +442,7 @@ impl MessagesEntry {
     }
 }
 
-/// Bytes that follow some frames.
+/// The entry of a trailer: bytes that follow some frames.
 #[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TrailerEntry {

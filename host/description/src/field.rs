@@ -21,8 +21,8 @@ pub struct Field {
     pub at: i16,
     /// The field's type.
     pub kind: Type,
-    /// The number of values; for bytes and text the number of bytes. `None` means one value; for bytes and text it means
-    /// the rest of the frame.
+    /// The number of values, or of bytes in a field of bytes or text. `None` means one value, or the rest of the frame
+    /// for bytes and text.
     pub count: Option<usize>,
     /// The bits of a number that form the value. The lowest bit of the mask is the lowest bit of the value.
     pub mask: Option<u64>,
@@ -32,7 +32,7 @@ pub struct Field {
     pub unit: Option<String>,
     /// The bits that are the same in every frame, in their positions in the mask.
     pub constant: Option<u64>,
-    /// The number of bytes at the end of the frame that a field does not take if it takes the rest.
+    /// The number of bytes at the end of the frame that a field does not take, for a field that takes the rest.
     pub margin: usize,
     /// The part of a comma-separated text that the field shows.
     pub item: Option<Item>,
@@ -42,8 +42,9 @@ pub struct Field {
     pub(crate) prepared: Prepared,
 }
 
-/// Where a field is that has a length and is counted from the front, and the shortest frame that has it; how many
-/// values it has; and whether it is a number as it stands there.
+/// Properties of a field that are computed once: the range of a field with a length that is counted from the front, the
+/// length of the shortest frame that has the field, the number of its values, and whether its bytes are the number
+/// itself.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Prepared {
     place: Option<(Range<usize>, usize)>,
@@ -51,7 +52,7 @@ pub(crate) struct Prepared {
     is_plain: bool,
 }
 
-/// The type of a field. A description names numbers, bytes and text; it gives bits their width.
+/// The type of a field. A description names the types of numbers, bytes and text. For bits it gives the width.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
 #[serde(try_from = "String")]
 pub enum Type {
@@ -71,7 +72,7 @@ pub enum Type {
     Text,
 }
 
-/// A number of whole bytes, `u16le` for example.
+/// A number of whole bytes, such as `u16le`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NumberType {
     /// The meaning of the number's bits.
@@ -85,11 +86,11 @@ pub struct NumberType {
 /// The meaning of the bits of a number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Class {
-    /// Without a sign.
+    /// An unsigned number.
     Unsigned,
-    /// Two's complement.
+    /// A signed number, in two's complement.
     Signed,
-    /// IEEE 754, of 32 bits.
+    /// A floating-point number of 32 bits, as in IEEE 754.
     Float,
 }
 
@@ -334,8 +335,8 @@ impl Field {
 
     #[inline(never)]
     fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        // Each arm calls this closure itself. The compiler knows the type there, which is faster than one call before the
-        // match.
+        // Each arm calls this closure itself, because the compiler then knows the type. This is faster than one call
+        // before the match.
         let own = || {
             let Range { start, end } = self.value_bytes(number, bytes.len());
             // Bytes that the sender has left out are zero.

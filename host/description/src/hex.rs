@@ -8,7 +8,7 @@ use crate::text;
 /// may begin with `0x`.
 ///
 /// # Errors
-/// Names the word that is not bytes in hex, and the reason.
+/// The error names the word that is not bytes in hex, and the reason.
 pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut number = 0;
@@ -37,7 +37,7 @@ fn append(bytes: &mut Vec<u8>, word: &str) -> Result<(), String> {
         values.push(value);
     }
     let (pairs, odd) = values.as_chunks::<2>();
-    // "0x" alone has no digits, and no digits are not a byte.
+    // "0x" alone has no digits, so it is not a byte.
     if pairs.is_empty() || !odd.is_empty() {
         return Err("is not a whole number of bytes: two digits make a byte".into());
     }

@@ -6,7 +6,7 @@ use framelock_formats::layout::Trailer;
 use crate::field::Field;
 use crate::value::Value;
 
-/// The number of bytes in the longest frame that may be described: the greatest 16-bit length, and 256 more.
+/// The number of bytes in the longest frame that may be described: the greatest 16-bit length plus 256.
 pub const LONGEST: usize = 0x1_00FF;
 
 /// One kind of frames: their layout and their fields.
@@ -66,8 +66,8 @@ impl Kind {
         frame.get(*at..at + bytes.len()) == Some(bytes) && self.has_length_of(frame)
     }
 
-    /// Returns true if a field ends where the frame ends, or takes the rest of the frame: every byte is then in a field.
-    /// Truncated zeros count as present.
+    /// Returns true if a field ends at the end of the frame, or takes the rest of the frame. Truncated zeros count as
+    /// present.
     fn has_length_of(&self, frame: &[u8]) -> bool {
         let appended = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
         let length = self.layout.counted_length(frame);
@@ -110,14 +110,14 @@ pub struct Content<'f> {
 }
 
 impl<'f> Content<'f> {
-    /// Returns the value; of an array, the first value.
+    /// Returns the value, or the first value of an array.
     #[inline]
     #[must_use]
     pub fn value(self) -> Value<'f> {
         self.field.value(self.bytes, 0)
     }
 
-    /// Returns the value; of an array, each value.
+    /// Returns the value, or each value of an array.
     #[inline]
     pub fn values(self) -> impl Iterator<Item = Value<'f>> {
         self.field.read(self.bytes)

@@ -1,6 +1,6 @@
-//! Serial frames described in TOML. This crate makes a format for [`framelock`]'s receivers from the text, decodes frames to
-//! values, and encodes values to frames. The command line, the page and tests use it. `docs/own-frame.md` documents all
-//! entries of a description.
+//! Serial frames described in TOML. This crate parses a description into a format for [`framelock`]'s receivers,
+//! decodes frames to values, and encodes values to frames. The command line, the page and tests use it.
+//! `docs/own-frame.md` documents all entries of a description.
 //!
 //! # Examples
 //! ```
@@ -68,16 +68,17 @@ use entries::{FrameEntry, Problem, at, missing, wrong};
 /// The number of bytes in the longest text that is read as a description.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// The greatest number of kinds in a description, and of values in a row. More of them are a mistake.
+/// The limit on the number of kinds in a description. `MOST_COLUMNS` limits the number of values in a row.
 const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 10_000;
 
 /// A parsed description.
 ///
-/// The memory to which its [`format`](Self::format) refers is never freed: some hundred bytes, and 16 KiB for each CRC.
+/// The memory to which its [`format`](Self::format) refers is never freed: a few hundred bytes, and 16 KiB for each
+/// CRC.
 #[derive(Clone, Debug)]
 pub struct Description {
-    /// The kinds of frames, in the order in which they are tried; one at least.
+    /// The kinds of frames, at least one, in the order in which they are tried.
     pub kinds: Vec<Kind>,
     /// The names of the values of all kinds. If there are several kinds, the first column names the kind.
     pub columns: Vec<Column>,
@@ -91,7 +92,7 @@ pub struct Column {
     pub name: String,
     /// The name of the array that contains the value.
     pub array: Option<String>,
-    /// Whether the value is bytes in hex, or text. Even if it looks like a number, it is not one.
+    /// Whether the value is text or bytes in hex, even if it looks like a number.
     pub is_text: bool,
 }
 
@@ -99,10 +100,10 @@ pub struct Column {
 pub const KIND: &str = "kind";
 
 impl Description {
-    /// What a text describes; `name` is what it is called in errors.
+    /// Parses the text of a description. Errors call it `name`.
     ///
     /// # Errors
-    /// What is wrong, with its line and column.
+    /// The first mistake, with its line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
         let read = toml::from_str::<FrameEntry>(text)
             .map_err(|error| Problem(error.span().unwrap_or_default(), told(error.message())));
@@ -115,26 +116,26 @@ impl Description {
             })
     }
 
-    /// For a receiver: its message is which of the kinds a frame is, and the frame.
+    /// Returns the format for a receiver. Its message is the index of the frame's kind, and the frame.
     #[must_use]
     pub fn format(&self) -> AnyOf<'static> {
         AnyOf(self.layouts)
     }
 
-    /// Returns the kind of a frame.
+    /// Returns the index of a frame's kind.
     #[must_use]
     #[inline]
     pub fn number(&self, frame: &[u8]) -> usize {
         self.format().decode(frame).0
     }
 
-    /// The kind of a frame, or the view that shows it.
+    /// Returns the view that shows a frame, or the frame's kind if no view does.
     #[must_use]
     pub fn kind(&self, frame: &[u8]) -> Option<&Kind> {
         self.shown().nth(self.shown_number(frame))
     }
 
-    /// The number of the kind or view that shows a frame, in the order of [`shown`](Self::shown).
+    /// Returns the index of the kind or view that shows a frame, in the order of [`shown`](Self::shown).
     #[must_use]
     #[inline]
     pub fn shown_number(&self, frame: &[u8]) -> usize {
@@ -153,12 +154,13 @@ impl Description {
         before
     }
 
-    /// Each kind, and after it its views.
+    /// Returns an iterator over the kinds. The views of each kind follow it.
     pub fn shown(&self) -> impl Iterator<Item = &Kind> {
         self.kinds.iter().flat_map(Kind::with_views)
     }
 
-    /// The columns of rows without a header: those of the only kind, without its views, or all.
+    /// Returns the columns of a table without a header: if there is only one kind, its columns without those of its
+    /// views, else all columns.
     #[must_use]
     pub fn plain_columns(&self) -> &[Column] {
         match &*self.kinds {
@@ -170,14 +172,14 @@ impl Description {
         }
     }
 
-    /// Whether a frame's kind is worth telling.
+    /// Returns true if there are several kinds or views, so that the output must name the kind of a frame.
     #[must_use]
     pub fn has_kinds(&self) -> bool {
         self.shown().nth(1).is_some()
     }
 }
 
-/// Returns the error of a parser. If the parser does not know a name, the nearest known name is added.
+/// Returns the parser's error message. If the error is an unknown name, adds the nearest known name.
 fn told(message: &str) -> String {
     let unknown = message.strip_prefix("unknown field").unwrap_or_default();
     let names: Vec<&str> = unknown.split('`').skip(1).step_by(2).collect();
@@ -193,7 +195,8 @@ fn told(message: &str) -> String {
 /// Reads the text of a description from a file.
 ///
 /// # Errors
-/// That it cannot be read, is not text, or is far too long to be a description: no more than that is read.
+/// Returns an error if the file cannot be read, is not text, or is longer than a description may be. At most that
+/// length is read.
 pub fn read(path: &Path) -> Result<String, String> {
     let name = path.display();
     let mut bytes = Vec::new();
@@ -212,7 +215,7 @@ pub fn read(path: &Path) -> Result<String, String> {
 fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     let count = written.kinds.len() + written.any_of.len();
     if count > MOST_KINDS {
-        let what = format!("{count} kinds of frames: {MOST_KINDS} are the most");
+        let what = format!("{count} kinds of frames: at most {MOST_KINDS} are allowed");
         return missing(&what);
     }
     let mut kinds = Vec::new();
@@ -228,21 +231,24 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
         let name = whole.name.as_ref();
         let Some(name) = name.filter(|name| name.get_ref().chars().all(plain)) else {
-            return wrong(kind, "a kind has a name of letters, digits, - and _");
+            return wrong(kind, "a kind must have a name of letters, digits, - and _");
         };
         if !whole.kinds.is_empty() || !whole.any_of.is_empty() {
-            return wrong(name, "a kind has no kinds");
+            return wrong(name, "a kind cannot contain kinds or any_of");
         }
         let whole = whole.clone().within(written);
         kinds.push(validate::kind(name.get_ref(), &whole, true)?);
     }
     if let Some(name) = &written.name {
-        return wrong(name, "a name is for one of several kinds");
+        return wrong(
+            name,
+            "only a kind in [[kinds]] has a name: leave the name out",
+        );
     }
     if let (Some(name), []) = (written.any_of.first(), &*written.kinds)
         && written.has_more()
     {
-        let what = "any_of names whole frames: other keys are for [[kinds]]";
+        let what = "any_of names complete descriptions: move the other keys into [[kinds]]";
         return wrong(name, what);
     }
     if kinds.is_empty() {
@@ -259,7 +265,7 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
             && let (Some(kind), Some(earlier)) = (kinds.get(number), kinds.get(earlier))
         {
             let what = format!(
-                "kind {} never occurs: each of its frames is one of kind {}, which is tried first",
+                "kind {} never occurs: each of its frames is also one of kind {}, which is tried first",
                 kind.name, earlier.name
             );
             let entry = number.checked_sub(kinds.len() - written.kinds.len());
@@ -274,7 +280,8 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     })
 }
 
-/// The names of all values: an array has a number behind its name. Kinds may share a column.
+/// Returns the columns of all kinds. The columns of an array have the array's name and a number. Kinds may share a
+/// column.
 fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
     let mut columns: Vec<Column> = Vec::new();
     let all = || {
@@ -300,7 +307,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
     }
     let fields = all().flat_map(Kind::varying_fields);
     if fields.map(Field::values).sum::<usize>() > MOST_COLUMNS {
-        return Err(format!("a row of more than {MOST_COLUMNS} values"));
+        return Err(format!("a row has more than {MOST_COLUMNS} values"));
     }
     let mut places = HashMap::<String, usize>::new();
     let different = |name: &str| Err(format!("two kinds have different values called {name}"));
@@ -317,7 +324,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
                     array: field.is_array().then(|| field.name.clone()),
                     is_text: field.is_text(),
                 };
-                // A table's header may be in capitals.
+                // The header of a table may be in capitals.
                 if !own.insert(column.name.to_ascii_lowercase()) {
                     return Err(format!("two values are called {}", column.name));
                 }
@@ -331,7 +338,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
                     }
                 }
             }
-            // Of an array in several kinds all is shared.
+            // If several kinds share an array, they share all of its columns.
             let is_it = |column: &&Column| column.array.as_deref() == Some(&field.name);
             if shared > 0 && columns.iter().filter(is_it).count().max(1) != field.values() {
                 return different(&field.name);
@@ -341,7 +348,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
     Ok(columns)
 }
 
-/// Names of files in `frames`, and their texts.
+/// Lists the names of files in `frames`, and their texts.
 macro_rules! shipped {
     ($($name:literal)*) => {
         &[$(($name, include_str!(concat!("../frames/", $name, ".toml")))),*]

@@ -11,7 +11,7 @@ use framelock_formats::layout::{Checksum, Length, index};
 use crate::field::Field;
 use crate::kind::Kind;
 
-/// A part of a frame. Displayed by its name: `sync`, or a value's column.
+/// A part of a frame. It is displayed as its name: `sync`, or the column of a value.
 #[derive(Clone, Copy, Debug)]
 pub enum Part<'k> {
     /// The bytes that a frame begins with.
@@ -68,8 +68,8 @@ impl Field {
 
 impl Kind {
     /// Returns the parts of a frame of `length` bytes and their positions. Fields come first; they may share bytes with
-    /// other parts. If the frame is not whole, more bytes follow. Parts that are counted from its end are then left out,
-    /// and a field that takes the rest extends to `length`.
+    /// other parts. If the frame is incomplete, more bytes will follow. Then parts that are counted from the end are
+    /// left out, and a field that takes the rest extends to `length`.
     #[must_use]
     pub fn positions(&self, length: usize, is_whole: bool) -> Vec<(Part<'_>, Range<usize>)> {
         let mut positions = Vec::new();

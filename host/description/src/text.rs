@@ -80,7 +80,7 @@ pub(crate) fn append_hex(bytes: &[u8], into: &mut Vec<u8>) {
     );
 }
 
-/// Returns the bytes of an escaped text. A backslash that begins no escape stands for itself.
+/// Returns the bytes of an escaped text. A backslash that begins no escape is kept.
 #[must_use]
 pub fn unescaped(text: &str) -> Vec<u8> {
     let (mut bytes, mut rest) = (Vec::new(), text.as_bytes());
@@ -110,7 +110,7 @@ pub fn quoted(text: &str) -> String {
     String::from_utf8(escaped).unwrap_or_default()
 }
 
-/// Returns an error message: the name is none of these, and which of them is the nearest.
+/// Returns an error message: the name is unknown, which known name is the nearest, and all known names.
 #[must_use]
 pub fn no_such(name: &str, names: &[&str]) -> String {
     format!(

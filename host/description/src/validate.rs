@@ -26,7 +26,7 @@ pub(crate) fn kind(
     is_one_of_many: bool,
 ) -> Result<Kind, Problem> {
     let (mut kind, owners) = untabled(name, written, is_one_of_many)?;
-    // Computes the table only now, when the description has no mistakes.
+    // Computes the table last, because the description has no mistakes then.
     if let Some(checksum) = kind.layout.checksum() {
         let checksum = checksum.algorithm(tabled(checksum.algorithm));
         let built = kind.layout.to_builder().checksum(checksum).build();
@@ -129,7 +129,8 @@ fn untabled(
     Ok((kind, owners))
 }
 
-/// Converts a contradiction into a problem at the entry of its part. `owners` are the fields of the fixed bits.
+/// Converts a contradiction into a problem at the entry of its part. `owners` are the indexes of the fields to which
+/// the fixed bits belong.
 fn placed(written: &FrameEntry, contradiction: Contradiction, owners: &[usize]) -> Problem {
     fn span<T>(entry: Option<&Spanned<T>>) -> Option<Range<usize>> {
         entry.map(Spanned::span)
@@ -166,7 +167,7 @@ fn length(written: &FrameEntry) -> Result<Length, Problem> {
     match (&written.length, &written.length_field, &written.terminator) {
         (Some(length), Some(_), _) => wrong(
             length,
-            "length is for frames that all have it, length_field for frames that say theirs: \
+            "length is for frames of the same length, length_field for frames that contain their length: \
              leave one out",
         ),
         (Some(_), None, _) => Ok(Length::Fixed),
@@ -184,7 +185,10 @@ fn bounds(written: &FrameEntry, least: usize) -> Result<(usize, usize), Problem>
     let has_bounds = written.shortest.is_some() || written.longest.is_some();
     let (place, shortest, longest) = match (&written.length, &written.longest) {
         (Some(place), _) if has_bounds => {
-            return wrong(place, "length says it all: leave shortest and longest out");
+            return wrong(
+                place,
+                "every frame has this length: leave shortest and longest out",
+            );
         }
         (Some(length), _) => (length, *length.get_ref(), *length.get_ref()),
         (None, Some(longest)) => {
@@ -194,7 +198,8 @@ fn bounds(written: &FrameEntry, least: usize) -> Result<(usize, usize), Problem>
             let shortest = written.shortest.unwrap_or(least);
             if shortest < least {
                 let what = format!(
-                    "frames of {shortest} bytes: the header and the parts that are counted from the end have {least}"
+                    "frames of {shortest} bytes are too short: the header and the parts that are counted from the end \
+                     have {least}"
                 );
                 return wrong(longest, what);
             }
@@ -202,13 +207,16 @@ fn bounds(written: &FrameEntry, least: usize) -> Result<(usize, usize), Problem>
         }
         (None, None) => {
             return missing(
-                "give longest, the bytes in the longest frame: as few as there may be, since \
-                 after a false beginning a frame may come as late as that",
+                "give longest, the number of bytes in the longest frame: as few as possible, because \
+                 after a false start a frame may be delayed by that many bytes",
             );
         }
     };
     if longest > LONGEST {
-        return wrong(place, format!("longest: a frame has up to {LONGEST} bytes"));
+        return wrong(
+            place,
+            format!("longest: a frame can have at most {LONGEST} bytes"),
+        );
     }
     Ok((shortest, longest))
 }
@@ -235,8 +243,8 @@ fn messages(written: &FrameEntry) -> Result<Option<Messages<'static>>, Problem> 
         let Some((number, at)) = number.zip(usize::try_from(*entry.at.get_ref()).ok()) else {
             return wrong(
                 place,
-                "a list of values is for one number without sign, mask and count, counted from the front, of one \
-                 field, and where there are no messages besides",
+                "only one field can have a list of values, and only without messages: an unsigned number without mask \
+                 and count, counted from the front",
             );
         };
         let is_too_large = |it: &KnownMessage| u64::from(it.number) > number.0.all();
@@ -277,8 +285,8 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// Returns the last byte after the header that has fixed bits, as the number of a message. This makes it part of the header,
-/// so it is checked before the kind is decided.
+/// Returns the last byte after the header that has fixed bits, as the number of a message. The byte thereby becomes
+/// part of the header, so it is checked before the kind is decided.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

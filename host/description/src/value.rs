@@ -119,7 +119,7 @@ impl Value<'_> {
     }
 }
 
-/// For each number below 1000: its digits without leading zeros, padding, and the number of digits in the last byte.
+/// The digits of each number below 1000, without leading zeros and padded. The last byte is the number of digits.
 static DIGITS: [[u8; 4]; 1000] = {
     let mut table = [[0; 4]; 1000];
     let (mut rest, mut number): (&mut [_], u16) = (&mut table, 0);
@@ -176,9 +176,9 @@ impl fmt::Display for Value<'_> {
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(try_from = "f64")]
 pub struct Decimal {
-    /// The number, times as many powers of ten as there are decimals.
+    /// The number, multiplied by ten to the power of `decimals`.
     pub digits: i64,
-    /// Digits behind the point.
+    /// The number of digits after the decimal point.
     pub decimals: u32,
 }
 
@@ -196,7 +196,7 @@ impl TryFrom<f64> for Decimal {
             .filter(|decimals| *decimals <= 18);
         match (digits, decimals) {
             (Some(digits), Some(decimals)) => Ok(Self { digits, decimals }),
-            _ => Err("a scale and an offset are numbers of up to nine digits"),
+            _ => Err("a scale and an offset must be numbers of up to nine digits"),
         }
     }
 }
@@ -204,11 +204,11 @@ impl TryFrom<f64> for Decimal {
 /// A decimal factor and a decimal offset that convert a number into the exact number to show.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
-    /// The factor, times as many powers of ten as there are decimals.
+    /// The factor, multiplied by ten to the power of `decimals`.
     pub factor: i128,
-    /// The offset, likewise.
+    /// The offset, multiplied in the same way.
     pub offset: i128,
-    /// Digits behind the point.
+    /// The number of digits after the decimal point.
     pub decimals: u32,
 }
 

@@ -9,10 +9,10 @@ use serde::Serialize;
 
 use crate::Item;
 
-/// Frames of one length up to this are received with a window instead of a buffer.
+/// The length up to which frames of fixed length are received with a window instead of a buffer.
 const LONGEST_WINDOW: usize = 16;
 
-/// The bits of a byte that a table of a CRC looks up at once.
+/// The size of a CRC's table, which is indexed by half a byte or a whole byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum CrcTable {
     /// A table of 16 entries, which is used twice for each byte.
@@ -92,7 +92,8 @@ pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
     }
 }
 
-/// The reasons to discard bytes: name, text, and the part of the frame in which classification finds it.
+/// The reasons to discard bytes: the name, the text, and the number of the frame's part in which the classification
+/// finds the reason.
 const REASONS: [(&str, &str, u8); 7] = [
     ("NO_SYNC", "no frame begins with them", 0),
     ("BROKEN_SYNC", "a later byte of the sync is wrong", 1),
@@ -140,7 +141,7 @@ pub(crate) fn program(layouts: &[Layout]) -> Value {
         .zip((0..7).map(occurs))
         .filter(|(_, occurs)| *occurs);
     let reasons = reasons.map(|((name, text, part), _)| context! { name, text, part });
-    // If the kinds have different first bytes, the first byte identifies the kind.
+    // If the kinds begin with different bytes, the first byte identifies the kind.
     let starts = |byte: u8| layouts.iter().filter(|layout| layout.starts(byte)).count();
     context! {
         index,
@@ -157,7 +158,7 @@ fn has_tables(layout: &Layout) -> bool {
     layout.messages().is_some() || layout.checksum().as_ref().is_some_and(is_crc)
 }
 
-/// Returns which of the reasons may occur.
+/// Returns for each reason whether it can occur.
 fn occurring(layout: &Layout) -> [bool; 7] {
     let header = layout.header();
     let mut fixed = layout.fixed().iter();
@@ -191,7 +192,7 @@ fn occurring(layout: &Layout) -> [bool; 7] {
     ]
 }
 
-/// Returns the values, each once, in order.
+/// Returns the distinct values in ascending order.
 fn distinct(bytes: &[u8]) -> Vec<u8> {
     let mut distinct = Vec::new();
     for byte in bytes {
@@ -225,7 +226,7 @@ fn any_of(conditions: impl Iterator<Item = String>) -> String {
     each.collect::<Vec<_>>().join(" || ")
 }
 
-/// Returns the index of a position in a frame, `more` bytes further on.
+/// Returns the expression for the index `more` bytes after a position in a frame.
 fn index(at: i16, more: usize) -> String {
     match (at, usize::from(at.unsigned_abs())) {
         (0.., distance) => format!("{}U", distance + more),
@@ -271,7 +272,7 @@ fn greatest(field: &LengthField) -> u32 {
     field.mask & (u32::MAX >> unused)
 }
 
-/// Returns the smallest and the greatest value of a length field after a right sync.
+/// Returns the smallest and the greatest value that a length field can have after a correct sync.
 fn range(layout: &Layout, field: &LengthField) -> (u32, u32) {
     let in_sync = layout.sync().each().filter_map(|sync| {
         let bytes = sync.get(field.number.at..field.number.end())?;
@@ -290,7 +291,7 @@ fn range(layout: &Layout, field: &LengthField) -> (u32, u32) {
     )
 }
 
-/// Returns the least and the greatest value of the length field in a frame without a trailer.
+/// Returns the smallest and the greatest value of the length field in a frame without a trailer.
 fn limits(layout: &Layout, field: &LengthField) -> (u32, u32) {
     let count = |length: usize| i64::try_from(length).unwrap_or(i64::MAX) - i64::from(field.plus);
     let factor = i64::from(field.factor);
@@ -458,8 +459,8 @@ fn checksum(it: &Checksum, table: CrcTable) -> Value {
     }
 }
 
-/// Returns the parts of a CRC's code. The register holds a CRC that takes each byte from its lowest bit on, in its lowest
-/// bits; it holds any other CRC in its highest bits.
+/// Returns the parts of a CRC's code. For a CRC that processes each byte from its lowest bit on, the CRC is in the
+/// lowest bits of the register; for any other CRC it is in the highest bits.
 fn crc(crc: &Crc, table: CrcTable) -> Value {
     let bits = match crc.width {
         ..=8 => 8,

@@ -1,4 +1,4 @@
-//! A layout as a value for templates, with the names that [`Layout`] gives its parts.
+//! Converts a layout into a value for templates. Its parts have the same names as in [`Layout`].
 
 use framelock_formats::layout::{
     Algorithm, Checksum, Crc, Layout, Length, Messages, Number, Patterns, Trailer,
@@ -55,7 +55,7 @@ fn messages(messages: &Messages) -> Value {
     let known = messages.known.iter().map(|it| {
         context! { number => it.number, longest_payload => it.longest_payload, extra => it.extra, has_extra => it.has_extra.to_string() }
     });
-    // In Rust the long tables have a name.
+    // The long tables have a name in Rust, which the module uses instead of the table.
     let table = match messages.known {
         COMMON => Some("COMMON"),
         ARDUPILOTMEGA => Some("ARDUPILOTMEGA"),

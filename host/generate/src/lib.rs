@@ -1,4 +1,5 @@
-//! Source code for a [`Description`]: the layout, a struct of each kind's fields, decode and encode.
+//! Generates source code from a [`Description`]: the layout, a struct with the fields of each kind, and functions to
+//! decode and encode.
 //!
 //! The templates contain the text of the generated programs, one per language. The code here prepares the values that
 //! they insert.
@@ -21,16 +22,16 @@ use serde::Serialize;
 pub use c::CrcTable;
 use names::{Language, free, module, one_line};
 
-/// Returns the source of a Rust module, without `std`, that receives and makes a description's frames. `name` is the
-/// module's name, `command` the command that made it.
+/// Returns the source of a `no_std` Rust module that receives and makes the frames of a description. `name` is the
+/// module's name, and `command` is the command that generates it.
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
     let program = Program::new(description, name, command, &names::RUST);
     render::source(Value::from_serialize(&program), name, &names::RUST)
 }
 
-/// Returns a self-contained header in C99, which is C++17 as well, that receives and makes a description's frames. `name`
-/// is the header's name, `command` the command that made it.
+/// Returns a self-contained header that receives and makes the frames of a description. It is valid C99 and C++17.
+/// `name` is the header's name, and `command` is the command that generates it.
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
     let mut program = Program::new(description, name, command, &names::C);
@@ -51,7 +52,7 @@ struct Program {
     /// The name of the module, or the prefix of a header's names.
     name: String,
     command: String,
-    /// Bytes in the longest frame.
+    /// The number of bytes in the longest frame.
     longest: usize,
     has_kinds: bool,
     kinds: Vec<KindItem>,
@@ -65,13 +66,13 @@ struct KindItem {
     /// The name of the kind in the program: the name of its type in Rust, a part of the names of its type and functions in C.
     name: String,
     layout: Value,
-    /// The fields that frames differ in.
+    /// The fields whose values differ between frames.
     items: Vec<Item>,
     /// Whether its values borrow bytes of the frame.
     borrows: bool,
     /// The number of bytes that every frame has, without the trailer.
     start: usize,
-    /// A frame's length is a multiple of the first number, plus the second.
+    /// The length of every frame is a multiple of the first number, plus the second number.
     multiple: Option<(usize, usize)>,
 }
 
@@ -81,9 +82,9 @@ struct KindItem {
 struct Item {
     /// The name in the program.
     name: String,
-    /// Bytes of the shortest frame that has the field; `None` if every frame has it.
+    /// The length of the shortest frame that has the field; `None` if every frame has it.
     needs: Option<usize>,
-    /// The least number of bytes in a frame with this field, if it may exceed `start`.
+    /// The smallest number of bytes in a frame with this field, if it may exceed `start`.
     least: Option<usize>,
     /// The index of the first byte, or a negative distance from the end.
     at: i16,
@@ -103,15 +104,15 @@ struct Item {
     number: String,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
-    /// Bytes of a number, and their order: `le` or `be`.
+    /// The number of bytes in a number. Their `order` is `le` or `be`.
     bytes: usize,
     order: &'static str,
-    /// The first bit of bits, counted from the lowest of the byte at `at`.
+    /// The index of the first bit of a sequence of bits, counted from the lowest bit of the byte at `at`.
     first: Option<usize>,
-    /// The bits of the value.
+    /// The number of bits in the value.
     width: usize,
     mask: Option<u64>,
-    /// Bits by which the mask's lowest bit is shifted.
+    /// The index of the mask's lowest bit.
     shift: u32,
     scale: Option<String>,
     unit: Option<String>,

@@ -1,11 +1,11 @@
-//! The languages, and names in them: valid, and each used once.
+//! The languages, and valid names in them, each of which is used once.
 
 use std::collections::HashSet;
 
 /// A language: the names that it allows, and the text of its programs.
 pub(crate) struct Language {
     keywords: &'static [&'static str],
-    /// More names that no kind can have, since every program has them.
+    /// Other names that no kind can have, because every generated program uses them.
     own: &'static [&'static str],
     /// Makes the name of a kind.
     pub(crate) kind: fn(&str) -> String,

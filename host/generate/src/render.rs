@@ -1,11 +1,11 @@
-//! Templates become source code.
+//! Renders templates to source code.
 
 use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::names::{Language, module};
 
-/// Renders a language's template. Its line `HELPERS` becomes those of the helpers that the program calls, and `PREFIX`
-/// becomes the name of the module.
+/// Renders the template of a language. The helper functions that the program calls replace the line `HELPERS`, and the
+/// name of the module replaces `PREFIX`.
 pub(crate) fn source(program: Value, name: &str, language: &Language) -> String {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -25,14 +25,14 @@ pub(crate) fn source(program: Value, name: &str, language: &Language) -> String 
     let code = indented(code.trim_start()).replace("PREFIX", &name);
     let (types, functions) = code.split_once("HELPERS\n").unwrap_or((&code, ""));
     let helpers = language.helpers.replace("PREFIX", &name) + "\n";
-    // Helpers call helpers.
+    // Helpers may call other helpers.
     let direct = called(&code, &helpers);
     let helpers = called(&(direct + &code), &helpers);
     let source = format!("{types}{helpers}{}", functions.trim_start());
     source.trim_end().to_owned() + "\n"
 }
 
-/// Returns those of the functions, each followed by a blank line, that code calls.
+/// Returns the functions that the code calls. Each function in `functions` is followed by a blank line.
 fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
     let is_called = |function: &&str| {
@@ -46,11 +46,12 @@ fn called(code: &str, functions: &str) -> String {
     functions.filter(is_called).collect()
 }
 
-/// Indents each line by the number of brackets that are open, and calls of a chain, which begin with a dot, by one more. Indentation in templates serves their readers only.
+/// Indents each line by the number of open brackets. Lines that begin with a dot, the calls of a chain, are indented by
+/// one more. The indentation in the templates has no effect.
 fn indented(code: &str) -> String {
     let mut text = String::new();
     let mut depth = 0_usize;
-    // The depths of the chains that have not ended.
+    // The depths of the open chains.
     let mut chains = Vec::new();
     for line in code.lines().map(str::trim) {
         let is_comment = ["//", "/*", "* ", "*/"]

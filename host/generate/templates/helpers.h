@@ -24,7 +24,7 @@ static inline void PREFIX_copy(void *to, const void *from, size_t size)
     }
 }
 
-/* Whether bytes are the same. */
+/* Returns whether bytes are equal. */
 static inline bool PREFIX_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -163,7 +163,7 @@ static inline uint32_t PREFIX_bits_of(float number)
     return bits;
 }
 
-/* Adds the bits of a number of `count` bytes, little-endian. */
+/* Writes a number of `count` bytes, little-endian, by setting those bits that are 1. */
 static inline void PREFIX_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -174,7 +174,7 @@ static inline void PREFIX_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
     }
 }
 
-/* Adds the bits of a number of `count` bytes, big-endian. */
+/* Writes a number of `count` bytes, big-endian, by setting those bits that are 1. */
 static inline void PREFIX_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -185,7 +185,7 @@ static inline void PREFIX_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
     }
 }
 
-/* Adds the bits of a number of `count` bytes, little-endian. */
+/* Writes a number of `count` bytes, little-endian, by setting those bits that are 1. */
 static inline void PREFIX_put_le64(uint8_t *bytes, uint8_t count, uint64_t number)
 {
     uint8_t i;
@@ -196,7 +196,7 @@ static inline void PREFIX_put_le64(uint8_t *bytes, uint8_t count, uint64_t numbe
     }
 }
 
-/* Adds the bits of a number of `count` bytes, big-endian. */
+/* Writes a number of `count` bytes, big-endian, by setting those bits that are 1. */
 static inline void PREFIX_put_be64(uint8_t *bytes, uint8_t count, uint64_t number)
 {
     uint8_t i;
@@ -207,7 +207,7 @@ static inline void PREFIX_put_be64(uint8_t *bytes, uint8_t count, uint64_t numbe
     }
 }
 
-/* Sets those of `width` bits that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+/* Writes `width` bits by setting those that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
 static inline void PREFIX_put_bits(uint8_t *bytes, uint16_t first, uint8_t width, uint32_t number)
 {
     uint8_t i;
@@ -221,7 +221,7 @@ static inline void PREFIX_put_bits(uint8_t *bytes, uint16_t first, uint8_t width
     }
 }
 
-/* Sets those of `width` bits that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+/* Writes `width` bits by setting those that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
 static inline void PREFIX_put_bits64(uint8_t *bytes, uint16_t first, uint8_t width, uint64_t number)
 {
     uint8_t i;
@@ -235,7 +235,7 @@ static inline void PREFIX_put_bits64(uint8_t *bytes, uint16_t first, uint8_t wid
     }
 }
 
-/* Adds the bits of bytes. */
+/* Writes bytes by setting those bits that are 1. */
 static inline void PREFIX_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -245,7 +245,7 @@ static inline void PREFIX_put(uint8_t *to, const uint8_t *bytes, size_t count)
     }
 }
 
-/* Returns the value of a hexadecimal digit; 16 if it is none. */
+/* Returns the value of a hexadecimal digit, or 16 for any other character. */
 static inline uint8_t PREFIX_digit(uint8_t digit)
 {
     if ((digit >= 0x30U) && (digit <= 0x39U)) {

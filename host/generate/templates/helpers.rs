@@ -1,21 +1,21 @@
-/// A number of so many bytes, the lowest first.
+/// Reads a number of `count` bytes, little-endian.
 fn le(frame: &[u8], at: usize, count: usize) -> u64 {
     let bytes = frame.iter().skip(at).take(count).rev();
     bytes.fold(0, |number, &byte| number << 8 | u64::from(byte))
 }
 
-/// A number of so many bytes, the highest first.
+/// Reads a number of `count` bytes, big-endian.
 fn be(frame: &[u8], at: usize, count: usize) -> u64 {
     let bytes = frame.iter().skip(at).take(count);
     bytes.fold(0, |number, &byte| number << 8 | u64::from(byte))
 }
 
-/// A number of so many bits that has a sign.
+/// Extends the sign of a number of `width` bits.
 fn signed(number: u64, width: usize) -> i64 {
     (number << (64 - width)) as i64 >> (64 - width)
 }
 
-/// So many bits, the first being this one, counted from the lowest of the first byte.
+/// Reads `width` bits, from bit `first` on: bit 0 is the lowest bit of the first byte.
 fn bits(frame: &[u8], first: usize, width: usize) -> u64 {
     let mut bytes = frame.iter().skip(first / 8).map(|&byte| u64::from(byte));
     let mut bits = bytes.next().unwrap_or_default() >> (first % 8);
@@ -25,18 +25,18 @@ fn bits(frame: &[u8], first: usize, width: usize) -> u64 {
     bits & u64::MAX >> (64 - width)
 }
 
-/// The bytes from a place on.
+/// Returns `N` bytes from index `at` on, or zeros if there are fewer.
 fn bytes<const N: usize>(frame: &[u8], at: usize) -> [u8; N] {
     let bytes = frame.get(at..).and_then(<[u8]>::first_chunk);
     bytes.copied().unwrap_or([0; N])
 }
 
-/// The bytes from a place on, but so many at the end.
+/// Returns the bytes from index `at` on, without the last `others` bytes.
 fn rest(frame: &[u8], at: usize, others: usize) -> Option<&[u8]> {
     frame.get(at..frame.len().checked_sub(others)?)
 }
 
-/// Writes a number of so many bytes, the lowest first, where zeros are.
+/// Writes a number of `count` bytes, little-endian, into bytes that are zero.
 fn put_le(frame: &mut [u8], at: usize, count: usize, number: u64) {
     let place = frame.iter_mut().skip(at).take(count);
     for (byte, it) in place.zip(number.to_le_bytes()) {
@@ -44,7 +44,7 @@ fn put_le(frame: &mut [u8], at: usize, count: usize, number: u64) {
     }
 }
 
-/// Writes a number of so many bytes, the highest first, where zeros are.
+/// Writes a number of `count` bytes, big-endian, into bytes that are zero.
 fn put_be(frame: &mut [u8], at: usize, count: usize, number: u64) {
     let place = frame.iter_mut().skip(at).take(count).rev();
     for (byte, it) in place.zip(number.to_le_bytes()) {
@@ -52,7 +52,7 @@ fn put_be(frame: &mut [u8], at: usize, count: usize, number: u64) {
     }
 }
 
-/// Writes so many bits, where zeros are.
+/// Writes `width` bits, from bit `first` on, into bits that are zero.
 fn put_bits(frame: &mut [u8], first: usize, width: usize, bits: u64) {
     for number in (0..width).filter(|number| bits >> number & 1 == 1) {
         if let Some(byte) = frame.get_mut((first + number) / 8) {
@@ -61,7 +61,7 @@ fn put_bits(frame: &mut [u8], first: usize, width: usize, bits: u64) {
     }
 }
 
-/// Writes bytes, where zeros are.
+/// Writes bytes, from index `at` on, into bytes that are zero.
 fn put(frame: &mut [u8], at: usize, bytes: &[u8]) {
     for (byte, it) in frame.iter_mut().skip(at).zip(bytes) {
         *byte |= it;

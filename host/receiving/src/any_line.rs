@@ -44,7 +44,7 @@ pub enum AnyLine {
     Bin(Line<Receiver<Bin>>),
     /// The receiver of BIN-CRC8.
     BinCrc8(Line<Receiver<BinCrc8>>),
-    /// The receiver of frames that a description describes.
+    /// The receiver of the frames of a description.
     Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
     /// The same receiver for recordings. Streams of false starts do not slow it down.
     Recorded(Line<StreamReceiver>),
@@ -64,10 +64,10 @@ macro_rules! for_any {
 }
 
 impl AnyLine {
-    /// Makes the receiver for these frames under this policy, before the first byte.
+    /// Creates the receiver for these frames and this policy.
     ///
     /// # Errors
-    /// The lecture's machine does not receive these frames, or they have no bytes.
+    /// Returns an error if the lecture's machine is chosen and does not receive these frames, or if they have no bytes.
     pub fn new(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
         match (policy, protocol.setpoints) {
             (_, Some(format)) => Self::of_setpoints(format, policy),
@@ -81,11 +81,11 @@ impl AnyLine {
         }
     }
 
-    /// Makes the receiver for recordings. It is the receiver of [`new`](Self::new), except that a [`StreamReceiver`]
-    /// receives described frames.
+    /// Creates the receiver for recordings. It is the same as that of [`new`](Self::new), except that a
+    /// [`StreamReceiver`] receives described frames.
     ///
     /// # Errors
-    /// The errors of [`new`](Self::new).
+    /// Returns the same errors as [`new`](Self::new).
     pub fn for_recordings(protocol: &Protocol, policy: Policy) -> Result<Self, String> {
         match (policy, protocol.setpoints) {
             (Policy::Framelock, None) => {
@@ -97,10 +97,10 @@ impl AnyLine {
         }
     }
 
-    /// Makes the receiver for frames of setpoints under this policy. No description is needed.
+    /// Creates the receiver for frames of setpoints and this policy. It needs no description.
     ///
     /// # Errors
-    /// The lecture's machine does not receive these frames.
+    /// Returns an error if the lecture's machine is chosen and does not receive these frames.
     pub fn of_setpoints(format: FrameFormat, policy: Policy) -> Result<Self, String> {
         match (policy, format) {
             (Policy::Framelock, FrameFormat::Bin) => Ok(Self::Bin(Line::default())),

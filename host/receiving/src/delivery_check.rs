@@ -1,9 +1,9 @@
-//! Checks whether a receiver delivers each frame that arrives whole. This needs the frames that were sent.
+//! Checks whether a receiver delivers each frame that arrives whole. The caller must know the sent frames.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// The sent frames that have arrived whole and may still be delivered, each with a value of the caller.
+/// The sent frames that have arrived whole and may still be delivered, each with a value that the caller chooses.
 #[derive(Clone, Debug)]
 pub struct DeliveryCheck<T> {
     open: VecDeque<(Range<usize>, T)>,
@@ -17,20 +17,20 @@ impl<T> Default for DeliveryCheck<T> {
 }
 
 impl<T> DeliveryCheck<T> {
-    /// Notes that a sent frame has arrived in these bytes of the received stream. Call it in the order of the
-    /// stream, before the receiver takes the frame's last byte.
+    /// Records that a sent frame has arrived in these bytes of the received stream. Call it in the order of the stream,
+    /// before the receiver takes the frame's last byte.
     pub fn arrived(&mut self, bytes: Range<usize>, frame: T) {
         self.open.push_back((bytes, frame));
     }
 
-    /// Notes that the receiver delivers a frame of these bytes. Returns the sent frame that arrived in exactly
-    /// these bytes, or `None` if no such frame was sent. Call [`missed`](Self::missed) before this method.
+    /// Records that the receiver delivers a frame of these bytes. Returns the sent frame that arrived in exactly these
+    /// bytes, or `None` if no such frame was sent. Call [`missed`](Self::missed) before this method.
     pub fn delivered(&mut self, bytes: &Range<usize>) -> Option<T> {
         self.oldest_if(|arrived| arrived == bytes)
     }
 
-    /// Returns the oldest frame that begins before byte number `decided`, and removes it. If all bytes up to there
-    /// are decided, the receiver can no longer deliver the frame.
+    /// Returns the oldest frame that begins before byte number `decided`, and removes it. If all bytes before `decided`
+    /// have an outcome, the receiver can no longer deliver this frame.
     pub fn missed(&mut self, decided: usize) -> Option<T> {
         self.oldest_if(|bytes| bytes.start < decided)
     }

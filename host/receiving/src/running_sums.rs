@@ -1,4 +1,4 @@
-//! Checksums of overlapping stretches of a stream, from running values.
+//! Computes the checksums of overlapping stretches of a stream from running values.
 //!
 //! A running value is the checksum of all bytes from some position on. The checksum of a stretch follows from the
 //! running values before and after the stretch:
@@ -7,12 +7,12 @@
 //! |---|---|
 //! | sum | `running[b] - running[a]` |
 //! | exclusive or | `running[b] ^ running[a]` |
-//! | Fletcher | of both sums the difference; from the second subtract the first sum of `a` once for each byte |
+//! | Fletcher | the difference of both sums; then subtract `a`'s first sum from the second sum, once for each byte |
 //! | CRC | `running[b] ^ running[a] * x^(8 * (b - a))`, modulo the polynomial |
 
 use framelock_formats::layout::{Algorithm, Crc};
 
-/// Running values are dropped when this many are no longer needed.
+/// The number of running values that are no longer needed at which they are dropped.
 const MANY: usize = 1 << 16;
 
 /// The running values of one algorithm.
@@ -32,7 +32,7 @@ pub(crate) struct RunningSums {
 }
 
 impl RunningSums {
-    /// Returns sums of an algorithm, of no bytes yet. The other functions take the same algorithm.
+    /// Returns the running sums of no bytes. Pass the same algorithm to the other functions.
     pub(crate) fn new(algorithm: &Algorithm) -> Self {
         let (mut table, mut powers) = (Vec::new(), Vec::new());
         if let Algorithm::Crc(crc) = algorithm {
@@ -138,7 +138,7 @@ fn next(algorithm: &Algorithm, table: &[u32], value: u32, byte: u8) -> u32 {
     match algorithm {
         Algorithm::Crc(crc) => shifted(table, value, first_power_first(crc, byte)),
         Algorithm::Xor => value ^ u32::from(byte),
-        // Both sums, of 16 bits each, of which the lowest 8 count.
+        // Both sums have 16 bits each. Only the lowest 8 bits of each are significant.
         Algorithm::Fletcher => {
             let first = value.wrapping_add(byte.into()) & 0xFFFF;
             let second = (value >> 16).wrapping_add(first);
@@ -148,7 +148,7 @@ fn next(algorithm: &Algorithm, table: &[u32], value: u32, byte: u8) -> u32 {
     }
 }
 
-/// Returns a byte with its first bit, by the order of this CRC, in the highest place.
+/// Returns the byte, with its bits reversed if the CRC processes each byte from its lowest bit on.
 #[inline]
 const fn first_power_first(crc: &Crc, byte: u8) -> u8 {
     if crc.reflected_in {
@@ -164,8 +164,8 @@ const fn first_power_first(crc: &Crc, byte: u8) -> u8 {
     reason = "both halves of the product are taken"
 )]
 fn product(table: &[u32], unused: u32, one: u32, other: u32) -> u32 {
-    // The product of polynomials is the product of numbers without carries. Of every fourth bit of both, each place
-    // has eight ones at most: no carry reaches the next place that counts.
+    // The product of polynomials is the product of numbers without carries. If both numbers keep only every fourth bit,
+    // at most eight ones add up at each place, so no carry reaches the next significant place.
     const PLACES: u64 = 0x1111_1111_1111_1111;
     let every_fourth = |bits: u32| [0, 1, 2, 3].map(|first| u64::from(bits) & PLACES << first);
     let (one, other) = (every_fourth(one >> unused), every_fourth(other));
@@ -179,7 +179,7 @@ fn product(table: &[u32], unused: u32, one: u32, other: u32) -> u32 {
     low ^ (0..4).fold(high, |value, _| shifted(table, value, 0))
 }
 
-/// Returns the remainder in the highest bits after another byte, whose first bit is the highest.
+/// Returns the remainder after another byte. Both are in the highest bits.
 #[inline]
 fn shifted(table: &[u32], value: u32, byte: u8) -> u32 {
     let [.., highest] = value.to_le_bytes();
@@ -215,7 +215,7 @@ mod tests {
         algorithms
     }
 
-    /// Stretches that go forward, overlap, leave gaps, and sometimes go back.
+    /// Tests stretches that go forward, overlap, leave gaps, and sometimes go back.
     #[test]
     fn sums_of_stretches_are_those_of_the_algorithm() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
@@ -230,7 +230,7 @@ mod tests {
                 let length = random.random_range(0..3_000);
                 let covered = &stream[at..(at + length).min(stream.len())];
                 let extra = random.random::<bool>().then(|| random.random());
-                // Of sums, and of a CRC, the lowest bytes count.
+                // Only the lowest bytes of a sum or a CRC are significant.
                 let sum = sums.of(&algorithm, at, covered, extra);
                 assert_eq!(
                     sum,
@@ -247,7 +247,7 @@ mod tests {
         }
     }
 
-    /// Every second byte begins a stretch of 60 000 bytes.
+    /// Tests a stream in which every second byte begins a stretch of 60 000 bytes.
     #[test]
     fn a_byte_is_summed_once() {
         let stream: Vec<u8> = b"\xB5\x62".repeat(100_000);

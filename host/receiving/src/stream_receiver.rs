@@ -1,9 +1,9 @@
-//! The receiver of described frames on a PC: as fast in streams of false starts as elsewhere.
+//! The receiver of described frames on a PC. It is as fast on streams of false starts as on other streams.
 //!
 //! A false start that claims 60 000 bytes is rejected by its checksum, and the next byte may begin another one. A
 //! [`BufferedReceiver`](framelock::BufferedReceiver) sums up the same bytes again for each of them. This receiver keeps
-//! [running sums](RunningSums), and how far it has searched for a delimiter. Both depend on the bytes only, so every
-//! classification is the same.
+//! [running sums](RunningSums), and the position up to which it has searched for a delimiter. Both depend only on the
+//! bytes, so every classification is the same.
 
 use std::cell::{Cell, RefCell};
 
@@ -13,7 +13,7 @@ use framelock_formats::{AnyOf, Layout};
 
 use crate::running_sums::RunningSums;
 
-/// Layouts that begin alike.
+/// Layouts whose frames may begin with the same byte.
 type Layouts<'a> = AnyOf<'a, &'static Layout<'static>>;
 
 /// The length up to which bytes are summed directly, because this is faster than running sums.
@@ -87,7 +87,8 @@ impl Parser for StreamReceiver {
 
     fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<&[u8]>)) {
         self.forget_decided();
-        // Once as many bytes of the slice as the longest frame has are appended, each start before the slice is decided.
+        // Appends as many bytes of the slice as the longest frame has: enough to decide about each start before the
+        // slice.
         let before = self.held.len();
         let missing = bytes.get(..self.classifier.longest).unwrap_or(bytes);
         self.held.extend_from_slice(missing);
@@ -162,7 +163,7 @@ impl Parser for StreamReceiver {
 /// The frames that may begin with a byte.
 #[derive(Clone, Debug)]
 struct Start {
-    /// Their layouts, in order.
+    /// The layouts of these frames, in order.
     layouts: Vec<&'static Layout<'static>>,
     /// The search for the delimiter of the only layout, if a delimiter ends its frames.
     search: Option<Search>,
@@ -172,7 +173,7 @@ struct Start {
 #[derive(Clone, Debug)]
 struct Classifier {
     longest: usize,
-    /// For each byte.
+    /// The starts, indexed by the first byte.
     starts: Vec<Start>,
     sums: Sums,
 }
@@ -182,7 +183,7 @@ struct Classifier {
 struct Search {
     /// Rejected starts were searched up to this position.
     searched: usize,
-    /// From any start on, the bytes before this position are incomplete.
+    /// The bytes from any start up to this position are incomplete.
     incomplete: usize,
 }
 
@@ -202,8 +203,8 @@ impl Classifier {
         }
     }
 
-    /// Classifies pending bytes, at least one, from position `at` of the stream on. The error is the number of bytes
-    /// that are needed.
+    /// Classifies the pending bytes, at least one, from position `at` of the stream on. If they are incomplete, the
+    /// error is the number of bytes that are needed.
     #[inline]
     fn classify(&mut self, at: usize, pending: &[u8]) -> Result<Found<()>, usize> {
         let start = |byte: &u8| self.starts.get(usize::from(*byte));
@@ -231,7 +232,7 @@ impl Classifier {
 }
 
 /// Classifies bytes that only one layout may begin with. Bytes that were searched for an earlier start are searched
-/// once more, in small steps, to remember how many are incomplete.
+/// again in small steps, to find the number of bytes that are incomplete.
 fn classify_delimited(
     sums: &mut Sums,
     layouts: &[&'static Layout<'static>],
@@ -239,7 +240,7 @@ fn classify_delimited(
     at: usize,
     bytes: &[u8],
 ) -> Classification {
-    // With as many bytes as its longest frame has, the layout decides.
+    // The layout decides if it gets as many bytes as its longest frame has.
     let longest = layouts.first().map(|layout| layout.longest());
     let bytes = longest
         .and_then(|longest| bytes.get(..longest))
@@ -272,7 +273,7 @@ fn classify_delimited(
 struct Sums {
     /// Wrong checksums have covered bytes up to this position.
     covered: usize,
-    /// For each checksum, its algorithm's address.
+    /// The running sums of each checksum, which the address of its algorithm identifies.
     running: RefCell<Vec<(usize, RunningSums)>>,
 }
 
@@ -297,7 +298,7 @@ impl Sums {
         classification
     }
 
-    /// Notes how far the wrong checksums of these bytes reach.
+    /// Records the position up to which the wrong checksums of these bytes reach.
     fn note_covered(&mut self, layouts: Layouts, at: usize, bytes: &[u8], seen: usize) {
         let end = Cell::new(self.covered);
         let _ = layouts.classify_with(bytes, seen, |algorithm, covered, extra| {

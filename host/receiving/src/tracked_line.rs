@@ -18,7 +18,7 @@ pub struct Piece {
 /// A line that keeps its pending bytes.
 #[derive(Clone, Debug)]
 pub struct TrackedLine {
-    /// A copy of the line from before the first byte.
+    /// A copy of the line before the first byte.
     fresh: AnyLine,
     line: AnyLine,
     pending: Vec<u8>,
@@ -87,7 +87,7 @@ impl TrackedLine {
         self.line.counters()
     }
 
-    /// Sets the counters to zero, then counts the pending bytes again.
+    /// Sets the counters to zero, then counts the pending bytes as received.
     pub fn reset_counters(&mut self) {
         self.line = self.fresh.clone();
         self.line.feed(&self.pending, |_| ());

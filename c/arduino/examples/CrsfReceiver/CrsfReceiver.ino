@@ -1,5 +1,5 @@
-// A CRSF receiver: channel 1 sets the brightness of an LED at pin 9, which goes out when frames stop. The LED of the board is
-// on while frames come.
+// A CRSF receiver. Channel 1 sets the brightness of an LED at pin 9, which goes out when frames stop. The board's own
+// LED is on while frames arrive.
 //
 // Set the radio receiver to 115200 baud. The UART of a board with 16 MHz cannot receive 420000 baud.
 

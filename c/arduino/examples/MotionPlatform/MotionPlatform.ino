@@ -11,7 +11,7 @@ static failsafe platform;
 static uint8_t servo;
 static uint32_t servo_time;
 
-// Each servo gets a pulse of 1 to 2 ms each 18 ms. Meanwhile the serial port stores bytes.
+// Each servo gets a pulse of 1 to 2 ms every 18 ms. During a pulse, the serial port stores the arriving bytes.
 static void pulse(uint8_t pin, uint8_t position)
 {
     digitalWrite(pin, HIGH);

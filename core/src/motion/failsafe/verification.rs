@@ -3,21 +3,20 @@
 //! jump (S1, S2). All this also holds when the clock wraps (S3). The failsafe's part of theorem 1 is here, too:
 //! nothing panics.
 //!
-//! An axis divides its time by its rate. Solvers cannot handle this division as a whole, so the proof has
-//! parts:
+//! An axis divides its time by its rate. Solvers cannot handle this division as a whole, so the proof has four parts:
 //!
-//! * Long division, by induction over the bits of the quotient ([`division_is_exact`]). The invariant, when the
-//!   bits from `bit` on are known: the ticks of the counted units and the ticks left add up to the time. And
-//!   either the ticks left are fewer than `1 << bit` units take, or all known bits are 1, which is the longest
-//!   way that an axis can have. At the start no unit is counted and no bit is known. At the end every unit is
-//!   counted that the time is enough for, and no tick is lost.
+//! * Long division, by induction over the bits of the quotient ([`division_is_exact`]). The invariant, when the bits
+//!   from `bit` on are known, has two parts. First, the ticks of the counted units and the ticks left add up to the
+//!   time. Second, either the ticks left are fewer than `1 << bit` units take, or all known bits are 1, which is the
+//!   greatest distance that an axis can move. At the start no unit is counted and no bit is known. At the end every
+//!   unit for which the time suffices is counted, and no tick is lost.
 //! * An axis moves by this number of units, but no further than its target ([`axis_stops_at_its_target`]). For
 //!   less time than two units take, one harness checks the division and the move together
 //!   ([`axis_moves_at_its_rate`]).
-//! * `parked_after` is the time to park, for some rates ([`parked_in_time`]).
-//! * The ticks between two polls move the axis towards the demand until the hold begins, and towards park after
-//!   the ramp begins. The ticks between hold and ramp move it nowhere ([`ticks_are_shared_out`]). Each axis
-//!   uses its own rate and target ([`each_axis_has_its_rate`]).
+//! * Every axis is parked after `parked_after` ticks, for some rates ([`parked_in_time`]).
+//! * The ticks between two polls move the axis towards the demand until the hold begins, and towards park after the
+//!   ramp begins. The ticks between hold and ramp do not move it ([`ticks_are_shared_out`]). Each axis uses its own
+//!   rate and target ([`each_axis_has_its_rate`]).
 //!
 //! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands
 //! of 16 bits. No axis reads the state of another, so each behaves the same among any number of axes.
@@ -54,8 +53,8 @@ fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>(
     }
 }
 
-/// Returns the silence after `elapsed` more ticks, the ticks for the way to the demand, and the ticks for the
-/// way to park.
+/// Returns the silence after `elapsed` more ticks, the ticks that move the axis to the demand, and the ticks that move
+/// it to park.
 fn shared_out<D, const AXES: usize>(failsafe: &Failsafe<D, AXES>, elapsed: u32) -> (u64, u32, u32) {
     let FailsafeParameters {
         hold_after,
@@ -189,8 +188,8 @@ for_demands!(
     moves_at_its_rate::<u16>()
 );
 
-/// Observes the ticks of one axis. Its rate is so slow that the ticks make no whole unit on either way. All
-/// other axes are already at their targets.
+/// Observes the ticks of one axis. Its rate is so slow that the ticks make no whole unit in either direction. All other
+/// axes are already at their targets.
 fn ticks_are_shared<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut failsafe = any_failsafe::<D, AXES>([NonZeroU32::MAX; AXES]);
     let first = failsafe.axes[0];
@@ -266,7 +265,7 @@ for_demands!(
     axes_have_their_rates::<u16, 2>([2, 3])
 );
 
-/// A frame causes no jump unless the output was live. A start from any output causes no jump either.
+/// A frame causes no jump unless the output was live. Starting from any output causes no jump either.
 fn a_frame_is_no_step<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut rates = [NonZeroU32::MIN; AXES];
     rates[0] = kani::any();
@@ -309,8 +308,8 @@ fn parked_is_parked() {
     kani::cover!(rate.get() > 1, "a slow axis");
 }
 
-/// Every axis is at park [`FailsafeParameters::parked_after`] ticks after a frame, from any demand and any
-/// output. If all axes began as far away as possible, they are not there one tick earlier.
+/// Every axis is at park [`FailsafeParameters::parked_after`] ticks after a frame, from any demand and any output. If
+/// all axes began as far away as possible, they are not yet there one tick earlier, so the bound is exact.
 fn parks_in_time<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
     let rates = rates.map(|rate| NonZeroU32::new(rate.into()).unwrap());
     let mut failsafe = any_failsafe::<D, AXES>(rates);

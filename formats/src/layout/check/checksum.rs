@@ -32,7 +32,7 @@ pub(super) const fn check_checksum(layout: &Layout, length: usize) -> Result<(),
     reject_if!(
         overlaps(layout, length, at, end),
         Part::Checksum,
-        "checksum: it is in the place of the sync, the header's numbers, the fixed bits or the terminator"
+        "checksum: it overlaps the sync, the header's numbers, the fixed bits or the terminator"
     );
     Ok(())
 }
@@ -80,7 +80,7 @@ const fn check_algorithm(checksum: &Checksum) -> Result<(), Contradiction> {
     reject_if!(
         checksum.bytes != bytes,
         Part::Checksum,
-        "checksum: the algorithm has another number of bytes: xor 1, Fletcher's 2, a CRC an eighth of its width, rounded up"
+        "checksum: the algorithm has another number of bytes: xor 1, Fletcher 2, a CRC its width / 8, rounded up"
     );
     Ok(())
 }
@@ -89,7 +89,7 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
     reject_if!(
         crc.width < 8 || crc.width > 32,
         Part::Checksum,
-        "checksum: a CRC has a width of 8 to 32 bits"
+        "checksum: the width of a CRC must be 8 to 32 bits"
     );
     let bits = u32::MAX.wrapping_shr(32_u32.wrapping_sub(crc.width));
     reject_if!(
@@ -100,7 +100,7 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
     reject_if!(
         crc.polynomial == 0,
         Part::Checksum,
-        "checksum: the polynomial is 0, which notices no wrong byte"
+        "checksum: the polynomial is 0, which detects no wrong byte"
     );
     reject_if!(
         matches!(crc.table, Table::Bytes(_)) && crc.width != 8,

@@ -11,21 +11,21 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
         reject_if!(
             has_others,
             Part::OtherTerminators,
-            "other terminators: without a content nothing tells where they begin: give a content"
+            "other terminators: without a content they cannot be told from the frame's other bytes: give a content"
         );
         return Ok(());
     }
     reject_if!(
         !matches!(layout.length, Length::Delimiter),
         Part::Content,
-        "content: only frames that a delimiter ends have it"
+        "content: only frames that a delimiter ends can have a content"
     );
     let mut rest = layout.content;
     while let [(first, last), others @ ..] = rest {
         reject_if!(
             *first > *last,
             Part::Content,
-            "content: the first byte of a range is after its last"
+            "content: the first byte of a range is greater than its last"
         );
         rest = others;
     }
@@ -39,19 +39,19 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
         reject_if!(
             is_other(layout, number) && terminator.len() == layout.terminator.length,
             Part::OtherTerminators,
-            "other terminators: one has the length of the terminator: give it there"
+            "other terminators: one is as long as the terminator: list it as one of the terminator's patterns"
         );
         reject_if!(
             begins_with_content(layout, terminator),
             Part::Content,
-            "content: a terminator begins with such a byte, so that nothing tells where it begins"
+            "content: a terminator begins with a byte of the content, so its start cannot be found"
         );
         let mut other = 0_usize;
         while let Some(longer) = nth_terminator(layout, other) {
             reject_if!(
                 number != other && begins_with(longer, terminator),
                 Part::OtherTerminators,
-                "other terminators: one begins with another one, which ends the frame before it"
+                "other terminators: one begins with another one, which would end the frame first"
             );
             other = other.wrapping_add(1);
         }
@@ -78,7 +78,7 @@ pub(super) const fn check_content_of_parts(
         reject_if!(
             at >= end,
             Part::Fixed(number),
-            "fixed: in frames with a content they are before the terminator: give shortest"
+            "fixed: in frames with a content, fixed bits must be before the terminator: give shortest"
         );
         reject_if!(
             at >= layout.sync.length && !agrees_with_content(layout, bits.value, bits.mask),
@@ -97,7 +97,7 @@ pub(super) const fn check_content_of_parts(
     reject_if!(
         covers_the_end,
         Part::Checksum,
-        "checksum: in frames with a content it covers bytes before the terminator"
+        "checksum: in frames with a content, it can only cover bytes before the terminator"
     );
     let mut is_written = matches!(checksum.encoding, Encoding::Hex);
     let mut digits: &[u8] = b"0123456789ABCDEF";
@@ -108,7 +108,7 @@ pub(super) const fn check_content_of_parts(
     reject_if!(
         !is_written,
         Part::Checksum,
-        "checksum: it may be bytes that are not content: write it in hex digits, which are content"
+        "checksum: its bytes may be outside the content: write it in hex digits, and allow all of them in the content"
     );
     Ok(())
 }

@@ -27,19 +27,19 @@ pub(super) const fn shortest_frame(layout: &Layout) -> Result<usize, Contradicti
     let (part, message) = if !found.has_sync {
         (
             Part::Sync,
-            "sync: the fixed bits in its place have other values",
+            "sync: the fixed bits at its place have other values",
         )
     } else if !found.has_message {
         (
             Part::Messages,
-            "messages: no known number fits its bytes, the sync and the fixed bits",
+            "messages: no known number fits into its bytes and agrees with the sync and the fixed bits",
         )
     } else if found.length < usize::MAX {
         return Ok(found.length);
     } else if matches!(layout.length, Length::Delimiter) {
         (
             Part::Terminator,
-            "terminator: the fixed bits or the message contain it, which ends each frame too early",
+            "terminator: the fixed bits or the message contain it, so every frame would end too early",
         )
     } else {
         (
@@ -61,7 +61,7 @@ struct Found {
     length: usize,
 }
 
-/// Adds the frames with one sync.
+/// Adds the shortest frames with this sync to the result.
 const fn with_sync(layout: &Layout, sync: &[u8], mut found: Found) -> Found {
     let Some(messages) = &layout.messages else {
         return with_length(layout, sync, None, found);
@@ -77,7 +77,7 @@ const fn with_sync(layout: &Layout, sync: &[u8], mut found: Found) -> Found {
     found
 }
 
-/// Adds the shortest frame with one sync and one message.
+/// Adds the shortest frame with this sync and this message to the result.
 const fn with_length(
     layout: &Layout,
     sync: &[u8],
@@ -142,7 +142,8 @@ const fn shortest_length(
     Some(length as usize)
 }
 
-/// Returns the smallest number from `from` on that has no bits except `bits`, and these values of the known bits.
+/// Returns the smallest number that is at least `from`, has no bits outside `bits`, and has these values in the known
+/// bits.
 const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> {
     if from > u32::MAX as u64 {
         return None;
@@ -152,7 +153,8 @@ const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> 
     if from & !bits == 0 && from & known == values {
         return Some(from);
     }
-    // The number is greater: it has a bit that `from` has not, the same bits above it, and the least bits below it.
+    // The number is greater than `from`. It has one bit that `from` lacks, the same bits above that bit, and the
+    // smallest possible bits below it.
     let mut bit = 1_u32;
     while bit != 0 {
         let below = bit.wrapping_sub(1);
@@ -209,7 +211,7 @@ const fn sync_agrees(layout: &Layout, sync: &[u8]) -> bool {
     true
 }
 
-/// Returns true if the number of a message has room, and agrees with the other parts of the header.
+/// Returns true if the message's number fits into its bytes, and agrees with the other parts of the header.
 const fn message_agrees(
     layout: &Layout,
     sync: &[u8],
@@ -260,7 +262,7 @@ const fn ends_early(
     false
 }
 
-/// Returns true if a terminator is at `at`, of bytes that are the same in each frame of `length` bytes.
+/// Returns true if the bytes from `at` on are a terminator in each frame of `length` bytes.
 const fn ends_early_at(
     layout: &Layout,
     length: usize,
@@ -363,13 +365,13 @@ const fn is_at(bits: FixedBits, length: usize, at: usize) -> bool {
     }
 }
 
-/// Returns one byte of a number, counted from the front.
+/// Returns the byte of a number that the frame has at the index `byte` of this number.
 const fn byte_of(number: &Number, value: u32, byte: usize) -> u8 {
     let [lowest, ..] = value.wrapping_shr(shift_of(number, byte)).to_le_bytes();
     lowest
 }
 
-/// Returns the number of bits below a byte of a number, counted from the front.
+/// Returns the position in the number of the lowest bit of this byte.
 const fn shift_of(number: &Number, byte: usize) -> u32 {
     let below = match number.order {
         ByteOrder::Little => byte,

@@ -1,4 +1,4 @@
-//! Says what to check if a stream yields few frames. Each guess is tried on the first bytes before it is made.
+//! Suggests what to check if a stream yields few frames. Each guess is tested on the first bytes before it is made.
 
 use std::collections::HashMap;
 
@@ -7,13 +7,13 @@ use framelock_description::{Class, Field, Kind, SHIPPED, Type, hex};
 use framelock_formats::layout::Length;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
-/// The number of bytes that guesses are tried on.
+/// The number of bytes on which guesses are tested.
 pub(super) const TRIED: usize = 64 * 1024;
 
 /// Returns the likely reason why `stream`, the first bytes, yields few frames of `protocol`.
 pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -> Option<String> {
     let own = in_frames(protocol, policy, stream);
-    // The guess must explain most bytes, and many more than the frames that were asked for.
+    // The guess must explain most bytes, and many more bytes than the frames of `--frame`.
     let fits = |protocol: &Protocol, stream: &[u8]| {
         let count = in_frames(protocol, Policy::Framelock, stream);
         2 * count > stream.len() && count > 2 * own
@@ -30,7 +30,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     }
     let fitting = |stream: &[u8]| {
         let fitting = shipped().filter(|other| fits(other, stream));
-        // Of equal ones the first.
+        // If several fit equally well, the first one is used.
         let all: Vec<Protocol> = fitting.collect();
         let count = |other: &&Protocol| in_frames(other, Policy::Framelock, stream);
         all.iter().rev().max_by_key(count).cloned()
@@ -38,7 +38,8 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     if policy == Policy::Lecture && fits(protocol, stream) {
         return Some("--policy framelock finds frames".to_owned());
     }
-    // A description with the same sync is a variant: its own keys are wrong, not its name.
+    // A description of the user with the same sync is a variant of a shipped one. Then a key of the description is
+    // wrong, not the choice of `--frame`.
     let is_shipped = SHIPPED.iter().any(|(name, _)| *name == protocol.name);
     if let Some(other) = fitting(stream).filter(|it| is_shipped || sync(it) != sync(protocol)) {
         return Some(format!("they are frames of {other}: give --frame {other}"));
@@ -100,10 +101,10 @@ fn shipped() -> impl Iterator<Item = Protocol> {
         .filter_map(|(name, _)| Protocol::named(name).ok())
 }
 
-/// Returns the bytes that a text in hex means.
+/// Returns the bytes that a hex text stands for.
 fn bytes_of_hex(stream: &[u8]) -> Option<Vec<u8>> {
     let text = std::str::from_utf8(stream).ok()?;
-    // The last line may be cut.
+    // The last line may be incomplete.
     let whole = text.rsplit_once('\n').map_or(text, |(lines, _)| lines);
     hex::parse(&[whole]).ok().filter(|bytes| !bytes.is_empty())
 }
@@ -123,7 +124,7 @@ fn with_line_ends(stream: &[u8], end: &[u8]) -> Vec<u8> {
     replaced
 }
 
-/// Returns the share of bytes that a condition holds for.
+/// Returns the share of bytes for which the condition holds.
 fn share(stream: &[u8], holds: impl Fn(&&u8) -> bool) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "they are few")]
     let share = stream.iter().filter(holds).count() as f64 / stream.len().max(1) as f64;
@@ -135,7 +136,7 @@ fn sync(protocol: &Protocol) -> Option<&[u8]> {
     kind.layout.sync().each().next()
 }
 
-/// Names the distance at which the sync of frames with a fixed length repeats, if that is another one.
+/// Returns a hint if the sync of frames with a fixed length repeats at a distance other than this length.
 fn wrong_period(protocol: &Protocol, stream: &[u8]) -> Option<String> {
     let kind = protocol.description.kinds.first()?;
     let sync =

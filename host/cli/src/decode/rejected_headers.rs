@@ -3,13 +3,13 @@
 use framelock::DiscardReason;
 use framelock_receiving::Protocol;
 
-/// Bytes of which a tenth is worth a hint.
+/// The number of bytes after which a hint may be given, if a tenth of them followed rejected headers.
 const SOME: u64 = 200;
 
-/// The bytes that followed rejected headers, by the reason.
+/// The numbers of bytes that followed rejected headers, by reason.
 #[derive(Default)]
 pub(super) struct RejectedHeaders {
-    /// Why the last header was rejected, if no frame has come since.
+    /// The reason for which the last header was rejected; `None` if a frame has followed it.
     last: Option<DiscardReason>,
     bad_header: usize,
     too_long: usize,
@@ -40,7 +40,7 @@ impl RejectedHeaders {
         let causes = [
             (
                 self.too_long,
-                format!("tell more bytes than longest, {longest}: raise longest"),
+                format!("state a length above longest, {longest}: raise longest"),
             ),
             (
                 self.unknown_message,
@@ -48,7 +48,7 @@ impl RejectedHeaders {
             ),
             (
                 self.bad_header,
-                "no frame has: look at shortest, and at the fields with a value".to_owned(),
+                "no frame can have: check shortest, and the fields with a value".to_owned(),
             ),
         ];
         let (count, why) = causes.into_iter().max_by_key(|(count, _)| *count)?;

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 
-/// Gives a few bytes at a time, and fails in passing in between.
+/// A reader that returns a few bytes at a time, and sometimes a temporary error.
 struct Dribble<'a>(&'a [u8], ChaCha8Rng);
 
 impl Read for Dribble<'_> {
@@ -26,7 +26,7 @@ impl Read for Dribble<'_> {
     }
 }
 
-/// Noise that is full of beginnings of frames, some frames, and an end anywhere.
+/// Returns noise with many false starts and some frames. The stream may end inside a frame.
 fn noise(frame: &Protocol, random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for _ in 0..random.random_range(0..60) {
@@ -41,7 +41,7 @@ fn noise(frame: &Protocol, random: &mut ChaCha8Rng) -> Vec<u8> {
     stream
 }
 
-/// Against the reference: every row, every byte that is discarded, and where all have gone.
+/// Compares every row, every discarded byte and the summary with the reference.
 fn agrees<F: reference::Format>(name: &str, policy: Policy) {
     let frame = &Protocol::named(name).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);
@@ -74,7 +74,7 @@ fn agrees<F: reference::Format>(name: &str, policy: Policy) {
             bytes: stream.len() as u64,
             frame_length: Some(F::LENGTH),
             frames: setpoints.len() as u64,
-            // Nothing comes behind the end.
+            // The end of the stream discards the pending bytes.
             discarded: (discarded.len() + pending) as u64,
             pending: 0,
             ..summary

@@ -11,12 +11,12 @@ pub(super) struct Totals {
     pub(super) frame_bytes: u64,
     pub(super) discarded: DiscardedTotals,
     pub(super) resynchronisations: u64,
-    /// The counters when they were added last.
+    /// The counters at the last call.
     before: Counters,
 }
 
 impl Totals {
-    /// Adds the counters' increase since the last call: fewer than 2³² of each.
+    /// Adds the increase of each counter since the last call, which must be less than 2³².
     pub(super) fn add(&mut self, now: &Counters) {
         let Self { before, .. } = *self;
         self.bytes += increase(now.bytes, before.bytes);
@@ -55,7 +55,7 @@ macro_rules! discarded_totals {
                 $(self.$reason += increase(now.$reason, before.$reason);)*
             }
 
-            /// Returns the sum of all of them.
+            /// Returns the sum of all totals.
             pub(super) const fn total(&self) -> u64 {
                 self.end_of_input $(+ self.$reason)*
             }

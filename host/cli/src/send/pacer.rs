@@ -4,8 +4,8 @@ use std::num::NonZeroU32;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// The limit of lateness that is made up for by sending the next frames sooner. Beyond it, the process
-/// or the line was held up. The motion must not rush then, so all deadlines move back.
+/// The greatest lateness after which the next frames are sent sooner to catch up. If the lateness is greater, the
+/// process or the line was held up. Then the motion must not rush, so all deadlines move back.
 pub(super) const MOST_MADE_UP: Duration = Duration::from_millis(250);
 
 /// A number of frames per second.

@@ -13,7 +13,7 @@ use crate::kind::{Kind, LONGEST};
 use crate::positions::checksum_position;
 use crate::value::{Decimal, Scale};
 
-/// Names of the other columns in a row, which no field may have.
+/// The names of the other columns in a row. No field may have one of these names.
 const TAKEN: [&str; 3] = ["offset", "length", "time"];
 
 /// Checks that a name is valid for a column, and returns it.
@@ -23,14 +23,14 @@ fn column_name(name: &Spanned<String>) -> Result<String, Problem> {
     if !text.starts_with(|c: char| c.is_ascii_alphabetic()) || !text.chars().all(plain) {
         return wrong(
             name,
-            "a name has letters, digits and _, and begins with a letter",
+            "a name must have only letters, digits and _, and begin with a letter",
         );
     }
     if TAKEN.iter().any(|taken| text.eq_ignore_ascii_case(taken)) {
         let taken = TAKEN.join(", ");
         return wrong(
             name,
-            format!("{taken} are other columns' names: take another"),
+            format!("{taken} are the names of other columns: choose another name"),
         );
     }
     Ok(text.clone())
@@ -59,13 +59,13 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
         _ => {
             return wrong(
                 spanned,
-                "a field has a type, or else bits, which are 1 to 64",
+                "a field must have either a type, or bits from 1 to 64",
             );
         }
     };
     let is_possible = |count| (1..=LONGEST).contains(&count);
     if !entry.count.is_none_or(is_possible) {
-        return wrong(spanned, format!("a count is from 1 to {LONGEST}"));
+        return wrong(spanned, format!("a count must be from 1 to {LONGEST}"));
     }
     let number = match kind {
         Type::Number(number) if number.class != Class::Float => Some(number),
@@ -76,15 +76,15 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     {
         return wrong(
             mask,
-            "a mask is for whole numbers, and has bits that they have",
+            "only a whole number can have a mask, and the mask must have some of its bits",
         );
     }
     let scale = entry.scale.as_ref().or(entry.offset.as_ref());
     if let Some(scale) = scale.filter(|_| number.is_none() && entry.bits.is_none()) {
-        return wrong(scale, "a scale and an offset are for whole numbers");
+        return wrong(scale, "only a whole number can have a scale and an offset");
     }
     if let Some(scale) = entry.scale.as_ref().filter(|it| it.get_ref().digits == 0) {
-        return wrong(scale, "a scale is not 0");
+        return wrong(scale, "a scale must not be 0");
     }
     let decimal = |entry: &Option<Spanned<Decimal>>| entry.as_ref().map(|it| *it.get_ref());
     let (factor, offset) = (decimal(&entry.scale), decimal(&entry.offset));
@@ -96,7 +96,7 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     if let Some(unit) = &entry.unit
         && unit.get_ref().contains(is_blank)
     {
-        return wrong(unit, "a unit is a word, such as deg or m/s");
+        return wrong(unit, "a unit must be a word, such as deg or m/s");
     }
     let mut field = Field {
         name,
@@ -110,7 +110,7 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
         ..Field::default()
     };
     if let Some(item) = entry.item.as_ref().filter(|_| field.kind != Type::Text) {
-        return wrong(item, "an item is of text");
+        return wrong(item, "only text can have an item");
     }
     if let Some(value) = &entry.value
         && let Values::One(number) = *value.get_ref()
@@ -126,7 +126,7 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
         }
     }
     if field.at < 0 && field.length().is_none() {
-        let what = "what takes all that is left is counted from the front; or give a count";
+        let what = "a field that takes the rest of the frame must be counted from the front: change at, or give a count";
         return wrong(&entry.at, what);
     }
     Ok(field)
@@ -145,7 +145,7 @@ pub(super) fn take_what_is_left(
             let distance = usize::from(field.at.unsigned_abs());
             field.count = length.get_ref().checked_sub(distance + from_end);
             if field.count.is_none_or(|left| left == 0) {
-                return wrong(entry, "nothing of the frame is left for this field");
+                return wrong(entry, "no bytes of the frame are left for this field");
             }
         }
         let is_placed = field.at < 0 || field.constant.is_some();
@@ -218,7 +218,7 @@ pub(super) fn check_positions(
             (Some(bytes), _) => field.each_bit(bytes.len(), |bit, _, _| {
                 bits.push(8 * bytes.start + bit);
             }),
-            // Past the end.
+            // A bit past the end.
             (None, Some(_)) => bits.push(8 * length),
             (None, None) => {}
         }
@@ -232,7 +232,7 @@ pub(super) fn check_positions(
                 return Err(Problem(span, what));
             };
             if let Some(other) = owner.replace(name) {
-                let what = format!("{name} is in the place of {other}");
+                let what = format!("{name} overlaps {other}");
                 return Err(Problem(span, what));
             }
         }

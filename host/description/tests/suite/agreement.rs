@@ -1,5 +1,6 @@
-//! That frames come out of what a text describes, whatever is around them and however the stream is cut, and that
-//! values make the frame again that they are of. For texts at random, and for the fuzzer's.
+//! Checks that the receiver of any description delivers the described frames, whatever surrounds them and however the
+//! stream is cut, and that encoding the values of a frame makes the same frame again. Random descriptions and the
+//! fuzzer's use these checks.
 
 use framelock::{BufferedReceiver, Classification, Format, Found, Frame, LineEvent};
 use framelock_description::Description;
@@ -10,11 +11,11 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drawn::{frames, noisy, values, with_any_end};
 
-/// The reference takes long with longer frames.
+/// The longest frame that is checked, because the reference is slow with longer frames.
 const LONGEST: usize = 300;
 
-/// Any text is refused with a place in it, or describes frames that come out; returns how many did, if it describes
-/// some.
+/// Checks that a text is rejected with a position in the text, or that its frames are delivered. Returns the number of
+/// delivered frames, or `None` if the text is rejected.
 pub(crate) fn is_refused_or_agrees(text: &str) -> Option<usize> {
     match Description::parse("any.toml", text) {
         Ok(description) if description.format().longest() <= LONGEST => {
@@ -36,10 +37,10 @@ pub(crate) fn is_refused_or_agrees(text: &str) -> Option<usize> {
     }
 }
 
-/// What becomes of the bytes of a stream, each frame as the place at which it begins.
+/// The outcomes of the bytes of a stream. The message of a frame is the position at which it begins.
 type Events = Vec<Found<usize>>;
 
-/// What a receiver makes of a stream that is cut anywhere; byte by byte if `most` is 1.
+/// Returns the events of a receiver for a stream that is cut into random slices of up to `most` bytes.
 fn received(
     description: &Description,
     stream: &[u8],
@@ -64,7 +65,7 @@ fn received(
     one_by_one(&events)
 }
 
-/// Discarded bytes one by one: in how many pieces they are told depends on the cuts.
+/// Splits runs of discarded bytes into single bytes, because the length of the runs depends on the cuts.
 fn one_by_one(events: &[Found<usize>]) -> Events {
     let each = events.iter().flat_map(|event| match *event {
         Found::Frame { .. } => vec![*event],
@@ -73,7 +74,8 @@ fn one_by_one(events: &[Found<usize>]) -> Events {
     each.collect()
 }
 
-/// Whatever the stream and however it is cut, what the reference makes of it comes out; and of frames alone, each.
+/// Asserts that the receiver has the same events as the reference for any stream and any cuts, and delivers each frame
+/// of a stream that consists of frames only. Returns the number of these frames.
 pub(crate) fn agrees_with_the_reference(
     description: &Description,
     text: &str,

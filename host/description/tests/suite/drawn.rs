@@ -81,7 +81,7 @@ pub(crate) fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json
     row
 }
 
-/// Frames with random values.
+/// Returns frames with random values.
 pub(crate) fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     let rows = (0..12).map(|_| description.encode(&row(description, random)));
     rows.filter_map(Result::ok).collect()
@@ -102,7 +102,8 @@ pub(crate) fn with_any_end(
     }
 }
 
-/// Returns frames between noise, which consists of pieces of such frames.
+/// Returns a stream of frames with noise between them. The noise consists of pieces of these
+/// frames.
 pub(crate) fn noisy(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for bytes in frames {
@@ -130,7 +131,7 @@ const CONTENTS: &[&str] = &[
     "content = '05-19 1B-FF 00-03 except 0D 0A'\n",
 ];
 
-/// The forms of fields: the number of bytes, and the keys.
+/// The forms of fields, each with its number of bytes and its keys.
 pub(crate) const FIELDS: &[(usize, &str)] = &[
     (9, "type = 'bytes'"),
     (9, "type = 'text'"),

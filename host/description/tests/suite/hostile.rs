@@ -94,7 +94,7 @@ fn agree(description: &Description, random: &mut ChaCha8Rng) -> usize {
     let outcome = received(receiver.clone(), &steps, <[u8]>::to_vec);
     assert_eq!(outcome, expected, "{stream:02X?}");
 
-    // Frame by frame, and byte by byte.
+    // Checks frame by frame, and byte by byte.
     let is_frame = |one: &&Result<Vec<u8>, _>| one.is_ok();
     let expected = expected.0.iter().filter(is_frame).count();
     let mut counted = [Line::new(receiver.clone()), Line::new(receiver)];

@@ -2,7 +2,7 @@
 
 use framelock_description::{Description, hex, shipped};
 
-/// Returns the values of the frames in a stream of nothing else.
+/// Returns the values of the frames in a stream that consists of frames only.
 fn values(name: &str, frames: &[&str]) -> Vec<String> {
     let description = Description::parse(name, shipped(name).unwrap()).unwrap();
     let values = frames.iter().map(|frame| {

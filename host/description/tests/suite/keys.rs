@@ -140,7 +140,7 @@ fn a_frame_may_end_in_several_ways() {
     for text in ["ab#c", "ab\nc", "ab\r", "é"] {
         let encoded = description.encode(&[Some(json!(text)), Some(json!(59))]);
         assert!(
-            encoded.is_err_and(|why| why.contains("which bytes they contain")),
+            encoded.is_err_and(|why| why.contains("their content")),
             "{text}"
         );
     }
@@ -151,7 +151,7 @@ fn a_frame_may_end_in_several_ways() {
     assert!(line.encode(&[Some(json!("ab\r"))]).is_err());
 }
 
-/// Two kinds of a motor's frames, which share the entries that they have in common.
+/// Two kinds of a motor's frames, with shared entries.
 const MOTOR: &str = r#"
     sync = "AA 55"
     length_field = { at = 2, type = "u8" }
@@ -276,7 +276,7 @@ fn what_cannot_be_written_is_told() {
         (
             "sync = 'C8 | EE'\nlength = 3\nfields = [{ name = 'a', at = 0, type = 'u8' }]",
             json!([5]),
-            "a cannot be that: the description says what stands in its place",
+            "a cannot have this value: the description gives its bytes another value",
         ),
         (
             "sync = '24'\nterminator = '0A'\nlongest = 9\nfields = [{ name = 'a', at = 1, type = 'text' }]",
@@ -286,7 +286,7 @@ fn what_cannot_be_written_is_told() {
         (
             "sync = '24'\nterminator = '0A'\nlongest = 9\nfields = [{ name = 'a', at = 1, type = 'text' }]",
             json!(["123456789"]),
-            "there is no frame of 11 bytes with these values: the description has frames of 2 to 9 bytes",
+            "there is no frame of 11 bytes with these values: the description allows frames of 2 to 9 bytes",
         ),
     ] {
         let description = Description::parse("my.toml", text).unwrap();

@@ -1,7 +1,7 @@
 //! Hands a stream to one receiver byte by byte, and counts frames.
 //!
-//! A feature chooses the receiver. The benchmark `rivals` builds this program once for each, runs it in the emulator, and
-//! gives it its streams. It finds the symbols below by their names.
+//! A feature selects the receiver. The benchmark `rivals` builds this program once for each receiver, runs it in the
+//! emulator, and writes a stream into its memory. The benchmark finds the symbols below by their names.
 #![no_std]
 #![no_main]
 
@@ -13,25 +13,25 @@ use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use framelock::{BufferedReceiver, FixedFormat, Format, Frame, Line};
 
-/// The stream. The benchmark writes it when `begin` is called.
+/// The stream. The benchmark writes it here when the program calls `begin`.
 #[unsafe(no_mangle)]
 static STREAM: [AtomicU8; 1 << 14] = [const { AtomicU8::new(0) }; _];
 
-/// How many bytes it has.
+/// The number of bytes in the stream.
 #[unsafe(no_mangle)]
 static LENGTH: AtomicU32 = AtomicU32::new(0);
 
-/// How many frames were found.
+/// The number of frames that were found.
 #[unsafe(no_mangle)]
 static FRAMES: AtomicU32 = AtomicU32::new(0);
 
-/// Bytes of the receiver's state.
+/// The size of the receiver in bytes.
 #[unsafe(no_mangle)]
 static STATE: AtomicU32 = AtomicU32::new(0);
 
 /// A receiver.
 pub(crate) trait Receiver {
-    /// Takes a byte, and says how many frames it completes.
+    /// Takes a byte. Returns the number of frames that the byte completes.
     fn take(&mut self, byte: u8) -> u32;
 }
 
@@ -63,7 +63,7 @@ impl<F: FixedFormat> Receiver for Line<framelock::Receiver<F>> {
     }
 }
 
-/// Decodes a frame: a function of its own, as in a program that calls its handler for each frame.
+/// Decodes a frame. This is a separate function, as in a program that calls a handler for each frame.
 #[inline(never)]
 fn decoded<F: Format>(frame: Frame<'_, F>) -> u32 {
     found(Some(&frame.message()))
@@ -77,7 +77,7 @@ fn found<M>(message: Option<&M>) -> u32 {
     })
 }
 
-/// Hands the stream over.
+/// Passes the stream to the receiver, byte by byte.
 #[inline]
 fn receive<R: Receiver>(mut receiver: R) -> ! {
     STATE.store(
@@ -91,19 +91,19 @@ fn receive<R: Receiver>(mut receiver: R) -> ! {
         frames += receiver.take(byte.load(Ordering::Relaxed));
     }
     FRAMES.store(frames, Ordering::Relaxed);
-    // The counters are to be kept.
+    // Keeps the compiler from removing the counters.
     black_box(&receiver);
     end()
 }
 
-/// Here the stream is there.
+/// Marks the point at which the benchmark writes the stream.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn begin() {
     STATE.fetch_add(0, Ordering::Relaxed);
 }
 
-/// Here it has been taken.
+/// Marks the point at which the receiver has taken the whole stream.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn end() -> ! {
@@ -117,7 +117,7 @@ fn panic(_: &PanicInfo) -> ! {
     end()
 }
 
-/// The entry point of each feature: framelock's receiver, with the feature `line` on a line.
+/// Defines the entry point of a feature: framelock's receiver, on a `Line` with the feature `line`.
 macro_rules! framelock {
     ($($feature:literal: $receiver:expr;)*) => {$(
         #[cfg(feature = $feature)]
@@ -142,8 +142,8 @@ framelock! {
     "mavlink2": BufferedReceiver::<_, [u8; 560]>::new(framelock_formats::mavlink::Mavlink2(MESSAGES));
 }
 
-/// The `MAVLink` messages that are sent, and the longest of all, `ENCAPSULATED_DATA`: number, CRC extra, most bytes
-/// of payload.
+/// The `MAVLink` messages that are sent, and the longest message, `ENCAPSULATED_DATA`. Each entry: number, CRC extra,
+/// length of the longest payload.
 #[cfg(any(feature = "mavlink2", feature = "mavlink2-mavlink-core"))]
 const MESSAGES: &[framelock_formats::layout::KnownMessage] = &[
     framelock_formats::layout::KnownMessage::with_extra(0, 50, 9),

@@ -1,6 +1,7 @@
-//! Receivers of other crates, and one that does nothing. An adapter does what its crate's documentation shows, and no more.
+//! Receivers of other crates, and one that does nothing. An adapter uses its crate as the crate's documentation shows,
+//! and adds nothing.
 
-/// A receiver that does nothing: what the others are compared with.
+/// A receiver that does nothing. Its cost is subtracted from that of the others.
 #[cfg(feature = "nothing")]
 mod nothing {
     use core::hint::black_box;
@@ -107,7 +108,7 @@ mod uf_sbus {
     }
 }
 
-/// `parse_rc_ibus` behind the machine of the textbook.
+/// `parse_rc_ibus`, which checks and decodes the bytes that the textbook's machine has found.
 #[cfg(feature = "ibus-parse_rc_ibus")]
 mod parse_rc_ibus {
     use crate::Receiver;
@@ -212,7 +213,7 @@ mod ublox {
     use ublox::proto23::PacketRef;
     use ublox::{FixedBuffer, Parser, ParserError, UbxProtocol, UbxUnknownPacketRef};
 
-    /// Tells the longest payload, and leaves messages as they are.
+    /// A protocol version that states the longest payload and does not decode messages.
     struct FramesOnly;
 
     impl UbxProtocol for FramesOnly {
@@ -287,7 +288,7 @@ mod mavlink_core {
         }
     }
 
-    /// A byte that has come, if it is not read yet.
+    /// The byte that has arrived, if it has not been read.
     struct Source(Option<u8>);
 
     impl ErrorType for Source {
@@ -313,7 +314,7 @@ mod mavlink_core {
         fn take(&mut self, byte: u8) -> u32 {
             self.0.get_mut().0 = Some(byte);
             let mut frames = 0;
-            // It ends with the error that the source has no more.
+            // The loop ends with the error that the source has no more bytes.
             while let Ok(raw) = self
                 .0
                 .read_raw_message_with_dialect(&Known, MavlinkVersion::V2)

@@ -14,7 +14,7 @@ fn cause(frame: &str, stream: &[u8]) -> String {
     likely_cause(&protocol, Policy::Framelock, stream).unwrap_or_default()
 }
 
-/// Two hundred setpoints of a motion, each made a frame.
+/// Returns two hundred frames of a motion's setpoints.
 fn motion(frame: impl Fn([u8; 3]) -> Vec<u8>) -> Vec<u8> {
     let setpoints = (0..200_u32).map(|step| {
         let demand = |speed: u32| u8::try_from(128 + step * speed % 90).unwrap();
@@ -27,7 +27,7 @@ fn bin([pitch, roll, yaw]: [u8; 3]) -> Vec<u8> {
     vec![b'A', b'B', 0, pitch, roll, yaw, b'\r']
 }
 
-/// The bytes of the frames in `tests/recordings.txt`, of one format.
+/// Returns the bytes of the frames of one format in `tests/recordings.txt`.
 fn recorded(wanted: &str) -> Vec<u8> {
     let lines = include_str!("../../../tests/recordings.txt").lines();
     let frames = lines.filter_map(|line| line.strip_prefix(wanted)?.strip_prefix(": "));
@@ -93,7 +93,7 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
         let cause = cause(frame, &stream);
         assert!(cause.contains(told), "{frame}, {told}: {cause}");
     }
-    // Nothing certain can be said of noise.
+    // For noise, no cause is certain.
     sbus.iter_mut().enumerate().for_each(|(at, byte)| {
         *byte = byte
             .wrapping_mul(77)
