@@ -60,6 +60,9 @@ pub(crate) struct FrameWriter {
     written: Vec<Written>,
     /// The columns of those that are wanted.
     columns: Vec<Column>,
+    has_kinds: bool,
+    /// The messages that are wanted by their names, if not all are.
+    only: Vec<String>,
     /// Whether people are shown numbers in hex.
     pub(crate) is_hex: bool,
 }
@@ -70,6 +73,8 @@ impl FrameWriter {
         let mut new = Self {
             written: Vec::new(),
             columns: protocol.description.columns.clone(),
+            has_kinds: protocol.description.has_kinds(),
+            only: Vec::new(),
             protocol,
             is_hex: false,
         };
@@ -77,22 +82,30 @@ impl FrameWriter {
         new
     }
 
-    /// Writes only the kinds of frames with these names, and their columns.
+    /// Writes only the kinds of frames and the messages with these names, and their columns.
     pub(crate) fn only(&mut self, names: &[String]) -> Result<(), String> {
-        let kinds = || self.protocol.description.shown().map(|kind| &*kind.name);
+        let kinds = || self.protocol.description.shown();
         for name in names {
-            if !kinds().any(|kind| kind.eq_ignore_ascii_case(name)) {
-                let kinds: Vec<&str> = kinds().collect();
-                return Err(format!("--only {name}: {}", no_such(name, &kinds)));
+            if !kinds().any(|kind| kind.has_name(|own| own.eq_ignore_ascii_case(name))) {
+                let messages = kinds().flat_map(|kind| &kind.message_names);
+                let all = kinds().map(|kind| &*kind.name);
+                let mut names: Vec<&str> = Vec::new();
+                for name in all.chain(messages.map(|(_, name)| *name)) {
+                    if !names.contains(&name) {
+                        names.push(name);
+                    }
+                }
+                return Err(format!("--only {name}: {}", no_such(name, &names)));
             }
         }
+        self.only = names.to_vec();
         self.write_only(|kind| names.iter().any(|name| kind.eq_ignore_ascii_case(name)));
         Ok(())
     }
 
     fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let description = &self.protocol.description;
-        let wanted = || description.shown().filter(|kind| is_wanted(&kind.name));
+        let wanted = || description.shown().filter(|kind| kind.has_name(&is_wanted));
         self.columns.retain(|column| {
             let is_it = |field: &Field| field.name == *name_of(column);
             column.name == KIND || wanted().any(|kind| kind.varying_fields().any(is_it))
@@ -104,7 +117,14 @@ impl FrameWriter {
 
     /// Whether a frame is of a wanted kind.
     pub(crate) fn is_wanted(&self, frame: &[u8]) -> bool {
-        self.kind(frame).is_some_and(|written| written.is_wanted)
+        self.kind(frame).is_some_and(
+            |Written {
+                 kind, is_wanted, ..
+             }| {
+                let is_it = |name: &String| name.eq_ignore_ascii_case(kind.name_of(frame));
+                *is_wanted || self.only.iter().any(is_it)
+            },
+        )
     }
 
     /// Appends the header of comma-separated values.
@@ -148,9 +168,9 @@ impl FrameWriter {
             return;
         };
         let kind = &written.kind;
-        if self.written.len() > 1 {
+        if self.has_kinds {
             row.push(b',');
-            append_cell(row, &Value::Text(kind.name.as_bytes()));
+            append_cell(row, &Value::Text(kind.name_of(frame).as_bytes()));
         }
         for &(number, columns) in &written.cells {
             let field = number.and_then(|number| kind.fields.get(number));
@@ -188,9 +208,9 @@ impl FrameWriter {
             return;
         };
         let kind = &written.kind;
-        if self.written.len() > 1 {
+        if self.has_kinds {
             row.extend(b",\"kind\":");
-            Value::Text(kind.name.as_bytes()).append_json_to(row);
+            Value::Text(kind.name_of(frame).as_bytes()).append_json_to(row);
         }
         for (number, key) in &written.fields {
             let Some(field) = kind.fields.get(*number) else {
@@ -252,8 +272,13 @@ impl FrameWriter {
         let Some(Written { kind, .. }) = self.kind(frame) else {
             return;
         };
-        if self.written.len() > 1 {
-            for part in [between, KIND.as_bytes(), b" ", kind.name.as_bytes()] {
+        if self.has_kinds {
+            for part in [
+                between,
+                KIND.as_bytes(),
+                b" ",
+                kind.name_of(frame).as_bytes(),
+            ] {
                 row.extend(part);
             }
         }

@@ -168,7 +168,7 @@ impl NumberType {
 
     /// Reads the bits of the number from its bytes. Missing bytes at the end are zero.
     #[inline]
-    fn bits(self, bytes: &[u8]) -> u64 {
+    pub(crate) fn bits(self, bytes: &[u8]) -> u64 {
         let add = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
         match self.order {
             // The sender may have left out zero bytes at the end.

@@ -3,7 +3,7 @@
 use framelock_formats::Layout;
 use framelock_formats::layout::Trailer;
 
-use crate::field::Field;
+use crate::field::{Class, Field, NumberType};
 use crate::value::Value;
 
 /// The number of bytes in the longest frame that may be described: the greatest 16-bit length, and 256 more.
@@ -28,6 +28,8 @@ pub struct Kind {
     pub(crate) sign: (usize, Vec<u8>),
     /// Whether the sender leaves out zero bytes at the end of the payload.
     pub has_truncated_zeros: bool,
+    /// The numbers and names of messages, in ascending order of the numbers.
+    pub message_names: Vec<(u32, &'static str)>,
 }
 
 impl Kind {
@@ -52,6 +54,35 @@ impl Kind {
         };
         let bytes = field.item(field.bytes(part, length).or_else(cut)?)?;
         Some(Content { field, bytes })
+    }
+
+    /// Returns the name of the message in a frame, or of the kind if the message has no name.
+    #[inline]
+    #[must_use]
+    pub fn name_of(&self, frame: &[u8]) -> &str {
+        self.message_name(frame).unwrap_or(&self.name)
+    }
+
+    fn message_name(&self, frame: &[u8]) -> Option<&'static str> {
+        if self.message_names.is_empty() {
+            return None;
+        }
+        let number = self.layout.messages()?.number;
+        let kind = NumberType {
+            class: Class::Unsigned,
+            bytes: number.bytes,
+            order: number.order,
+        };
+        let number = kind.bits(frame.get(number.at..number.end())?);
+        let names = &self.message_names;
+        let place = names.binary_search_by_key(&number, |(number, _)| u64::from(*number));
+        Some(names.get(place.ok()?)?.1)
+    }
+
+    /// Returns true if the kind has this name, or one of its messages has.
+    #[must_use]
+    pub fn has_name(&self, is_it: impl Fn(&str) -> bool) -> bool {
+        is_it(&self.name) || self.message_names.iter().any(|(_, name)| is_it(name))
     }
 
     /// Returns the index of the view that shows a frame; `None` if no view has these values and this length.

@@ -134,6 +134,12 @@ impl Description {
         self.shown().nth(self.shown_number(frame))
     }
 
+    /// Returns the name of a frame's kind, view or message, which is the value of the column [`KIND`].
+    #[must_use]
+    pub fn name(&self, frame: &[u8]) -> Option<&str> {
+        self.kind(frame).map(|kind| kind.name_of(frame))
+    }
+
     /// The number of the kind or view that shows a frame, in the order of [`shown`](Self::shown).
     #[must_use]
     #[inline]
@@ -173,7 +179,7 @@ impl Description {
     /// Whether a frame's kind is worth telling.
     #[must_use]
     pub fn has_kinds(&self) -> bool {
-        self.shown().nth(1).is_some()
+        has_kinds(&self.kinds)
     }
 }
 
@@ -274,6 +280,13 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     })
 }
 
+fn has_kinds(kinds: &[Kind]) -> bool {
+    kinds.len() > 1
+        || kinds
+            .iter()
+            .any(|kind| !kind.views.is_empty() || !kind.message_names.is_empty())
+}
+
 /// The names of all values: an array has a number behind its name. Kinds may share a column.
 fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
     let mut columns: Vec<Column> = Vec::new();
@@ -282,7 +295,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
             .iter()
             .flat_map(|kind| std::iter::once(kind).chain(&kind.views))
     };
-    let has_kinds = all().nth(1).is_some();
+    let has_kinds = has_kinds(kinds);
     if has_kinds {
         columns.push(Column {
             name: KIND.to_owned(),
