@@ -38,11 +38,19 @@ impl Written {
             let is_it = |field: &Field| field.name == *name_of(column) && field.constant.is_none();
             Some((kind.fields.iter().position(is_it), columns.len()))
         });
+        // Empty cells that follow each other are written at once.
+        let mut merged: Vec<(Option<usize>, usize)> = Vec::new();
+        for cell in cells {
+            match (merged.last_mut(), cell) {
+                (Some((None, before)), (None, columns)) => *before += columns,
+                _ => merged.push(cell),
+            }
+        }
         Self {
             kind: kind.clone(),
             is_wanted,
             fields: keys.collect(),
-            cells: cells.collect(),
+            cells: merged,
         }
     }
 }
@@ -172,9 +180,10 @@ impl FrameWriter {
             row.push(b',');
             append_cell(row, &Value::Text(kind.name_of(frame).as_bytes()));
         }
+        let contents = kind.contents(frame);
         for &(number, columns) in &written.cells {
             let field = number.and_then(|number| kind.fields.get(number));
-            match field.and_then(|field| kind.content(field, frame)) {
+            match field.and_then(|field| contents.of(field)) {
                 Some(content) if columns == 1 => {
                     row.push(b',');
                     append_cell(row, &content.value());
@@ -183,7 +192,7 @@ impl FrameWriter {
                     row.push(b',');
                     append_cell(row, &value);
                 }),
-                None => row.extend(std::iter::repeat_n(b',', columns)),
+                None => row.resize(row.len() + columns, b','),
             }
         }
         row.push(b'\n');
@@ -208,6 +217,7 @@ impl FrameWriter {
             return;
         };
         let kind = &written.kind;
+        let contents = kind.contents(frame);
         if self.has_kinds {
             row.extend(b",\"kind\":");
             Value::Text(kind.name_of(frame).as_bytes()).append_json_to(row);
@@ -216,7 +226,7 @@ impl FrameWriter {
             let Some(field) = kind.fields.get(*number) else {
                 continue;
             };
-            let Some(content) = kind.content(field, frame) else {
+            let Some(content) = contents.of(field) else {
                 continue;
             };
             row.extend(key);

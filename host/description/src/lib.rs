@@ -59,7 +59,7 @@ use framelock_formats::{AnyOf, Layout};
 
 pub use field::{Class, Field, NumberType, Type};
 pub use item::Item;
-pub use kind::{Content, Kind, LONGEST};
+pub use kind::{Content, Contents, Kind, LONGEST};
 pub use positions::Part;
 pub use value::{Decimal, Scale, Value};
 

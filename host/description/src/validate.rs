@@ -118,6 +118,7 @@ fn untabled(
     let kind = Kind {
         name: name.to_owned(),
         layout,
+        ends: Kind::ends_of(&fields),
         fields,
         header,
         from_end,
