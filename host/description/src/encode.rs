@@ -159,15 +159,18 @@ impl Kind {
         Err(self.why_not(&frame))
     }
 
+    /// Returns the index of the first byte that may be left out if it and all later bytes of the payload are zero.
+    #[must_use]
+    pub fn first_zero(&self) -> usize {
+        let shortest = self.layout.shortest().saturating_sub(self.from_end);
+        self.header.max(shortest) + 1
+    }
+
     /// Removes the zeros at the end of the payload, but keeps the payload's first byte. The frame has `length` bytes without
     /// its trailer.
     fn without_zeros(&self, frame: Vec<u8>, length: usize) -> Vec<u8> {
         let end = length.saturating_sub(self.from_end);
-        let first = self
-            .header
-            .max(self.layout.shortest().saturating_sub(self.from_end))
-            + 1;
-        let payload = frame.get(first..end).unwrap_or_default();
+        let payload = frame.get(self.first_zero()..end).unwrap_or_default();
         let zeros = payload.iter().rev().take_while(|byte| **byte == 0).count();
         let mut shorter = frame.clone();
         shorter.drain(end - zeros..end);
