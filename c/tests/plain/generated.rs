@@ -1,6 +1,7 @@
 //! Compiles and runs generated code. On faulty streams, it must find the same frames as the description, and make the same
 //! frames.
 
+use std::collections::HashSet;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -45,6 +46,27 @@ const MOTOR: &str = "
     fields = [
         { name = 'number', at = 3, type = 'u8', value = 2 },
         { name = 'state', at = 4, type = 'u8' },
+    ]
+";
+
+/// Senders leave out zero bytes at the end of the payload, as `MAVLink` 2 senders do.
+const TRUNCATED: &str = "
+    sync = 'FD'
+    length_field = { at = 1, type = 'u8', plus = 6 }
+    longest = 60
+    truncated_zeros = true
+    trailer = { name = 'signature', at = 2, mask = 1, bytes = 4 }
+    checksum = { name = 'CRC-16/MCRF4XX', type = 'u16le', at = -2, from = 1 }
+    fields = [
+        { name = 'flags', at = 2, type = 'u8', mask = 0xFE, value = 0 },
+        { name = 'sequence', at = 3, type = 'u8' },
+        { name = 'ms', at = 4, type = 'u32le' },
+        { name = 'large', at = 8, type = 'u64be' },
+        { name = 'signed', at = 16, type = 'i16be', count = 3 },
+        { name = 'single', at = 22, type = 'f32le' },
+        { name = 'bits', at = 26, bits = 11, count = 4 },
+        { name = 'last', at = 32, type = 'i32le', scale = 0.01 },
+        { name = 'big', at = 36, type = 'u16be' },
     ]
 ";
 
@@ -410,9 +432,17 @@ fn said_in_c(field: &Field, code: &str) -> String {
 
 #[test]
 fn generated_code_does_what_its_description_says() {
-    let cases = cases(20);
-    in_rust(&cases);
+    let mut cases = cases(20);
     in_c(&cases);
+    let truncated = Case::new("truncated", TRUNCATED, &mut ChaCha8Rng::seed_from_u64(3));
+    let lengths = truncated
+        .expected
+        .lines()
+        .filter_map(|line| line.strip_prefix("= "));
+    let lengths: HashSet<usize> = lengths.map(str::len).collect();
+    assert!(lengths.len() > 5, "{lengths:?}");
+    cases.push(truncated);
+    in_rust(&cases);
 }
 
 #[test]

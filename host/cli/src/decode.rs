@@ -194,7 +194,7 @@ impl<W: Write> Decoder<W> {
                 self.beginning.extend(bytes.iter().take(tried));
                 if self.is_live && self.start.elapsed() > LONG_ENOUGH && self.totals.bytes >= ENOUGH
                 {
-                    self.hint();
+                    self.print_hint();
                 }
             }
             Arrival::Gone(error) => {
@@ -277,23 +277,33 @@ impl<W: Write> Decoder<W> {
         self.write()
     }
 
-    /// Prints a hint once if no frame has arrived or most bytes were discarded.
-    fn hint(&mut self) {
+    /// Returns a hint if no frame has arrived or most bytes were discarded.
+    fn hint(&self) -> Option<String> {
         let (bytes, protocol) = (self.totals.bytes, &self.frame.protocol);
         let discarded = self.totals.discarded.total();
         let key = self.rejected.cause(protocol, bytes);
         let is_bad = bytes > 0 && (self.totals.frames == 0 || discarded > bytes / 2);
-        if self.is_hinted || !is_bad && key.is_none() {
-            return;
+        if !is_bad && key.is_none() {
+            return None;
         }
-        self.is_hinted = true;
         let cause = is_bad.then(|| hints::likely_cause(protocol, self.policy, &self.beginning));
         let cause = cause.flatten().or(key).unwrap_or_else(|| {
             "check --frame, the baud rate and parity, and whether the line is inverted".to_owned()
         });
-        note(&format!(
+        Some(format!(
             "{discarded} of {bytes} bytes are in no frame of {protocol}; {cause}"
-        ));
+        ))
+    }
+
+    /// Prints the hint, if there is one, unless a hint was printed before.
+    fn print_hint(&mut self) {
+        if self.is_hinted {
+            return;
+        }
+        if let Some(hint) = self.hint() {
+            self.is_hinted = true;
+            note(&hint);
+        }
     }
 
     fn summary(&self) -> Summary {
@@ -318,7 +328,7 @@ impl<W: Write> Decoder<W> {
     /// Writes the hint and the summary, unless they are already written or not needed.
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
-        self.hint();
+        self.print_hint();
         if let Some(mut output) = self.summary.take() {
             writeln!(output, "{}", serde_json::to_string(&self.summary())?)?;
         }

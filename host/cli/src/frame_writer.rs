@@ -39,11 +39,19 @@ impl Written {
             let is_it = |field: &Field| field.name == *name_of(column) && field.constant.is_none();
             Some((kind.fields.iter().position(is_it), columns.len()))
         });
+        // Empty cells that follow each other are written at once.
+        let mut merged: Vec<(Option<usize>, usize)> = Vec::new();
+        for cell in cells {
+            match (merged.last_mut(), cell) {
+                (Some((None, before)), (None, columns)) => *before += columns,
+                _ => merged.push(cell),
+            }
+        }
         Self {
             kind: kind.clone(),
             is_wanted,
             fields: keys.collect(),
-            cells: cells.collect(),
+            cells: merged,
         }
     }
 }
@@ -61,6 +69,9 @@ pub(crate) struct FrameWriter {
     written: Vec<Written>,
     /// The columns of the kinds that are written.
     columns: Vec<Column>,
+    has_kinds: bool,
+    /// The names of the selected messages, if not all are selected.
+    only: Vec<String>,
     /// Whether text for people has numbers in hex.
     pub(crate) is_hex: bool,
 }
@@ -71,6 +82,8 @@ impl FrameWriter {
         let mut new = Self {
             written: Vec::new(),
             columns: protocol.description.columns.clone(),
+            has_kinds: protocol.description.has_kinds(),
+            only: Vec::new(),
             protocol,
             is_hex: false,
         };
@@ -78,22 +91,30 @@ impl FrameWriter {
         new
     }
 
-    /// Limits the output to the kinds of frames with these names, and to their columns.
+    /// Limits the output to the kinds of frames and the messages with these names, and to their columns.
     pub(crate) fn only(&mut self, names: &[String]) -> Result<(), String> {
-        let kinds = || self.protocol.description.shown().map(|kind| &*kind.name);
+        let kinds = || self.protocol.description.shown();
         for name in names {
-            if !kinds().any(|kind| kind.eq_ignore_ascii_case(name)) {
-                let kinds: Vec<&str> = kinds().collect();
-                return Err(format!("--only {name}: {}", no_such(name, &kinds)));
+            if !kinds().any(|kind| kind.has_name(|own| own.eq_ignore_ascii_case(name))) {
+                let messages = kinds().flat_map(|kind| &kind.message_names);
+                let all = kinds().map(|kind| &*kind.name);
+                let mut names: Vec<&str> = Vec::new();
+                for name in all.chain(messages.map(|(_, name)| *name)) {
+                    if !names.contains(&name) {
+                        names.push(name);
+                    }
+                }
+                return Err(format!("--only {name}: {}", no_such(name, &names)));
             }
         }
+        self.only = names.to_vec();
         self.write_only(|kind| names.iter().any(|name| kind.eq_ignore_ascii_case(name)));
         Ok(())
     }
 
     fn write_only(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let description = &self.protocol.description;
-        let wanted = || description.shown().filter(|kind| is_wanted(&kind.name));
+        let wanted = || description.shown().filter(|kind| kind.has_name(&is_wanted));
         self.columns.retain(|column| {
             let is_it = |field: &Field| field.name == *name_of(column);
             column.name == KIND || wanted().any(|kind| kind.varying_fields().any(is_it))
@@ -105,7 +126,14 @@ impl FrameWriter {
 
     /// Returns whether a frame's kind is written.
     pub(crate) fn is_wanted(&self, frame: &[u8]) -> bool {
-        self.kind(frame).is_some_and(|written| written.is_wanted)
+        self.kind(frame).is_some_and(
+            |Written {
+                 kind, is_wanted, ..
+             }| {
+                let is_it = |name: &String| name.eq_ignore_ascii_case(kind.name_of(frame));
+                *is_wanted || self.only.iter().any(is_it)
+            },
+        )
     }
 
     /// Appends the header of comma-separated values.
@@ -149,13 +177,14 @@ impl FrameWriter {
             return;
         };
         let kind = &written.kind;
-        if self.written.len() > 1 {
+        if self.has_kinds {
             row.push(b',');
-            append_cell(row, &Value::Text(kind.name.as_bytes()));
+            append_cell(row, &Value::Text(kind.name_of(frame).as_bytes()));
         }
+        let contents = kind.contents(frame);
         for &(number, columns) in &written.cells {
             let field = number.and_then(|number| kind.fields.get(number));
-            match field.and_then(|field| kind.content(field, frame)) {
+            match field.and_then(|field| contents.of(field)) {
                 Some(content) if columns == 1 => {
                     row.push(b',');
                     append_cell(row, &content.value());
@@ -164,7 +193,7 @@ impl FrameWriter {
                     row.push(b',');
                     append_cell(row, &value);
                 }),
-                None => row.extend(std::iter::repeat_n(b',', columns)),
+                None => row.resize(row.len() + columns, b','),
             }
         }
         row.push(b'\n');
@@ -189,15 +218,16 @@ impl FrameWriter {
             return;
         };
         let kind = &written.kind;
-        if self.written.len() > 1 {
+        let contents = kind.contents(frame);
+        if self.has_kinds {
             row.extend(b",\"kind\":");
-            Value::Text(kind.name.as_bytes()).append_json_to(row);
+            Value::Text(kind.name_of(frame).as_bytes()).append_json_to(row);
         }
         for (number, key) in &written.fields {
             let Some(field) = kind.fields.get(*number) else {
                 continue;
             };
-            let Some(content) = kind.content(field, frame) else {
+            let Some(content) = contents.of(field) else {
                 continue;
             };
             row.extend(key);
@@ -253,8 +283,13 @@ impl FrameWriter {
         let Some(Written { kind, .. }) = self.kind(frame) else {
             return;
         };
-        if self.written.len() > 1 {
-            for part in [between, KIND.as_bytes(), b" ", kind.name.as_bytes()] {
+        if self.has_kinds {
+            for part in [
+                between,
+                KIND.as_bytes(),
+                b" ",
+                kind.name_of(frame).as_bytes(),
+            ] {
                 row.extend(part);
             }
         }

@@ -31,11 +31,24 @@ impl Description {
             (_, wanted) => wanted.ok_or("missing field `kind`")?,
         };
         let mut outcome = Err(None);
+        let is_given = |field: &Field| {
+            let given = value(&field.name).filter(|value| !value.is_null());
+            given.is_some_and(|value| value != "")
+        };
         // Views of several kinds may have the same name. The first one that accepts the values is used.
         for (number, kind) in self.kinds.iter().enumerate() {
-            let named = kind.with_views().filter(|kind| wanted == &*kind.name);
-            for shown in named {
-                let made = self.encode_as(number, shown, value);
+            let has_view = kind.views.iter().any(|view| wanted == &*view.name);
+            // A row with the whole payload is not a row of the message's view.
+            let mut rest = kind.fields.iter().filter(|field| field.length().is_none());
+            let is_whole = kind.message_names.iter().any(|(_, name)| wanted == name)
+                && (!has_view || rest.any(is_given));
+            let whole = (is_whole || wanted == &*kind.name).then_some(kind);
+            let views = kind
+                .views
+                .iter()
+                .filter(|view| wanted == &*view.name && !is_whole);
+            for shown in whole.into_iter().chain(views) {
+                let made = self.encode_as(number, shown, wanted, value);
                 outcome = outcome
                     .or_else(|first: Option<String>| made.map_err(|why| first.or(Some(why))));
             }
@@ -55,19 +68,21 @@ impl Description {
         &self,
         number: usize,
         shown: &Kind,
+        wanted: &Json,
         value: impl Fn(&str) -> Option<&'v Json>,
     ) -> Result<Vec<u8>, String> {
         let frame = shown.encode(|field| {
             let all = (0..field.values()).map(|number| value(&field.column(number)));
             all.flatten().collect()
         })?;
-        // A receiver tries earlier kinds first, and one of them may accept the frame. A frame of a view may also be written
-        // as a frame of its kind.
+        // A receiver tries earlier kinds first, and one of them may accept the frame. A frame of a view or of a named message
+        // may also be written as a frame of its kind.
         let format = self.format();
-        let is_it = |kind: &Kind| kind.name == shown.name || !shown.views.is_empty();
+        let is_whole = !shown.views.is_empty() || !shown.message_names.is_empty();
+        let is_it = |name: &str| wanted == name || is_whole && wanted == &*shown.name;
         if format.classify(&frame) == Classification::Frame(frame.len())
             && format.decode(&frame).0 == number
-            && self.kind(&frame).is_some_and(is_it)
+            && self.name(&frame).is_some_and(is_it)
         {
             return Ok(frame);
         }
@@ -145,15 +160,18 @@ impl Kind {
         Err(self.why_not(&frame))
     }
 
+    /// Returns the index of the first byte that may be left out if it and all later bytes of the payload are zero.
+    #[must_use]
+    pub fn first_zero(&self) -> usize {
+        let shortest = self.layout.shortest().saturating_sub(self.from_end);
+        self.header.max(shortest) + 1
+    }
+
     /// Removes the zeros at the end of the payload, but keeps the payload's first byte. The frame has `length` bytes without
     /// its trailer.
     fn without_zeros(&self, frame: Vec<u8>, length: usize) -> Vec<u8> {
         let end = length.saturating_sub(self.from_end);
-        let first = self
-            .header
-            .max(self.layout.shortest().saturating_sub(self.from_end))
-            + 1;
-        let payload = frame.get(first..end).unwrap_or_default();
+        let payload = frame.get(self.first_zero()..end).unwrap_or_default();
         let zeros = payload.iter().rev().take_while(|byte| **byte == 0).count();
         let mut shorter = frame.clone();
         shorter.drain(end - zeros..end);

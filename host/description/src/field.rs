@@ -49,6 +49,8 @@ pub struct Field {
 pub(crate) struct Prepared {
     place: Option<(Range<usize>, usize)>,
     values: usize,
+    /// The number of bits of 64 that a value does not have.
+    unused: usize,
     is_plain: bool,
 }
 
@@ -169,8 +171,13 @@ impl NumberType {
 
     /// Reads the bits of the number from its bytes. Missing bytes at the end are zero.
     #[inline]
-    fn bits(self, bytes: &[u8]) -> u64 {
+    pub(crate) fn bits(self, bytes: &[u8]) -> u64 {
         let add = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
+        match (self.order, bytes) {
+            (ByteOrder::Little, &[a, b]) => return u16::from_le_bytes([a, b]).into(),
+            (ByteOrder::Little, &[a, b, c, d]) => return u32::from_le_bytes([a, b, c, d]).into(),
+            _ => {}
+        }
         match self.order {
             // The sender may have left out zero bytes at the end.
             ByteOrder::Big => {
@@ -199,6 +206,12 @@ impl Field {
     #[must_use]
     pub fn is_text(&self) -> bool {
         matches!(self.kind, Type::Bytes | Type::Text) && self.item.is_none_or(Item::is_text)
+    }
+
+    /// Returns true if the field is neither an item nor the trailer.
+    #[inline]
+    pub(crate) fn is_simple(&self) -> bool {
+        self.item.is_none() && !self.is_appended
     }
 
     /// Returns the bytes of the value in the field's bytes; `None` if the field is an item without a value.
@@ -285,6 +298,7 @@ impl Field {
         self.prepared = Prepared {
             place: from.zip(to).map(|(from, to)| (from..to, to + self.margin)),
             values: self.values(),
+            unused: 64 - self.value_width(),
             is_plain: self.length() == Some(1)
                 && self.mask.is_none()
                 && self.scale.is_none()
@@ -348,11 +362,21 @@ impl Field {
         match self.kind {
             Type::Number(kind) => self.of_bits(kind.class, kind.bits(own())),
             Type::Bits { first, width } => {
-                let bytes = own().iter().rev();
-                let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
-                #[expect(clippy::cast_possible_truncation, reason = "a field has up to 64 bits")]
-                let bits = (all >> ((first + number * width) % 8)) as u64 & ones(width);
-                self.of_bits(Class::Unsigned, bits)
+                let shift = (first + number * width) % 8;
+                let bits = match own() {
+                    &[a, b] => u64::from(u16::from_le_bytes([a, b])) >> shift,
+                    &[a, b, c] => u64::from(u32::from_le_bytes([a, b, c, 0])) >> shift,
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        reason = "a field has up to 64 bits"
+                    )]
+                    bytes => {
+                        let bytes = bytes.iter().rev();
+                        let all = bytes.fold(0_u128, |all, byte| all << 8 | u128::from(*byte));
+                        (all >> shift) as u64
+                    }
+                };
+                self.of_bits(Class::Unsigned, bits & ones(width))
             }
             Type::Bytes => Value::Bytes(bytes),
             Type::Text => Value::Text(bytes),
@@ -368,7 +392,7 @@ impl Field {
         let value = match class {
             Class::Unsigned => Value::Unsigned(bits),
             Class::Signed => {
-                let unused = 64 - self.value_width();
+                let unused = self.prepared.unused;
                 Value::Signed((bits << unused).cast_signed() >> unused)
             }
             #[expect(clippy::cast_possible_truncation, reason = "it has four bytes")]

@@ -1,9 +1,8 @@
 //! A kind of frames, and the values of its fields in a frame.
 
 use framelock_formats::Layout;
-use framelock_formats::layout::Trailer;
 
-use crate::field::Field;
+use crate::field::{Class, Field, NumberType};
 use crate::value::Value;
 
 /// The number of bytes in the longest frame that may be described: the greatest 16-bit length plus 256.
@@ -18,6 +17,8 @@ pub struct Kind {
     pub layout: Layout<'static>,
     /// The fields in the order of the description, including those that have the same value in every frame.
     pub fields: Vec<Field>,
+    /// The indexes after the fields' last bytes; `None` if a field takes the rest of the frame.
+    pub(crate) ends: Option<Vec<usize>>,
     /// The number of bytes that must arrive before the length is known.
     pub(crate) header: usize,
     /// The number of bytes at the end of a frame that hold the parts counted from its end.
@@ -28,6 +29,8 @@ pub struct Kind {
     pub(crate) sign: (usize, Vec<u8>),
     /// Whether the sender leaves out zero bytes at the end of the payload.
     pub has_truncated_zeros: bool,
+    /// The numbers and names of messages, in ascending order of the numbers.
+    pub message_names: Vec<(u32, &'static str)>,
 }
 
 impl Kind {
@@ -40,18 +43,52 @@ impl Kind {
     /// count as present.
     #[inline]
     #[must_use]
-    pub fn content<'f>(&self, field: &'f Field, frame: &'f [u8]) -> Option<Content<'f>> {
-        let part = match self.layout.trailer() {
-            None => frame,
-            Some(trailer) => parted(frame, &trailer, field.is_appended),
+    pub fn content<'f>(&'f self, field: &'f Field, frame: &'f [u8]) -> Option<Content<'f>> {
+        self.contents(frame).of(field)
+    }
+
+    /// Returns the parts of a frame, for reading many fields.
+    #[inline]
+    #[must_use]
+    pub fn contents<'f>(&'f self, frame: &'f [u8]) -> Contents<'f> {
+        let trailer = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
+        let place = frame.len().saturating_sub(trailer);
+        let (alone, appended) = frame.split_at_checked(place).unwrap_or_default();
+        Contents {
+            kind: self,
+            alone,
+            length: self.layout.counted_length(alone),
+            appended,
+        }
+    }
+
+    /// Returns the name of the message in a frame, or of the kind if the message has no name.
+    #[inline]
+    #[must_use]
+    pub fn name_of(&self, frame: &[u8]) -> &str {
+        self.message_name(frame).unwrap_or(&self.name)
+    }
+
+    fn message_name(&self, frame: &[u8]) -> Option<&'static str> {
+        if self.message_names.is_empty() {
+            return None;
+        }
+        let number = self.layout.messages()?.number;
+        let kind = NumberType {
+            class: Class::Unsigned,
+            bytes: number.bytes,
+            order: number.order,
         };
-        let length = self.layout.counted_length(part);
-        let cut = || {
-            let is_cut = self.has_truncated_zeros && !field.is_appended;
-            is_cut.then(|| field.first_bytes(part, length))?
-        };
-        let bytes = field.item(field.bytes(part, length).or_else(cut)?)?;
-        Some(Content { field, bytes })
+        let number = kind.bits(frame.get(number.at..number.end())?);
+        let names = &self.message_names;
+        let place = names.binary_search_by_key(&number, |(number, _)| u64::from(*number));
+        Some(names.get(place.ok()?)?.1)
+    }
+
+    /// Returns true if the kind has this name, or one of its messages has.
+    #[must_use]
+    pub fn has_name(&self, is_it: impl Fn(&str) -> bool) -> bool {
+        is_it(&self.name) || self.message_names.iter().any(|(_, name)| is_it(name))
     }
 
     /// Returns the index of the view that shows a frame; `None` if no view has these values and this length.
@@ -72,14 +109,22 @@ impl Kind {
         let appended = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
         let length = self.layout.counted_length(frame);
         let end = length.saturating_sub(appended + self.from_end);
-        let ends_there = |field: &Field| match (field.length(), field.end(0)) {
-            (None, _) => true,
-            (_, Some(field_end)) if self.has_truncated_zeros => end <= field_end,
-            (_, field_end) => field_end == Some(end),
-        };
-        self.fields
-            .iter()
-            .any(|field| !field.is_appended && ends_there(field))
+        match &self.ends {
+            None => true,
+            Some(ends) if self.has_truncated_zeros => ends.last().is_some_and(|last| end <= *last),
+            Some(ends) => ends.binary_search(&end).is_ok(),
+        }
+    }
+
+    /// Returns the indexes after the fields' last bytes in ascending order; `None` if a field takes the rest of the frame.
+    pub(crate) fn ends_of(fields: &[Field]) -> Option<Vec<usize>> {
+        let fields = || fields.iter().filter(|field| !field.is_appended);
+        if fields().any(|field| field.length().is_none()) {
+            return None;
+        }
+        let mut ends: Vec<usize> = fields().filter_map(|field| field.end(0)).collect();
+        ends.sort_unstable();
+        Some(ends)
     }
 
     /// Returns the fields whose values differ between frames.
@@ -90,16 +135,48 @@ impl Kind {
     /// Returns the fields whose values differ between frames, with their contents. Fields for which the frame is too short
     /// are left out.
     pub fn shown<'f>(&'f self, frame: &'f [u8]) -> impl Iterator<Item = (&'f Field, Content<'f>)> {
+        let contents = self.contents(frame);
         let fields = self.varying_fields();
-        fields.filter_map(move |field| Some((field, self.content(field, frame)?)))
+        fields.filter_map(move |field| Some((field, contents.of(field)?)))
     }
 }
 
-/// Returns the trailer of a frame, or the frame without it.
-fn parted<'f>(frame: &'f [u8], trailer: &Trailer, is_appended: bool) -> &'f [u8] {
-    let place = frame.len().saturating_sub(trailer.bytes_after(frame));
-    let (alone, appended) = frame.split_at_checked(place).unwrap_or_default();
-    if is_appended { appended } else { alone }
+/// The parts of a frame.
+#[derive(Clone, Copy)]
+pub struct Contents<'f> {
+    kind: &'f Kind,
+    /// The frame without its trailer.
+    alone: &'f [u8],
+    /// The length from which positions in it that are relative to its end are counted.
+    length: usize,
+    /// The trailer.
+    appended: &'f [u8],
+}
+
+impl<'f> Contents<'f> {
+    /// Returns the content of a field, as [`Kind::content`] does.
+    #[inline]
+    #[must_use]
+    pub fn of(&self, field: &'f Field) -> Option<Content<'f>> {
+        match field.bytes(self.alone, self.length) {
+            Some(bytes) if field.is_simple() => Some(Content { field, bytes }),
+            _ => self.of_rarer(field),
+        }
+    }
+
+    #[inline(never)]
+    fn of_rarer(&self, field: &'f Field) -> Option<Content<'f>> {
+        let bytes = if field.is_appended {
+            let length = self.kind.layout.counted_length(self.appended);
+            field.bytes(self.appended, length)
+        } else {
+            let cut = || field.first_bytes(self.alone, self.length);
+            let bytes = field.bytes(self.alone, self.length);
+            bytes.or_else(|| self.kind.has_truncated_zeros.then(cut)?)
+        };
+        let bytes = field.item(bytes?)?;
+        Some(Content { field, bytes })
+    }
 }
 
 /// The content of a field in a frame.

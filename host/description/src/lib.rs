@@ -59,7 +59,7 @@ use framelock_formats::{AnyOf, Layout};
 
 pub use field::{Class, Field, NumberType, Type};
 pub use item::Item;
-pub use kind::{Content, Kind, LONGEST};
+pub use kind::{Content, Contents, Kind, LONGEST};
 pub use positions::Part;
 pub use value::{Decimal, Scale, Value};
 
@@ -135,6 +135,12 @@ impl Description {
         self.shown().nth(self.shown_number(frame))
     }
 
+    /// Returns the name of a frame's kind, view or message, which is the value of the column [`KIND`].
+    #[must_use]
+    pub fn name(&self, frame: &[u8]) -> Option<&str> {
+        self.kind(frame).map(|kind| kind.name_of(frame))
+    }
+
     /// Returns the index of the kind or view that shows a frame, in the order of [`shown`](Self::shown).
     #[must_use]
     #[inline]
@@ -175,7 +181,7 @@ impl Description {
     /// Returns true if there are several kinds or views, so that the output must name the kind of a frame.
     #[must_use]
     pub fn has_kinds(&self) -> bool {
-        self.shown().nth(1).is_some()
+        has_kinds(&self.kinds)
     }
 }
 
@@ -280,6 +286,13 @@ fn described(name: &str, written: &FrameEntry) -> Result<Description, Problem> {
     })
 }
 
+fn has_kinds(kinds: &[Kind]) -> bool {
+    kinds.len() > 1
+        || kinds
+            .iter()
+            .any(|kind| !kind.views.is_empty() || !kind.message_names.is_empty())
+}
+
 /// Returns the columns of all kinds. The columns of an array have the array's name and a number. Kinds may share a
 /// column.
 fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
@@ -289,7 +302,7 @@ fn columns(kinds: &[Kind]) -> Result<Vec<Column>, String> {
             .iter()
             .flat_map(|kind| std::iter::once(kind).chain(&kind.views))
     };
-    let has_kinds = all().nth(1).is_some();
+    let has_kinds = has_kinds(kinds);
     if has_kinds {
         columns.push(Column {
             name: KIND.to_owned(),

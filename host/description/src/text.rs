@@ -6,6 +6,9 @@ use serde_json::Value as Json;
 /// The number of characters that an error quotes from a text.
 const QUOTED: usize = 40;
 
+/// The number of names that an error lists.
+const LISTED: usize = 20;
+
 /// Appends bytes that may be text. Bytes that are not printable, or not UTF-8, are escaped as in `\x1B`. A backslash
 /// becomes `\\`, and a blank at either end becomes `\x20`. [`unescaped`] restores the same bytes.
 pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
@@ -110,14 +113,19 @@ pub fn quoted(text: &str) -> String {
     String::from_utf8(escaped).unwrap_or_default()
 }
 
-/// Returns an error message: the name is unknown, which known name is the nearest, and all known names.
+/// Returns an error message: the name is unknown, which known name is the nearest, and the first known names.
 #[must_use]
 pub fn no_such(name: &str, names: &[&str]) -> String {
+    let listed = names.get(..LISTED).unwrap_or(names);
+    let others = match names.len() - listed.len() {
+        0 => String::new(),
+        count => format!(" and {count} others"),
+    };
     format!(
-        "there is no {}{}: there are {}",
+        "there is no {}{}: there are {}{others}",
         quoted(name),
         nearest(name, names),
-        names.join(", ")
+        listed.join(", ")
     )
 }
 

@@ -12,8 +12,8 @@ use toml::Spanned;
 
 use crate::checksum::tabled;
 use crate::entries::{
-    Alternatives, FieldEntry, FrameEntry, Known, KnownMessages, Problem, Unsigned, Values, at,
-    missing, wrong,
+    Alternatives, Dialect, FieldEntry, FrameEntry, Known, KnownMessages, Problem, Unsigned, Values,
+    at, missing, wrong,
 };
 use crate::field::Type;
 use crate::kind::{Kind, LONGEST};
@@ -31,6 +31,9 @@ pub(crate) fn kind(
         let checksum = checksum.algorithm(tabled(checksum.algorithm));
         let built = kind.layout.to_builder().checksum(checksum).build();
         kind.layout = built.map_err(|contradiction| placed(written, contradiction, &owners))?;
+    }
+    if let Some(messages) = &written.messages {
+        kind.message_names = message_names(&messages.get_ref().known);
     }
     for entry in written.views.iter().map(Spanned::get_ref) {
         let mut all = written.clone();
@@ -115,12 +118,14 @@ fn untabled(
     let kind = Kind {
         name: name.to_owned(),
         layout,
+        ends: Kind::ends_of(&fields),
         fields,
         header,
         from_end,
         views: Vec::new(),
         sign: (0, Vec::new()),
         has_truncated_zeros: written.truncated_zeros.unwrap_or_default(),
+        message_names: Vec::new(),
     };
     let alone = layout.longest_without_trailer();
     for length in [layout.shortest(), alone] {
@@ -276,6 +281,35 @@ fn known(messages: &KnownMessages) -> &'static [KnownMessage] {
         }
     }
     sorted(all.into_iter())
+}
+
+/// Returns the numbers and names of the messages that a description takes from a dialect. A row that replaces a message of
+/// the dialect with another definition has no name.
+fn message_names(messages: &KnownMessages) -> Vec<(u32, &'static str)> {
+    let dialects: Vec<Dialect> = match messages {
+        KnownMessages::Dialect(dialect) => vec![*dialect],
+        KnownMessages::List(list) => {
+            let dialects = list.iter().filter_map(|known| match known {
+                Known::Dialect(dialect) => Some(*dialect),
+                Known::Row(_) => None,
+            });
+            dialects.collect()
+        }
+    };
+    let known = known(messages);
+    let extra = |messages: &[KnownMessage], number| {
+        let place = messages.binary_search_by_key(&number, |message| message.number);
+        Some(messages.get(place.ok()?)?.extra)
+    };
+    let is_of_dialect = |number: u32| {
+        let own = extra(known, number);
+        let mut dialects = dialects.iter().map(|dialect| dialect.messages());
+        own.is_some() && dialects.any(|messages| extra(messages, number) == own)
+    };
+    let lines = include_str!("message_names.txt").lines();
+    let names = lines.filter_map(|line| line.split_once(' '));
+    let names = names.filter_map(|(number, name)| Some((number.parse().ok()?, name)));
+    names.filter(|(number, _)| is_of_dialect(*number)).collect()
 }
 
 /// Sorts messages by their numbers.

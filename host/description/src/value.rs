@@ -1,6 +1,7 @@
 //! The values of fields, and their text forms for people and programs.
 
 use std::fmt;
+use std::io::Write as _;
 
 use serde::Deserialize;
 use serde_json::Value as Json;
@@ -39,27 +40,17 @@ impl Value<'_> {
         match self {
             // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. Converted to 64 bits, 0.1 would have
             // seventeen digits.
-            Self::Float(number) => row.extend(format!("{number:?}").as_bytes()),
+            Self::Float(number) => {
+                let _ = write!(row, "{number:?}");
+            }
             Self::Decimal(number, decimals) => match u64::try_from(number.unsigned_abs()) {
-                Ok(digits) => {
-                    let unit = 10_u64.pow(*decimals);
+                Ok(digits) if *decimals <= 9 => {
                     if *number < 0 {
                         row.push(b'-');
                     }
-                    append_digits(digits / unit, row);
-                    let point = row.len();
-                    // A leading digit 1 preserves the leading zeros of the fraction.
-                    append_digits(digits % unit + unit, row);
-                    match decimals {
-                        0 => row.truncate(point),
-                        _ => row
-                            .iter_mut()
-                            .skip(point)
-                            .take(1)
-                            .for_each(|one| *one = b'.'),
-                    }
+                    append_decimal(digits, *decimals, row);
                 }
-                Err(_) => row.extend(decimal(*number, *decimals).as_bytes()),
+                _ => row.extend(decimal(*number, *decimals).as_bytes()),
             },
             Self::Bytes(bytes) => {
                 // Without the `x`, some programs read 0600 and 1E05 as numbers. Others read 0x06 as a number.
@@ -136,6 +127,30 @@ static DIGITS: [[u8; 4]; 1000] = {
     table
 };
 
+/// For each number below 1000: its three digits.
+static PADDED: [[u8; 3]; 1000] = {
+    let mut table = [[0; 3]; 1000];
+    let (mut rest, mut number): (&mut [_], u16) = (&mut table, 0);
+    while let Some((entry, behind)) = rest.split_first_mut() {
+        *entry = three_digits(number);
+        number += 1;
+        rest = behind;
+    }
+    table
+};
+
+/// The powers of ten with up to nine zeros.
+static POWERS: [u64; 10] = {
+    let mut table = [1; 10];
+    let (mut rest, mut power): (&mut [_], u64) = (&mut table, 1);
+    while let Some((entry, behind)) = rest.split_first_mut() {
+        *entry = power;
+        power *= 10;
+        rest = behind;
+    }
+    table
+};
+
 #[expect(clippy::cast_possible_truncation, reason = "a digit is below 10")]
 const fn three_digits(number: u16) -> [u8; 3] {
     let [hundreds, tens, ones] = [number / 100 % 10, number / 10 % 10, number % 10];
@@ -160,8 +175,35 @@ fn append_digits(number: u64, row: &mut Vec<u8>) {
 #[inline(never)]
 fn append_more_digits(number: u64, row: &mut Vec<u8>) {
     append_digits(number / 1000, row);
-    let [low, high, ..] = (number % 1000).to_le_bytes();
-    row.extend_from_slice(&three_digits(u16::from_le_bytes([low, high])));
+    append_three_digits(number, row);
+}
+
+/// Appends the last three digits of a number.
+#[inline]
+fn append_three_digits(number: u64, row: &mut Vec<u8>) {
+    let place = usize::try_from(number % 1000).unwrap_or_default();
+    row.extend_from_slice(PADDED.get(place).unwrap_or(&[0; 3]));
+}
+
+/// Appends a number with up to nine digits after the decimal point.
+#[inline]
+fn append_decimal(number: u64, decimals: u32, row: &mut Vec<u8>) {
+    let power = |decimals: u32| POWERS.get(decimals as usize).copied().unwrap_or(1);
+    let unit = power(decimals);
+    append_digits(number / unit, row);
+    if decimals == 0 {
+        return;
+    }
+    row.push(b'.');
+    // Appends nine digits or the first three of them, then cuts off the surplus zeros.
+    let fraction = number % unit * power(9 - decimals);
+    let from = row.len();
+    append_three_digits(fraction / 1_000_000, row);
+    if decimals > 3 {
+        append_three_digits(fraction / 1000, row);
+        append_three_digits(fraction, row);
+    }
+    row.truncate(from + decimals as usize);
 }
 
 impl fmt::Display for Value<'_> {
@@ -210,6 +252,8 @@ pub struct Scale {
     pub offset: i128,
     /// The number of digits after the decimal point.
     pub decimals: u32,
+    /// The factor and the offset, if numbers of 32 bits can be scaled with 64 bits.
+    small: Option<(i64, i64)>,
 }
 
 impl Scale {
@@ -218,15 +262,30 @@ impl Scale {
         let decimals = factor.decimals.max(offset.decimals);
         let [factor, offset] =
             [factor, offset].map(|it| i128::from(it.digits) * 10_i128.pow(decimals - it.decimals));
+        let small = |number: i128, bits: u32| {
+            i64::try_from(number)
+                .ok()
+                .filter(|it| it.unsigned_abs() >> bits == 0)
+        };
         Self {
             factor,
             offset,
             decimals,
+            small: small(factor, 30).zip(small(offset, 61)),
         }
     }
 
     /// Converts a number into the number to show.
+    #[inline]
     pub(crate) fn of(&self, number: &Value) -> Value<'static> {
+        let small = match *number {
+            Value::Unsigned(number) => u32::try_from(number).ok().map(i64::from),
+            Value::Signed(number) => i32::try_from(number).ok().map(i64::from),
+            _ => None,
+        };
+        if let (Some(number), Some((factor, offset))) = (small, self.small) {
+            return Value::Decimal((number * factor + offset).into(), self.decimals);
+        }
         let number = match *number {
             Value::Unsigned(number) => number.into(),
             Value::Signed(number) => number.into(),
@@ -295,5 +354,43 @@ fn decimal(number: i128, decimals: u32) -> String {
             digits % unit,
             width = decimals as usize
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// The fast ways of scaling and writing numbers agree with the plain ones.
+    #[test]
+    fn scaled_numbers_have_exact_digits() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut count_small = 0;
+        for _ in 0..100_000 {
+            let decimals = random.random_range(0..=18);
+            let digits = |random: &mut ChaCha8Rng| {
+                let most = 10_i64.pow(random.random_range(0..=9));
+                random.random_range(-most..=most)
+            };
+            let digits = [digits(&mut random), digits(&mut random)];
+            let [factor, offset] = digits.map(|digits| Decimal { digits, decimals });
+            let scale = Scale::new(factor, offset);
+            let bits = random.random::<u64>() >> random.random_range(0..64);
+            let (number, value) = if random.random() {
+                (i128::from(bits), Value::Unsigned(bits))
+            } else {
+                (bits.cast_signed().into(), Value::Signed(bits.cast_signed()))
+            };
+            let scaled = scale.of(&value);
+            assert_eq!(scaled, Value::Decimal(scale.shown(number), decimals));
+            assert_eq!(scaled.to_string(), scale.text(number));
+            count_small += u32::from(scale.small.is_some() && bits < 1 << 31);
+            let plain = bits.to_string();
+            assert_eq!(Value::Unsigned(bits).to_string(), plain);
+        }
+        assert!((20_000..80_000).contains(&count_small), "{count_small}");
     }
 }

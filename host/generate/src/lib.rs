@@ -74,6 +74,19 @@ struct KindItem {
     start: usize,
     /// The length of every frame is a multiple of the first number, plus the second number.
     multiple: Option<(usize, usize)>,
+    /// The zero bytes that the sender leaves out, if it does.
+    zeros: Option<Zeros>,
+}
+
+/// The zero bytes at the end of the payload that the sender leaves out.
+#[derive(Serialize)]
+struct Zeros {
+    /// The index of the first byte that may be left out.
+    first: usize,
+    /// The number of bytes that follow the payload in a frame without its trailer.
+    margin: usize,
+    /// Whether `encode` leaves them out. It does not if a field takes the rest of the frame.
+    are_left_out: bool,
 }
 
 /// A field as the program reads and writes it.
@@ -145,11 +158,17 @@ impl Program {
 impl KindItem {
     fn new(kind: &Kind, name: String, language: &Language) -> Self {
         let is_fixed = kind.layout.length() == Length::Fixed;
+        let is_truncated = kind.has_truncated_zeros && language.reads_truncated_zeros;
+        let is_cut = |field: &Field| {
+            let is_alone = !field.is_appended && field.length().is_some();
+            is_truncated && is_alone && kind.shortest_with(field).is_some()
+        };
         let start = if is_fixed {
             kind.layout.longest()
         } else {
             let fields = kind.fields.iter();
-            let always = fields.filter(|field| kind.shortest_with(field).is_none());
+            let always =
+                fields.filter(|field| kind.shortest_with(field).is_none() || is_cut(field));
             let least = kind.least_length(always.filter_map(|field| field.end(0)));
             least.max(kind.layout.shortest())
         };
@@ -157,9 +176,11 @@ impl KindItem {
         let items = kind.varying_fields().map(|field| {
             let least = field.end(0).map(|end| end + kind.from_end);
             let may_be_longer = |least: &usize| *least > start || field.length().is_none();
+            let item = Item::new(kind, field, &mut taken);
             Item {
                 least: least.filter(may_be_longer).filter(|_| !is_fixed),
-                ..Item::new(kind, field, &mut taken)
+                needs: item.needs.filter(|_| !is_cut(field)),
+                ..item
             }
         });
         let items: Vec<Item> = items.collect();
@@ -171,6 +192,12 @@ impl KindItem {
             items,
             start,
             multiple: kind.multiple(),
+            zeros: kind.varying_fields().any(is_cut).then(|| Zeros {
+                first: kind.first_zero(),
+                margin: kind.from_end,
+                are_left_out: kind.multiple().is_none()
+                    && kind.fields.iter().all(|it| it.length().is_some()),
+            }),
         }
     }
 }

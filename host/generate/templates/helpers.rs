@@ -4,10 +4,10 @@ fn le(frame: &[u8], at: usize, count: usize) -> u64 {
     bytes.fold(0, |number, &byte| number << 8 | u64::from(byte))
 }
 
-/// Reads a number of `count` bytes, big-endian.
+/// Reads a number of `count` bytes, big-endian. Missing bytes at the end are zero.
 fn be(frame: &[u8], at: usize, count: usize) -> u64 {
-    let bytes = frame.iter().skip(at).take(count);
-    bytes.fold(0, |number, &byte| number << 8 | u64::from(byte))
+    let bytes = (at..at + count).map(|at| frame.get(at).copied().unwrap_or_default());
+    bytes.fold(0, |number, byte| number << 8 | u64::from(byte))
 }
 
 /// Extends the sign of a number of `width` bits.

@@ -27,6 +27,7 @@
 mod any_line;
 mod delivery_check;
 mod protocol;
+mod repetition;
 mod running_sums;
 mod stream_receiver;
 mod tracked_line;

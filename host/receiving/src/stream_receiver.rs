@@ -2,8 +2,8 @@
 //!
 //! A false start that claims 60 000 bytes is rejected by its checksum, and the next byte may begin another one. A
 //! [`BufferedReceiver`](framelock::BufferedReceiver) sums up the same bytes again for each of them. This receiver keeps
-//! [running sums](RunningSums), and the position up to which it has searched for a delimiter. Both depend only on the
-//! bytes, so every classification is the same.
+//! [running sums](RunningSums), the position up to which it has searched for a delimiter, and the outcomes in a stretch
+//! that [repeats itself](Repetition). All of them depend only on the bytes, so every classification is the same.
 
 use std::cell::{Cell, RefCell};
 
@@ -11,6 +11,7 @@ use framelock::{Classification, DiscardReason, Format as _, Found, LineEvent, Pa
 use framelock_formats::layout::Length;
 use framelock_formats::{AnyOf, Layout};
 
+use crate::repetition::Repetition;
 use crate::running_sums::RunningSums;
 
 /// Layouts whose frames may begin with the same byte.
@@ -176,6 +177,7 @@ struct Classifier {
     /// The starts, indexed by the first byte.
     starts: Vec<Start>,
     sums: Sums,
+    repetition: Repetition,
 }
 
 /// The search for a delimiter. The search from a later start on is a part of the search from an earlier one.
@@ -200,6 +202,7 @@ impl Classifier {
             longest: format.longest(),
             starts: (0..=u8::MAX).map(start).collect(),
             sums: Sums::default(),
+            repetition: Repetition::default(),
         }
     }
 
@@ -213,6 +216,28 @@ impl Classifier {
         if run > 0 {
             return Ok(Found::discarded(run, DiscardReason::NoSync));
         }
+        // Where no wrong checksum has covered the bytes, false starts are rare.
+        if at < self.sums.covered {
+            self.classify_covered(at, pending)
+        } else {
+            self.classify_start(at, pending)
+        }
+    }
+
+    /// Classifies bytes as [`classify_start`](Self::classify_start) does, or takes a known outcome.
+    #[inline(never)]
+    fn classify_covered(&mut self, at: usize, pending: &[u8]) -> Result<Found<()>, usize> {
+        if let Some(outcome) = self.repetition.outcome(at, self.longest) {
+            return Ok(outcome);
+        }
+        let outcome = self.classify_start(at, pending)?;
+        self.repetition.note(at, pending, self.longest, outcome);
+        Ok(outcome)
+    }
+
+    /// Classifies pending bytes of which the first may begin a frame.
+    #[inline]
+    fn classify_start(&mut self, at: usize, pending: &[u8]) -> Result<Found<()>, usize> {
         let bytes = pending.get(..self.longest).unwrap_or(pending);
         let first = bytes.first().copied().unwrap_or_default();
         let classification = match self.starts.get_mut(usize::from(first)) {

@@ -101,15 +101,24 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
     run_tests(cargo.env("FRAMELOCK_STATISTICS", "full"), &mut report.tests)
 }
 
-/// Checks that other programs read the command line's tables correctly.
+/// Checks that other programs read the command line's tables correctly, and name the messages of `MAVLink` alike.
 pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let python = workspace.python_with(&["pandas==3.1.1", "polars==2.1.0"])?;
+    let python = workspace.python_with(&["pandas==3.1.1", "polars==2.1.0", "pymavlink==2.4.50"])?;
     let sh = workspace.shell()?;
     cmd!(sh, "cargo build --package {HOST}").run()?;
     let framelock = workspace.target_directory.join("debug/framelock");
     let tests = workspace.root.join("host/cli/tests");
     let (script, recordings) = (tests.join("tables.py"), tests.join("recordings.txt"));
-    report.says = cmd!(sh, "{python} {script} {framelock} {recordings}").read()?;
+    let tables = cmd!(sh, "{python} {script} {framelock} {recordings}").read()?;
+    let script = workspace
+        .root
+        .join("host/description/tests/message_names.py");
+    let names = workspace
+        .root
+        .join("host/description/src/message_names.txt");
+    let dialects = workspace.root.join("formats/src/dialects.rs");
+    let names = cmd!(sh, "{python} {script} {names} {dialects}").read()?;
+    report.says = format!("{tables}; {names}");
     Ok(())
 }
 

@@ -58,7 +58,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "statistics", when: Nightly, run: checks::statistics,
         checks: "the simulator's findings, with all trials" },
     Stage { name: "tables", when: Nightly, run: checks::tables,
-        checks: "pandas and polars read the tables that `decode` writes, and `encode` reads them back" },
+        checks: "pandas and polars read the tables that `decode` writes, and `encode` reads them back; the names of MAVLink's messages are those of pymavlink" },
     Stage { name: "generated", when: Nightly, run: checks::generated,
         checks: "code generated from two hundred random descriptions" },
     Stage { name: "prover", when: Nightly, run: prove::prover_stage,

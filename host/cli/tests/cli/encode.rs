@@ -129,5 +129,5 @@ fn frames_of_other_programs_are_decoded_and_encoded_again() {
         assert!(written(&arguments("encode"), json) == stream.repeat(2));
         count += 1;
     }
-    assert_eq!(count, 20);
+    assert_eq!(count, 22);
 }

@@ -66,7 +66,7 @@ pub(crate) fn values(description: &Description, frame: &[u8]) -> Vec<Option<Json
             .position(|column| column.name == name)
     };
     if description.has_kinds() {
-        row[0] = Some(kind.name.clone().into());
+        row[0] = Some(kind.name_of(frame).into());
     }
     for (field, content) in kind.shown(frame) {
         let from = place(&field.name)

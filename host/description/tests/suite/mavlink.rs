@@ -122,6 +122,85 @@ fn zeros_are_left_out_of_frames_that_are_made() {
             value.into()
         })
     });
-    let frame = description.encode(&values).unwrap();
+    // The first column is the kind.
+    let row = [&[None][..], &values].concat();
+    let frame = description.encode(&row).unwrap();
     assert_eq!(frame, hex::parse(&[ATTITUDE]).unwrap());
+}
+
+/// `SYSTEM_TIME`, `CURRENT_MODE`, and a message that only a row names.
+#[test]
+fn messages_of_a_dialect_have_names() {
+    let of = |known: &str| {
+        let text = format!(
+            "{HEAD}messages = {{ at = 7, type = 'u24le', known = {known} }}
+             fields = [{{ name = 'message', at = 7, type = 'u24le' }}, {{ name = 'payload', at = 10, type = 'bytes' }}]"
+        );
+        Description::parse("my.toml", &text).unwrap()
+    };
+    let encoded = |description: &Description, name: &str, message: u32| {
+        description.encode(&[
+            Some(name.into()),
+            Some(message.into()),
+            Some("x05000000".into()),
+        ])
+    };
+    for (known, number, name) in [
+        ("'common'", 2, "SYSTEM_TIME"),
+        ("'ardupilotmega'", 436, "CURRENT_MODE"),
+        ("['common', [436, 193, 9]]", 436, "CURRENT_MODE"),
+        // Other definitions than the dialect's.
+        ("['common', [436, 194]]", 436, "my.toml"),
+        ("['common', [12345, 7]]", 12345, "my.toml"),
+    ] {
+        let description = of(known);
+        assert!(description.has_kinds());
+        let frame = encoded(&description, name, number).unwrap();
+        assert_eq!(description.name(&frame), Some(name), "{known}");
+        // The name of the kind stands for any message.
+        assert_eq!(encoded(&description, "my.toml", number).unwrap(), frame);
+    }
+    assert!(!of("[[436, 193]]").has_kinds());
+    let told = encoded(&of("'common'"), "CURRENT_MODE", 2).unwrap_err();
+    assert!(told.contains("taken for one of another kind"), "{told}");
+}
+
+/// Newer senders may send more of a message than its view shows. The row has the name and the whole payload.
+#[test]
+fn a_named_message_that_its_view_does_not_show_has_its_payload() {
+    let shipped = Description::parse("mavlink", shipped("mavlink").unwrap()).unwrap();
+    let whole = shipped.kinds[0]
+        .fields
+        .iter()
+        .find(|field| field.length().is_none());
+    let row = |name: &str, payload: &str| {
+        let value = |column: &framelock_description::Column| {
+            Some(match &*column.name {
+                "kind" => name.into(),
+                "message" => 30.into(),
+                "payload" => payload.into(),
+                "compatible_flags" | "sequence" | "system" | "component" => 1.into(),
+                _ => return None,
+            })
+        };
+        shipped.columns.iter().map(value).collect::<Vec<_>>()
+    };
+    let payload = format!("x{}", "07".repeat(40));
+    let frame = shipped.encode(&row("ATTITUDE", &payload)).unwrap();
+    assert_eq!(frame.len(), 52);
+    assert_eq!(shipped.name(&frame), Some("ATTITUDE"));
+    let kind = shipped.kind(&frame).unwrap();
+    let content = kind.content(whole.unwrap(), &frame).unwrap();
+    assert_eq!(content.value().to_string(), payload);
+}
+
+#[test]
+fn every_message_of_the_dialects_has_one_name() {
+    let shipped = Description::parse("mavlink2", shipped("mavlink2").unwrap()).unwrap();
+    let names = &shipped.kinds[0].message_names;
+    let numbers = names.iter().map(|(number, _)| *number);
+    let known = framelock_formats::mavlink::ARDUPILOTMEGA.iter();
+    assert!(numbers.eq(known.map(|message| message.number)));
+    let distinct: std::collections::HashSet<&str> = names.iter().map(|(_, name)| *name).collect();
+    assert_eq!(distinct.len(), names.len());
 }

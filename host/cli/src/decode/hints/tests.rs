@@ -5,13 +5,33 @@
     reason = "a panic fails the test"
 )]
 
+use std::fs;
+use std::path::Path;
+use std::sync::Mutex;
+
+use framelock::{Classification, Format as _};
 use framelock_description::hex::glued;
+use rand::seq::{IndexedMutRandom, IndexedRandom};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::decode::{Decoder, OutputFormat, decode, lock};
+use crate::input::Input;
+
+/// Returns the hint for a whole stream, and the number of its bytes that are in frames.
+fn hint(frame: &str, stream: &[u8]) -> (Option<String>, u64) {
+    let protocol = Protocol::named(frame).unwrap();
+    let decoder = Decoder::new(&protocol, Policy::Framelock, OutputFormat::Csv, Vec::new());
+    let decoder = Mutex::new(decoder.unwrap());
+    decode(&decoder, Input::new("", stream)).unwrap();
+    let decoder = lock(&decoder);
+    assert_eq!(decoder.totals.bytes, stream.len() as u64);
+    (decoder.hint(), decoder.totals.frame_bytes)
+}
 
 fn cause(frame: &str, stream: &[u8]) -> String {
-    let protocol = Protocol::named(frame).unwrap();
-    likely_cause(&protocol, Policy::Framelock, stream).unwrap_or_default()
+    hint(frame, stream).0.unwrap_or_default()
 }
 
 /// Returns two hundred frames of a motion's setpoints.
@@ -89,17 +109,46 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
         ("nmea", recorded("rtcm"), "--frame rtcm"),
         ("ubx", recorded("gnss"), "--frame gnss"),
         ("bin", slow, "half of the baud rate"),
+        (
+            "ubx",
+            [
+                &recorded("ubx")[..],
+                &[0xB5, 0x62, 2, 0x15, 0, 0x20],
+                &[1; 300],
+            ]
+            .concat(),
+            "raise longest",
+        ),
+        (
+            "mavlink2",
+            [
+                &recorded("mavlink2")[..],
+                &[0xFD, 4, 0, 0, 0, 1, 1, 0xFF, 0xFF, 0xFF],
+                &[1; 300],
+            ]
+            .concat(),
+            "add them to messages",
+        ),
+        (
+            "crsf",
+            [&recorded("crsf")[..], &[0xC8, 1], &[1; 300]].concat(),
+            "look at shortest",
+        ),
     ] {
         let cause = cause(frame, &stream);
         assert!(cause.contains(told), "{frame}, {told}: {cause}");
     }
-    // For noise, no cause is certain.
+    // For noise, no cause is certain, except that it is none of the frames.
     sbus.iter_mut().enumerate().for_each(|(at, byte)| {
         *byte = byte
             .wrapping_mul(77)
             .wrapping_add((at * at).to_le_bytes()[0]);
     });
-    assert_eq!(cause("sbus", &sbus), "");
+    let told = cause("sbus", &sbus);
+    assert!(
+        told.ends_with("check --frame, the baud rate and parity, and whether the line is inverted"),
+        "{told}"
+    );
 }
 
 #[test]
@@ -108,4 +157,99 @@ fn the_lectures_machine_is_named_if_the_other_finds_frames() {
     let protocol = Protocol::named("bin").unwrap();
     let cause = likely_cause(&protocol, Policy::Lecture, &late[1..]);
     assert_eq!(cause.as_deref(), Some("--policy framelock finds frames"));
+}
+
+/// Returns frames of all kinds with random content.
+fn random_frames(protocol: &Protocol, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
+    let (format, mut frames) = (protocol.description.format(), Vec::new());
+    for _ in 0..20_000 {
+        let layout = protocol.description.kinds.choose(random).unwrap().layout;
+        let longest = layout.longest().min(layout.shortest() + 60);
+        let length = random.random_range(layout.shortest().max(1)..=longest);
+        let is_content = |byte: u8| {
+            let ranges = layout.content();
+            ranges.is_empty() || ranges.iter().any(|(a, b)| (a..=b).contains(&&byte))
+        };
+        let content: Vec<u8> = (0..=u8::MAX).filter(|byte| is_content(*byte)).collect();
+        let mut frame: Vec<u8> = (0..length)
+            .map(|_| *content.choose(random).unwrap())
+            .collect();
+        if let Some(messages) = layout.messages() {
+            let number = messages.known.choose(random).unwrap().number.to_le_bytes();
+            let place = frame.iter_mut().skip(messages.number.at);
+            let bytes = number.iter().take(messages.number.bytes);
+            place.zip(bytes).for_each(|(place, byte)| *place = *byte);
+        }
+        let is_frame = layout.seal(&mut frame);
+        if is_frame && format.classify(&frame) == Classification::Frame(frame.len()) {
+            frames.push(frame);
+        }
+        if frames.len() == 300 {
+            break;
+        }
+    }
+    frames
+}
+
+/// Joins frames. With noise, some bytes are inserted, altered and lost.
+fn joined(frames: &[Vec<u8>], is_noisy: bool, random: &mut ChaCha8Rng) -> Vec<u8> {
+    let mut stream = Vec::new();
+    for frame in frames {
+        let mut frame = frame.clone();
+        if is_noisy {
+            match random.random_range(0..60) {
+                0 => frame.extend((0..random.random_range(1..4)).map(|_| random.random::<u8>())),
+                1 => *frame.choose_mut(random).unwrap() ^= 1 << random.random_range(0..8),
+                2 => drop(frame.remove(random.random_range(0..frame.len()))),
+                _ => {}
+            }
+        }
+        stream.extend(frame);
+    }
+    stream
+}
+
+#[test]
+fn streams_of_shipped_frames_get_no_hint_even_with_some_noise() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    for (name, _) in SHIPPED {
+        let protocol = Protocol::named(name).unwrap();
+        let frames = random_frames(&protocol, &mut random);
+        assert!(frames.len() >= 100, "{name}: {}", frames.len());
+        for is_noisy in [false, true, true, true] {
+            let stream = joined(&frames, is_noisy, &mut random);
+            let (hint, in_frames) = hint(name, &stream);
+            assert_eq!(hint, None, "{name}");
+            let bytes = stream.len() as u64;
+            assert!(5 * in_frames > 4 * bytes, "{name}: {in_frames} of {bytes}");
+            assert_eq!(in_frames == bytes, !is_noisy, "{name}");
+        }
+        let recorded = recorded(name);
+        for times in [1, 20] {
+            let (hint, in_frames) = hint(name, &recorded.repeat(times));
+            assert_eq!((hint, in_frames), (None, (recorded.len() * times) as u64));
+        }
+    }
+}
+
+/// The fuzzer's inputs, as streams of every shipped frame.
+#[test]
+fn streams_of_the_corpora_that_decode_well_get_no_hint() {
+    let corpora = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+    let protocols: Vec<Protocol> = shipped().collect();
+    let mut good = 0;
+    for corpus in fs::read_dir(corpora).unwrap() {
+        for file in fs::read_dir(corpus.unwrap().path()).unwrap() {
+            let path = file.unwrap().path();
+            let stream = fs::read(&path).unwrap();
+            for protocol in &protocols {
+                if 2 * in_frames(protocol, Policy::Framelock, &stream) > stream.len() {
+                    let (hint, _) = hint(&protocol.name, &stream);
+                    assert_eq!(hint, None, "{protocol}: {}", path.display());
+                    good += 1;
+                }
+            }
+        }
+    }
+    assert!(good > 10, "{good}");
 }

@@ -1,0 +1,128 @@
+//! Stretches of a stream that repeat themselves, such as a false start that is sent again and again.
+//!
+//! The outcome at a position depends on as many bytes as the longest frame has. In a stretch with a period, the same bytes
+//! follow one period later, so the outcome is the same there.
+
+use framelock::Found;
+
+/// The number of bytes in the longest period that is found.
+const LONGEST_PERIOD: usize = 64;
+
+/// The number of bytes that must follow a search before the next one, so that searches cost little.
+const PAUSE: usize = 256;
+
+/// The last stretch of the stream that repeats itself.
+#[derive(Clone, Default, Debug)]
+pub(crate) struct Repetition {
+    /// The positions of the stretch's first byte and of the byte after it. In an empty stretch, both are equal.
+    from: usize,
+    to: usize,
+    period: usize,
+    /// The known outcomes in a period.
+    outcomes: Vec<Option<Found<()>>>,
+    /// The position of the next search.
+    next_search: usize,
+}
+
+impl Repetition {
+    /// Returns the outcome at a position if it is known. It depends on `longest` bytes.
+    #[inline]
+    pub(crate) fn outcome(&self, at: usize, longest: usize) -> Option<Found<()>> {
+        *self.outcomes.get(self.place(at, longest)?)?
+    }
+
+    /// Notes the outcome at a position, from which on the stream has these bytes. It depends on `longest` bytes.
+    pub(crate) fn note(&mut self, at: usize, bytes: &[u8], longest: usize, outcome: Found<()>) {
+        if self.next_search <= at && self.to < at + longest {
+            self.search(at, bytes, longest);
+        }
+        let place = self.place(at, longest);
+        if let Some(place) = place.and_then(|place| self.outcomes.get_mut(place)) {
+            *place = Some(outcome);
+        }
+    }
+
+    /// Returns the position's place in the period if all bytes on which its outcome depends are in the stretch.
+    #[inline]
+    fn place(&self, at: usize, longest: usize) -> Option<usize> {
+        let is_in = self.from <= at && at + longest <= self.to;
+        is_in.then(|| (at - self.from) % self.period)
+    }
+
+    #[inline(never)]
+    fn search(&mut self, at: usize, bytes: &[u8], longest: usize) {
+        let mut most = 0;
+        for period in 1..=LONGEST_PERIOD {
+            let later = bytes.iter().skip(period);
+            let same = bytes.iter().zip(later).take_while(|(a, b)| a == b).count();
+            if same >= longest {
+                *self = Self {
+                    from: at,
+                    to: at + same + period,
+                    period,
+                    outcomes: vec![None; period],
+                    next_search: 0,
+                };
+                break;
+            }
+            most = most.max(same);
+        }
+        // Until the byte that breaks the period, no search finds more.
+        self.next_search = at + most + PAUSE;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::indexing_slicing, reason = "a panic fails the test")]
+
+    use framelock::DiscardReason;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    const LONGEST: usize = 9;
+
+    /// Any function of the next bytes.
+    fn computed(bytes: &[u8]) -> Found<()> {
+        let sum = bytes[..LONGEST]
+            .iter()
+            .fold(7_u8, |sum, byte| sum.wrapping_mul(31) ^ byte);
+        match sum % 4 {
+            0 => Found::frame(LONGEST, ()),
+            1 => Found::discarded(2, DiscardReason::NoSync),
+            2 => Found::discarded(1, DiscardReason::BadHeader),
+            _ => Found::discarded(1, DiscardReason::ChecksumMismatch),
+        }
+    }
+
+    #[test]
+    fn known_outcomes_are_those_that_would_be_computed() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let (mut known, mut unknown) = (0, 0);
+        for _ in 0..300 {
+            let mut stream = Vec::new();
+            for _ in 0..random.random_range(1..6) {
+                let length = random.random_range(1..=LONGEST_PERIOD + 2);
+                let unit: Vec<u8> = (0..length).map(|_| random.random_range(0..3)).collect();
+                stream.extend(unit.repeat(random.random_range(1..200)));
+            }
+            // Only some bytes have arrived when an outcome is noted.
+            let (mut repetition, mut at) = (Repetition::default(), 0);
+            while at + LONGEST <= stream.len() {
+                let expected = computed(&stream[at..]);
+                if let Some(outcome) = repetition.outcome(at, LONGEST) {
+                    assert_eq!(outcome, expected, "{at} of {stream:?}");
+                    known += 1;
+                } else {
+                    let seen = random.random_range(LONGEST..=400).min(stream.len() - at);
+                    repetition.note(at, &stream[at..at + seen], LONGEST, expected);
+                    unknown += 1;
+                }
+                at += expected.bytes();
+            }
+        }
+        assert!(known > unknown && unknown > 1_000, "{known} {unknown}");
+    }
+}
