@@ -132,7 +132,7 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
         (
             "crsf",
             [&recorded("crsf")[..], &[0xC8, 1], &[1; 300]].concat(),
-            "look at shortest",
+            "check shortest",
         ),
     ] {
         let cause = cause(frame, &stream);
