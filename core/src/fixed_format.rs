@@ -104,6 +104,9 @@ pub(crate) mod sealed {
     pub trait Words {
         type Word: crate::window::Word;
 
+        /// The state of a receiver that has received nothing: the marker, and the note that no byte is pending.
+        const EMPTY: Self::Word;
+
         /// Returns the frame whose last byte is the lowest byte of `word`.
         fn from_word(word: Self::Word) -> Self;
     }
@@ -117,6 +120,8 @@ macro_rules! frames {
 
         impl sealed::Words for [u8; $length] {
             type Word = $word;
+
+            const EMPTY: $word = 1 | ($length - 1) << (<$word>::BITS - 4);
 
             #[inline]
             fn from_word(word: $word) -> Self {
@@ -135,6 +140,9 @@ pub struct Shape<F> {
     pattern: u128,
     /// 0xFF at the positions of fixed bytes, and 0 at all others.
     mask: u128,
+    /// The fixed bytes again, the frame's last byte first: a microcontroller looks a byte up in fewer instructions than it
+    /// shifts a word.
+    from_end: [Option<u8>; 16],
     /// Number of fixed bytes at the start of the frame: the length of the sync.
     sync: usize,
     frame: PhantomData<F>,
@@ -148,6 +156,7 @@ impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
         let mut shape = Self {
             pattern: 0,
             mask: 0,
+            from_end: [None; 16],
             sync: 0,
             frame: PhantomData,
         };
@@ -163,6 +172,12 @@ impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
             shape.mask = shape.mask << u8::BITS | fixed as u128;
             shape.sync = shape.sync.wrapping_add(in_sync as usize);
             rest = behind;
+        }
+        let mut rest = places.as_slice();
+        let mut slots = shape.from_end.as_mut_slice();
+        while let ([before @ .., place], [slot, further @ ..]) = (rest, slots) {
+            *slot = *place;
+            (rest, slots) = (before, further);
         }
         shape
     }
@@ -188,29 +203,52 @@ impl<F: FrameBytes> Shape<F> {
     /// `known` is at least one and at most a frame's length.
     #[inline]
     pub(crate) fn agrees(&self, word: F::Word, known: usize) -> bool {
-        self.differs(word, known) == F::Word::from(0)
+        let unknown = F::LENGTH.wrapping_sub(known);
+        let differing = (word ^ self.pattern().down(unknown)) & self.mask().down(unknown);
+        differing == F::Word::from(0)
     }
 
-    /// Returns the reason why no frame may begin with these bytes, or `None` if one may. The first byte that
-    /// differs from the shape decides the reason.
+    /// Returns whether a frame may have `byte` at the position that `following` bytes of the frame follow.
+    ///
+    /// Looks the fixed byte up: a microcontroller shifts a word by an amount that varies in many more instructions.
+    #[inline]
+    pub(crate) fn accepts(&self, byte: u8, following: usize) -> bool {
+        match self.from_end.get(following) {
+            Some(Some(fixed)) => *fixed == byte,
+            _ => true,
+        }
+    }
+
+    /// Returns the reason why no frame may begin with the lowest `known` bytes of `word`, or `None` if one may.
+    /// `known` is at least one and at most a frame's length.
     #[inline]
     pub(crate) fn mismatch(&self, word: F::Word, known: usize) -> Option<DiscardReason> {
-        let differs = self.differs(word, known);
-        if differs == F::Word::from(0) {
-            return None;
-        }
-        let from_there = F::Word::BYTES.wrapping_sub(differs.leading_zero_bytes());
-        Some(match known.wrapping_sub(from_there) {
-            place if place >= self.sync => DiscardReason::WrongTerminator,
-            0 => DiscardReason::NoSync,
-            _ => DiscardReason::BrokenSync,
-        })
+        self.mismatch_at_top(word.up(F::Word::BYTES.wrapping_sub(known)), known)
     }
 
+    /// Returns the reason why no frame may begin with the highest `known` bytes of `word`, or `None` if one may. The
+    /// first byte that differs from the shape decides the reason.
     #[inline]
-    fn differs(&self, word: F::Word, known: usize) -> F::Word {
-        let unknown = F::LENGTH.wrapping_sub(known);
-        (word ^ self.pattern().down(unknown)) & self.mask().down(unknown)
+    pub(crate) fn mismatch_at_top(&self, word: F::Word, known: usize) -> Option<DiscardReason> {
+        let below = F::Word::BYTES.wrapping_sub(F::LENGTH);
+        let differing = (word ^ self.pattern().up(below)) & self.mask().up(below);
+        let first_byte = F::Word::BYTES.wrapping_sub(1);
+        if self.sync > 0 && differing.down(first_byte) != F::Word::from(0) {
+            return Some(DiscardReason::NoSync);
+        }
+        let place = differing.leading_zero_bytes();
+        (place < known).then(|| self.reason_after_first(place))
+    }
+
+    /// Returns the reason for which a frame is rejected whose first wrong byte is at `place`, counted from 0, unless it is
+    /// the first byte of the sync.
+    #[inline]
+    pub(crate) const fn reason_after_first(&self, place: usize) -> DiscardReason {
+        if place < self.sync {
+            DiscardReason::BrokenSync
+        } else {
+            DiscardReason::WrongTerminator
+        }
     }
 
     /// Returns the first position at which `frame` differs from its fixed byte, counted from 0, or `None` if all

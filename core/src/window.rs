@@ -1,7 +1,8 @@
 //! The receiver's engine: one word of state, and one step for each byte.
 //!
-//! The state is the bytes since the last commit, but only as many as can still matter: one fewer than a frame has. They
-//! lie in a shift register, newest lowest. A 1 in front of the oldest byte, the marker, shows how many there are:
+//! The state is the bytes since the last commit, but only the last ones, which can still matter: at most one fewer than a
+//! frame has. They lie in a shift register, newest lowest. A 1 above the oldest byte, the marker, shows how many there
+//! are:
 //!
 //! ```text
 //!           7        6        5        4        3        2        1        0   byte of the word
@@ -17,8 +18,13 @@
 //! frame), the fixed bytes agree (with the marker, one masked comparison), and the format's own
 //! check holds. Otherwise the byte is shifted in, and the marker moves up until it is at the top.
 //!
-//! The engine keeps no position in the frame, so it cannot lose it: *every* window of the stream
-//! that overlaps no committed frame is compared.
+//! [`push`](Window::push) keeps no position in the frame, so it cannot lose it: *every* window of the
+//! stream that overlaps no committed frame is compared.
+//!
+//! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It notes this
+//! number in the word's four highest bits, as the number of bytes that fit in before the window is full of pending bytes.
+//! `push` ignores the note and shifts it out. A note of 0 says nothing: either all held bytes are pending, or `push`
+//! came last.
 
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};
@@ -52,23 +58,29 @@ pub trait Word:
     /// The word 1.
     const ONE: Self;
 
-    /// The lowest bytes of a wider word.
+    /// Returns the lowest bytes of a wider word.
     fn truncated(wide: u128) -> Self;
 
-    /// The word whose highest byte is the first of `bytes`; `None` if there are too few.
+    /// Returns the word whose highest byte is the first of `bytes`, or `None` if there are too few.
     fn load(bytes: &[u8]) -> Option<Self>;
 
-    /// 1s in the lowest `count` bytes, fewer than the word has.
+    /// Returns 1s in the lowest `count` bytes, fewer than the word has.
     fn lowest_bytes(count: usize) -> Self;
 
-    /// Shifted by `count` bytes, fewer than the word has, towards the highest.
+    /// Shifts by `count` bytes, fewer than the word has, towards the highest.
     fn up(self, count: usize) -> Self;
 
-    /// Shifted by `count` bytes, fewer than the word has, towards the lowest.
+    /// Shifts by `count` bytes, fewer than the word has, towards the lowest.
     fn down(self, count: usize) -> Self;
 
-    /// Bytes that are 0 above the highest that is not.
+    /// Returns the number of leading zero bytes.
     fn leading_zero_bytes(self) -> usize;
+
+    /// Returns the number in the four highest bits.
+    fn note(self) -> usize;
+
+    /// Returns the word whose four highest bits are `note`, at most 15, and whose other bits are 0.
+    fn of_note(note: usize) -> Self;
 }
 
 macro_rules! word {
@@ -108,6 +120,17 @@ macro_rules! word {
             fn leading_zero_bytes(self) -> usize {
                 (self.leading_zeros() / u8::BITS) as usize
             }
+
+            #[inline]
+            #[allow(clippy::cast_possible_truncation, reason = "four bits")]
+            fn note(self) -> usize {
+                (self >> (Self::BITS - 4)) as usize
+            }
+
+            #[inline]
+            fn of_note(note: usize) -> Self {
+                (note as Self) << (Self::BITS - 4)
+            }
         }
     };
 }
@@ -126,16 +149,16 @@ fn bits(bytes: usize) -> u32 {
 pub(crate) struct Window<F: FrameBytes>(F::Word);
 
 impl<F: FrameBytes> Window<F> {
-    /// Nothing held: the state at reset and after every commit.
-    pub(crate) const EMPTY: Self = Self(F::Word::ONE);
+    /// Holds no byte: the state at reset and after every commit.
+    pub(crate) const EMPTY: Self = Self(F::EMPTY);
 
-    /// Bytes held at most: with one more a frame may be complete.
+    /// The largest number of bytes held. With one more a frame may be complete.
     const MOST: usize = F::LENGTH - 1;
 
-    /// One step: takes `byte`, and returns the frame that it completes, which is the lowest bytes of the word.
+    /// Takes `byte`. Returns the frame that it completes, which is the lowest bytes of the word.
     ///
-    /// `check` is asked only about a frame whose fixed bytes agree. Apart from it, a step costs the same few operations
-    /// whatever the state and the byte: a masked comparison, a shift, a look at the marker.
+    /// Calls `check` only with a frame whose fixed bytes agree. Apart from it, each byte costs the same few operations in
+    /// every state: a masked comparison, a shift, and a look at the marker.
     #[inline]
     pub(crate) fn push(
         &mut self,
@@ -152,83 +175,102 @@ impl<F: FrameBytes> Window<F> {
         let differs = (self.0 ^ (marker | pattern.down(1))) & (!held | mask.down(1));
         let last_differs = (F::Word::from(byte) ^ pattern) & mask & last_byte;
         let shifted = self.with(byte);
-        // One branch for both: which of them differs cannot be foreseen.
+        // One branch for both, since it is unpredictable which of them differs.
         if differs | last_differs == F::Word::from(0) && check(shifted) {
             *self = Self::EMPTY;
             return Some(shifted);
         }
-        *self = if self.holds(Self::MOST) {
-            Self(shifted & held | marker)
-        } else {
-            Self(shifted)
-        };
+        *self = Self(self.without_oldest(shifted));
         None
     }
 
-    /// [`push`](Self::push), which says why bytes are discarded, oldest first: those that were pending, and
-    /// `byte`, up to one with which a frame may yet begin.
-    ///
-    /// It keeps no others. So mostly the bytes held, and `byte`, go on as a frame does: one look at them as
-    /// a whole shows it.
+    /// Does the same as [`push`](Self::push), and reports why bytes are discarded, oldest first: pending bytes and
+    /// `byte`, up to the first with which a frame may still begin.
     #[inline]
     pub(crate) fn push_with(
         &mut self,
         shape: &Shape<F>,
         byte: u8,
         check: impl FnOnce(F::Word) -> bool,
+        discarded: impl FnMut(DiscardReason),
+    ) -> Option<F::Word> {
+        let room = self.room(shape);
+        self.push_with_room(room, shape, byte, check, discarded)
+    }
+
+    /// Does the same as [`push_with`](Self::push_with), in a window in which `room` fewer bytes are pending than it can hold.
+    #[inline]
+    fn push_with_room(
+        &mut self,
+        room: usize,
+        shape: &Shape<F>,
+        byte: u8,
+        check: impl FnOnce(F::Word) -> bool,
         mut discarded: impl FnMut(DiscardReason),
     ) -> Option<F::Word> {
         let with_byte = self.with(byte);
-        let known = F::Word::BYTES.wrapping_sub(self.0.leading_zero_bytes()); // With `byte`.
-        if shape.agrees(with_byte, known) {
-            if known < F::LENGTH {
-                *self = Self(with_byte);
+        let held = self.without_oldest(with_byte);
+        // The pending bytes agree with the shape, so only `byte` can differ.
+        if !shape.accepts(byte, room) {
+            if room == Self::MOST {
+                // Noise: no byte was pending, and none is.
+                discarded(DiscardReason::NoSync);
+                *self = Self(held | Self::note(0));
                 return None;
             }
-            if check(with_byte) {
-                *self = Self::EMPTY;
-                return Some(with_byte);
-            }
-        } else if known == 1 {
-            // Noise: nothing was held, and nothing is.
-            discarded(DiscardReason::NoSync);
+            discarded(shape.reason_after_first(Self::MOST.wrapping_sub(room)));
+        } else if room > 0 {
+            *self = Self(held | F::Word::of_note(room.wrapping_sub(1)));
             return None;
+        } else if check(with_byte) {
+            *self = Self::EMPTY;
+            return Some(with_byte);
+        } else {
+            discarded(DiscardReason::ChecksumMismatch);
         }
-        *self = self.without_false_starts(shape, with_byte, discarded);
+        // The oldest pending byte is gone. Of the others and `byte`, those before the first with which a frame may begin
+        // are discarded. They lie at the top of `bytes`.
+        let mut count = Self::MOST.wrapping_sub(room);
+        let mut bytes = with_byte.up(F::Word::BYTES.wrapping_sub(count));
+        while count > 0 {
+            let Some(why) = shape.mismatch_at_top(bytes, count) else {
+                break;
+            };
+            discarded(why);
+            (bytes, count) = (bytes.up(1), count.wrapping_sub(1));
+        }
+        *self = Self(held | Self::note(count));
         None
     }
 
-    /// With another byte, which completes no frame: from the first byte on with which one may begin. Says
-    /// why each byte before it that was pending is discarded.
-    // Apart, so that the usual step keeps few registers.
-    #[cold]
-    #[inline(never)]
-    fn without_false_starts(
-        self,
-        shape: &Shape<F>,
-        with_byte: F::Word,
-        mut discarded: impl FnMut(DiscardReason),
-    ) -> Self {
-        let oldest = self.pending(shape).wrapping_add(1);
-        let mut known = F::LENGTH;
-        while known > 0 {
-            if known <= oldest {
-                match shape.mismatch(with_byte, known) {
-                    Some(why) => discarded(why),
-                    None if known == F::LENGTH => discarded(DiscardReason::ChecksumMismatch),
-                    None => break,
-                }
-            }
-            known = known.wrapping_sub(1);
+    /// Returns how many fewer bytes are pending than the window can hold: the note, if there is one.
+    #[inline]
+    fn room(self, shape: &Shape<F>) -> usize {
+        let note = self.0.note();
+        if note > 0 || self.is_full() && shape.agrees(self.0, Self::MOST) {
+            note
+        } else {
+            self.room_without_note(shape)
         }
-        Self(with_byte & F::Word::lowest_bytes(known) | F::Word::ONE.up(known))
     }
 
-    /// Takes a slice, and says what becomes of each byte but those pending at the end: the same, and
-    /// in the same order, as byte by byte, wherever a stream is cut into slices.
+    #[cold]
+    #[inline(never)]
+    fn room_without_note(self, shape: &Shape<F>) -> usize {
+        Self::MOST.wrapping_sub(self.pending_without_note(shape))
+    }
+
+    /// Returns the note of a window in which `count` bytes are pending.
+    #[inline]
+    fn note(count: usize) -> F::Word {
+        F::Word::of_note(Self::MOST.wrapping_sub(count))
+    }
+
+    /// Takes a slice. Reports the outcome of each byte, except those that are pending at the end: the same outcomes, in
+    /// the same order, as byte by byte, wherever a stream is cut into slices.
     ///
-    /// Where the slice has room for a frame, nothing needs to be held: every place at which a frame
-    /// may begin is compared where it lies. Only the ends of the slice go through the window.
+    /// While a whole frame fits into the rest of the slice, no byte is held: every position at which a frame may begin is
+    /// compared in the slice itself. Only bytes at the ends of the slice go through the window.
     #[inline]
     pub(crate) fn feed(
         &mut self,
@@ -237,17 +279,16 @@ impl<F: FrameBytes> Window<F> {
         check: impl Fn(F::Word) -> bool,
         mut found: impl FnMut(Found<F::Word>),
     ) {
-        // What is held came before the slice: until a commit, or until as many bytes have come as can
-        // be held.
+        // Pending bytes came before the slice. One by one, bytes are taken until none of those is pending any more.
         let mut at = 0_usize;
-        while *self != Self::EMPTY && at < Self::MOST {
+        while at < Self::MOST && self.pending(shape) > 0 {
             let Some(&byte) = bytes.get(at) else {
                 return;
             };
             self.push_and_tell(shape, byte, &check, &mut found);
             at = at.wrapping_add(1);
         }
-        // Now all that is pending lies in the slice. It is looked at there, once more.
+        // Now all pending bytes lie in the slice. They are taken again, from there.
         at = at.wrapping_sub(self.pending(shape));
         *self = Self::EMPTY;
         let mut rest = bytes.get(at..).unwrap_or_default();
@@ -261,8 +302,8 @@ impl<F: FrameBytes> Window<F> {
                 found(Found::Discarded { count, why });
                 rest = rest.get(count..).unwrap_or_default();
             }
-            // The next block has a start. Places are compared until a block's are dropped: to look for
-            // blocks at each of them would cost more than it saves.
+            // The next block contains a byte that can begin a frame. Positions are compared one by one until a block of
+            // bytes is discarded, because to search for such blocks at each position would cost more than it saves.
             let mut dropped = 0_usize;
             while dropped < BLOCK {
                 let Some(message) = first_of(rest) else {
@@ -280,7 +321,7 @@ impl<F: FrameBytes> Window<F> {
                 dropped = dropped.wrapping_add(count);
             }
         }
-        // Too few bytes are left to compare them as a whole.
+        // The rest is shorter than a frame.
         for &byte in rest {
             self.push_and_tell(shape, byte, &check, &mut found);
         }
@@ -304,13 +345,20 @@ impl<F: FrameBytes> Window<F> {
         }
     }
 
-    /// How many bytes are held because a frame may yet include them: 0 to one fewer than it has.
-    // It shifts by amounts that vary, which takes a microcontroller much code: once is enough.
-    #[inline(never)]
+    /// Returns the number of pending bytes: the last bytes, with which a frame may still begin. At most one fewer than
+    /// the length of a frame.
+    #[inline]
     pub(crate) fn pending(self, shape: &Shape<F>) -> usize {
-        if self == Self::EMPTY {
-            return 0;
+        match self.0.note() {
+            0 => self.pending_without_note(shape),
+            room => Self::MOST.wrapping_sub(room),
         }
+    }
+
+    /// Returns the number of pending bytes of a window whose note is 0.
+    // Shifts by amounts that vary need much code on a microcontroller, so this function is never inlined.
+    #[inline(never)]
+    fn pending_without_note(self, shape: &Shape<F>) -> usize {
         let mut pending = Self::MOST;
         while pending > 0 && !(self.holds(pending) && shape.agrees(self.0, pending)) {
             pending = pending.wrapping_sub(1);
@@ -318,20 +366,36 @@ impl<F: FrameBytes> Window<F> {
         pending
     }
 
-    /// Whether the same bytes are pending in both: then both do the same with every byte that follows.
+    /// Returns whether the same bytes are pending in both: then both treat all following bytes alike.
     pub(crate) fn agrees_with(self, other: Self, shape: &Shape<F>) -> bool {
         let pending = self.pending(shape);
         let differs = (self.0 ^ other.0) & F::Word::lowest_bytes(pending);
         pending == other.pending(shape) && differs == F::Word::from(0)
     }
 
-    /// The bytes held, and `byte` behind them: newest lowest. What is above them may be anything.
+    /// Returns the bytes held, followed by `byte`: newest lowest. The bits above them may have any value.
     #[inline]
     fn with(self, byte: u8) -> F::Word {
         self.0.up(1) | F::Word::from(byte)
     }
 
-    /// Whether at least `count` bytes are held.
+    /// Returns the bytes held and one more, without the oldest if the window was full, and the marker.
+    #[inline]
+    fn without_oldest(self, with_byte: F::Word) -> F::Word {
+        if self.is_full() {
+            with_byte & F::Word::lowest_bytes(Self::MOST) | F::Word::ONE.up(Self::MOST)
+        } else {
+            with_byte
+        }
+    }
+
+    /// Returns whether the marker is at the top.
+    #[inline]
+    fn is_full(self) -> bool {
+        self.0 & F::Word::ONE.up(Self::MOST) != F::Word::from(0)
+    }
+
+    /// Returns whether at least `count` bytes are held, if there is no note.
     #[inline]
     fn holds(self, count: usize) -> bool {
         self.0.down(count) != F::Word::from(0)

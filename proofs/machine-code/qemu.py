@@ -5,7 +5,7 @@ import unicorn
 import z3
 from unicorn import arm_const
 from image import Failure
-from steps import FRAME, window
+from steps import FRAME, pending, window
 from thumb import REGISTERS, RETURN, bits, number
 
 THEIRS = {name: getattr(arm_const, f"UC_ARM_REG_{name.upper()}") for name in REGISTERS + ["pc", "cpsr"]}
@@ -15,8 +15,9 @@ def value(name, size):
     if name == "window":
         # Often a frame without its last byte.
         wrong = random.choice([b"", b"AB\r"])
-        data = [random.choice([fixed or 0, *wrong]) for fixed in FRAME]
-        return window([bits(byte, 8) for byte in data[: random.choice([*range(7), 6, 6, 6])]])
+        data = [bits(random.choice([fixed or 0, *wrong]), 8) for fixed in FRAME]
+        data = data[: random.choice([*range(7), 6, 6, 6])]
+        return window(data, pending(data))
     most = {"lost": 1, "state": 6}.get(name, (1 << 8 * size) - 1)
     return bits(random.choice([0, most, random.randint(0, most)]), 8 * size)
 

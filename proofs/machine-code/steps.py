@@ -11,7 +11,7 @@ REASONS = {"no_sync": 0, "broken_sync": 1, "wrong_terminator": 6}  # Each reason
 # The setpoint that the main loop takes: one word, laid out as in firmware/src/setpoint.rs.
 SETPOINT = {f"published {axis}": (n, 1) for n, axis in enumerate(AXES)} | {"sequence": (3, 1)}
 KEPT_BY_CALLS = ["sp"] + [f"r{n}" for n in range(4, 12)]
-MOST = {"receiver": (600, 850, 160), "lecture": (50, 90, 32)}  # Instructions, cycles, bytes of stack of a step.
+MOST = {"receiver": (240, 380, 48), "lecture": (50, 90, 32)}  # Instructions, cycles, bytes of stack of a step.
 
 def one_if(condition, size=32):
     return z3.If(condition, bits(1, size), bits(0, size))
@@ -26,9 +26,11 @@ def pending(data):
         count = z3.If(begins_frame(data[-n:]), bits(n), count)
     return count
 
-def window(data):
-    """Returns the word that holds these bytes: a 1 before the oldest byte, and the newest byte lowest."""
-    return z3.simplify(z3.ZeroExt(56 - 8 * len(data), z3.Concat(bits(1, 8), *data) if data else bits(1, 8)))
+def window(data, count):
+    """Returns the word that holds these bytes: a 1 before the oldest byte, and the newest byte lowest. The four highest
+    bits are 6 minus `count`, the number of bytes that may still belong to a frame."""
+    note, above = z3.Extract(3, 0, 6 - count), bits(0, 52 - 8 * len(data))
+    return z3.simplify(z3.Concat(note, above, bits(1, 8), *data))
 
 def receiver(held, byte):
     """Discards, oldest first, the bytes among the pending ones and this one with which no frame can begin any more. The
@@ -36,11 +38,10 @@ def receiver(held, byte):
     reason, and the fields after the step."""
     stream = held + [byte]
     is_frame = z3.And(len(stream) == 7, begins_frame(stream))
-    kept, after, discarded = pending(stream), window([]), dict.fromkeys(REASONS, bits(0))
+    kept, discarded = pending(stream), dict.fromkeys(REASONS, bits(0))
+    after = z3.If(is_frame, window([], bits(0)), window(stream[-6:], kept))
     for n in range(1, len(stream) + 1):
         last = stream[-n:]
-        if n < 7:
-            after = z3.If(z3.And(kept == n, z3.Not(is_frame)), window(last), after)
         is_discarded = z3.And(z3.ULE(n, pending(held) + 1), z3.UGT(n, kept), z3.Not(is_frame))
         for reason, place in REASONS.items():
             is_reason = z3.And(begins_frame(last[:place]), last[place] != FRAME[place]) if place < n else False
@@ -91,17 +92,19 @@ class Step:
         return State(self.image, self.image.symbol("receiver_step") & ~1, registers, memory, self.writable, assumed)
 
     def cases(self, byte):
-        """Yields every state that satisfies the invariant: the window holds up to six bytes, or the lecture's machine is in
-        one of its states. Yields the assumptions and the expected state after the step with it."""
+        """Yields every state that satisfies the invariant: the window holds up to six bytes and states how many of them may
+        still belong to a frame, or the lecture's machine is in one of its states. Yields the assumptions and the expected
+        state after the step with it."""
         before = {name: z3.BitVec(name, 8 * size) for name, (_, size) in self.fields.items()}
         assumed = [z3.ULE(before["lost"], 1)]
         if self.kind == "lecture":
             yield before, [*assumed, z3.ULT(before["state"], 7)], expected(before, *lecture(before, byte))
             return
-        for count in range(7):
-            held = [z3.BitVec(f"held {n}", 8) for n in range(count)]
-            before["window"] = window(held)
-            yield before, assumed, expected(before, *receiver(held, byte))
+        for size in range(7):
+            held = [z3.BitVec(f"held {n}", 8) for n in range(size)]
+            for count in range(size + 1):
+                before["window"] = window(held, bits(count))
+                yield before, [*assumed, pending(held) == count], expected(before, *receiver(held, byte))
 
     def prove(self):
         """Proves the step. Returns its greatest costs."""

@@ -200,10 +200,11 @@ class State:
             self.flags |= {flag: z3.simplify(is_set) for flag, is_set in new.items()}
 
     def bit_field(self):
-        into, of, (low, width) = self.operands[0].reg, self.get(self.operands[1].reg), self.operands[2:]
+        into, (low, width) = self.operands[0].reg, self.operands[-2:]
+        of = bits(0) if self.name == "bfc" else self.get(self.operands[1].reg)
         low, mask = low.imm, (1 << width.imm) - 1
         inserted = self.get(into) & ~(mask << low) | (of & mask) << low
-        self.put(self.name_of(into), inserted if self.name == "bfi" else z3.LShR(of, low) & mask)
+        self.put(self.name_of(into), inserted if self.name in ("bfi", "bfc") else z3.LShR(of, low) & mask)
 
 def cycles(instruction):
     """Returns the greatest number of cycles by the Cortex-M4's manual, without wait states. A jump refills the pipeline in
@@ -238,5 +239,5 @@ OPERATIONS = {
 EXECUTIONS = {"tbb": State.table, "it": State.condition_block, "push": State.push_or_pop, "pop": State.push_or_pop}
 EXECUTIONS |= dict.fromkeys(["b", "bl", "cbz", "cbnz"], State.branch) | dict.fromkeys(OPERATIONS, State.compute)
 EXECUTIONS |= dict.fromkeys(["ldr", "ldrb", "ldrh", "ldrd", "str", "strb", "strh", "strd"], State.access)
-EXECUTIONS |= dict.fromkeys(["bfi", "ubfx"], State.bit_field)
+EXECUTIONS |= dict.fromkeys(["bfc", "bfi", "ubfx"], State.bit_field)
 EXECUTIONS["bx"] = lambda state: state.jump(state.get(state.operands[0].reg))

@@ -40,12 +40,20 @@ impl<const N: usize> History<N> {
     /// Returns the receiver after this stream. A delivered frame leaves it in its state at reset. Of
     /// the bytes since then, only the last `N - 1` matter, where a frame has `N`. (Theorem 4 shows
     /// this: `commits` in the engine's proofs.)
+    ///
+    /// It took the last byte by `push` or by `push_with`: only the last byte decides whether its state has a note
+    /// (`one_byte` in the engine's proofs).
     pub(crate) fn receiver<F: FixedFormat>(&self) -> Receiver<F> {
+        let has_note: bool = kani::any();
         let mut receiver = Receiver::new();
         let mut place = 1;
         while place < N {
             if place + usize::from(self.since) >= N {
-                receiver.push(self.last[place]);
+                if has_note && place == N - 1 {
+                    Parser::push_with(&mut receiver, self.last[place], |_| ());
+                } else {
+                    receiver.push(self.last[place]);
+                }
             }
             place += 1;
         }

@@ -1,33 +1,37 @@
-//! Theorems about the engine, for every format: each byte of the frame fixed to any value or free,
-//! and any check besides. A module has a harness for each length of frame.
+//! Theorems about the engine, for every format: each byte of the frame is either fixed to some value or free, and the
+//! format may have any further check. Each module has one harness per length of frame.
 //!
-//! **Theorem 4: commits.** [`push`](Window::push) commits exactly the frames that share no byte with
-//! an earlier committed frame (R1, R2, R4). Proof by induction: take any history and a window that
-//! holds its end; push any byte; the window commits exactly when the theorem says so, and holds the
-//! end of the history again. It does after `EMPTY`, hence after every stream ([`commits`]).
+//! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window with
+//! a note, which states the number of pending bytes. The harnesses start from any window of either kind
+//! ([`any_window`]), and show that both functions lead to such windows again.
 //!
-//! **Theorem 6: slices.** [`feed`](Window::feed) commits and drops what `push` does with the same
-//! bytes one by one, and leads to a window in which the same bytes are pending (R5). That is enough
-//! for every later byte: windows in which the same bytes are pending do the same ([`pending`]).
+//! **Theorem 4: commits.** `push` commits exactly the frames that share no byte with
+//! an earlier committed frame (R1, R2, R4). The proof is an induction. Take any history and a window that
+//! holds its end, and push any byte. The window commits exactly when the theorem says so, and it holds the
+//! end of the history again. The same is true after `EMPTY`, hence after every stream ([`commits`]).
 //!
-//! What a single byte discards, and why: of the pending bytes and itself, oldest first, those that the
-//! byte shows to be no frame's start, each for the first place at which its frame fails (L3;
-//! [`mismatches`]). [`push_with`](Window::push_with) says so, commits what `push` does, and leads to a window
-//! in which the same bytes are pending ([`one_byte`]). More bytes never change that reason ([`reasons`]); read
-//! the other way round, what agrees with a frame agreed with it before its last byte came.
+//! **Theorem 6: slices.** [`feed`](Window::feed) commits and discards the same bytes as `push` does
+//! one by one, and leads to a window in which the same bytes are pending (R5). That is enough
+//! for all later bytes, because windows in which the same bytes are pending treat them alike ([`pending`]).
 //!
-//! `feed` is loops, one behind the other, and one in another. Each round of each of them takes some bytes and does
-//! what they do one by one, from any state, so by induction over the rounds `feed` does.
+//! A single byte discards the first of the pending bytes and itself, up to one with which a frame may still begin. The
+//! reason for each is the first position at which its frame fails (L3; [`mismatches`]). `push_with` reports these
+//! reasons, commits the frames that `push` commits, and leads to a window
+//! in which the same bytes are pending ([`one_byte`]). Later bytes never change a reason ([`reasons`]). Conversely,
+//! bytes that agree with a frame agreed with it before the last of them came.
 //!
-//! 1. Rounds of `push_with`, until all that is pending lies in the slice.
-//! 2. Then the window is emptied and `feed` goes back to the first byte that is pending. Taking the
+//! `feed` consists of loops. Each round of each loop takes some bytes, and has the same effect as taking
+//! them one by one from any state. By induction over the rounds, so has `feed`.
+//!
+//! 1. Rounds of `push_with`, until all pending bytes lie in the slice.
+//! 2. Then the window is emptied, and `feed` goes back to the first pending byte. Taking the
 //!    pending bytes again leads to a window in which they are pending ([`mismatches`]), and by
-//!    [`reasons`] discards none of them. Rounds with nothing pending, and a frame's length of bytes to look
-//!    at. If they are a frame, the last of them commits it. If not, none commits, and the window after
-//!    them is the one that it would be without the first: so this one is discarded and the next looked at
-//!    ([`starts`]). By [`reasons`] it is discarded for the reason that is found in the whole. Several bytes
-//!    are discarded at once, between such rounds, only if none can be a frame's first
-//!    (`noise::verification`), so each is when it comes.
+//!    [`reasons`] discards none of them. In each of the next rounds nothing is pending, and at least a frame's length of
+//!    bytes is left. If the first of them are a frame, its last byte commits it. If not, none of them commits, and the
+//!    window after them is the same as without the first byte: so that byte is discarded, and the next is examined
+//!    ([`starts`]). By [`reasons`], the reason is the one that is found in the whole frame. Several bytes
+//!    are discarded at once, between such rounds, only if no frame can begin with any of them
+//!    (`noise::verification`), so each would be discarded when it comes.
 //! 3. Rounds of `push_with` again, until no byte is left.
 
 use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
@@ -45,7 +49,7 @@ impl<F: FrameBytes> Window<F> {
     }
 }
 
-/// The window that holds the last `count` bytes of a history, fewer than a frame's.
+/// Returns the window that holds the last `count` bytes of a history, fewer than a frame's, without a note.
 fn holding<F: FrameBytes>(history: &[u8], count: usize) -> Window<F> {
     let mut window = Window::EMPTY;
     let mut place = 0;
@@ -58,7 +62,7 @@ fn holding<F: FrameBytes>(history: &[u8], count: usize) -> Window<F> {
     window
 }
 
-/// The word whose lowest bytes are a whole frame's, as the window makes it.
+/// Returns the word whose lowest bytes are a whole frame's, as the window makes it.
 fn word_of<const N: usize>(frame: &[u8; N]) -> <[u8; N] as Words>::Word
 where
     [u8; N]: FrameBytes,
@@ -72,13 +76,28 @@ where
     word.0
 }
 
-/// Any state: fewer bytes than a frame's, whatever they are.
-fn any_window<const N: usize>() -> Window<[u8; N]>
+/// Returns any state: a window that holds any bytes, fewer than a frame's, with or without a note.
+fn any_window<const N: usize>(shape: &Shape<[u8; N]>) -> Window<[u8; N]>
 where
     [u8; N]: FrameBytes,
 {
     let history: [u8; N] = kani::any();
-    holding(&history, kani::any_where(|&count| count < N))
+    let window = holding(&history, kani::any_where(|&count| count < N));
+    with_or_without_note(window, shape)
+}
+
+/// Returns the same window with its note, or as it is.
+fn with_or_without_note<F: FrameBytes>(window: Window<F>, shape: &Shape<F>) -> Window<F> {
+    if kani::any() {
+        with_note(window, window.pending(shape))
+    } else {
+        window
+    }
+}
+
+/// Returns the same window with the note that `count` bytes are pending.
+fn with_note<F: FrameBytes>(window: Window<F>, count: usize) -> Window<F> {
+    Window(window.0 & !F::Word::of_note(15) | Window::<F>::note(count))
 }
 
 fn any_shape<const N: usize>() -> Shape<[u8; N]> {
@@ -95,9 +114,9 @@ where
     let mut history: [u8; N] = kani::any();
     let since: usize = kani::any_where(|&since| since < N);
     let byte: u8 = kani::any();
-    // Whatever the check looks at, it says yes or no.
+    // Any check: only its answer matters.
     let check: bool = kani::any();
-    let before: Window<[u8; N]> = holding(&history, since);
+    let before: Window<[u8; N]> = with_or_without_note(holding(&history, since), &shape);
     let (after, frame) = before.pushed(&shape, byte, |_| check);
 
     let mut place = 1;
@@ -119,8 +138,8 @@ where
     kani::cover!(!is_frame && check, "no frame");
 }
 
-/// The first place at which the last `known` bytes of a history fail to be a frame's first, and what
-/// that means.
+/// Returns the reason why no frame begins with the last `known` bytes of a history, which the first wrong byte decides,
+/// or `None` if one may.
 fn first_mismatch<const N: usize>(
     places: &[Option<u8>; N],
     history: &[u8; N],
@@ -142,8 +161,8 @@ fn first_mismatch<const N: usize>(
     None
 }
 
-/// The engine finds these, and with them what is pending; and a window that holds nothing else agrees
-/// with one that holds more.
+/// The engine finds these reasons, and with them the pending bytes. A window that holds only the pending bytes agrees with
+/// one that holds more.
 fn mismatches_are_found<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -168,6 +187,9 @@ where
     }
     assert!(shape.mismatch(whole, N) == first);
     assert!(window.pending(&shape) == longest);
+    assert!(window.room(&shape) == N - 1 - longest);
+    let noted = with_note(window, longest);
+    assert!(noted.pending(&shape) == longest && noted.room(&shape) == N - 1 - longest);
     assert!(window.agrees_with(holding(&history, longest), &shape));
     kani::cover!(first.is_none(), "a frame");
     kani::cover!(
@@ -176,24 +198,23 @@ where
     );
 }
 
-/// One byte, from any state: `push_with` commits what `push` does, and the same bytes are pending then. It
-/// discards the pending bytes, oldest first, each for the first place at which its frame fails, up to one
-/// whose frame may go on. What was pending and the byte itself are then part of the frame, discarded, or
-/// pending.
+/// One byte, from any state: `push_with` commits the frame that `push` commits, and leads to the same window, with the note
+/// of how many bytes are pending. It discards pending bytes, oldest first, each for the first position at which its frame
+/// fails, up to the first whose frame may continue. Afterwards each byte that was pending, and the byte itself, is part of
+/// the frame, discarded, or pending.
 fn one_byte_is_pushed<const N: usize>()
 where
     [u8; N]: FrameBytes,
 {
     let shape = any_shape::<N>();
     let check: bool = kani::any();
-    let before = any_window::<N>();
+    let before = any_window::<N>(&shape);
     let byte: u8 = kani::any();
     let mut after = before;
     let mut discarded = Discarded::watched(kani::any());
     let frame = after.push_with(&shape, byte, |_| check, |why| discarded.add(why));
     let (pushed, committed) = before.pushed(&shape, byte, |_| check);
     assert!(frame.map(<[u8; N]>::from_word) == committed.map(<[u8; N]>::from_word));
-    assert!(after.agrees_with(pushed, &shape));
 
     let pending = before.pending(&shape);
     let mut expected = Discarded::watched(discarded.watched);
@@ -211,7 +232,8 @@ where
         known -= 1;
     }
     assert!(discarded == expected);
-    assert!(after.pending(&shape) == kept);
+    assert!(after == with_note(pushed, kept));
+    assert!(pushed.pending(&shape) == kept);
     assert!(frame.is_none() || pending + 1 == N && discarded.count == 0);
     kani::cover!(frame.is_some(), "a frame");
     let is_watched = |why| discarded.why == Some(why);
@@ -223,7 +245,7 @@ where
     kani::cover!(N == 1 || is_wrong_terminator, "a wrong terminator");
 }
 
-/// How many bytes were discarded, and why one of them, whichever it is.
+/// The number of discarded bytes, and the reason for an arbitrary one of them.
 #[derive(PartialEq)]
 struct Discarded {
     watched: u8,
@@ -249,7 +271,7 @@ impl Discarded {
     }
 }
 
-/// A start that is compared where it lies.
+/// A position in the slice that is compared as a whole.
 fn start_is_pushed<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -282,7 +304,7 @@ where
     kani::cover!(from_first.pending(&shape) == N - 1, "the next start");
 }
 
-/// A word read from a slice, and the frames made of its lowest bytes.
+/// A word is read from a slice, and its lowest bytes are the frame.
 #[kani::proof]
 #[kani::unwind(10)]
 fn words_hold_frames() {
@@ -311,13 +333,13 @@ fn words_hold_frames() {
     kani::cover!(word == 1, "seven bytes are 0");
 }
 
-/// Why a start is dropped does not change with what comes behind.
+/// The reason why a byte is discarded does not change with later bytes.
 fn reasons_stay<const N: usize>()
 where
     [u8; N]: FrameBytes,
 {
     let shape = any_shape::<N>();
-    let window = any_window::<N>();
+    let window = any_window(&shape);
     let byte = kani::any();
     let known: usize = kani::any_where(|&known| 0 < known && known < N);
     let before = shape.mismatch(window.0, known);
@@ -326,8 +348,7 @@ where
     kani::cover!(before.is_some(), "a reason");
 }
 
-/// Windows in which the same bytes are pending do the same with the next byte, and then again the same
-/// bytes are pending.
+/// Windows in which the same bytes are pending treat the next byte alike, and then the same bytes are pending again.
 fn only_what_is_pending_matters<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -335,7 +356,7 @@ where
     let shape = any_shape::<N>();
     let check: bool = kani::any();
     let byte = kani::any();
-    let (one, other) = (any_window::<N>(), any_window::<N>());
+    let (one, other) = (any_window(&shape), any_window(&shape));
     kani::assume(one.agrees_with(other, &shape));
     let (after, frame) = one.pushed(&shape, byte, |_| check);
     let (after_other, frame_other) = other.pushed(&shape, byte, |_| check);
@@ -345,8 +366,10 @@ where
     kani::cover!(one != other, "different bytes held");
 }
 
-/// The loops together, for the frames 1, 0: a check of the argument above, and that
-/// nothing panics. Gives the places at which frames end.
+/// All loops together, for the frame 1, 0: this checks the argument above, and that nothing panics. Returns the
+/// positions at which frames end.
+// Inlined into a loop of its caller, its own loops would be unwound further for each round of that loop.
+#[inline(never)]
 fn slice_is_pushed<const LENGTH: usize>(
     before: Window<[u8; 2]>,
     bytes: [u8; LENGTH],
@@ -380,7 +403,7 @@ fn slice_is_pushed<const LENGTH: usize>(
     frames
 }
 
-/// The first and the last loop, with a byte held or none: sixteen streams.
+/// The first and the last loop, with one byte held or none: sixteen streams.
 #[kani::proof]
 #[kani::unwind(18)]
 fn short_slice_is_pushed() {
@@ -397,9 +420,9 @@ fn short_slice_is_pushed() {
     kani::cover!(at_the_end, "a frame at the end");
 }
 
-/// The loops over words, twice, since nine bytes are two words, and the last: eight streams.
+/// The loop over words, twice, since nine bytes are two words, and the last loop: eight streams.
 #[kani::proof]
-#[kani::unwind(10)]
+#[kani::unwind(18)]
 fn slice_of_words_is_pushed() {
     let (mut number, mut in_first, mut in_second) = (0_u8, false, false);
     while number < 8 {
