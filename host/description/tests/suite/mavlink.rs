@@ -162,7 +162,10 @@ fn messages_of_a_dialect_have_names() {
     }
     assert!(!of("[[436, 193]]").has_kinds());
     let told = encoded(&of("'common'"), "CURRENT_MODE", 2).unwrap_err();
-    assert!(told.contains("received as a frame of another kind"), "{told}");
+    assert!(
+        told.contains("received as a frame of another kind"),
+        "{told}"
+    );
 }
 
 /// Newer senders may send more of a message than its view shows. The row has the name and the whole payload.
