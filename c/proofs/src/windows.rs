@@ -256,7 +256,7 @@ for_formats! {
     bin_crc8 BinCrc8 8 34 [(0, b'A'), (1, b'B')], of_setpoint;
         first 0..4, second 4..8;
     six_axes SixAxes 16 19 [(0, 0xFF), (1, 0xFF), (14, b'\n')], |axes| axes;
-        first 0..4, second 4..8, third 8..12, fourth 12..14;
+        first 0..4, second 4..8, third 8..12, fourth 12..13, fifth 13..14;
     six_axes_be SixAxesBigEndian 16 19 [(0, 0xFF), (1, 0xFF), (14, b'\n')], |axes| axes;
-        first 0..4, second 4..8, third 8..12, fourth 12..14;
+        first 0..4, second 4..8, third 8..12, fourth 12..13, fifth 13..14;
 }

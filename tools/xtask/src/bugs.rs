@@ -264,6 +264,13 @@ mod tests {
         }
     }
 
+    /// Returns the kind of a harness about C. Those of one kind differ in the header, the width of `int`, and the
+    /// number of pending bytes.
+    fn kind(harness: &str) -> &str {
+        let name = harness.rsplit("::").next().unwrap_or(harness);
+        name.trim_end_matches("_int16")
+    }
+
     #[test]
     fn every_seeded_bug_in_c_fits_the_sources_and_every_kind_of_harness_is_broken_by_one() {
         let workspace = Workspace::load().expect("cargo knows this workspace");
@@ -277,11 +284,6 @@ mod tests {
                 let named = harnesses.iter().filter(|one| is_called(one, end));
                 assert_eq!(named.count(), 1, "{end}");
             }
-        }
-        // The harnesses of one kind differ in the header, the width of `int`, and the number of pending bytes.
-        fn kind(harness: &str) -> &str {
-            let name = harness.rsplit("::").next().unwrap_or(harness);
-            name.trim_end_matches("_int16")
         }
         let broken = bugs.iter().flat_map(|bug| &bug.harnesses);
         let broken: Vec<&str> = broken.map(|harness| kind(harness)).collect();
