@@ -213,6 +213,20 @@ impl<P> Line<P> {
     }
 }
 
+#[cfg(kani)]
+impl<P> Line<P> {
+    /// Returns the line as if bytes had been discarded since the last frame, without counting them.
+    pub const fn after_loss(mut self) -> Self {
+        self.ledger.lost = true;
+        self
+    }
+
+    /// Returns whether bytes have been discarded since the last frame.
+    pub const fn is_after_loss(&self) -> bool {
+        self.ledger.lost
+    }
+}
+
 impl<P: Parser> Line<P> {
     /// Takes the next byte. Returns the message of the next frame, if one is complete.
     #[inline]

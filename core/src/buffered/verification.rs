@@ -72,6 +72,28 @@ use super::BufferedReceiver;
 use crate::any_format::{Row, any_up_to, any_verdict};
 use crate::{Classification, DiscardReason, Format};
 
+impl<F, const N: usize> BufferedReceiver<F, [u8; N]> {
+    /// Creates a receiver in this state: `buffer[from..to]` is pending, and nothing is decided before `to` reaches
+    /// `ask_at`. The proofs about the receivers in C use it.
+    pub fn in_state(format: F, buffer: [u8; N], [from, to, ask_at]: [usize; 3]) -> Self {
+        Self {
+            format,
+            buffer,
+            from,
+            to,
+            ask_at,
+        }
+    }
+
+    /// Returns the state in the same form.
+    pub fn state(&self) -> ([u8; N], [usize; 3])
+    where
+        F: Copy,
+    {
+        (self.buffer, [self.from, self.to, self.ask_at])
+    }
+}
+
 /// Returns the byte that stands for a place: the lowest byte of its number.
 fn byte(place: usize) -> u8 {
     place.to_le_bytes()[0]

@@ -12,10 +12,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::cbmc_setup::Cbmc;
 use crate::child_processes::status_within;
-use crate::harness::Harness;
-use crate::llvm::Module;
+use crate::harness::{Harness, Language};
 use crate::proof_cache::ProofCache;
-use crate::translate::{COVER, END, INPUT, program};
+use crate::translate::{COVER, END, INPUT};
+
+/// The checks of harnesses in C. Unsigned arithmetic must not wrap either, so that machines with another width of `int`
+/// compute the same.
+const CHECKS_OF_C: [&str; 6] = [
+    "--signed-overflow-check",
+    "--unsigned-overflow-check",
+    "--undefined-shift-check",
+    "--div-by-zero-check",
+    "--pointer-overflow-check",
+    "--drop-unused-functions",
+];
 
 /// The result for a harness.
 #[derive(Debug, Serialize)]
@@ -64,6 +74,7 @@ struct Part {
 
 /// A property of the C program.
 #[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
 struct Property {
     #[serde(rename = "property")]
     id: String,
@@ -71,6 +82,17 @@ struct Property {
     status: String,
     #[serde(default)]
     trace: Vec<Step>,
+    #[serde(default)]
+    source_location: Place,
+}
+
+/// The place of a property. The places in translated Rust mean nothing to readers, and are in no file.
+#[derive(Default, Deserialize)]
+struct Place {
+    #[serde(default)]
+    file: String,
+    #[serde(default)]
+    line: String,
 }
 
 /// A step of the execution that leads to a failed property.
@@ -96,6 +118,15 @@ impl Property {
         self.status == "FAILURE"
     }
 
+    /// Returns the description, and the place if it is in a header.
+    fn says(&self) -> String {
+        let Place { file, line } = &self.source_location;
+        if Path::new(file).parent() == Some(Path::new("")) {
+            return self.description.clone();
+        }
+        format!("{} at {file}:{line}", self.description)
+    }
+
     fn holds(&self) -> bool {
         self.status == "SUCCESS"
     }
@@ -110,7 +141,7 @@ impl Property {
 /// proof in files.
 pub(crate) fn check(
     cbmc: &Cbmc,
-    module: &Module,
+    program: impl FnOnce() -> Result<String>,
     harness: &Harness,
     cache: &ProofCache,
     limit: Duration,
@@ -133,7 +164,8 @@ pub(crate) fn check(
         limit,
         end: start + limit,
     };
-    if let Err(error) = run.all(module, cache, &mut answer) {
+    let done = program().and_then(|program| run.all(program, cache, &mut answer));
+    if let Err(error) = done {
         answer.verdict = Verdict::Error;
         answer.failures.push(format!("{error:#}"));
     }
@@ -154,13 +186,20 @@ fn classify(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>
         } else {
             Verdict::Failed
         };
-        wrong.insert((verdict, broken.description.clone()));
+        wrong.insert((verdict, broken.says()));
     }
     let hit = |goal: &str| {
         properties
             .iter()
             .any(|one| one.fails() && one.description == goal)
     };
+    // The covers of a harness in C are known only now.
+    let covers = properties.iter().filter(|one| one.is_goal() && one.holds());
+    for cover in covers.filter(|_| harness.language != Language::Rust) {
+        if cover.description != END {
+            wrong.insert((Verdict::CoverUnsatisfied, cover.says()));
+        }
+    }
     for cover in &harness.covers {
         if !hit(&format!("{COVER}{cover}")) {
             let what = format!("no input satisfies the cover {}", place(cover));
@@ -197,8 +236,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn all(&self, module: &Module, cache: &ProofCache, answer: &mut Answer) -> Result<()> {
-        let program = program(module, &self.harness.symbol)?;
+    fn all(&self, program: String, cache: &ProofCache, answer: &mut Answer) -> Result<()> {
         let proof = cache.proof(&program, self.harness);
         if let Ok(properties) = fs::read_to_string(&proof) {
             (answer.verdict, answer.properties) = (Verdict::Proved, properties.parse()?);
@@ -262,6 +300,10 @@ impl Run<'_> {
             .args(more)
             .stdout(File::create(&answer)?)
             .stderr(Stdio::null());
+        if let Language::C { has_int16 } = self.harness.language {
+            command.args(CHECKS_OF_C);
+            command.args(has_int16.then_some("--16"));
+        }
         if let Some(unwind) = self.harness.unwind {
             command.args(["--unwind", &unwind.to_string()]);
         }

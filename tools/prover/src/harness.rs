@@ -14,6 +14,9 @@ use crate::translate::readable;
 /// The stand-in's function that all covers call.
 const COVER: &str = "cover";
 
+/// The beginning of a harness's symbol; the path of the function follows.
+const PREFIX: &str = "harness:";
+
 /// One harness.
 #[derive(Serialize)]
 pub(crate) struct Harness {
@@ -29,6 +32,26 @@ pub(crate) struct Harness {
     /// True if the last call of the harness is a cover. Only then does Kani show that its end is
     /// reached.
     pub(crate) ends_with_cover: bool,
+    #[serde(skip)]
+    pub(crate) language: Language,
+}
+
+impl Harness {
+    /// Returns whether the harness is in this crate.
+    pub(crate) fn is_in(&self, crate_name: &str) -> bool {
+        let path = self.symbol.strip_prefix(PREFIX);
+        path.and_then(|path| path.split("::").next()) == Some(crate_name)
+    }
+}
+
+/// The language of a harness.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Language {
+    Rust,
+    /// C for a machine whose `int` has 16 bits, or 32.
+    C {
+        has_int16: bool,
+    },
 }
 
 /// Returns all harnesses of the module before optimisation.
@@ -45,7 +68,7 @@ pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
     let graph = DiGraphMap::<&str, ()>::from_edges(edges);
     let mut harnesses = BTreeMap::new();
     for symbol in module.functions.keys() {
-        let Some(path) = symbol.strip_prefix("harness:") else {
+        let Some(path) = symbol.strip_prefix(PREFIX) else {
             continue;
         };
         let name = path.split_once("::").map_or(path, |(_crate, name)| name);
@@ -60,6 +83,7 @@ pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
             unwind: bound.map(|bytes| u32::from_le_bytes(*bytes)),
             covers: covers.map(readable).collect(),
             ends_with_cover: ends_with_cover(module, &graph, symbol)?,
+            language: Language::Rust,
         };
         if harnesses.insert(name, harness).is_some() {
             bail!("two crates have a harness {name}, so Kani's answer would be ambiguous");

@@ -1,6 +1,7 @@
 //! Checks Kani harnesses with CBMC alone, for machines on which Kani cannot be set up. See
 //! README.md.
 
+mod c_file;
 mod cbmc;
 mod cbmc_setup;
 mod child_processes;
@@ -11,6 +12,7 @@ mod proof_cache;
 mod translate;
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -20,9 +22,10 @@ use rayon::ThreadPoolBuilder;
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde_json::json;
 
+use c_file::CFile;
 use cbmc::{Answer, Verdict};
 use compile::Sources;
-use harness::{Harness, harnesses};
+use harness::{Harness, Language, harnesses};
 use proof_cache::ProofCache;
 
 /// Check the Kani harnesses of the workspace in this folder with CBMC alone
@@ -34,6 +37,10 @@ struct Arguments {
     /// Package whose library contains harnesses
     #[arg(long = "package", short, required = true)]
     packages: Vec<String>,
+
+    /// Folder of C files: with harnesses, and with the functions that harnesses in Rust call
+    #[arg(long = "c", value_name = "FOLDER")]
+    c_folder: Option<PathBuf>,
 
     /// Check only the harnesses with this name, with or without its modules; if there are none,
     /// those whose names contain it
@@ -100,8 +107,14 @@ fn run(arguments: &Arguments) -> Result<bool> {
 }
 
 /// Returns the harnesses that the arguments choose.
-fn selected(sources: &Sources, arguments: &Arguments) -> Result<Vec<Harness>> {
+fn selected(sources: &Sources, files: &[CFile], arguments: &Arguments) -> Result<Vec<Harness>> {
     let mut harnesses = harnesses(&sources.as_written()?)?;
+    // The packages on which these depend have harnesses, too.
+    harnesses.retain(|harness| {
+        let mut packages = arguments.packages.iter();
+        packages.any(|package| harness.is_in(&package.replace('-', "_")))
+    });
+    harnesses.extend(files.iter().flat_map(CFile::harnesses));
     let mut wanted = BTreeSet::new();
     for name in &arguments.harnesses {
         let end = format!("::{name}");
@@ -122,7 +135,8 @@ fn selected(sources: &Sources, arguments: &Arguments) -> Result<Vec<Harness>> {
 }
 
 fn list(sources: &Sources, arguments: &Arguments) -> Result<()> {
-    let harnesses = selected(sources, arguments)?;
+    let files = c_file::read(arguments.c_folder.as_deref())?;
+    let harnesses = selected(sources, &files, arguments)?;
     if arguments.format == OutputFormat::Json {
         println!("{}", json!(harnesses));
         return Ok(());
@@ -134,7 +148,8 @@ fn list(sources: &Sources, arguments: &Arguments) -> Result<()> {
 }
 
 fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
-    let harnesses = selected(sources, arguments)?;
+    let files = c_file::read(arguments.c_folder.as_deref())?;
+    let harnesses = selected(sources, &files, arguments)?;
     let module = sources.improved()?;
     let cbmc = cbmc_setup::find(&std::env::current_exe()?.with_file_name("debian-cbmc"))?;
     eprintln!("Engine: {}", cbmc.says);
@@ -142,7 +157,11 @@ fn prove(sources: &Sources, arguments: &Arguments) -> Result<bool> {
     let limit = Duration::from_secs(arguments.timeout);
     let pool = ThreadPoolBuilder::new().num_threads(arguments.jobs);
     let check = |harness: &Harness| {
-        let answer = cbmc::check(&cbmc, &module, harness, &cache, limit);
+        let program = || match harness.language {
+            Language::Rust => translate::program(&module, harness, &files),
+            Language::C { .. } => c_file::program(harness, &files),
+        };
+        let answer = cbmc::check(&cbmc, program, harness, &cache, limit);
         show(&answer, arguments.format);
         if arguments.fail_fast && answer.verdict != Verdict::Proved {
             child_processes::end_all(1);

@@ -46,7 +46,7 @@ impl ProofCache {
     /// proved. The file contains the number of properties.
     pub(crate) fn proof(&self, program: &str, harness: &Harness) -> PathBuf {
         let mut hasher = self.prover.clone();
-        (program, harness.unwind, &harness.covers).hash(&mut hasher);
+        (program, harness.unwind, &harness.covers, harness.language).hash(&mut hasher);
         self.proofs.join(format!("{:016x}", hasher.finish()))
     }
 }

@@ -16,6 +16,8 @@ use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";
 const FIRMWARE: &str = "firmware/seeded-bugs.toml";
+/// The bugs that the proofs about the receivers in C must find.
+const OF_C: &str = "c/seeded-bugs.toml";
 /// The folders and packages that are copied for the proofs.
 const PROOFS_FOLDERS: &[&str] = &[
     "core",
@@ -24,6 +26,8 @@ const PROOFS_FOLDERS: &[&str] = &[
     "firmware/reception",
     "fuzz/oracles",
     "tools/prover",
+    "c/headers",
+    "c/proofs",
 ];
 const PROOFS_MEMBERS: &[&str] = &[
     "core",
@@ -35,6 +39,7 @@ const PROOFS_MEMBERS: &[&str] = &[
     "firmware/reception",
     // The core's tests depend on this package. They are not run here.
     "fuzz/oracles",
+    "c/proofs",
 ];
 /// The prover's own harnesses: some must hold, and the others must fail.
 const CHECKED: &str = "framelock-checked-harnesses";
@@ -72,6 +77,9 @@ struct Bug {
     /// The harnesses that must fail.
     #[serde(default)]
     harnesses: Vec<String>,
+    /// The harnesses that must still hold.
+    #[serde(default)]
+    unnoticed_by: Vec<String>,
     /// The firmware test that must fail.
     test: Option<String>,
 }
@@ -93,6 +101,10 @@ impl Bug {
         );
         let wrong = right.replace(&self.right, &self.wrong);
         Ok((right, wrong))
+    }
+
+    fn is_in_c(&self) -> bool {
+        self.file.starts_with("c/")
     }
 
     fn is_wanted(&self, names: &[String]) -> bool {
@@ -128,7 +140,8 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         missed.extend(unexpected(&prover, &checked, true)?);
     }
     let bugs = read(root, PROOFS)?.bug.into_iter();
-    let mut bugs: Vec<_> = bugs.chain(read(root, FIRMWARE)?.bug).collect();
+    let bugs = bugs.chain(read(root, FIRMWARE)?.bug);
+    let mut bugs: Vec<_> = bugs.chain(read(root, OF_C)?.bug).collect();
     bugs.retain(|bug| bug.is_wanted(names));
     ensure!(
         with_checker || !bugs.is_empty(),
@@ -139,6 +152,11 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
         if prover.engine == Engine::Kani && bug.file.starts_with("tools/prover/") {
             continue;
         }
+        let mut prover = if bug.is_in_c() {
+            Prover::of_c(workspace)?
+        } else {
+            prover.clone()
+        };
         println!("\n=== {} ===", bug.mistake);
         let copies = workspace.target_directory.join("bugs");
         let copy = copies.join(bug.test.as_ref().map_or("proofs", |_| "firmware"));
@@ -160,6 +178,10 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
             }
             None => unexpected(&prover, &bug.harnesses, false)?,
         };
+        if !bug.unnoticed_by.is_empty() {
+            let noticed = unexpected(&prover, &bug.unnoticed_by, true)?;
+            ensure!(noticed.is_empty(), "{} noticed it, too", noticed.join(", "));
+        }
         missed.extend(
             survived
                 .iter()
@@ -240,6 +262,38 @@ mod tests {
         for harness in &theorems {
             let is_broken = broken.iter().any(|end| is_called(harness, end));
             assert!(is_broken, "{PROOFS} has no bug that {harness} catches");
+        }
+    }
+
+    /// Returns the kind of a harness about C. Those of one kind differ in the header, the width of `int`, and the
+    /// number of pending bytes.
+    fn kind(harness: &str) -> &str {
+        let name = harness.rsplit("::").next().unwrap_or(harness);
+        name.trim_end_matches("_int16")
+    }
+
+    #[test]
+    fn every_seeded_bug_in_c_fits_the_sources_and_every_kind_of_harness_is_broken_by_one() {
+        let workspace = Workspace::load().expect("cargo knows this workspace");
+        let prover = Prover::of_c(&workspace).expect("the offline prover is available");
+        let harnesses = prover.list().expect("the harnesses compile");
+        let bugs = read(&workspace.root, OF_C).expect("a list").bug;
+        for bug in &bugs {
+            let (right, wrong) = bug.texts(&workspace.root).expect("the text occurs once");
+            assert_ne!(right, wrong, "{}", bug.mistake);
+            for end in bug.harnesses.iter().chain(&bug.unnoticed_by) {
+                let named = harnesses.iter().filter(|one| is_called(one, end));
+                assert_eq!(named.count(), 1, "{end}");
+            }
+        }
+        let broken = bugs.iter().flat_map(|bug| &bug.harnesses);
+        let broken: Vec<&str> = broken.map(|harness| kind(harness)).collect();
+        for harness in &harnesses {
+            let is_broken = broken.contains(&kind(harness));
+            assert!(
+                is_broken,
+                "{OF_C} has no bug that breaks a harness like {harness}"
+            );
         }
     }
 

@@ -20,6 +20,9 @@ pub(crate) const THEOREMS: &[&str] = &[
     "framelock-formats",
     "framelock-reception",
 ];
+/// The package with the proofs about the receivers in C, and its folder, which has harnesses in C, too.
+pub(crate) const C_PROOFS: &str = "framelock-c-proofs";
+const C_FOLDER: &str = "c/proofs";
 pub(crate) const OFFLINE_PROVER: &str = "framelock-offline-prover";
 
 /// Check the theorems: Kani's harnesses in `core` and `proofs`
@@ -33,6 +36,10 @@ pub(crate) struct Arguments {
     /// Only the harnesses with this name or, if there are none, those whose names contain it
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
+
+    /// The proofs about the receivers in C instead, by the offline prover
+    #[arg(long = "c", conflicts_with_all = ["engine", "list"])]
+    of_c: bool,
 
     /// Time limit for each harness, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
@@ -55,7 +62,11 @@ pub(crate) enum Engine {
 
 /// Checks the chosen harnesses. Returns whether all hold.
 pub(crate) fn prove(workspace: &Workspace, arguments: &Arguments) -> Result<bool> {
-    let mut prover = Prover::new(workspace, arguments.engine)?;
+    let mut prover = if arguments.of_c {
+        Prover::of_c(workspace)?
+    } else {
+        Prover::new(workspace, arguments.engine)?
+    };
     prover.timeout = arguments.timeout;
     prover.jobs = arguments.jobs;
     if arguments.list {
@@ -93,7 +104,15 @@ fn report(answers: &[Answer]) -> usize {
 
 /// Runs the stage of `verify` that checks every theorem.
 pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
-    let prover = Prover::new(workspace, None)?;
+    prove_all(&Prover::new(workspace, None)?, report)
+}
+
+/// Runs the stage of `verify` that checks the proofs about the receivers in C.
+pub(crate) fn c_stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
+    prove_all(&Prover::of_c(workspace)?, report)
+}
+
+fn prove_all(prover: &Prover, report: &mut Report) -> Result<()> {
     report.says.clone_from(&prover.says);
     let answers = prover.check(&[])?;
     let failed = self::report(&answers);
@@ -113,12 +132,15 @@ pub(crate) fn prover_stage(workspace: &Workspace, report: &mut Report) -> Result
 /// Checks that neither the compiler nor clippy has a warning about the harnesses.
 pub(crate) fn clippy(workspace: &Workspace) -> Result<()> {
     let prover = Prover::new(workspace, Some(Engine::Offline))?;
-    let status = prover.offline_command().arg("clippy").status()?;
-    ensure!(status.success(), "the harnesses have warnings: see above");
+    for prover in [prover, Prover::of_c(workspace)?] {
+        let status = prover.offline_command().arg("clippy").status()?;
+        ensure!(status.success(), "the harnesses have warnings: see above");
+    }
     Ok(())
 }
 
 /// An available engine, and the sources that it checks.
+#[derive(Clone)]
 pub(crate) struct Prover {
     pub(crate) engine: Engine,
     /// The engine's name, and the reason for its choice.
@@ -156,6 +178,15 @@ impl Prover {
             target: workspace.target_directory.clone(),
             manifest: workspace.root.join("Cargo.toml"),
             tools: workspace.target_directory.clone(),
+        })
+    }
+
+    /// Returns the offline prover for the proofs about the receivers in C. Kani does not link C.
+    pub(crate) fn of_c(workspace: &Workspace) -> Result<Self> {
+        let prover = Self::new(workspace, Some(Engine::Offline))?;
+        Ok(Self {
+            packages: vec![C_PROOFS],
+            ..prover
         })
     }
 
@@ -227,6 +258,9 @@ impl Prover {
             .arg("--");
         for package in &self.packages {
             command.args(["--package", package]);
+        }
+        if self.packages.contains(&C_PROOFS) {
+            command.arg("--c").arg(self.root.join(C_FOLDER));
         }
         command
     }

@@ -61,6 +61,8 @@ const STAGES: &[Stage] = &[
         checks: "pandas and polars read the tables that `decode` writes, and `encode` reads them back; the names of MAVLink's messages are those of pymavlink" },
     Stage { name: "generated", when: Nightly, run: checks::generated,
         checks: "code generated from two hundred random descriptions" },
+    Stage { name: "c-proofs", when: Nightly, run: prove::c_stage,
+        checks: "the receivers in C do the same as those in Rust, and nothing undefined, by the offline prover" },
     Stage { name: "prover", when: Nightly, run: prove::prover_stage,
         checks: "the offline prover refutes what must fail, and leaves no process running" },
     Stage { name: "bugs", when: Nightly, run: bugs::stage,

@@ -23,6 +23,34 @@
 
 use super::{Axis, Demand, Failsafe, FailsafeParameters, NonZeroU32, Phase, division_step};
 
+impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
+    /// Creates a failsafe in this state. An axis is its position, and the ticks since its last unit. The proofs about
+    /// the failsafe in C use it.
+    pub fn in_state(
+        parameters: FailsafeParameters<D, AXES>,
+        [now, silence]: [u32; 2],
+        demands: [D; AXES],
+        axes: [(D, u32); AXES],
+    ) -> Self {
+        Self {
+            parameters,
+            now,
+            silence,
+            demands,
+            axes: axes.map(|(position, since_unit)| Axis {
+                position,
+                since_unit,
+            }),
+        }
+    }
+
+    /// Returns the state in the same form, without the parameters.
+    pub fn state(&self) -> ([u32; 2], [D; AXES], [(D, u32); AXES]) {
+        let axes = self.axes.map(|axis| (axis.position, axis.since_unit));
+        ([self.now, self.silence], self.demands, axes)
+    }
+}
+
 fn in_units<D: Demand>(demand: D) -> u16 {
     demand.into()
 }

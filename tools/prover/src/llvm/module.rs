@@ -41,7 +41,7 @@ pub(crate) struct Statement {
 }
 
 /// Constant data: its bytes, and the positions at which an address replaces the bytes.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub(crate) struct Constant {
     pub(crate) bytes: Vec<u8>,
     pub(crate) addresses: BTreeMap<usize, String>,
@@ -209,6 +209,17 @@ impl Constant {
                 self.addresses.insert(self.bytes.len(), name.clone());
             }
             Token::Bytes(bytes) => self.bytes.extend(bytes),
+            Token::Word(word) if word == "inttoptr" => {
+                at.sign('(')?;
+                at.of_type()?;
+                let Token::Number(address) = at.next()? else {
+                    bail!("an address that is not a number is not modelled");
+                };
+                self.bytes.extend(u64::try_from(*address)?.to_le_bytes());
+                at.word("to")?;
+                at.of_type()?;
+                at.sign(')')?;
+            }
             Token::Word(zero) if ["null", "zeroinitializer", "undef"].contains(&zero.as_str()) => {}
             Token::Sign('<') => {
                 at.sign('{')?;

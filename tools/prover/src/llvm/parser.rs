@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result, bail};
 
 use super::token::Token;
 
-const VALUES: [&str; 7] = [
+const VALUES: [&str; 8] = [
     "true",
     "false",
     "null",
@@ -14,6 +14,7 @@ const VALUES: [&str; 7] = [
     "poison",
     "zeroinitializer",
     "inttoptr",
+    "getelementptr",
 ];
 
 pub(crate) struct Cursor<'a> {

@@ -11,6 +11,9 @@ use super::writer::{FunctionWriter, Operand};
 use super::{COVER, INPUT, readable};
 use crate::llvm::{Cursor, Module, Token, Type};
 
+/// The beginning of the names of functions that are written in C.
+const FOREIGN: &str = "c_";
+
 struct Call<'a> {
     result: Type,
     function: &'a str,
@@ -98,6 +101,14 @@ impl FunctionWriter<'_, '_> {
                     text = format!("{left} != {right} ? ({left} < {right} ? -1 : 1) : ({text})");
                 }
                 self.assign(to, &call.result, &text)
+            }
+            (name, _) if name.starts_with(FOREIGN) => {
+                self.program.calls_c = true;
+                let value = format!("{name}({})", call.values().join(", "));
+                match call.result {
+                    Type::Void => self.line(&format!("{value};")),
+                    _ => self.assign(to, &call.result, &value),
+                }
             }
             (other, _) => bail!("{} is not modelled", readable(other)),
         }

@@ -41,6 +41,8 @@
 #define llvm_fshr(bits, a, b, by) \
   ((by) % bits == 0 ? (b) : (a) << bits - (by) % bits | (b) >> (by) % bits)
 #define llvm_bswap(bits, a) __builtin_bswap##bits(a)
+#define __builtin_bswap128(a) \
+  ((u128)__builtin_bswap64((u64)(a)) << 64 | __builtin_bswap64((u64)((u128)(a) >> 64)))
 #define llvm_bitreverse(bits, a) __builtin_bitreverse##bits(a)
 
 /* The number of k from 0 to bits - 1 for which `holds` is true. */

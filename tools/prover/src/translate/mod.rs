@@ -12,6 +12,8 @@ use std::fmt::Write as _;
 
 use anyhow::{Context as _, Result, bail};
 
+use crate::c_file::{CFile, file_of};
+use crate::harness::Harness;
 use crate::llvm::{Constant, Module, Type};
 use writer::FunctionWriter;
 
@@ -25,8 +27,9 @@ pub(crate) const COVER: &str = "cover: ";
 /// The prefix of a note that names the type and the place of the input values that follow.
 pub(crate) const INPUT: &str = "input: ";
 
-/// Returns the C program that runs the harness named `name`.
-pub(crate) fn program(module: &Module, name: &str) -> Result<String> {
+/// Returns the C program that runs the harness. If the harness calls functions of C, the program begins with their
+/// file.
+pub(crate) fn program(module: &Module, harness: &Harness, files: &[CFile]) -> Result<String> {
     let mut program = Program {
         module,
         functions: BTreeMap::new(),
@@ -34,8 +37,9 @@ pub(crate) fn program(module: &Module, name: &str) -> Result<String> {
         constants: BTreeMap::new(),
         integers: BTreeSet::from([1, 8, 16, 32, 64, 128]),
         structures: Vec::new(),
+        calls_c: false,
     };
-    let harness = program.function_name(name);
+    let main = program.function_name(&harness.symbol);
     let mut prototypes = String::new();
     let mut bodies = String::new();
     while let Some(next) = program.pending.pop() {
@@ -46,9 +50,14 @@ pub(crate) fn program(module: &Module, name: &str) -> Result<String> {
         writeln!(bodies, "/* {name} */\n{head} {{\n{body}}}\n")?;
     }
     let declarations = program.declarations()?;
+    let c = if program.calls_c {
+        file_of(harness, files)?.text(false)
+    } else {
+        ""
+    };
     Ok(format!(
-        "{declarations}{prototypes}\n{bodies}\
-         int main(void) {{\n  {harness}();\n  __CPROVER_assert(0, \"{END}\");\n}}\n"
+        "{c}{declarations}{prototypes}\n{bodies}\
+         int main(void) {{\n  {main}();\n  __CPROVER_assert(0, \"{END}\");\n}}\n"
     ))
 }
 
@@ -66,6 +75,8 @@ struct Program<'a> {
     constants: BTreeMap<String, (String, Constant)>,
     integers: BTreeSet<u32>,
     structures: Vec<Type>,
+    /// Whether the harness calls functions of C.
+    calls_c: bool,
 }
 
 impl Program<'_> {
@@ -155,18 +166,81 @@ impl Program<'_> {
             )?;
         }
         text.push_str(&structures);
-        for (name, Constant { bytes, addresses }) in self.constants.values() {
-            let length = bytes.len().max(1);
-            if bytes.is_empty() || !addresses.is_empty() {
-                // Addresses have no bytes here, so CBMC must assume that the constant holds any
-                // value.
-                writeln!(text, "extern const u8 {name}[{length}];")?;
+        self.follow_addresses();
+        let (mut declared, mut defined) = (String::new(), String::new());
+        for (name, constant) in self.constants.values() {
+            let Constant { bytes, addresses } = constant;
+            if bytes.is_empty() {
+                // CBMC must assume that the constant holds any value.
+                writeln!(declared, "extern const u8 {name}[1];")?;
+            } else if addresses.is_empty() {
+                let (list, length) = (list(bytes), bytes.len());
+                writeln!(declared, "static const u8 {name}[{length}] = {{{list}}};")?;
             } else {
-                let list: Vec<String> = bytes.iter().map(u8::to_string).collect();
-                let list = list.join(",");
-                writeln!(text, "static const u8 {name}[{length}] = {{{list}}};")?;
+                let (fields, values) = self.parts(constant)?;
+                writeln!(
+                    declared,
+                    "struct __attribute__((packed)) s{name} {{{fields} }}; static const struct s{name} {name};"
+                )?;
+                writeln!(
+                    defined,
+                    "static const struct s{name} {name} = {{{values} }};"
+                )?;
             }
         }
-        Ok(text)
+        Ok(text + &declared + &defined)
     }
+
+    /// Ensures that the constants that other constants point to will be declared.
+    fn follow_addresses(&mut self) {
+        let mut followed = BTreeSet::new();
+        loop {
+            let constants = self.constants.iter();
+            let new: Vec<_> = constants
+                .filter(|(name, _)| !followed.contains(*name))
+                .map(|(name, (_, constant))| (name.clone(), constant.clone()))
+                .collect();
+            if new.is_empty() {
+                return;
+            }
+            for (name, Constant { addresses, .. }) in new {
+                followed.insert(name);
+                for target in addresses.into_values() {
+                    if self.constant_name(&target).is_err() {
+                        // It is not modelled, so it holds any value.
+                        let unknown = format!("c{}", self.constants.len());
+                        let unknown = (unknown, Constant::default());
+                        self.constants.insert(target, unknown);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the fields of a structure with this constant's bytes and addresses, and their values.
+    fn parts(&self, constant: &Constant) -> Result<(String, String)> {
+        let (mut fields, mut values) = (String::new(), String::new());
+        let mut from = 0;
+        let ends = constant.addresses.iter().map(|(at, to)| (*at, Some(to)));
+        for (at, to) in ends.chain([(constant.bytes.len(), None)]) {
+            let bytes = constant.bytes.get(from..at).unwrap_or_default();
+            if !bytes.is_empty() {
+                write!(fields, " u8 b{from}[{}];", bytes.len())?;
+                write!(values, " {{{}}},", list(bytes))?;
+            }
+            if let Some(to) = to {
+                let (name, _) = self.constants.get(to).context("an unknown address")?;
+                write!(fields, " pointer p{at};")?;
+                write!(values, " (pointer)&{name},")?;
+                from = at + 8;
+            }
+        }
+        Ok((fields, values))
+    }
+}
+
+/// Returns bytes as an initialiser.
+fn list(bytes: &[u8]) -> String {
+    let list: Vec<String> = bytes.iter().map(u8::to_string).collect();
+    list.join(",")
 }

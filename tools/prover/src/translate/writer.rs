@@ -102,7 +102,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         let token = at.next()?;
         let text = match token {
             Token::Local(name) => self.name(name),
-            Token::Global(name) => format!("((pointer){})", self.program.constant_name(name)?),
+            Token::Global(name) => format!("((pointer)&{})", self.program.constant_name(name)?),
             Token::Number(number) => self.integer(&of, *number)?,
             Token::Word(word) => match word.as_str() {
                 "true" => self.integer(&of, 1)?,
@@ -117,6 +117,19 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
                     at.of_type()?;
                     at.sign(')')?;
                     format!("((pointer){})", address.text)
+                }
+                "getelementptr" => {
+                    // Only an offset in bytes from a constant.
+                    while !at.try_sign('(') {
+                        at.next()?;
+                    }
+                    at.word("i8")?;
+                    at.sign(',')?;
+                    let base = self.operand(at)?;
+                    at.sign(',')?;
+                    let offset = self.operand(at)?;
+                    at.sign(')')?;
+                    format!("({} + {})", base.text, offset.text)
                 }
                 other => bail!("the value {other} is not modelled"),
             },

@@ -1,0 +1,330 @@
+/* Proofs about the engine of receivers with a buffer, once for all layouts: the classifier gives any outcome that a layout
+ * can give. A step from any state that satisfies the invariant accesses no memory that it should not, overflows nothing,
+ * keeps the invariant, ends, and puts each byte into one place. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#define NAME any
+#define UPPER ANY
+#include "proof.h"
+
+/* The engine has no case that depends on these sizes. */
+#define ANY_LONGEST 3U
+#define ANY_ROOM 5U
+/* No loop has more turns: each but the last decides about one of the pending bytes. */
+#define TURNS 4
+
+typedef uint8_t any_index;
+
+typedef enum {
+    ANY_NO_SYNC,
+    ANY_BROKEN_SYNC,
+    ANY_BAD_HEADER,
+    ANY_TOO_LONG,
+    ANY_UNKNOWN_MESSAGE,
+    ANY_CHECKSUM_MISMATCH,
+    ANY_WRONG_TERMINATOR,
+    ANY_LINE_EVENT,
+    ANY_REASONS,
+    ANY_FRAME = ANY_REASONS,
+    ANY_INCOMPLETE
+} any_outcome;
+
+typedef enum { ANY_FRAMING_ERROR, ANY_PARITY_ERROR, ANY_OVERRUN, ANY_BREAK, ANY_IDLE_LINE, ANY_EVENTS } any_event;
+
+typedef struct {
+    uint32_t bytes;
+    uint32_t frames;
+    uint32_t frame_bytes;
+    uint32_t resynchronisations;
+    uint32_t discarded[ANY_REASONS];
+    uint32_t events[ANY_EVENTS];
+} any_counters;
+
+typedef struct {
+    const uint8_t *frame;
+    any_index length;
+} any_message;
+
+typedef struct {
+    any_counters counters;
+    any_index from;
+    any_index to;
+    any_index ask_at;
+    bool is_lost;
+    uint8_t buffer[ANY_ROOM];
+} any_receiver;
+
+/* The classifier's next answers, and what it was asked: the first byte, the number of bytes, and how many were seen. */
+#define ANSWERS (ANY_LONGEST + 1U)
+typedef struct {
+    uint8_t outcome;
+    uint8_t number;
+} answer;
+typedef struct {
+    uint8_t first;
+    uint8_t count;
+    uint8_t seen;
+} question;
+static answer answers[ANSWERS];
+static question questions[ANSWERS];
+static uint8_t asked;
+/* The bytes that can begin a frame: the bit of their lowest three bits is 1. */
+static uint8_t starting;
+
+static bool any_starts(uint8_t byte)
+{
+    return ((starting >> (byte & 7U)) & 1U) != 0U;
+}
+
+/* What each layout's proof shows: a frame lies in the bytes, or more bytes may complete one. */
+static bool is_possible(answer it, uint8_t count)
+{
+    if (it.outcome == ANY_FRAME) {
+        return (it.number >= 1U) && (it.number <= count);
+    }
+    if (it.outcome == ANY_INCOMPLETE) {
+        return (it.number > count) && (it.number <= ANY_LONGEST);
+    }
+    return (it.outcome < ANY_REASONS) && (it.outcome != ANY_LINE_EVENT);
+}
+
+static any_outcome any_classify(const uint8_t *bytes, any_index count, any_index seen, any_index *number)
+{
+    const volatile uint8_t last = bytes[count - 1U];
+    answer it;
+
+    (void)last;
+    ASSERT((count >= 1U) && (count <= ANY_LONGEST) && (seen < count));
+    ASSERT(asked < ANSWERS);
+    it = answers[asked];
+    ASSUME(is_possible(it, count));
+    ASSUME((it.outcome != ANY_NO_SYNC) == any_starts(bytes[0]));
+    questions[asked].first = bytes[0];
+    questions[asked].count = count;
+    questions[asked].seen = seen;
+    asked++;
+    *number = it.number;
+    return (any_outcome)it.outcome;
+}
+
+static void any_decode(const uint8_t *frame, any_index length, any_message *message)
+{
+    message->frame = frame;
+    message->length = length;
+}
+
+static void any_clear(void *object, size_t size)
+{
+    static const any_receiver none;
+
+    ASSERT(size == sizeof none);
+    *(any_receiver *)object = none;
+}
+
+#include "engine.h"
+
+static any_receiver receiver;
+static any_message message;
+
+static bool invariant(void)
+{
+    return (receiver.from <= receiver.to) && (receiver.to <= ANY_ROOM) && (receiver.to - receiver.from < (int)ANY_LONGEST) &&
+        (receiver.ask_at <= receiver.from + ANY_LONGEST);
+}
+
+/* Returns the number of bytes in frames and of discarded bytes. */
+static uint32_t placed(void)
+{
+    const uint32_t *const discarded = receiver.counters.discarded;
+
+    return receiver.counters.frame_bytes + discarded[0] + discarded[1] + discarded[2] + discarded[3] + discarded[4] +
+        discarded[5] + discarded[6] + discarded[7];
+}
+
+/* Puts the receiver into any state, and makes the classifier give any answers. Counters are 0: they only rise, and what
+ * they rise by does not depend on them. */
+static void start(void)
+{
+    static const any_counters none;
+    any_receiver any;
+
+    receiver = any;
+    receiver.counters = none;
+    receiver.is_lost = nondet_bool();
+    ASSUME(invariant());
+    __CPROVER_havoc_object(answers);
+    starting = nondet_uint8();
+    asked = 0U;
+}
+
+static bool is_in_buffer(void)
+{
+    return (message.length >= 1U) && (message.length <= receiver.from) &&
+        (message.frame == &receiver.buffer[receiver.from - message.length]);
+}
+
+PROOF(init, TURNS)
+{
+    any_init(&receiver);
+    ASSERT(invariant() && any_pending(&receiver) == 0U);
+}
+
+PROOF(push, TURNS)
+{
+    start();
+    const uint32_t before = any_pending(&receiver);
+    const bool found = any_push(&receiver, nondet_uint8(), &message);
+
+    ASSERT(invariant() && asked <= 1U);
+    ASSERT(receiver.counters.bytes == 1U && receiver.counters.frames == (found ? 1U : 0U));
+    ASSERT(before + 1U == placed() + any_pending(&receiver));
+    ASSERT(!found || is_in_buffer());
+    COVER(found && any_pending(&receiver) > 0U);
+    COVER(!found && receiver.from > 0U && receiver.ask_at > receiver.to);
+}
+
+PROOF(poll, TURNS)
+{
+    start();
+    const uint32_t before = any_pending(&receiver);
+    const bool found = any_poll(&receiver, &message);
+
+    ASSERT(invariant() && receiver.counters.bytes == 0U && receiver.counters.frames == (found ? 1U : 0U));
+    ASSERT(before == placed() + any_pending(&receiver));
+    ASSERT(!found || is_in_buffer());
+    COVER(found && asked == 2U);
+    COVER(!found && any_pending(&receiver) > 0U);
+}
+
+static uint8_t received_frames;
+static uint8_t received_bytes;
+
+static void received(void *context, const any_message *one)
+{
+    ASSERT(context == &received_frames);
+    message = *one;
+    ASSERT(is_in_buffer());
+    received_frames++;
+    received_bytes = (uint8_t)(received_bytes + one->length);
+}
+
+PROOF(line_event, TURNS)
+{
+    start();
+    const uint32_t before = any_pending(&receiver);
+    const uint8_t event = nondet_uint8();
+    const bool has_receiver = nondet_bool();
+
+    ASSUME(event < ANY_EVENTS);
+    any_line_event(&receiver, (any_event)event, has_receiver ? received : NULL, &received_frames);
+    ASSERT(invariant() && any_pending(&receiver) == 0U && receiver.counters.events[event] == 1U);
+    ASSERT(before == placed() && receiver.counters.bytes == 0U);
+    ASSERT(!has_receiver || (received_frames == receiver.counters.frames && received_bytes == receiver.counters.frame_bytes));
+    COVER(has_receiver && received_frames == 2U);
+    COVER(receiver.counters.discarded[ANY_LINE_EVENT] > 0U && received_frames == 1U);
+}
+
+/* The functions that harnesses in Rust call. The receiver in C makes its step first. The receiver in Rust must then ask the
+ * same questions, and is given the same answers. */
+
+static uint8_t asked_in_rust;
+
+void c_start_engine(void)
+{
+    start();
+    asked_in_rust = 0U;
+}
+
+/* Returns a number of the state. */
+uint8_t c_engine_state(uint8_t which)
+{
+    switch (which) {
+    case 0: return receiver.from;
+    case 1: return receiver.to;
+    case 2: return receiver.ask_at;
+    default: return receiver.is_lost;
+    }
+}
+
+uint8_t c_byte(uint8_t place)
+{
+    return receiver.buffer[place];
+}
+
+uint8_t c_starts(uint8_t byte)
+{
+    return any_starts(byte);
+}
+
+/* Returns the answer's outcome, and its number times 256. */
+uint16_t c_answer(uint8_t first, uint8_t count, uint8_t seen)
+{
+    const question it = questions[asked_in_rust];
+    const answer told = answers[asked_in_rust];
+
+    ASSERT(asked_in_rust < asked);
+    ASSERT(it.first == first && it.count == count && it.seen == seen);
+    asked_in_rust++;
+    return (uint16_t)(told.number * 256U + told.outcome);
+}
+
+uint8_t c_asked_the_same(void)
+{
+    return asked_in_rust == asked;
+}
+
+/* Returns the length of the frame that lies before `from`, or 0. */
+uint8_t c_push(uint8_t byte)
+{
+    return any_push(&receiver, byte, &message) ? message.length : 0U;
+}
+
+uint8_t c_poll_frame(void)
+{
+    return any_poll(&receiver, &message) ? message.length : 0U;
+}
+
+/* The lengths of the frames that a line event delivers, and their first bytes. */
+static uint8_t lengths[ANY_LONGEST];
+static uint8_t firsts[ANY_LONGEST];
+
+static void note(void *context, const any_message *one)
+{
+    (void)context;
+    lengths[received_frames] = one->length;
+    firsts[received_frames] = one->frame[0];
+    received_frames++;
+}
+
+uint8_t c_frames_of_event(uint8_t event)
+{
+    received_frames = 0U;
+    any_line_event(&receiver, (any_event)event, note, NULL);
+    return received_frames;
+}
+
+uint8_t c_length(uint8_t place)
+{
+    return lengths[place];
+}
+
+uint8_t c_first(uint8_t place)
+{
+    return firsts[place];
+}
+
+uint32_t c_counter(uint8_t place)
+{
+    const any_counters *const counters = &receiver.counters;
+
+    switch (place) {
+    case 0: return counters->bytes;
+    case 1: return counters->frames;
+    case 2: return counters->frame_bytes;
+    case 3: return counters->resynchronisations;
+    default: break;
+    }
+    place = (uint8_t)(place - 4U);
+    return (place < ANY_EVENTS) ? counters->events[place] : counters->discarded[place - ANY_EVENTS];
+}

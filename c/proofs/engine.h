@@ -1,0 +1,163 @@
+/* The engine of every receiver with a buffer, as the generated headers have it: any_index is the type of its indexes. A
+ * test compares this file with the headers. */
+static void any_init(any_receiver *receiver)
+{
+    any_clear(receiver, sizeof *receiver);
+}
+
+static uint32_t any_pending(const any_receiver *receiver)
+{
+    return (uint32_t)receiver->to - receiver->from;
+}
+
+static inline void any_count_discarded(any_receiver *receiver, any_outcome reason, any_index count)
+{
+    receiver->counters.discarded[reason] += count;
+    receiver->is_lost = true;
+}
+
+static inline void any_count_frame(any_receiver *receiver, any_index length)
+{
+    receiver->counters.frames++;
+    receiver->counters.frame_bytes += length;
+    if (receiver->is_lost) {
+        receiver->is_lost = false;
+        receiver->counters.resynchronisations++;
+    }
+}
+
+/* Forgets the pending bytes. */
+static inline void any_forget(any_receiver *receiver)
+{
+    receiver->from = 0U;
+    receiver->to = 0U;
+    receiver->ask_at = 0U;
+}
+
+/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
+ * before `from`, or 0. `*again` says whether the next call may decide more. */
+static inline any_index any_next(any_receiver *receiver, bool *again)
+{
+    any_outcome outcome;
+    any_index number = 0U;
+    any_index seen;
+    const any_index start = receiver->from;
+
+    *again = false;
+    if (receiver->to < receiver->ask_at) {
+        return 0U;
+    }
+    /* Bytes that were incomplete begin like a frame. Others may not. */
+    if (receiver->ask_at <= (receiver->from + 1U)) {
+        while ((receiver->from < receiver->to) && !any_starts(receiver->buffer[receiver->from])) {
+            receiver->from++;
+        }
+        if (receiver->from > start) {
+            any_count_discarded(receiver, ANY_NO_SYNC, (any_index)(receiver->from - start));
+            receiver->ask_at = 0U;
+        }
+    }
+    if (receiver->from == receiver->to) {
+        any_forget(receiver);
+        return 0U;
+    }
+    seen = (receiver->ask_at > receiver->from) ? (any_index)(receiver->ask_at - (receiver->from + 1U)) : (any_index)0U;
+    receiver->ask_at = 0U;
+    outcome = any_classify(&receiver->buffer[receiver->from], (any_index)(receiver->to - receiver->from), seen, &number);
+    if (outcome == ANY_INCOMPLETE) {
+        receiver->ask_at = (any_index)(receiver->from + number);
+        return 0U;
+    }
+    *again = true;
+    if (outcome == ANY_FRAME) {
+        receiver->from = (any_index)(receiver->from + number);
+        any_count_frame(receiver, number);
+        return number;
+    }
+    receiver->from++;
+    any_count_discarded(receiver, outcome, 1U);
+    return 0U;
+}
+
+/* Moves the pending bytes to the front of the buffer. */
+static inline void any_move_to_front(any_receiver *receiver)
+{
+    const any_index from = receiver->from;
+    any_index i;
+
+    receiver->from = 0U;
+    receiver->to = (any_index)(receiver->to - from);
+    receiver->ask_at = (receiver->ask_at > from) ? (any_index)(receiver->ask_at - from) : (any_index)0U;
+    for (i = 0U; i < receiver->to; i++) {
+        receiver->buffer[i] = receiver->buffer[from + i];
+    }
+}
+
+static bool any_push(any_receiver *receiver, uint8_t byte, any_message *message)
+{
+    any_index length;
+    bool again;
+
+    receiver->counters.bytes++;
+    if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < ANY_ROOM)) {
+        /* Most bytes decide nothing. */
+        receiver->buffer[receiver->to] = byte;
+        receiver->to++;
+        return false;
+    }
+    if (receiver->from == receiver->to) {
+        any_forget(receiver);
+        if (!any_starts(byte)) {
+            any_count_discarded(receiver, ANY_NO_SYNC, 1U);
+            return false;
+        }
+    }
+    if (receiver->to == ANY_ROOM) {
+        any_move_to_front(receiver);
+    }
+    receiver->buffer[receiver->to] = byte;
+    receiver->to++;
+    length = any_next(receiver, &again);
+    if (length == 0U) {
+        return false;
+    }
+    any_decode(&receiver->buffer[receiver->from - length], length, message);
+    return true;
+}
+
+static bool any_poll(any_receiver *receiver, any_message *message)
+{
+    any_index length;
+    bool again;
+
+    /* Each turn but the last decides about at least one pending byte. */
+    do {
+        length = any_next(receiver, &again);
+        if (length > 0U) {
+            any_decode(&receiver->buffer[receiver->from - length], length, message);
+            return true;
+        }
+    } while (again);
+    return false;
+}
+
+static void any_line_event(any_receiver *receiver, any_event event,
+    void (*received)(void *context, const any_message *message), void *context)
+{
+    any_message message;
+
+    receiver->counters.events[event]++;
+    while (receiver->from < receiver->to) {
+        if (any_poll(receiver, &message)) {
+            if (received != NULL) {
+                received(context, &message);
+            }
+        } else if (receiver->from < receiver->to) {
+            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            receiver->from++;
+            receiver->ask_at = 0U;
+            any_count_discarded(receiver, ANY_LINE_EVENT, 1U);
+        }
+    }
+    any_forget(receiver);
+}

@@ -1,0 +1,14 @@
+#include "../headers/ibus_telemetry.h"
+#define NAME ibus_telemetry
+#define UPPER IBUS_TELEMETRY
+#define MOST 8U
+#define TURNS 10
+#define SPACE 8U
+#define ENCODE_TURNS 40
+#define INDEX uint8_t
+#define RUST_REASONS \
+    {IBUS_TELEMETRY_NO_SYNC, NONE, NONE, NONE, NONE, IBUS_TELEMETRY_CHECKSUM_MISMATCH, NONE, IBUS_TELEMETRY_LINE_EVENT}
+#define POINT \
+    message.payload = payload; \
+    ASSUME(message.payload_length <= PAYLOAD);
+#include "buffered.h"

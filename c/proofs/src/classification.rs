@@ -1,0 +1,85 @@
+//! The layouts of the receivers with a buffer: any bytes, up to a stated number, are classified the same in C and in Rust.
+//! That includes the reason, the length of a frame, and the number of bytes that are needed.
+
+use framelock::{Classification, DiscardReason, Format};
+use framelock_formats::crsf::Crsf;
+use framelock_formats::ibus::Ibus;
+use framelock_formats::mavlink::{ARDUPILOTMEGA, Mavlink1};
+use framelock_formats::nmea::Nmea;
+use framelock_formats::rtcm::Rtcm;
+use framelock_formats::sbus::Sbus;
+use framelock_formats::ubx::Ubx;
+
+unsafe extern "C" {
+    safe fn c_set(place: u8, byte: u8);
+    safe fn c_classify(count: u8, seen: u8) -> u8;
+    safe fn c_number() -> u16;
+    safe fn c_begins(byte: u8) -> u8;
+}
+
+/// Checks the classification of up to `MOST` bytes, of which the first `seen` were incomplete. Only frames with a delimiter
+/// depend on `seen`.
+fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: F) {
+    let bytes: [u8; MOST] = kani::any();
+    let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);
+    let seen: u8 = kani::any_where(|&seen| seen < count);
+    let is_incomplete =
+        |bytes: &[u8]| matches!(format.classify(bytes), Classification::Incomplete { .. });
+    kani::assume(seen == 0 || !HAS_DELIMITER || is_incomplete(&bytes[..usize::from(seen)]));
+    let mut place = 0;
+    while place < MOST {
+        c_set(place.to_le_bytes()[0], bytes[place]);
+        place += 1;
+    }
+    let outcome = format.classify_after(&bytes[..usize::from(count)], usize::from(seen));
+    let (outcome, number) = match outcome {
+        Classification::Rejected(why) => (in_c(why), 0),
+        Classification::Frame(length) => (8, length),
+        Classification::Incomplete { at_least } => (9, at_least),
+    };
+    assert!(c_classify(count, seen) == outcome);
+    assert!(outcome < 8 || usize::from(c_number()) == number);
+    assert!(format.starts(bytes[0]) == (c_begins(bytes[0]) != 0));
+    kani::cover!(outcome == 8, "a frame");
+    kani::cover!(outcome == 9 && count > 1, "an incomplete frame");
+}
+
+/// Returns the number of a reason in the C files.
+fn in_c(why: DiscardReason) -> u8 {
+    match why {
+        DiscardReason::NoSync => 0,
+        DiscardReason::BrokenSync => 1,
+        DiscardReason::BadHeader => 2,
+        DiscardReason::TooLong => 3,
+        DiscardReason::UnknownMessage => 4,
+        DiscardReason::ChecksumMismatch => 5,
+        DiscardReason::WrongTerminator => 6,
+        _ => 7,
+    }
+}
+
+/// Defines the harness of a format, in a module with the name of its C file.
+macro_rules! for_formats {
+    ($($name:ident $format:expr, $most:literal $bound:literal $has_delimiter:literal;)*) => {
+        $(
+            mod $name {
+                use super::*;
+
+                #[kani::proof]
+                #[kani::unwind($bound)]
+                fn classification_is_same() {
+                    same::<_, $most, $has_delimiter>($format);
+                }
+            }
+        )*
+    };
+}
+for_formats! {
+    crsf Crsf, 8 10 false;
+    ubx Ubx::<4096>, 12 14 false;
+    nmea Nmea, 8 10 true;
+    rtcm Rtcm, 8 10 false;
+    sbus Sbus, 25 27 false;
+    ibus Ibus, 32 34 false;
+    mavlink1 Mavlink1(ARDUPILOTMEGA), 9 12 false;
+}

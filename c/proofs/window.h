@@ -1,0 +1,172 @@
+/* Proofs about a receiver of frames of one length: a file includes this after the header. It defines NAME and UPPER,
+ * RUST_REASONS, the reason of each of the Rust receiver's counters or NONE, and VALUES, the values of a message.
+ *
+ * A step from any state that satisfies the invariant accesses no memory that it should not, overflows nothing, keeps the
+ * invariant, and puts each byte into one place. */
+#include "proof.h"
+
+/* More than any loop runs: the steps of a window, and the sum of the reasons. */
+#define BOUND 18
+/* More than the bytes of a receiver. */
+#define INIT_BOUND 100
+
+/* Returns the number of bytes in frames and of discarded bytes. */
+static uint32_t placed(const X(counters) *counters)
+{
+    uint32_t sum = counters->frame_bytes;
+    uint8_t i;
+
+    for (i = 0U; i < XX(REASONS); i++) {
+        sum += counters->discarded[i];
+    }
+    return sum;
+}
+
+static bool invariant(const X(receiver) *receiver)
+{
+    uint8_t number;
+
+    return (receiver->count < XX(LONGEST)) &&
+        ((receiver->count == 0U) || (X(classify)(receiver->held, receiver->count, 0U, &number) == XX(INCOMPLETE)));
+}
+
+/* Returns a receiver in any state. Its counters are 0: they only rise, and what they rise by does not depend on them. */
+static X(receiver) any_receiver(void)
+{
+    static const X(counters) none;
+    X(receiver) receiver;
+
+    receiver.counters = none;
+    receiver.is_lost = nondet_bool();
+    ASSUME(invariant(&receiver));
+    return receiver;
+}
+
+PROOF(init, INIT_BOUND)
+{
+    X(receiver) receiver;
+
+    X(init)(&receiver);
+    ASSERT(invariant(&receiver) && X(pending)(&receiver) == 0U && !receiver.is_lost);
+    ASSERT(receiver.counters.bytes == 0U && placed(&receiver.counters) == 0U && receiver.counters.frames == 0U);
+}
+
+PROOF(push, BOUND)
+{
+    X(receiver) receiver = any_receiver();
+    X(message) message;
+    const uint32_t before = X(pending)(&receiver);
+    const bool found = X(push)(&receiver, nondet_uint8(), &message);
+
+    ASSERT(invariant(&receiver));
+    ASSERT(receiver.counters.bytes == 1U);
+    ASSERT(before + 1U == placed(&receiver.counters) + X(pending)(&receiver));
+    ASSERT(receiver.counters.frames == (found ? 1U : 0U));
+    COVER(found && receiver.counters.resynchronisations == 1U);
+    COVER(!found && before == XX(LONGEST) - 1U && X(pending)(&receiver) > 0U);
+}
+
+PROOF(line_event, BOUND)
+{
+    X(receiver) receiver = any_receiver();
+    const uint32_t before = X(pending)(&receiver);
+    const uint8_t event = nondet_uint8();
+
+    ASSUME(event < XX(EVENTS));
+    X(line_event)(&receiver, (X(event))event);
+    ASSERT(invariant(&receiver) && X(pending)(&receiver) == 0U);
+    ASSERT(receiver.counters.events[event] == 1U && receiver.counters.bytes == 0U);
+    ASSERT(before == receiver.counters.discarded[XX(LINE_EVENT)] && before == placed(&receiver.counters));
+    COVER(before > 0U);
+}
+
+PROOF(encode, BOUND)
+{
+    uint8_t bytes[XX(LONGEST)];
+    uint8_t number;
+    X(message) message;
+    const uint8_t room = nondet_uint8();
+
+    ASSUME(room <= XX(LONGEST));
+    /* The room ends with the array. */
+    uint8_t *const frame = bytes + (XX(LONGEST) - room);
+    const size_t length = X(encode)(&message, frame, room);
+
+    if (length > 0U) {
+        ASSERT(length == XX(LONGEST) && length <= room);
+        ASSERT(X(classify)(frame, XX(LONGEST), 0U, &number) == XX(FRAME) && number == length);
+    }
+    COVER(length > 0U);
+}
+
+/* The functions that harnesses in Rust call. */
+
+static X(receiver) receiver;
+static X(message) message;
+
+/* Makes `count` bytes pending. */
+void c_hold(uint8_t count)
+{
+    receiver.count = count;
+    receiver.counters.bytes += count;
+}
+
+void c_hold_byte(uint8_t place, uint8_t byte)
+{
+    receiver.held[place] = byte;
+}
+
+uint8_t c_held_byte(uint8_t place)
+{
+    return receiver.held[place];
+}
+
+uint8_t c_is_lost(void)
+{
+    return receiver.is_lost;
+}
+
+uint8_t c_push(uint8_t byte)
+{
+    return X(push)(&receiver, byte, &message);
+}
+
+void c_line_event(uint8_t event)
+{
+    X(line_event)(&receiver, (X(event))event);
+}
+
+uint32_t c_pending(void)
+{
+    return X(pending)(&receiver);
+}
+
+uint32_t c_value(uint8_t place)
+{
+    const uint32_t values[] = VALUES;
+
+    return values[place];
+}
+
+#define NONE XX(REASONS)
+
+/* Returns a counter, in the order of the Rust receiver's. */
+uint32_t c_counter(uint8_t place)
+{
+    static const X(outcome) reasons[] = RUST_REASONS;
+    const X(counters) *counters = &receiver.counters;
+
+    switch (place) {
+    case 0: return counters->bytes;
+    case 1: return counters->frames;
+    case 2: return counters->frame_bytes;
+    case 3: return counters->resynchronisations;
+    default: break;
+    }
+    place = (uint8_t)(place - 4U);
+    if (place < XX(EVENTS)) {
+        return counters->events[place];
+    }
+    place = (uint8_t)(place - XX(EVENTS));
+    return (reasons[place] == NONE) ? 0U : counters->discarded[reasons[place]];
+}
