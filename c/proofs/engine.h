@@ -47,7 +47,7 @@ static inline any_index any_next(any_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Others may not. */
+    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !any_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -100,7 +100,7 @@ static bool any_push(any_receiver *receiver, uint8_t byte, any_message *message)
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < ANY_ROOM)) {
-        /* Most bytes decide nothing. */
+        /* Most bytes are only stored. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -130,7 +130,7 @@ static bool any_poll(any_receiver *receiver, any_message *message)
     any_index length;
     bool again;
 
-    /* Each turn but the last decides about at least one pending byte. */
+    /* Each iteration except the last decides about at least one pending byte. */
     do {
         length = any_next(receiver, &again);
         if (length > 0U) {
@@ -153,7 +153,7 @@ static void any_line_event(any_receiver *receiver, any_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* The first pending byte is incomplete for ever. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             any_count_discarded(receiver, ANY_LINE_EVENT, 1U);
