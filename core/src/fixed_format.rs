@@ -174,7 +174,7 @@ impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
             rest = behind;
         }
         let mut rest = places.as_slice();
-        let mut slots = shape.from_end.as_mut_slice();
+        let mut slots: &mut [Option<u8>] = &mut shape.from_end;
         while let ([before @ .., place], [slot, further @ ..]) = (rest, slots) {
             *slot = *place;
             (rest, slots) = (before, further);

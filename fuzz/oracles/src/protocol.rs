@@ -23,7 +23,7 @@ pub enum Protocol {
     SixAxes,
 }
 
-/// The known MAVLink messages: HEARTBEAT, ATTITUDE, and two with the longest payload.
+/// The known `MAVLink` messages: HEARTBEAT, ATTITUDE, and two with the longest payload.
 pub(crate) const DIALECT: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
     KnownMessage::with_extra(0x03, 7, 255),
