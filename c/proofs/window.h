@@ -104,11 +104,11 @@ PROOF(encode, BOUND)
 static X(receiver) receiver;
 static X(message) message;
 
-/* Makes `count` bytes pending. */
-void c_hold(uint8_t count)
+/* Makes `count` bytes pending, after a loss or not. */
+void c_hold(uint8_t count, uint8_t is_lost)
 {
     receiver.count = count;
-    receiver.counters.bytes += count;
+    receiver.is_lost = is_lost != 0U;
 }
 
 void c_hold_byte(uint8_t place, uint8_t byte)

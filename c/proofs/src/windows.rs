@@ -8,12 +8,12 @@ use core::ops::Range;
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{
-    Counters, Discarded, FixedFormat, FrameBytes, Line, LineEvent, LineEvents, Receiver,
+    Counters, Discarded, FixedFormat, FrameBytes, Line, LineEvent, LineEvents, Parser, Receiver,
 };
 use framelock_formats::motion::{SixAxes, SixAxesBigEndian};
 
 unsafe extern "C" {
-    safe fn c_hold(count: u8);
+    safe fn c_hold(count: u8, is_lost: u8);
     safe fn c_hold_byte(place: u8, byte: u8);
     safe fn c_held_byte(place: u8) -> u8;
     safe fn c_is_lost() -> u8;
@@ -41,23 +41,41 @@ fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
     bytes
 }
 
-/// Returns a line, and puts the receiver in C into the related state: these bytes are pending, and bytes have been
-/// discarded before them, or none.
+/// Returns a line in any state in which these bytes are pending, and puts the receiver in C into the related state. Bytes
+/// before them do not matter to the receiver in Rust, but its state contains them. All counters are 0.
 fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Receiver<F>> {
-    let mut line = Line::new(Receiver::new());
-    if kani::any() {
-        line.push(0);
-        c_push(0);
+    let older: [u8; N] = kani::any();
+    let since: u8 = kani::any();
+    // `push` leaves no note in the state, and `push_with` does (`one_byte` in the proofs of core's window).
+    let has_note: bool = kani::any();
+    let mut receiver = Receiver::new();
+    let mut place = 0;
+    while place < N - 1 {
+        let is_held = place + usize::from(count) >= N - 1;
+        if is_held || place >= usize::from(since) {
+            let byte = if is_held {
+                held[place + usize::from(count) - (N - 1)]
+            } else {
+                older[place]
+            };
+            if has_note && place == N - 2 {
+                Parser::push_with(&mut receiver, byte, |_| ());
+            } else {
+                receiver.push(byte);
+            }
+        }
+        place += 1;
     }
+    kani::assume(receiver.pending() == usize::from(count));
     let mut place = 0;
     while place < count {
-        line.push(held[usize::from(place)]);
         c_hold_byte(place, held[usize::from(place)]);
         place += 1;
     }
-    assert!(line.pending() == usize::from(count));
-    c_hold(count);
-    line
+    let is_lost: bool = kani::any();
+    c_hold(count, u8::from(is_lost));
+    let line = Line::new(receiver);
+    if is_lost { line.after_loss() } else { line }
 }
 
 /// Checks that both have the same counters and pending bytes after this stream. The bytes that are pending in Rust are
@@ -84,6 +102,7 @@ fn are_related<F: FixedFormat, const N: usize>(
         assert!(place >= pending || c_held_byte(place) == byte);
         next += 1;
     }
+    assert!(line.is_after_loss() == (c_is_lost() != 0));
     let counters = counters(line.counters());
     let mut place = 0;
     while place < counters.len() {
@@ -143,16 +162,14 @@ pub(crate) fn counters(counters: &Counters) -> [u32; 17] {
     ]
 }
 
-/// Returns any line event, and its number in C.
-pub(crate) fn any_line_event() -> (LineEvent, u8) {
-    match kani::any::<u8>() {
-        0 => (LineEvent::Framing, 0),
-        1 => (LineEvent::Parity, 1),
-        2 => (LineEvent::Overrun, 2),
-        3 => (LineEvent::Break, 3),
-        _ => (LineEvent::Idle, 4),
-    }
-}
+/// The line events, in the order of their numbers in C.
+pub(crate) const LINE_EVENTS: [LineEvent; 5] = [
+    LineEvent::Framing,
+    LineEvent::Parity,
+    LineEvent::Overrun,
+    LineEvent::Break,
+    LineEvent::Idle,
+];
 
 fn byte_is_same<F: FixedFormat<Frame = [u8; N]>, const N: usize, const VALUES: usize>(
     fixed: Fixed,
@@ -188,15 +205,12 @@ fn byte_is_same<F: FixedFormat<Frame = [u8; N]>, const N: usize, const VALUES: u
     );
 }
 
-fn event_is_same<F: FixedFormat, const N: usize>(fixed: Fixed, count: u8) {
+fn event_is_same<F: FixedFormat, const N: usize>(fixed: Fixed, count: u8, event: u8) {
     let stream = any_beginning::<N>(fixed, count);
     let mut line = related::<F, N>(&stream, count);
-    let (event, number) = any_line_event();
-    line.line_event(event, |_| ());
-    c_line_event(number);
+    line.line_event(LINE_EVENTS[usize::from(event)], |_| ());
+    c_line_event(event);
     are_related(&line, &stream, count, fixed);
-    // The next frame shows whether the loss is remembered.
-    assert!((c_is_lost() != 0) == (c_counter(9) + c_counter(16) > 0));
     kani::cover!(
         c_counter(16) == u32::from(count),
         "the pending bytes are discarded"
@@ -207,16 +221,16 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Runs a step for each number of pending bytes in a range, of which any is chosen. So the number is known to the prover.
-fn for_any_count(counts: Range<u8>, step: impl Fn(u8)) {
-    let chosen: u8 = kani::any_where(|chosen| counts.contains(chosen));
-    let mut count = counts.start;
-    while count < counts.end {
-        if count == chosen {
-            step(count);
+/// Runs a step for one of these numbers, and any of them can be chosen. The prover knows the number in each run. It would
+/// not know it if the number were compared with a chosen one: the compiler would pass the chosen one to the step.
+fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
+    let mut number = numbers.start;
+    while number < numbers.end {
+        if kani::any() {
+            step(number);
             return;
         }
-        count += 1;
+        number += 1;
     }
 }
 
@@ -232,7 +246,7 @@ macro_rules! for_formats {
                         #[kani::proof]
                         #[kani::unwind($bound)]
                         fn byte_is_same() {
-                            for_any_count($counts, |count| {
+                            for_any($counts, |count| {
                                 crate::windows::byte_is_same::<$format, $length, _>(&$fixed, $values, count);
                             });
                         }
@@ -240,9 +254,9 @@ macro_rules! for_formats {
                         #[kani::proof]
                         #[kani::unwind($bound)]
                         fn event_is_same() {
-                            for_any_count($counts, |count| {
-                                crate::windows::event_is_same::<$format, $length>(&$fixed, count);
-                            });
+                            for_any($counts, |count| for_any(0..5, |event| {
+                                crate::windows::event_is_same::<$format, $length>(&$fixed, count, event);
+                            }));
                         }
                     }
                 )*
