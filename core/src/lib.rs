@@ -78,13 +78,13 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![deny(clippy::arithmetic_side_effects, clippy::panic)]
-// A harness finds each panic that these lints would warn about.
+// The proofs find each panic that these lints would warn about.
 #![cfg_attr(kani, allow(clippy::restriction, clippy::must_use_candidate))]
 
 #[cfg(test)]
 extern crate std;
 
-/// The examples of the project's README and of this crate's are tests.
+/// Tests the examples of the project's README and of this crate's README.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 #[doc = include_str!("../README.md")]
