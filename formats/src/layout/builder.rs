@@ -114,12 +114,11 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets the bytes that are allowed between the sync and the terminator, as inclusive ranges. Only frames that a
-    /// delimiter ends have such a content. A byte outside the ranges begins the terminator, or the frame is rejected at
-    /// once. The check is fastest if the widest range comes first.
+    /// Sets the bytes that are allowed between the sync and the terminator, as inclusive ranges. Use this only for
+    /// frames that end with a delimiter. A byte outside the ranges must begin the terminator, otherwise the frame is
+    /// rejected at once. The check is fastest if the widest range comes first.
     ///
-    /// # Examples
-    /// Lines of printable characters, of which none contains a `#`:
+    /// # Examples Lines of printable characters except `#`:
     /// ```
     /// use framelock::{Classification, DiscardReason};
     /// use framelock_formats::layout::{Layout, Length, Patterns};
@@ -141,7 +140,7 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets other terminators, of any lengths, for frames with a [`content`](Self::content). Places from the end and
+    /// Sets more terminators, of any lengths, for frames with a [`content`](Self::content). Places from the end and
     /// [`shortest`](Self::shortest) are counted as if the frame ended with the [`terminator`](Self::terminator).
     /// [`seal`](Layout::seal) writes that terminator.
     #[inline]
@@ -182,7 +181,7 @@ impl<'a> LayoutBuilder<'a> {
         }
     }
 
-    /// Returns the layout as a constant. If the parts contradict each other, the constant does not compile.
+    /// Returns the layout, for use in a constant. If the parts contradict each other, the constant does not compile.
     ///
     /// # Panics
     /// If the parts contradict each other. At run time, [`build`](Self::build) returns the same contradiction.
