@@ -1,8 +1,8 @@
-//! Frames of one length: from any pair of related states, a byte and a line event have the same result in C and in Rust.
-//! The message, each counter, the pending bytes, and the state afterwards are the same.
+//! Proves for frames of one length: from any pair of related states, a byte and a line event have the same result in C
+//! and in Rust. The message, each counter, the pending bytes, and the state afterwards are the same.
 //!
-//! Six axes: up to 13 pending bytes. If the first byte of the terminator is wrong, the Rust receiver notices at once, but the
-//! receiver in C, like a layout in Rust, notices one byte later.
+//! For six axes, up to 13 bytes are pending. If the first byte of the terminator is wrong, the Rust receiver notices it
+//! at once. The receiver in C notices it one byte later, as a `BufferedReceiver` with the same layout does.
 
 use core::ops::Range;
 
@@ -24,10 +24,10 @@ unsafe extern "C" {
     safe fn c_counter(place: u8) -> u32;
 }
 
-/// The fixed bytes of a format and their places, without the last byte of a frame.
+/// The positions and values of a format's fixed bytes, except the last byte of the frame.
 type Fixed = &'static [(u8, u8)];
 
-/// Returns any bytes of which the first `count` may become a frame, because the fixed bytes are among them.
+/// Returns arbitrary bytes. The first `count` of them agree with the fixed bytes, so they may become a frame.
 fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
     let mut bytes: [u8; N] = kani::any();
     let mut next = 0;
@@ -41,8 +41,8 @@ fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
     bytes
 }
 
-/// Returns a line, and puts the receiver in C into the related state: these bytes are pending, and bytes have been
-/// discarded before them, or none.
+/// Puts the receiver in C and a Rust line into related states, and returns the line. The first `count` bytes of `held`
+/// are pending in both. An earlier byte may have been discarded.
 fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Receiver<F>> {
     let mut line = Line::new(Receiver::new());
     if kani::any() {
@@ -60,8 +60,8 @@ fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Re
     line
 }
 
-/// Checks that both have the same counters and pending bytes after this stream. The bytes that are pending in Rust are
-/// always the last ones of the stream (theorem 4).
+/// Checks that both receivers have the same counters and the same pending bytes after this stream. In Rust the pending
+/// bytes are always the last bytes of the stream (theorem 4).
 fn are_related<F: FixedFormat, const N: usize>(
     line: &Line<Receiver<F>>,
     stream: &[u8; N],
@@ -92,7 +92,7 @@ fn are_related<F: FixedFormat, const N: usize>(
     }
 }
 
-/// Returns all counters, in the order that the files in C have.
+/// Returns all counters, in the order of the C files.
 pub(crate) fn counters(counters: &Counters) -> [u32; 17] {
     let Counters {
         bytes,
@@ -195,7 +195,7 @@ fn event_is_same<F: FixedFormat, const N: usize>(fixed: Fixed, count: u8) {
     line.line_event(event, |_| ());
     c_line_event(number);
     are_related(&line, &stream, count, fixed);
-    // The next frame shows whether the loss is remembered.
+    // `is_lost` decides whether the next frame counts as a resynchronisation.
     assert!((c_is_lost() != 0) == (c_counter(9) + c_counter(16) > 0));
     kani::cover!(
         c_counter(16) == u32::from(count),
@@ -207,7 +207,8 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Runs a step for each number of pending bytes in a range, of which any is chosen. So the number is known to the prover.
+/// Runs a step with an arbitrary number of pending bytes from a range. The loop makes this number a constant for the
+/// prover.
 fn for_any_count(counts: Range<u8>, step: impl Fn(u8)) {
     let chosen: u8 = kani::any_where(|chosen| counts.contains(chosen));
     let mut count = counts.start;
@@ -220,7 +221,7 @@ fn for_any_count(counts: Range<u8>, step: impl Fn(u8)) {
     }
 }
 
-/// Defines the harnesses of a format, for each of these ranges of pending bytes.
+/// Defines the harnesses of each format, one for each range of the number of pending bytes.
 macro_rules! for_formats {
     ($($name:ident $format:ident $length:literal $bound:literal $fixed:expr, $values:expr; $($of:ident $counts:expr),*;)*) => {
         $(
