@@ -1,5 +1,5 @@
-//! Collects every text that the command line makes from a stream, for tests and the fuzzer. They check that no sender
-//! can control the user's terminal.
+//! Collects every text that the command line makes from a stream, for tests and the fuzzer. The tests check that no
+//! sender can control the user's terminal.
 
 use anyhow::{Error, Result};
 use framelock_description::SHIPPED;

@@ -32,11 +32,11 @@ pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
         .collect()
 }
 
-/// The number of a terminal's rows that are still free.
+/// The number of free rows in a terminal.
 pub(crate) struct RowsLeft(u16);
 
 impl RowsLeft {
-    /// Makes the count from the terminal's height and the number of rows that are taken.
+    /// Creates the count from the terminal's height and the number of rows in use.
     pub(crate) fn new(height: u16, taken: u16) -> Self {
         Self(height.saturating_sub(taken))
     }

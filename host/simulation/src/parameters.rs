@@ -1,4 +1,4 @@
-//! The list of parameters, which determine a simulation completely.
+//! The parameters of a simulation, which determine its results completely.
 
 use std::ops::RangeInclusive;
 
@@ -9,8 +9,7 @@ use serde::Serialize;
 use crate::line::check_rate;
 use crate::payload::Payload;
 
-/// A numeric parameter. It has everything that a program needs to offer the parameter as an option
-/// or to sweep it.
+/// A numeric parameter, with all that a program needs to offer it as an option or to sweep it.
 #[derive(Debug)]
 pub struct Number {
     /// The parameter's name, with hyphens between words.

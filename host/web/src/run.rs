@@ -27,7 +27,7 @@ pub(crate) struct State {
     /// The time in milliseconds.
     pub(crate) now: u32,
     pub(crate) machines: Vec<Machine>,
-    /// The number of most recent bytes that arrived as they were sent.
+    /// How many bytes in a row, up to the latest, arrived as they were sent.
     as_sent: usize,
     /// The time from which the line counts as idle unless a byte arrives.
     idle_at: Option<u32>,
