@@ -55,7 +55,9 @@ mod verification;
 ///   Most calls only store the byte. The documentation of `framelock-formats` has a table with the cost per byte, in
 ///   clean streams and in the worst streams.
 /// * **Limits of every receiver.** A false frame whose check is right is delivered, and a true frame that shares bytes
-///   with it is lost. If the head of a frame is lost, a frame inside the payload is delivered. # Examples
+///   with it is lost. If the head of a frame is lost, a frame inside the payload is delivered.
+///
+/// # Examples
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
 ///

@@ -40,16 +40,19 @@ pub enum Classification {
 ///
 /// Every `Layout` keeps these laws (theorem 13g). If you implement a format yourself, test it with `check_laws` of
 /// `framelock-formats`. If a format breaks the laws, the receiver still does not panic, does not hang, and counts every
-/// byte (theorem 13b). But the frames that it delivers may then depend on how the stream is cut into slices. #
-/// Functions for any format A function that accepts every format with a certain type of message needs the bound
-/// `'static`, for the same reason as a function that accepts every [`Parser`](crate::Parser): `F: for<'a>
-/// Format<Message<'a> = &'a [u8]> + 'static`.
+/// byte (theorem 13b). But the frames that it delivers may then depend on how the stream is cut into slices.
+///
+/// # Functions for any format
+/// A function that accepts every format with a certain type of message needs the bound `'static`, for the same reason
+/// as a function that accepts every [`Parser`](crate::Parser):
+/// `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`.
 ///
 /// # A format is `Copy`
 /// Each [`Frame`] contains a copy of its format. Derive `Clone` and `Copy`, and put tables behind a reference.
 ///
-/// # Examples Text lines, which end with a delimiter. The receiver asks this format again after each byte.
-/// `classify_after` searches only the new bytes for the delimiter.
+/// # Examples
+/// Text lines, which end with a delimiter. The receiver asks this format again after each byte. `classify_after`
+/// searches only the new bytes for the delimiter.
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
 ///

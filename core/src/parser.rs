@@ -11,8 +11,9 @@ use crate::LineEvent;
 /// program that uses only one of the types need not import the trait. [`Line`](crate::Line) and the readers accept
 /// any `Parser`.
 ///
-/// # Functions for any machine A function that accepts every machine with a certain type of message `M` has the bound
-/// `for<'a> Parser<Message<'a> = M>`, and also needs the bound `'static`. Otherwise the compiler reports "`P` does not
+/// # Functions for any machine
+/// A function that accepts every machine with a certain type of message `M` has the bound
+/// `for<'a> Parser<Message<'a> = M>`. It also needs the bound `'static`. Otherwise the compiler reports "`P` does not
 /// live long enough", because a message may borrow from the machine for any lifetime.
 /// ```
 /// use framelock::motion::{Bin, Setpoint};

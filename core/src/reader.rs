@@ -104,8 +104,9 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// Use this for messages that own their data. For messages that borrow from the receiver, use
     /// [`next_message_with`](Self::next_message_with).
     ///
-    /// # Errors Returns the source's error. No byte is lost: call again to continue. If the error means that a line
-    /// event occurred, first report the event to [`line_mut`](Self::line_mut).
+    /// # Errors
+    /// Returns the source's error. No byte is lost: call again to continue. If the error means that a line event
+    /// occurred, first report the event to [`line_mut`](Self::line_mut).
     pub fn next_message<M>(&mut self) -> Result<Option<M>, R::Error>
     where
         P: for<'a> Parser<Message<'a> = M> + 'static,
@@ -142,8 +143,9 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// [`next_message_async_with`](Self::next_message_async_with). Cancelling the future loses no byte if cancelling
     /// the source's `read` loses none.
     ///
-    /// # Errors Returns the source's error. No byte is lost: call again to continue. If the error means that a line
-    /// event occurred, first report the event to [`line_mut`](Self::line_mut).
+    /// # Errors
+    /// Returns the source's error. No byte is lost: call again to continue. If the error means that a line event
+    /// occurred, first report the event to [`line_mut`](Self::line_mut).
     pub async fn next_message_async<M>(&mut self) -> Result<Option<M>, R::Error>
     where
         P: for<'a> Parser<Message<'a> = M> + 'static,

@@ -118,7 +118,8 @@ impl<'a> LayoutBuilder<'a> {
     /// frames that end with a delimiter. A byte outside the ranges must begin the terminator, otherwise the frame is
     /// rejected at once. The check is fastest if the widest range comes first.
     ///
-    /// # Examples Lines of printable characters except `#`:
+    /// # Examples
+    /// Lines of printable characters except `#`:
     /// ```
     /// use framelock::{Classification, DiscardReason};
     /// use framelock_formats::layout::{Layout, Length, Patterns};

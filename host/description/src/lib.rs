@@ -202,7 +202,8 @@ fn told(message: &str) -> String {
 
 /// Reads the text of a description from a file.
 ///
-/// # Errors Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
+/// # Errors
+/// Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
 pub fn read(path: &Path) -> Result<String, String> {
     let name = path.display();
     let mut bytes = Vec::new();

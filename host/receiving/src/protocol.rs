@@ -94,7 +94,8 @@ impl Protocol {
 
     /// Parses a description.
     ///
-    /// # Errors The text is not a valid description. The error begins with `name:line:column: …`.
+    /// # Errors
+    /// The text is not a valid description. The error begins with `name:line:column: …`.
     pub fn described(name: &str, text: String) -> Result<Self, String> {
         Ok(Self {
             name: name.to_owned(),

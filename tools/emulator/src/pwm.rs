@@ -66,12 +66,12 @@ impl Period {
     }
 }
 
-/// The progress of the sequence that is played.
+/// The progress of a sequence.
 #[derive(Clone, Copy, Debug)]
 struct Played {
     /// The number of 16-bit values loaded so far.
     loaded: u32,
-    /// The number of further periods for the current step.
+    /// The number of periods that the current step still lasts.
     more_periods: u32,
 }
 
@@ -79,10 +79,10 @@ struct Played {
 pub(crate) struct Pwm {
     registers: Registers,
     values: [u16; 4],
-    /// The sequence that is played, until its last step is over.
+    /// The current sequence, until its last step is over.
     played: Option<Played>,
-    /// After a SEQSTART while running: the sequence that is played from the next period on, and its
-    /// first step.
+    /// After a SEQSTART while the PWM runs: the sequence that begins with the next period, and the sequence's first
+    /// step.
     queued: Option<(Played, [u16; 4])>,
     period_ends_at: Option<u64>,
     stopping: bool,
