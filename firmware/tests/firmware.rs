@@ -130,7 +130,7 @@ impl Firmware {
         firmware
     }
 
-    /// Returns firmware that has booted and then got another baud rate, on a core with this slowness.
+    /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness.
     /// `NONE_WAITS_AFTER` keeps the image's value, which is less than it would be at this rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         let is_slow = baud <= 115_200;
@@ -162,7 +162,7 @@ impl Firmware {
         self.board.run_until(end + then).unwrap();
     }
 
-    /// Sends one more frame. Asserts that this frame alone is committed within `then` cycles.
+    /// Sends one more frame. Asserts that exactly this frame is committed within `then` cycles.
     pub(crate) fn takes_a_frame(&mut self, then: u64, what: &str) {
         self.send_and_wait(&frame([4, 5, 6]), then);
         assert_eq!(self.commits(), [[4, 5, 6]], "{what}");
@@ -260,10 +260,10 @@ pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
     (sent, bytes)
 }
 
-/// The reference of a machine: returns the setpoints that it commits.
+/// The type of a reference: a function that returns the setpoints that a machine must commit.
 pub(crate) type Reference = fn(&[u8]) -> Vec<Setpoint>;
 
-/// Returns the setpoints that the reference commits.
+/// Returns the setpoints that the receiver must commit.
 pub(crate) fn reference<F: Format>(bytes: &[u8]) -> Vec<Setpoint> {
     let mut commits = Vec::new();
     whole_buffer::<F>(bytes, |found| {
