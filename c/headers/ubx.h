@@ -174,7 +174,7 @@ static inline bool ubx_starts(uint8_t byte)
     return byte == 0xB5U;
 }
 
-/* Returns the Fletcher's checksum of bytes. */
+/* Returns the Fletcher checksum of bytes. */
 static inline uint16_t ubx_checksum(const uint8_t *bytes, uint16_t count)
 {
     uint8_t low = 0U; /* the sum of the bytes */

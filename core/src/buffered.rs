@@ -41,10 +41,10 @@ mod verification;
 ///
 /// # The rule
 ///
-/// The receiver goes through the stream from left to right. Where a frame begins, it delivers the frame and continues
-/// after it. Where no frame begins, it drops one byte. Where the format cannot decide yet, it waits for more bytes
-/// (theorem 13a). So it delivers every frame that arrives whole, unless a delivered frame begins earlier and shares
-/// bytes with it (13d).
+/// The receiver goes through the stream from left to right. If a frame begins at the current byte, the receiver
+/// delivers the frame and continues after it. If no frame begins there, the receiver drops one byte. If the format
+/// cannot decide yet, the receiver waits for more bytes (theorem 13a). So it delivers every frame that arrives whole,
+/// unless a delivered frame begins earlier and shares bytes with it (13d).
 ///
 /// # What to expect
 ///

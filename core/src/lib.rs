@@ -55,9 +55,8 @@
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
-//! `Receiver`, `BufferedReceiver` and the lecture's machine have the same functions: those of the trait [`Parser`].
-//! No function in this crate panics, whatever its arguments. Mistakes in a format do not compile (see
-//! [`FixedFormat`]).
+//! `Receiver`, `BufferedReceiver` and the lecture's machine all have the functions of the trait [`Parser`]. No function
+//! in this crate panics, whatever its arguments. Mistakes in a format do not compile (see [`FixedFormat`]).
 //!
 //! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
 //! `MAVLink`, NMEA and RTCM.

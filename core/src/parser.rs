@@ -167,7 +167,7 @@ pub enum DiscardReason {
     /// The sync was right, but the header is invalid: a fixed bit is wrong, or the length is too short. Formats of
     /// fixed length never give this reason.
     BadHeader,
-    /// The header states a length above that of the longest frame.
+    /// The header states a length that exceeds the longest frame.
     TooLong,
     /// The header states a message that the format does not know.
     UnknownMessage,

@@ -243,7 +243,8 @@ impl<F: FrameBytes> Window<F> {
         None
     }
 
-    /// Returns how many more bytes can become pending: the note, or a computed number if there is no note.
+    /// Returns how many more bytes can become pending. Reads this number from the note, or computes it if there is no
+    /// note.
     #[inline]
     fn room(self, shape: &Shape<F>) -> usize {
         let note = self.0.note();

@@ -56,7 +56,7 @@ impl Sender {
     /// Sends these bytes and calls `meanwhile` during the transmission. Returns after the last stop bit.
     pub(crate) fn send(&self, bytes: &[u8], meanwhile: impl FnOnce()) {
         self.0.events_endtx.reset();
-        // SAFETY: the address and length are those of `bytes`, which are borrowed until they are sent.
+        // SAFETY: the address and the length describe `bytes`, which stay borrowed until they are sent.
         unsafe {
             self.0.txd.ptr.write(|w| w.bits(bytes.as_ptr() as u32));
             self.0.txd.maxcnt.write(|w| w.bits(bytes.len() as u32));

@@ -147,8 +147,8 @@ impl LineBreak {
     }
 }
 
-/// Sets the interrupt priorities and unmasks the interrupts. The receiver's two handlers share one priority,
-/// which is higher than that of the tick's handler.
+/// Sets the interrupt priorities and unmasks the interrupts. The receiver's two handlers share one priority. It is
+/// higher than the priority of the tick's handler.
 fn unmask_interrupts(nvic: &mut NVIC) {
     for (interrupt, priority) in [
         (Interrupt::UARTE0_UART0, 1 << 5),

@@ -131,7 +131,7 @@ impl Firmware {
     }
 
     /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness.
-    /// `NONE_WAITS_AFTER` keeps the image's value, which is less than it would be at this rate.
+    /// `NONE_WAITS_AFTER` keeps the image's value, which is smaller than the value for this rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         let is_slow = baud <= 115_200;
         let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });

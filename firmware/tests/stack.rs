@@ -41,7 +41,7 @@ impl<'a> Code<'a> {
             if symbol.kind() == SymbolKind::Text && symbol.size() > 0 {
                 ranges.insert(start, start..start + symbol.size() as u32);
             }
-            // The symbols $t mark the beginning of code, and $d that of tables and constants.
+            // The symbol $t marks the beginning of code. The symbol $d marks the beginning of tables and constants.
             if name.starts_with("$t") || name.starts_with("$d") {
                 mappings.insert(start, name.starts_with("$t"));
             }
@@ -101,7 +101,8 @@ impl<'a> Code<'a> {
         takes + deepest.unwrap_or(0)
     }
 
-    /// Returns the stack of the program plus that of each handler once, because no handler interrupts itself.
+    /// Returns the stack that the program and all handlers take together. Each handler counts once, because no handler
+    /// interrupts itself.
     fn nested(&self) -> u32 {
         let table = self.file.section_by_name(".vector_table").unwrap();
         let words = table.data().unwrap().as_chunks().0.iter();

@@ -193,8 +193,8 @@ fn any_found() -> Found<()> {
     }
 }
 
-/// Chooses an arbitrary counter of bytes, and returns its value. The counter is that of bytes in frames (`None`), or
-/// that of bytes discarded for the returned reason.
+/// Chooses an arbitrary counter of bytes, and returns its value. The counter counts bytes in frames (`None`), or bytes
+/// discarded for the returned reason.
 fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     let discarded = &counters.discarded;
     match kani::any::<u8>() {

@@ -8,8 +8,8 @@
 //! * If the bytes are a frame, the machine delivers it with the frame's last byte and returns to the state
 //!   at reset. The reference continues after the frame.
 //! * If the bytes are no frame, the machine has delivered nothing. framelock's reference drops one byte, and the
-//!   receiver's state equals that of a receiver that never got this byte. The lecture's reference drops all bytes up to
-//!   and including the first wrong one, and with this wrong byte the machine returns to the state at reset.
+//!   receiver is in a state as if this byte had never come. The lecture's reference drops all bytes up to and including
+//!   the first wrong one, and with this wrong byte the machine returns to the state at reset.
 //! * If the stream ends before the bytes are decided, all of them are pending.
 //!
 //! To check this argument, harnesses also run the reference itself on whole streams of up to 16 bytes.

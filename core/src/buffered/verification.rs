@@ -5,9 +5,9 @@
 //! [`Format`] allow. This covers every lawful format on every stream. A [`Row`] holds the format's answers about
 //! one place.
 //!
-//! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all
-//! bytes that follow. Where a frame begins, it continues after the frame. Where no frame begins, it drops one
-//! byte. Where the format cannot decide yet, it stops.
+//! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all bytes
+//! that follow. If a frame begins at the place, the reference continues after the frame. If no frame begins there, the
+//! reference drops one byte. If the format cannot decide yet, the reference stops.
 //!
 //! An *event* is a frame that is delivered, or a run of bytes that are dropped.
 //!

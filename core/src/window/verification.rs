@@ -30,8 +30,8 @@
 //!    each iteration of the second loop nothing is pending, and at least as many bytes are left as a frame has. If
 //!    these bytes begin with a frame, the frame's last byte commits it. If not, none of these bytes commits, and the
 //!    window after them is the same as if the first byte had never come. So `feed` discards the first byte and examines
-//!    the next position ([`starts`]). By [`reasons`], the reason is the one that is found in the whole frame. Between
-//!    iterations, `feed` discards several bytes at once only if no frame can begin with any of them
+//!    the next position ([`starts`]). By [`reasons`], the reason is the same whether it is found early or in the whole
+//!    frame. Between iterations, `feed` discards several bytes at once only if no frame can begin with any of them
 //!    (`noise::verification`), so `push_with` would discard each of them at once, too.
 //! 3. The third loop calls `push_with` until no byte is left.
 

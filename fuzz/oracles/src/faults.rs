@@ -173,8 +173,8 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
 
 /// Checks these properties:
 ///
-/// * The commits of the receiver and of the lecture's machine are those of the reference. No
-///   committed frame contains bytes from both sides of a line event.
+/// * The receiver and the lecture's machine make the same commits as their references. No committed frame contains
+///   bytes from both sides of a line event.
 /// * A frame that arrives intact is committed with its last byte. The only exception is that a CR of its payload caused
 ///   a single earlier commit (theorem 7).
 /// * The first frame after a line event or at the start is committed.
@@ -195,8 +195,7 @@ pub fn faults(line: &FaultyLine) {
     }
 }
 
-/// Returns the commits with the indices of their last bytes, after comparing them with those of the
-/// reference.
+/// Compares the commits with the reference. Returns them with the indices of their last bytes.
 fn commits<P, F>(line: &[Received]) -> Vec<(usize, Setpoint)>
 where
     P: OfSetpoints,

@@ -286,7 +286,7 @@ impl Arguments {
         Ok(None)
     }
 
-    /// Returns the source of the frames, and the receiver of datagrams if they are the source.
+    /// Returns the source of the frames. If the source is datagrams, also returns their receiver.
     fn source(&self, profile: Option<Profile>) -> Result<(Source, Option<Datagrams>)> {
         let rate = self.rate();
         if let Some(profile) = profile {

@@ -41,7 +41,7 @@ impl RowsLeft {
         Self(height.saturating_sub(taken))
     }
 
-    /// Takes `height` rows if so many are free, otherwise none.
+    /// Takes `height` rows if that many are free. Otherwise takes none.
     pub(crate) fn exactly(&mut self, height: u16) -> u16 {
         let granted = if self.0 < height { 0 } else { height };
         self.0 -= granted;

@@ -167,8 +167,8 @@ impl Description {
         self.kinds.iter().flat_map(Kind::with_views)
     }
 
-    /// Returns the columns of a table without a header. If there is only one kind, these are the kind's columns without
-    /// those of its views; otherwise all columns.
+    /// Returns the columns of a table without a header. If there is only one kind, these are its columns, without the
+    /// columns of its views. Otherwise these are all columns.
     #[must_use]
     pub fn plain_columns(&self) -> &[Column] {
         match &*self.kinds {

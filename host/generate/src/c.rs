@@ -415,7 +415,7 @@ fn checksum(it: &Checksum, table: CrcTable) -> Value {
         Algorithm::InvertedSum => "inverted sum",
         Algorithm::NegatedSum => "negated sum",
         Algorithm::Xor => "exclusive or",
-        _ => "Fletcher's checksum",
+        _ => "Fletcher checksum",
     };
     let from = usize::from(it.from.unsigned_abs());
     let to = usize::from(it.to.unsigned_abs());

@@ -90,7 +90,7 @@ pub struct Trial {
     /// The position of a byte that will be lost on arrival.
     pub lost: Option<Origin>,
     baud: u32,
-    /// The distance from the beginning of a byte to that of the next, in bits.
+    /// The distance between the beginnings of two consecutive bytes, in bits.
     byte_step: u64,
     line: NoisyLine,
     /// The recent frames whose outcome is still open, including the frame being sent.

@@ -153,7 +153,7 @@ impl Assumptions {
         found.map(|(_, assumptions)| assumptions)
     }
 
-    /// Returns a random mix of all deviations, always the same for the same seed. Lags are at most those of
+    /// Returns a random mix of all deviations, always the same for the same seed. Lags are at most as long as in
     /// [`Assumptions::each`]. At most three events of each kind are lost, and no RXTO. Instructions take at most 1.5
     /// times as long.
     #[must_use]

@@ -1,8 +1,8 @@
 //! FICR, UICR, NVMC and TEMP: nRF52840 Product Specification, the sections of these names.
 //!
-//! Writing words of UICR is modelled, but takes no time. Erasing UICR and writing flash are not modelled. Of TEMP, only
-//! the calibration is modelled, which firmware copies from FICR (erratum 66). No temperature is measured, so writing
-//! the calibration has no effect, and reading it is an error.
+//! Writing words of UICR is modelled, but takes no time. Erasing UICR and writing flash are not modelled. The model of
+//! TEMP contains only the calibration, which firmware copies from FICR (erratum 66). No temperature is measured, so
+//! writing the calibration has no effect, and reading it is an error.
 
 use std::collections::BTreeMap;
 

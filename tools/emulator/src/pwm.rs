@@ -4,9 +4,8 @@
 //! SEQSTARTED, SEQEND, PWMPERIODEND, STOPPED. Not modelled, and refused: sequence 1, ENDDELAY, LOOP,
 //! the other loads, NEXTSTEP, up-and-down.
 //!
-//! Where the specification is silent, the model assumes the following. SEQSTART while the PWM runs
-//! takes effect at the end of the period. EasyDMA fetches a step when the step is loaded; the first
-//! step is loaded at SEQSTART.
+//! The specification leaves some points open. The model assumes the following. SEQSTART while the PWM runs takes effect
+//! at the end of the period. EasyDMA fetches a step when the step is loaded; the first step is loaded at SEQSTART.
 
 use crate::MICROSECOND;
 use crate::error::Refusal;

@@ -79,7 +79,7 @@ impl CFile {
     }
 }
 
-/// Returns the file with the name of one of the harness's modules.
+/// Returns the C file of a harness: one of the harness's modules has the same name.
 pub(crate) fn file_of<'a>(harness: &Harness, files: &'a [CFile]) -> Result<&'a CFile> {
     let mut modules = harness.name.split("::");
     let file = modules.find_map(|module| files.iter().find(|file| file.name == module));

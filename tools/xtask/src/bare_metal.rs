@@ -64,7 +64,7 @@ impl Compiler {
             // `cargo xtask` puts the libraries of rustup's toolchain into this path, but Debian's compiler must not use
             // them.
             .env_remove("LD_LIBRARY_PATH");
-        // Debian's compiler has no linker for these targets, so use the one of rustup's toolchain.
+        // Debian's compiler has no linker for these targets, so use the linker of rustup's toolchain.
         let libraries = cmd!(sh, "rustc --print target-libdir").quiet().read();
         let linker = libraries.map(|folder| Path::new(&folder).with_file_name("bin/rust-lld"));
         match linker {

@@ -68,7 +68,7 @@ impl Workspace {
     }
 }
 
-/// Installs those of these Debian packages that are missing. Only root can do this.
+/// Installs the Debian packages in this list that are missing. Only root can do this.
 pub(crate) fn from_debian(sh: &Shell, packages: &[&str]) -> Result<()> {
     let state = "--showformat=${db:Status-Status},";
     let query = cmd!(sh, "dpkg-query --show {state} {packages...}");

@@ -63,7 +63,7 @@ struct List {
     standard_harnesses: BTreeMap<String, Vec<String>>,
 }
 
-/// Lets Kani check the harnesses with these names. A name that no harness has selects all harnesses whose names contain
+/// Lets Kani check the harnesses with these names. If no harness has a name, selects all harnesses whose names contain
 /// it. Without names, checks all harnesses.
 pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answer>> {
     command.env("NO_COLOR", "1");

@@ -76,7 +76,7 @@ pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()
     Ok(())
 }
 
-/// Compares the public interface with that of the baseline by the rules of semantic versioning.
+/// Compares the public interface with the baseline's, by the rules of semantic versioning.
 pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell_with("cargo-semver-checks", "0.51.0")?;
     let baseline = &workspace.semver_baseline;

@@ -76,7 +76,7 @@ pub(super) struct MonitorSession {
     pub(super) recording: Option<Recording>,
     /// Messages about finished recordings and about the port.
     pub(super) notes: Vec<String>,
-    /// The directory of recordings without a given name.
+    /// The directory for recordings that the user starts without giving a name.
     directory: PathBuf,
     pub(super) has_help: bool,
     pub(super) has_ended: bool,
