@@ -454,7 +454,7 @@ static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Skip bytes that cannot begin a frame, unless they were already found to begin like one. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !mavlink1_starts(receiver->buffer[receiver->from])) {
             receiver->from++;

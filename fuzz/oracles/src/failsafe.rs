@@ -175,7 +175,7 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
 struct Model<D, const AXES: usize> {
     parameters: FailsafeParameters<D, AXES>,
     park: [u16; AXES],
-    /// Ticks since the last frame. The largest number before the first frame.
+    /// Ticks since the last frame. Before the first frame, this is the largest number.
     silence: u64,
     demand: [u16; AXES],
     position: [u16; AXES],

@@ -164,8 +164,9 @@ const fn first_power_first(crc: &Crc, byte: u8) -> u8 {
     reason = "both halves of the product are taken"
 )]
 fn product(table: &[u32], unused: u32, one: u32, other: u32) -> u32 {
-    // A product of polynomials is a product of integers without carries. If both integers keep only every fourth bit,
-    // at most eight ones add up at each position, so no carry reaches the next position that counts.
+    // A product of polynomials is a product of integers without carries. So split both integers into four parts that
+    // keep only every fourth bit. When two parts are multiplied, at most eight ones add up at a position, so the
+    // carries end before the next position that is kept.
     const PLACES: u64 = 0x1111_1111_1111_1111;
     let every_fourth = |bits: u32| [0, 1, 2, 3].map(|first| u64::from(bits) & PLACES << first);
     let (one, other) = (every_fourth(one >> unused), every_fourth(other));

@@ -180,8 +180,8 @@ struct Classifier {
     repetition: Repetition,
 }
 
-/// A search for a delimiter. It is shared by all starts, because a search from a later start covers only bytes that an
-/// earlier search has covered.
+/// A search for a delimiter. All starts share one search, so that bytes that were searched for an earlier start need
+/// not be searched again.
 #[derive(Clone, Default, Debug)]
 struct Search {
     /// Searches from rejected starts have reached this position.

@@ -51,7 +51,7 @@ pub(crate) fn clippy(workspace: &Workspace, _: &mut Report) -> Result<()> {
     prove::clippy(workspace)
 }
 
-/// Installs the missing programs among those that the tests of generated C run.
+/// Installs the programs that the tests of generated C need, as far as they are missing.
 fn install_for_c(workspace: &Workspace) -> Result<()> {
     const COMMANDS: [&str; 5] = ["clang", "cmake", "arm-none-eabi-gcc", "avr-gcc", "simavr"];
     let sh = &workspace.shell()?;

@@ -131,8 +131,8 @@ fn latest_delivery() {
     kani::cover!(fed.pending() == 0, "all is decided");
 }
 
-/// 13a, with the loop of `feed` executed. After a false start the bytes of a slice are decided one after another.
-/// Only the bytes after a 0 that may still begin a frame stay undecided.
+/// 13a, by running the loop of `feed`. After a false start the bytes of a slice are decided one after another. Only the
+/// bytes after a 0 that may still begin a frame stay undecided.
 #[kani::proof]
 #[kani::unwind(4)]
 fn feed_goes_on() {

@@ -7,9 +7,10 @@
 //!
 //! * Long division, by induction over the bits of the quotient ([`division_is_exact`]). The invariant, when the bits
 //!   from `bit` on are known, has two parts. First, the ticks of the counted units and the ticks left add up to the
-//!   time. Second, either the ticks left are fewer than `1 << bit` units take, or all known bits are 1, which is the
-//!   greatest distance that an axis can move. The division starts with no units counted and no bits known. It ends when
-//!   every unit for which the time suffices is counted, and it has lost no tick.
+//!   time. Second, one of two conditions holds: the ticks left are fewer than `1 << bit` units take, or all known bits
+//!   are 1. In the latter case the quotient has reached the largest distance that an axis can move. The division starts
+//!   with no units counted and no bits known. It ends when every unit for which the time suffices is counted, and it
+//!   has lost no tick.
 //! * An axis moves by this number of units, but no further than its target ([`axis_stops_at_its_target`]). One harness
 //!   checks the division and the move together, for less time than two units take ([`axis_moves_at_its_rate`]).
 //! * Every axis is parked after `parked_after` ticks, for some rates ([`parked_in_time`]).

@@ -58,7 +58,7 @@ impl Chip {
             // An event was reported before any byte that follows the drain.
             && (!draining || self.reported)
             && (self.failed || draining || self.is_lost_and_hidden() || self.is_clean())
-            // When `NONE_WAITS` has passed, the FIFO has been empty, so all bytes in it have come later.
+            // The FIFO was empty when `NONE_WAITS` passed, so all bytes that it holds now came after that moment.
             && (self.failed || !draining || !self.open || self.time == 0 || self.old == 0)
     }
 
