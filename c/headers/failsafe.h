@@ -28,7 +28,8 @@
  *   phase = failsafe_poll(&platform, now, output);      each time before the actuators are set
  *
  * The time `now` is a counter that may wrap. Poll more often than the counter wraps. If the time goes backwards, the
- * failsafe assumes a long silence and moves the output to park, which is safe. Calls for one failsafe must not interrupt each other.
+ * failsafe assumes a long silence and moves the output to park, which is safe. Calls for one failsafe must not interrupt
+ * each other.
  *
  * All functions are `static inline`. If several source files need them, define FAILSAFE_DEFINITIONS as 1 in one of these
  * files, and as 0 in the others, before they include this header: then there is one copy of the code. */

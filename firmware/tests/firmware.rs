@@ -278,11 +278,11 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
     commits.iter().all(|commit| rest.any(|one| one == commit))
 }
 
-/// Cycles that are long enough for a gap to end the earlier bytes, and for the counters to show it.
+/// A time, in cycles, in which a gap ends the earlier bytes, and the counters show the gap.
 pub(crate) const GAP: u64 = 8 * MILLISECOND;
 
-/// Cycles that are long enough to notice a lost ENDRX and to restart, and for a gap.
+/// A time, in cycles, in which the firmware notices a lost ENDRX, restarts the UARTE, and sees a gap.
 pub(crate) const RESTART: u64 = 24 * MILLISECOND;
 
-/// Cycles that are long enough to handle the bytes, and too short for a gap.
+/// A time, in cycles, that is long enough to handle all bytes, but too short for a gap.
 pub(crate) const PAUSE: u64 = 600 * MICROSECOND;

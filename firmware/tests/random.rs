@@ -15,7 +15,7 @@ const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
 /// The longest delay of handlers that loses nothing, in bits. The FIFO may hold only five bytes of ten bits, and at 1
 /// Mbaud a slow core needs some time for the waiting bytes.
 const HOLD_OFF: u64 = 45;
-/// Cycles that are longer than this delay at any baud rate.
+/// A time, in cycles, that is longer than this delay at any baud rate.
 const HELD_OFF: u64 = 500 * MICROSECOND;
 /// Number of streams, unless `FRAMELOCK_RANDOM_RUNS` is set.
 const RUNS: u64 = 300;

@@ -60,7 +60,7 @@ impl core::error::Error for BrokenLaw {}
 /// values instead of all. A frame of 300 bytes takes seconds, even without optimisation.
 ///
 /// # Errors
-/// The first law that is broken, and the bytes that show it.
+/// Returns the first law that is broken, and the bytes that show it.
 ///
 /// # Examples
 /// This format classifies two bytes as a frame, but changes its answer when a third byte arrives. This breaks law 2:
@@ -251,7 +251,7 @@ impl core::error::Error for BrokenEncoding {}
 /// it with many messages.
 ///
 /// # Errors
-/// The first part of the format that contradicts the encoding.
+/// Returns the first part of the format that contradicts the encoding.
 ///
 /// # Examples
 /// ```

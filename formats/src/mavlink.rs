@@ -28,7 +28,7 @@ const CHECKSUM: Checksum<'static> = Checksum::at_the_end(2)
 /// Returns the layout of MAVLink 1 frames with these messages: see [`Mavlink1`].
 ///
 /// # Panics
-/// If the messages are not in ascending order of their numbers, or none of the numbers is below 256.
+/// Panics if the messages are not in ascending order of their numbers, or none of the numbers is below 256.
 #[must_use]
 pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
     Layout::builder()
@@ -43,7 +43,7 @@ pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
 /// Returns the layout of MAVLink 2 frames with these messages, signed or unsigned: see [`Mavlink2`].
 ///
 /// # Panics
-/// If the messages are not in ascending order of their numbers, or there are none.
+/// Panics if the messages are not in ascending order of their numbers, or there are none.
 #[must_use]
 pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
     Layout::builder()

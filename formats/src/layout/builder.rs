@@ -167,7 +167,7 @@ impl<'a> LayoutBuilder<'a> {
     /// Checks that the parts agree and returns the layout.
     ///
     /// # Errors
-    /// The first contradiction between the parts.
+    /// Returns the first contradiction between the parts.
     pub const fn build(self) -> Result<Layout<'a>, Contradiction> {
         let mut layout = self.0;
         if layout.shortest == 0 {
@@ -185,7 +185,7 @@ impl<'a> LayoutBuilder<'a> {
     /// Returns the layout, for use in a constant. If the parts contradict each other, the constant does not compile.
     ///
     /// # Panics
-    /// If the parts contradict each other. At run time, [`build`](Self::build) returns the same contradiction.
+    /// Panics if the parts contradict each other. At run time, [`build`](Self::build) returns the same contradiction.
     #[must_use]
     #[expect(
         clippy::panic,

@@ -76,7 +76,7 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 /// bits, which take the three demands of a frame twice.
 ///
 /// # Panics
-/// The schedule shows a bug.
+/// Panics if the schedule shows a bug.
 pub fn failsafe(schedule: &Schedule) {
     let parameters = schedule.parameters;
     check(schedule, parameters, |demands| demands);

@@ -182,7 +182,7 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
 /// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not committed.
 ///
 /// # Panics
-/// The line shows a bug.
+/// Panics if the line shows a bug.
 pub fn faults(line: &FaultyLine) {
     let received = line.received();
     if line.has_checksum {

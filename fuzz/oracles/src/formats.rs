@@ -98,7 +98,7 @@ impl<'a> Arbitrary<'a> for FormatStep {
 /// in `protocol.rs` does.
 ///
 /// # Panics
-/// The line shows a bug.
+/// Panics if the line shows a bug.
 pub fn formats(line: &FormatLine) {
     let steps = &line.steps;
     match line.protocol {

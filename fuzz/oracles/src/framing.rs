@@ -32,7 +32,7 @@ impl<'a> Arbitrary<'a> for AnyFormat {
 /// fed slices. Checks for unlawful formats that every byte is still counted once.
 ///
 /// # Panics
-/// The input shows a bug.
+/// Panics if the input shows a bug.
 pub fn framing(input: &AnyFormat) {
     lengths::<1, 1>(input);
     lengths::<2, 3>(input);

@@ -15,7 +15,7 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 /// bytes from both sides of a line event. Every byte and every event must be counted once.
 ///
 /// # Panics
-/// The stream shows a bug.
+/// Panics if the stream shows a bug.
 pub fn parser(stream: &Stream) {
     check::<Receiver<Bin>, reference::Bin>(stream);
     check::<Lecture, reference::Lecture>(stream);

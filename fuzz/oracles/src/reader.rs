@@ -61,7 +61,7 @@ impl embedded_io_async::Read for Driver<'_> {
 /// must hold for any buffer size, and for the blocking and the async reader.
 ///
 /// # Panics
-/// The stream shows a bug.
+/// Panics if the stream shows a bug.
 pub fn reader(stream: &Stream) {
     check::<Receiver<Bin>, reference::Bin, 16>(stream);
     check::<Lecture, reference::Lecture, 1>(stream);

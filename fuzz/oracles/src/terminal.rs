@@ -26,7 +26,7 @@ pub const LINES: &str = r#"
 /// this format.
 ///
 /// # Panics
-/// A terminal would act on a text.
+/// Panics if a terminal would act on a text.
 pub fn terminal(bytes: &[u8], texts: impl FnOnce(usize, &[u8]) -> Vec<String>) {
     let Some((&frames, bytes)) = bytes.split_first() else {
         return;

@@ -33,7 +33,7 @@ impl Screen {
     /// Takes the terminal over, and watches for the signals that end a process.
     ///
     /// # Errors
-    /// There is no terminal, or signals cannot be watched for.
+    /// Returns an error if there is no terminal, or signals cannot be watched for.
     pub fn take() -> Result<Self> {
         // In raw mode, Ctrl-C is a key. This handler is for signals from other processes.
         let is_ended = Arc::new(AtomicBool::new(false));
@@ -55,7 +55,7 @@ impl Screen {
     /// Redraws the view.
     ///
     /// # Errors
-    /// The terminal cannot be written to.
+    /// Returns an error if the terminal cannot be written to.
     pub fn draw(&mut self, draw: impl FnOnce(&mut Frame)) -> io::Result<()> {
         self.terminal.draw(draw).map(|_| ())
     }

@@ -104,7 +104,7 @@ impl Description {
     /// Parses the text of a description. Error messages use `name` for the text.
     ///
     /// # Errors
-    /// The first mistake, with its line and column.
+    /// Returns the first mistake, with its line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
         let read = toml::from_str::<FrameEntry>(text)
             .map_err(|error| Problem(error.span().unwrap_or_default(), told(error.message())));

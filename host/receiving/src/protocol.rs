@@ -80,7 +80,8 @@ impl Protocol {
     /// Looks up a shipped description with this name, or reads the file with this name.
     ///
     /// # Errors
-    /// There is no such description or file, the file cannot be read, or it does not describe frames.
+    /// Returns an error if there is no such description or file, the file cannot be read, or it does not describe
+    /// frames.
     pub fn named(name: &str) -> Result<Self, String> {
         match shipped(name) {
             Some(text) => Self::described(name, text.to_owned()),
@@ -95,7 +96,7 @@ impl Protocol {
     /// Parses a description.
     ///
     /// # Errors
-    /// The text is not a valid description. The error begins with `name:line:column: …`.
+    /// Returns an error if the text is not a valid description. The error begins with `name:line:column: …`.
     pub fn described(name: &str, text: String) -> Result<Self, String> {
         Ok(Self {
             name: name.to_owned(),

@@ -173,7 +173,7 @@ pub fn time_on_line(bytes: usize, baud: u32) -> Duration {
 /// 1 / `steps`.
 ///
 /// # Errors
-/// The frames do not fit.
+/// Returns an error if the frames do not fit.
 #[expect(clippy::cast_precision_loss, reason = "frames are short")]
 pub fn check_rate(rate: f64, bytes: usize, byte_gap: u32, baud: u32, steps: f64) -> Result<()> {
     let (length, baud) = (bytes as f64, f64::from(baud));

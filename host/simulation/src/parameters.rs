@@ -35,7 +35,7 @@ impl Number {
     /// Sets the parameter.
     ///
     /// # Errors
-    /// The value is out of its range or not a whole number where one is required.
+    /// Returns an error if the value is out of its range or not a whole number where one is required.
     pub fn set(&self, parameters: &mut Parameters, value: f64) -> Result<()> {
         self.check(value)?;
         (self.set)(parameters, value);
@@ -47,7 +47,7 @@ impl Number {
     /// Parses a value of this parameter.
     ///
     /// # Errors
-    /// The text is not a number, or the number is out of the parameter's range.
+    /// Returns an error if the text is not a number, or the number is out of the parameter's range.
     pub fn parse(&self, text: &str) -> Result<f64> {
         let (least, most) = (self.range.start(), self.range.end());
         let example = self.get(&Parameters::DEFAULT).unwrap_or(*least);
@@ -173,7 +173,7 @@ impl Parameters {
     /// line names its options.
     ///
     /// # Errors
-    /// A number is out of its range, or two parameters contradict each other.
+    /// Returns an error if a number is out of its range, or two parameters contradict each other.
     pub fn check(&self) -> Result<()> {
         for number in Self::NUMBERS {
             if let Some(value) = number.get(self) {

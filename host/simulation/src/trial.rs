@@ -56,7 +56,7 @@ pub enum Event {
 /// Runs trial `number` to its end. If `is_watched`, the trial contains all its events.
 ///
 /// # Errors
-/// The parameters are out of their ranges or contradict each other.
+/// Returns an error if the parameters are out of their ranges or contradict each other.
 pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Trial> {
     let seed = Seed {
         seed: parameters.seed,
@@ -112,7 +112,7 @@ impl Trial {
     /// after the UART.
     ///
     /// # Errors
-    /// The parameters are out of their ranges or contradict each other, or a station cannot receive
+    /// Returns an error if the parameters are out of their ranges or contradict each other, or a station cannot receive
     /// the frame format.
     pub fn new(
         parameters: &Parameters,

@@ -55,7 +55,7 @@ impl Run {
     /// send if the scenario sends a file.
     ///
     /// # Errors
-    /// The address is malformed, or it was made with a file of another length.
+    /// Returns an error if the address is malformed, or it was made with a file of another length.
     pub fn open(address: &str, file: &[u8]) -> Result<Run, String> {
         let scenario: Scenario = address.parse()?;
         let protocol = protocol(&scenario)?;
@@ -111,7 +111,7 @@ impl Run {
     /// Returns the address with some keys set to other values, such as `at=12&idle=on`.
     ///
     /// # Errors
-    /// There is no such key, or the key cannot have that value.
+    /// Returns an error if there is no such key, or the key cannot have that value.
     pub fn with(&self, pairs: &str) -> Result<String, String> {
         let mut scenario = self.scenario.clone();
         scenario.apply(pairs)?;

@@ -105,7 +105,7 @@ const COLUMNS: &str = include_str!("tables/columns.txt");
 /// Writes a CSV row for each point and receiver, beginning with all parameters.
 ///
 /// # Errors
-/// The rows cannot be written.
+/// Returns an error if the rows cannot be written.
 pub fn write_csv(out: &mut impl Write, points: &[Point]) -> io::Result<()> {
     let numbers = Parameters::NUMBERS.iter().map(|number| number.name);
     let parameters = ["seed", "frame", "payload", "unreported"].into_iter();

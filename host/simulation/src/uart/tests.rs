@@ -57,9 +57,9 @@ fn every_byte_is_read_as_it_was_sent() {
     }
 }
 
-/// A pause follows each byte. The receiver sees the start bit's edge up to one tick late, and two
-/// of the three samples must lie in their bit. A fast sender's last data bit satisfies this up to
-/// 144 / 137, 5.1 %. A slow sender's stop bit satisfies this condition down to 144 / 152, 5.3 %.
+/// A pause follows each byte. The receiver sees the start bit's edge up to one tick late, and two of the three samples
+/// must lie in their bit. If the sender is fast, its last data bit is the first to miss this condition, beyond 144 /
+/// 137, 5.1 %. If the sender is slow, its stop bit is the first to miss it, beyond 144 / 152, 5.3 %.
 #[test]
 fn beyond_five_per_cent_bytes_are_misread() {
     let read = |error: f64| {
