@@ -203,9 +203,9 @@ static inline uint8_t crsf_checksum(const uint8_t *bytes, uint8_t count)
     return sum;
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline crsf_outcome crsf_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t field;

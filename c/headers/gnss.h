@@ -291,9 +291,9 @@ static inline uint16_t gnss_ubx_checksum(const uint8_t *bytes, uint16_t count)
     return (uint16_t)(((unsigned)high << 8U) | low);
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline gnss_outcome gnss_ubx_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -408,9 +408,9 @@ static inline bool gnss_nmea_has_value(const uint8_t *digits, uint8_t value)
     return true;
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline gnss_outcome gnss_nmea_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t length;
@@ -488,9 +488,9 @@ static inline uint32_t gnss_rtcm_checksum(const uint8_t *bytes, uint16_t count)
     return sum;
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline gnss_outcome gnss_rtcm_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;

@@ -369,9 +369,9 @@ static inline uint8_t mavlink_mavlink2_extra(uint16_t message)
     return MAVLINK_READ_8(&extra[message]);
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline mavlink_outcome mavlink_mavlink2_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;
@@ -531,9 +531,9 @@ static inline uint8_t mavlink_mavlink1_extra(uint16_t message)
     return MAVLINK_READ_8(&extra[message]);
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline mavlink_outcome mavlink_mavlink1_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;

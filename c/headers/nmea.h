@@ -279,9 +279,9 @@ static inline bool nmea_has_value(const uint8_t *digits, uint8_t value)
     return true;
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t length;

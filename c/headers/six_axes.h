@@ -152,9 +152,9 @@ static inline bool six_axes_starts(uint8_t byte)
     return byte == 0xFFU;
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline six_axes_outcome six_axes_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;

@@ -190,9 +190,9 @@ static inline uint16_t ubx_checksum(const uint8_t *bytes, uint16_t count)
     return (uint16_t)(((unsigned)high << 8U) | low);
 }
 
-/* Classifies one byte or more. A call with only the first `seen` bytes has found them incomplete. If the bytes begin
- * with a frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to
- * decide more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline ubx_outcome ubx_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
