@@ -21,10 +21,10 @@
 //! [`push`](Window::push) keeps no position in the frame, so it cannot get out of step. It compares *every* stretch of
 //! the stream that is as long as a frame and overlaps no committed frame.
 //!
-//! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. Its *note*
-//! in the word's four highest bits records this number, as the number of further bytes that can become pending. `push`
-//! ignores the note and shifts it out. A note of 0 gives no information: either the window is full of pending bytes, or
-//! the last call was `push`.
+//! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It stores a
+//! *note* in the word's four highest bits: the number of further bytes that can become pending. `push` ignores the note
+//! and shifts it out. A note of 0 gives no information: either the window is full of pending bytes, or the last call
+//! was `push`.
 
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};

@@ -48,8 +48,8 @@ pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     (some, kani::any_where(|&more| some <= more && more <= most))
 }
 
-/// A layout with a fixed but arbitrary result of parsing its header, and an arbitrary decision whether its frame is
-/// right.
+/// A layout for which parsing the header, and checking the rest of the frame, have arbitrary results. Each result stays
+/// the same for the whole harness.
 struct Classified<'a> {
     layout: Layout<'a>,
     header: Result<Header, DiscardReason>,
