@@ -308,8 +308,8 @@ fn stopping(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// Row 10: finds out whether SEQSTART in the middle of a PWM period begins a new period at once. The firmware works
-/// whether it does or not.
+/// Row 10: finds out whether SEQSTART in the middle of a PWM period begins a new period at once. The firmware works in
+/// both cases.
 fn period(pwm: PWM0, widths: &'static mut [[u16; 4]; 2]) {
     let (now, middle) = (0, u32::from(PULSE_PERIOD) * 64 / 2);
     let mut servos = servo::Servos::start(pwm, [], widths, (now, [0; 3].into()));

@@ -121,7 +121,7 @@ impl Group {
         if is_reversed || paper != Color::Reset {
             bar(WIDTH, paper)?;
         }
-        // A blank is a part of a bar, too, with width zero.
+        // Count blanks as parts of a bar, with width zero.
         let symbol = cell.symbol();
         let mut parts = (0..).zip(EIGHTHS);
         if let Some((eighths, _)) = parts.find(|(_, part)| symbol.starts_with(*part)) {

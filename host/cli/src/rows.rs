@@ -105,8 +105,8 @@ pub(crate) fn rows<'a>(
     }))
 }
 
-/// Returns the first lines of a text, up to the first line that is neither blank nor a comment, and
-/// also that line alone.
+/// Reads a text up to the first line that is neither blank nor a comment. Returns all lines so far, and this last line
+/// alone.
 fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, Vec<u8>)> {
     let mut beginning = Vec::new();
     loop {

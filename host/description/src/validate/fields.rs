@@ -191,7 +191,7 @@ pub(super) fn check_positions(
     let whole = |bytes: Range<usize>| (8 * bytes.start..8 * bytes.end).collect();
     // For each part: its position in the text, its name, and the indexes of its bits.
     let mut claims: Vec<(Range<usize>, &str, Vec<usize>)> = Vec::new();
-    // A field may occupy the same bytes as several alternatives, to select one of them.
+    // If the terminator has several alternatives, a field may share its bytes, and selects one of them.
     let terminator = written
         .terminator
         .as_ref()
