@@ -189,7 +189,7 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
 }
 
 /// Asserts the laws for a layout with a length field and two syncs of `SYNC` bytes. The length field begins at byte 0
-/// and has an arbitrary size, so it covers every end of the header.
+/// and has an arbitrary size, so the header has an arbitrary length.
 fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
     let syncs = kani::any::<[[u8; SYNC]; 2]>();
     keeps_the_laws::<MOST>(&Layout {

@@ -114,7 +114,7 @@ pub(super) const fn check_content_of_parts(
     Ok(())
 }
 
-/// Returns the terminator with this number, or the other terminator: the other terminators have the last numbers.
+/// Returns a terminator by its number. The other terminators are numbered after the terminators.
 const fn nth_terminator<'a>(layout: &Layout<'a>, number: usize) -> Option<&'a [u8]> {
     if is_other(layout, number) {
         return get(
