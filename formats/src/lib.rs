@@ -158,7 +158,8 @@ use framelock::EncodeError;
 #[macro_export]
 macro_rules! classify_by {
     ($layout:expr) => {
-        $crate::classify_by!($layout, |_format| $layout);
+        // `const`, so that a layout that is written here as a block is not built again for each byte.
+        $crate::classify_by!($layout, |_format| const { $layout });
     };
     ($longest:expr, |$format:ident| $layout:expr) => {
         const LONGEST: usize = $longest.longest();

@@ -4,7 +4,7 @@ use crc::{CRC_8_DVB_S2, Crc};
 use crsf::{Packet, PacketError, PacketParser, RawPacket};
 use framelock::Format;
 use framelock_formats::crsf::{Crsf, LAYOUT, Message};
-use framelock_formats::layout::{self, Algorithm, Checksum, Table};
+use framelock_formats::layout::{self, Algorithm, Checksum, Layout, Table};
 use uf_crsf::CrsfParser;
 
 use crate::contender::{Contender, Entry};
@@ -55,14 +55,16 @@ struct Tabled;
 
 static TABLES: [[u32; 256]; 16] = layout::Crc::new(8, 0xD5).table_of_sixteens();
 
+const TABLED: Layout = {
+    let crc = layout::Crc::new(8, 0xD5).table(Table::Sixteens(&TABLES));
+    let checksum = Checksum::at_the_end(1)
+        .algorithm(Algorithm::Crc(crc))
+        .from(2);
+    LAYOUT.to_builder().checksum(checksum).build_const()
+};
+
 impl Format for Tabled {
-    framelock_formats::classify_by!({
-        let crc = layout::Crc::new(8, 0xD5).table(Table::Sixteens(&TABLES));
-        let checksum = Checksum::at_the_end(1)
-            .algorithm(Algorithm::Crc(crc))
-            .from(2);
-        LAYOUT.to_builder().checksum(checksum).build_const()
-    });
+    framelock_formats::classify_by!(TABLED);
     type Message<'a> = Message<'a>;
 
     #[inline]
