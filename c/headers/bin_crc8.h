@@ -11,7 +11,7 @@
  *   if (bin_crc8_push(&receiver, byte, &message)) { ... }     for each received byte
  *   bin_crc8_line_event(&receiver, BIN_CRC8_FRAMING_ERROR);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + bin_crc8_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -62,7 +62,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[BIN_CRC8_REASONS]; /* discarded bytes, by reason */
     uint32_t events[BIN_CRC8_EVENTS]; /* line events */
 } bin_crc8_counters;
@@ -91,16 +91,16 @@ BIN_CRC8_FUNCTION void bin_crc8_init(bin_crc8_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 BIN_CRC8_FUNCTION uint32_t bin_crc8_pending(const bin_crc8_receiver *receiver);
 
-/* Takes the next byte. Returns whether it completes a frame, and the frame's values in `*message`. */
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. */
 BIN_CRC8_FUNCTION bool bin_crc8_push(bin_crc8_receiver *receiver, uint8_t byte, bin_crc8_message *message);
 
-/* Discards the pending bytes, since the rest of their frame is lost. */
+/* Reports a line event. Discards the pending bytes, because the rest of their frame is lost. */
 BIN_CRC8_FUNCTION void bin_crc8_line_event(bin_crc8_receiver *receiver, bin_crc8_event event);
 
 /* Reads the values of a frame. */
 BIN_CRC8_FUNCTION void bin_crc8_decode(const uint8_t *frame, uint8_t length, bin_crc8_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 BIN_CRC8_FUNCTION size_t bin_crc8_encode(const bin_crc8_message *message, uint8_t *frame, size_t room);
 
 #if !defined(BIN_CRC8_DEFINITIONS) || BIN_CRC8_DEFINITIONS
@@ -158,8 +158,9 @@ static inline uint8_t bin_crc8_checksum(const uint8_t *bytes, uint8_t count)
     return (uint8_t)(sum ^ 0xFFU);
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline bin_crc8_outcome bin_crc8_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;
@@ -223,7 +224,7 @@ BIN_CRC8_FUNCTION size_t bin_crc8_encode(const bin_crc8_message *message, uint8_
     frame[length - 1U] = 0x0DU;
     sum = bin_crc8_checksum(&frame[2U], (uint8_t)(length - 4U));
     frame[length - 2U] = (uint8_t)sum;
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint8_t)size;
     if ((bin_crc8_classify(frame, length, 0U, &number) != BIN_CRC8_FRAME) || (number != length)) {
         return 0U;

@@ -11,7 +11,7 @@
  *   if (crsf_push(&receiver, byte, &message)) { ... }     for each received byte
  *   crsf_line_event(&receiver, CRSF_FRAMING_ERROR, received, NULL);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + crsf_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define CRSF_LONGEST 64U
 
-/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+/* The number of bytes in a receiver's buffer. With room for two longest frames, pending bytes are seldom moved. */
 #ifndef CRSF_ROOM
 #define CRSF_ROOM (2U * CRSF_LONGEST)
 #endif
@@ -70,7 +70,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[CRSF_REASONS]; /* discarded bytes, by reason */
     uint32_t events[CRSF_EVENTS]; /* line events */
 } crsf_counters;
@@ -91,7 +91,7 @@ typedef struct {
     crsf_counters counters;
     uint8_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
     uint8_t to;
-    uint8_t ask_at; /* nothing can be decided until `to` reaches this index */
+    uint8_t ask_at; /* the next decision is possible when `to` reaches this index */
     bool is_lost; /* bytes were discarded since the last frame */
     uint8_t buffer[CRSF_ROOM];
 } crsf_receiver;
@@ -102,23 +102,23 @@ CRSF_FUNCTION void crsf_init(crsf_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 CRSF_FUNCTION uint32_t crsf_pending(const crsf_receiver *receiver);
 
-/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
- * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Classifies bytes at most
+ * once. So after a false start a complete frame may stay pending, until the following calls catch up. */
 CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message *message);
 
-/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
- * it returns false if no byte follows soon. */
+/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
+ * `*message`. If no byte follows soon, call this function until it returns false. */
 CRSF_FUNCTION bool crsf_poll(crsf_receiver *receiver, crsf_message *message);
 
-/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
- * discards the others. `received` may be NULL. */
+/* Reports a line event: no more bytes follow the pending bytes. Calls `received` with each frame among them, and
+ * discards the other bytes. `received` may be NULL. */
 CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
     void (*received)(void *context, const crsf_message *message), void *context);
 
 /* Reads the values of a frame. */
 CRSF_FUNCTION void crsf_decode(const uint8_t *frame, uint8_t length, crsf_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 CRSF_FUNCTION size_t crsf_encode(const crsf_message *message, uint8_t *frame, size_t room);
 
 #if !defined(CRSF_DEFINITIONS) || CRSF_DEFINITIONS
@@ -203,8 +203,9 @@ static inline uint8_t crsf_checksum(const uint8_t *bytes, uint8_t count)
     return sum;
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline crsf_outcome crsf_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t field;
@@ -277,7 +278,7 @@ CRSF_FUNCTION size_t crsf_encode(const crsf_message *message, uint8_t *frame, si
     frame[1U] = (uint8_t)field;
     sum = crsf_checksum(&frame[2U], (uint8_t)(length - 3U));
     frame[length - 1U] = (uint8_t)sum;
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint8_t)size;
     if ((crsf_classify(frame, length, 0U, &number) != CRSF_FRAME) || (number != length)) {
         return 0U;
@@ -329,8 +330,8 @@ static inline void crsf_forget(crsf_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
- * before `from`, or 0. `*again` says whether the next call may decide more. */
+/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+ * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline uint8_t crsf_next(crsf_receiver *receiver, bool *again)
 {
     crsf_outcome outcome;
@@ -342,7 +343,7 @@ static inline uint8_t crsf_next(crsf_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !crsf_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -395,7 +396,7 @@ CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < CRSF_ROOM)) {
-        /* Most bytes are only stored. */
+        /* No decision is possible yet: only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -448,7 +449,7 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             crsf_count_discarded(receiver, CRSF_LINE_EVENT, 1U);

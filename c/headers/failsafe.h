@@ -1,4 +1,4 @@
-/* A failsafe between a receiver and actuators: it says what the actuators do when frames stop coming, and when they come
+/* A failsafe between a receiver and actuators: it moves the actuators safely when frames stop coming, and when they come
  * again.
  * SPDX-License-Identifier: 0BSD
  * You may use, change and ship this file without conditions.
@@ -23,12 +23,13 @@
  *   static failsafe platform;
  *   uint8_t output[FAILSAFE_AXES];
  *
- *   failsafe_init(&platform, &parameters, now);         returns false if the parameters contradict themselves
+ *   failsafe_init(&platform, &parameters, now);         returns false if the parameters contradict each other
  *   failsafe_frame(&platform, now, demands);            for each frame
- *   phase = failsafe_poll(&platform, now, output);      as often as the actuators are set
+ *   phase = failsafe_poll(&platform, now, output);      each time before the actuators are set
  *
- * The time `now` is a counter that may wrap. Poll more often than it does. A time that goes backwards reads as a long
- * silence, which is the safe way to be wrong. Calls for one failsafe must not interrupt each other.
+ * The time `now` is a counter that may wrap. Poll more often than the counter wraps. If the time goes backwards, the
+ * failsafe assumes a long silence and moves the output to park, which is safe. Calls for one failsafe must not interrupt
+ * each other.
  *
  * All functions are `static inline`. If several source files need them, define FAILSAFE_DEFINITIONS as 1 in one of these
  * files, and as 0 in the others, before they include this header: then there is one copy of the code. */
@@ -81,23 +82,23 @@ typedef enum {
 /* One axis that moves at a bounded rate. */
 typedef struct {
     failsafe_demand position;
-    uint32_t since_unit; /* ticks since the last unit of the way: fewer than one unit takes */
+    uint32_t since_unit; /* ticks since the axis last moved by a unit, fewer than one unit takes */
 } failsafe_axis;
 
 /* A failsafe. Its members are private. */
 typedef struct {
     failsafe_parameters parameters;
     uint32_t now; /* the time of the last call */
-    uint32_t silence; /* ticks since the last frame; stays at the greatest number */
+    uint32_t silence; /* ticks since the last frame; saturates at the largest number */
     failsafe_demand demands[FAILSAFE_AXES];
     failsafe_axis axes[FAILSAFE_AXES];
 } failsafe;
 
-/* Starts a failsafe: every axis is at park. Returns false, and does nothing, if the parameters contradict themselves. */
+/* Starts a failsafe: every axis is at park. Returns false, and does nothing, if the parameters contradict each other. */
 FAILSAFE_FUNCTION bool failsafe_init(failsafe *self, const failsafe_parameters *parameters, uint32_t now);
 
 /* Starts a failsafe whose actuators are at `output`, for example after a reset. From there they move to park. Returns
- * false, and does nothing, if the parameters contradict themselves. */
+ * false, and does nothing, if the parameters contradict each other. */
 FAILSAFE_FUNCTION bool failsafe_resume(failsafe *self, const failsafe_parameters *parameters, uint32_t now,
                                        const failsafe_demand *output);
 
@@ -116,7 +117,7 @@ static inline void failsafe_set(failsafe_axis *axis, failsafe_demand position)
     axis->since_unit = 0U;
 }
 
-/* Moves an axis for `ticks` ticks. It moves one unit in each `ticks_per_unit`, and stops at the target. */
+/* Moves an axis for `ticks` ticks, one unit in each `ticks_per_unit`. Stops at the target. */
 static inline void failsafe_move(failsafe_axis *axis, failsafe_demand target, uint32_t ticks, uint32_t ticks_per_unit)
 {
     const bool is_up = target > axis->position;
@@ -157,7 +158,7 @@ static inline void failsafe_move_all(failsafe *self, const failsafe_demand *targ
     }
 }
 
-/* Whether all axes are at these positions. */
+/* Returns whether all axes are at these positions. */
 static inline bool failsafe_is_at(const failsafe *self, const failsafe_demand *positions)
 {
     uint8_t i;
@@ -182,7 +183,7 @@ static inline failsafe_phase failsafe_pass(failsafe *self, uint32_t now)
 
     self->now = now;
     self->silence = (elapsed > (UINT32_MAX - before)) ? UINT32_MAX : (before + elapsed);
-    /* To the demands before the hold, to park after it. */
+    /* Move towards the demands until the hold, and towards park after the start of the ramp. */
     failsafe_move_all(self, self->demands, (elapsed < until_hold) ? elapsed : until_hold);
     failsafe_move_all(self, self->parameters.park, (elapsed > until_ramp) ? (elapsed - until_ramp) : 0U);
     if (self->silence < hold_after) {

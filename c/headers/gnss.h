@@ -11,7 +11,7 @@
  *   if (gnss_push(&receiver, byte, &message)) { ... }     for each received byte
  *   gnss_line_event(&receiver, GNSS_FRAMING_ERROR, received, NULL);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + gnss_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define GNSS_LONGEST 4096U
 
-/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+/* The number of bytes in a receiver's buffer. With room for two longest frames, pending bytes are seldom moved. */
 #ifndef GNSS_ROOM
 #define GNSS_ROOM (2U * GNSS_LONGEST)
 #endif
@@ -72,7 +72,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[GNSS_REASONS]; /* discarded bytes, by reason */
     uint32_t events[GNSS_EVENTS]; /* line events */
 } gnss_counters;
@@ -126,7 +126,7 @@ typedef struct {
     gnss_counters counters;
     uint16_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
     uint16_t to;
-    uint16_t ask_at; /* nothing can be decided until `to` reaches this index */
+    uint16_t ask_at; /* the next decision is possible when `to` reaches this index */
     bool is_lost; /* bytes were discarded since the last frame */
     uint8_t buffer[GNSS_ROOM];
 } gnss_receiver;
@@ -137,23 +137,23 @@ GNSS_FUNCTION void gnss_init(gnss_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 GNSS_FUNCTION uint32_t gnss_pending(const gnss_receiver *receiver);
 
-/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
- * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Classifies bytes at most
+ * once. So after a false start a complete frame may stay pending, until the following calls catch up. */
 GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message *message);
 
-/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
- * it returns false if no byte follows soon. */
+/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
+ * `*message`. If no byte follows soon, call this function until it returns false. */
 GNSS_FUNCTION bool gnss_poll(gnss_receiver *receiver, gnss_message *message);
 
-/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
- * discards the others. `received` may be NULL. */
+/* Reports a line event: no more bytes follow the pending bytes. Calls `received` with each frame among them, and
+ * discards the other bytes. `received` may be NULL. */
 GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
     void (*received)(void *context, const gnss_message *message), void *context);
 
 /* Reads the values of a frame. */
 GNSS_FUNCTION void gnss_decode(const uint8_t *frame, uint16_t length, gnss_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 GNSS_FUNCTION size_t gnss_encode(const gnss_message *message, uint8_t *frame, size_t room);
 
 #if !defined(GNSS_DEFINITIONS) || GNSS_DEFINITIONS
@@ -275,11 +275,11 @@ static inline bool gnss_ubx_starts(uint8_t byte)
     return byte == 0xB5U;
 }
 
-/* Returns the Fletcher's checksum of bytes. */
+/* Returns the Fletcher checksum of bytes. */
 static inline uint16_t gnss_ubx_checksum(const uint8_t *bytes, uint16_t count)
 {
     uint8_t low = 0U; /* the sum of the bytes */
-    uint8_t high = 0U; /* the sum of the values of `low` */
+    uint8_t high = 0U; /* the sum of all values that `low` takes */
     uint16_t i;
 
     for (i = 0U; i < count; i++) {
@@ -291,8 +291,9 @@ static inline uint16_t gnss_ubx_checksum(const uint8_t *bytes, uint16_t count)
     return (uint16_t)(((unsigned)high << 8U) | low);
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline gnss_outcome gnss_ubx_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -354,8 +355,8 @@ static inline bool gnss_nmea_is_content(uint8_t byte)
     return ((byte >= 0x25U) && (byte <= 0x7EU)) || ((byte >= 0x22U) && (byte <= 0x23U)) || (byte == 0x20U);
 }
 
-/* Returns the length of the terminator that the bytes begin with; 0 if more bytes are needed to know it;
- * 4 if they begin with none. */
+/* Returns the length of the terminator at the beginning of the bytes. Returns 0 if more bytes are needed to know it, and
+ * 4 if the bytes begin with no terminator. */
 static inline uint16_t gnss_nmea_terminator(const uint8_t *bytes, uint16_t count)
 {
     if ((count >= 2U) && (bytes[0U] == 0x0DU) && (bytes[1U] == 0x0AU)) {
@@ -376,7 +377,7 @@ static inline uint16_t gnss_nmea_terminator(const uint8_t *bytes, uint16_t count
     return 4U;
 }
 
-/* Returns the length from which positions are counted: as if the frame ended with the first terminator. */
+/* Returns the length that the frame would have with the first terminator. Positions count from there. */
 static inline uint16_t gnss_nmea_counted(const uint8_t *bytes, uint16_t length)
 {
     if ((length >= 3U) && (bytes[length - 3U] == 0x0DU) && (bytes[length - 2U] == 0x0DU) && (bytes[length - 1U] == 0x0AU)) {
@@ -391,7 +392,7 @@ static inline uint16_t gnss_nmea_counted(const uint8_t *bytes, uint16_t length)
     return length;
 }
 
-/* Returns whether hexadecimal digits have this value. */
+/* Returns whether these hexadecimal digits have this value. */
 static inline bool gnss_nmea_has_value(const uint8_t *digits, uint8_t value)
 {
     uint8_t shift = 8U;
@@ -407,8 +408,9 @@ static inline bool gnss_nmea_has_value(const uint8_t *digits, uint8_t value)
     return true;
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline gnss_outcome gnss_nmea_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t length;
@@ -424,7 +426,7 @@ static inline gnss_outcome gnss_nmea_classify(const uint8_t *bytes, uint16_t cou
     if (count > 515U) {
         count = 515U;
     }
-    /* The first terminator ends the frame. Bytes that were incomplete have been searched before. */
+    /* The first terminator ends the frame. The first `seen` bytes have already been searched for it. */
     at = (seen > 3U) ? (uint16_t)(seen - 2U) : 1U;
     while ((at < count) && gnss_nmea_is_content(bytes[at])) {
         at++;
@@ -486,8 +488,9 @@ static inline uint32_t gnss_rtcm_checksum(const uint8_t *bytes, uint16_t count)
     return sum;
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline gnss_outcome gnss_rtcm_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -565,7 +568,7 @@ static inline void gnss_ubx_decode(const uint8_t *frame, uint16_t length, gnss_u
     message->payload_length = (uint16_t)(length - 8U);
 }
 
-/* Writes a frame of ubx. Returns its length, or 0 if it does not fit or does not exist. */
+/* Writes a frame of ubx. Returns its length, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_ubx_encode(const gnss_ubx_message *message, uint8_t *frame, size_t room)
 {
 
@@ -596,7 +599,7 @@ static inline size_t gnss_ubx_encode(const gnss_ubx_message *message, uint8_t *f
     sum = gnss_ubx_checksum(&frame[2U], (uint16_t)(length - 4U));
     frame[length - 2U] = (uint8_t)sum;
     frame[length - 1U] = (uint8_t)(sum >> 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((gnss_ubx_classify(frame, length, 0U, &number) != GNSS_FRAME) || (number != length)) {
         return 0U;
@@ -623,7 +626,7 @@ static inline void gnss_nmea_decode(const uint8_t *frame, uint16_t length, gnss_
     message->sentence_length = (uint16_t)(length - 6U);
 }
 
-/* Writes a frame of nmea. Returns its length, or 0 if it does not fit or does not exist. */
+/* Writes a frame of nmea. Returns its length, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_nmea_encode(const gnss_nmea_message *message, uint8_t *frame, size_t room)
 {
 
@@ -654,7 +657,7 @@ static inline size_t gnss_nmea_encode(const gnss_nmea_message *message, uint8_t 
     frame[length - 1U] = 0x0AU;
     sum = gnss_nmea_checksum(&frame[1U], (uint16_t)(length - 6U));
     gnss_put_hex(&frame[length - 4U], sum, 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((gnss_nmea_classify(frame, length, 0U, &number) != GNSS_FRAME) || (number != length)) {
         return 0U;
@@ -676,7 +679,7 @@ static inline void gnss_rtcm_decode(const uint8_t *frame, uint16_t length, gnss_
     message->payload_length = (uint16_t)(length - 6U);
 }
 
-/* Writes a frame of rtcm. Returns its length, or 0 if it does not fit or does not exist. */
+/* Writes a frame of rtcm. Returns its length, or 0 if `room` is too small or no frame has these values. */
 static inline size_t gnss_rtcm_encode(const gnss_rtcm_message *message, uint8_t *frame, size_t room)
 {
 
@@ -706,7 +709,7 @@ static inline size_t gnss_rtcm_encode(const gnss_rtcm_message *message, uint8_t 
     frame[length - 3U] = (uint8_t)(sum >> 16U);
     frame[length - 2U] = (uint8_t)(sum >> 8U);
     frame[length - 1U] = (uint8_t)sum;
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((gnss_rtcm_classify(frame, length, 0U, &number) != GNSS_FRAME) || (number != length)) {
         return 0U;
@@ -784,8 +787,8 @@ static inline void gnss_forget(gnss_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
- * before `from`, or 0. `*again` says whether the next call may decide more. */
+/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+ * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline uint16_t gnss_next(gnss_receiver *receiver, bool *again)
 {
     gnss_outcome outcome;
@@ -797,7 +800,7 @@ static inline uint16_t gnss_next(gnss_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !gnss_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -850,7 +853,7 @@ GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < GNSS_ROOM)) {
-        /* Most bytes are only stored. */
+        /* No decision is possible yet: only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -903,7 +906,7 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             gnss_count_discarded(receiver, GNSS_LINE_EVENT, 1U);

@@ -11,7 +11,7 @@
  *   if (ibus_any_push(&receiver, byte, &message)) { ... }     for each received byte
  *   ibus_any_line_event(&receiver, IBUS_ANY_FRAMING_ERROR, received, NULL);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ibus_any_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define IBUS_ANY_LONGEST 32U
 
-/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+/* The number of bytes in a receiver's buffer. With room for two longest frames, pending bytes are seldom moved. */
 #ifndef IBUS_ANY_ROOM
 #define IBUS_ANY_ROOM (2U * IBUS_ANY_LONGEST)
 #endif
@@ -68,7 +68,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[IBUS_ANY_REASONS]; /* discarded bytes, by reason */
     uint32_t events[IBUS_ANY_EVENTS]; /* line events */
 } ibus_any_counters;
@@ -88,7 +88,7 @@ typedef struct {
     ibus_any_counters counters;
     uint8_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
     uint8_t to;
-    uint8_t ask_at; /* nothing can be decided until `to` reaches this index */
+    uint8_t ask_at; /* the next decision is possible when `to` reaches this index */
     bool is_lost; /* bytes were discarded since the last frame */
     uint8_t buffer[IBUS_ANY_ROOM];
 } ibus_any_receiver;
@@ -99,23 +99,23 @@ IBUS_ANY_FUNCTION void ibus_any_init(ibus_any_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 IBUS_ANY_FUNCTION uint32_t ibus_any_pending(const ibus_any_receiver *receiver);
 
-/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
- * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Classifies bytes at most
+ * once. So after a false start a complete frame may stay pending, until the following calls catch up. */
 IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, ibus_any_message *message);
 
-/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
- * it returns false if no byte follows soon. */
+/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
+ * `*message`. If no byte follows soon, call this function until it returns false. */
 IBUS_ANY_FUNCTION bool ibus_any_poll(ibus_any_receiver *receiver, ibus_any_message *message);
 
-/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
- * discards the others. `received` may be NULL. */
+/* Reports a line event: no more bytes follow the pending bytes. Calls `received` with each frame among them, and
+ * discards the other bytes. `received` may be NULL. */
 IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any_event event,
     void (*received)(void *context, const ibus_any_message *message), void *context);
 
 /* Reads the values of a frame. */
 IBUS_ANY_FUNCTION void ibus_any_decode(const uint8_t *frame, uint8_t length, ibus_any_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 IBUS_ANY_FUNCTION size_t ibus_any_encode(const ibus_any_message *message, uint8_t *frame, size_t room);
 
 #if !defined(IBUS_ANY_DEFINITIONS) || IBUS_ANY_DEFINITIONS
@@ -186,8 +186,9 @@ static inline uint16_t ibus_any_checksum(const uint8_t *bytes, uint8_t count)
     return (uint16_t)(~sum);
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline ibus_any_outcome ibus_any_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;
@@ -249,7 +250,7 @@ IBUS_ANY_FUNCTION size_t ibus_any_encode(const ibus_any_message *message, uint8_
     sum = ibus_any_checksum(&frame[0U], (uint8_t)(length - 2U));
     frame[length - 2U] = (uint8_t)sum;
     frame[length - 1U] = (uint8_t)(sum >> 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint8_t)size;
     if ((ibus_any_classify(frame, length, 0U, &number) != IBUS_ANY_FRAME) || (number != length)) {
         return 0U;
@@ -301,8 +302,8 @@ static inline void ibus_any_forget(ibus_any_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
- * before `from`, or 0. `*again` says whether the next call may decide more. */
+/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+ * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool *again)
 {
     ibus_any_outcome outcome;
@@ -314,7 +315,7 @@ static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !ibus_any_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -367,7 +368,7 @@ IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < IBUS_ANY_ROOM)) {
-        /* Most bytes are only stored. */
+        /* No decision is possible yet: only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -420,7 +421,7 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             ibus_any_count_discarded(receiver, IBUS_ANY_LINE_EVENT, 1U);

@@ -11,7 +11,7 @@
  *   if (mavlink_push(&receiver, byte, &message)) { ... }     for each received byte
  *   mavlink_line_event(&receiver, MAVLINK_FRAMING_ERROR, received, NULL);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define MAVLINK_LONGEST 280U
 
-/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+/* The number of bytes in a receiver's buffer. With room for two longest frames, pending bytes are seldom moved. */
 #ifndef MAVLINK_ROOM
 #define MAVLINK_ROOM (2U * MAVLINK_LONGEST)
 #endif
@@ -70,7 +70,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[MAVLINK_REASONS]; /* discarded bytes, by reason */
     uint32_t events[MAVLINK_EVENTS]; /* line events */
 } mavlink_counters;
@@ -130,7 +130,7 @@ typedef struct {
     mavlink_counters counters;
     uint16_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
     uint16_t to;
-    uint16_t ask_at; /* nothing can be decided until `to` reaches this index */
+    uint16_t ask_at; /* the next decision is possible when `to` reaches this index */
     bool is_lost; /* bytes were discarded since the last frame */
     uint8_t buffer[MAVLINK_ROOM];
 } mavlink_receiver;
@@ -141,23 +141,23 @@ MAVLINK_FUNCTION void mavlink_init(mavlink_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK_FUNCTION uint32_t mavlink_pending(const mavlink_receiver *receiver);
 
-/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
- * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Classifies bytes at most
+ * once. So after a false start a complete frame may stay pending, until the following calls catch up. */
 MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mavlink_message *message);
 
-/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
- * it returns false if no byte follows soon. */
+/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
+ * `*message`. If no byte follows soon, call this function until it returns false. */
 MAVLINK_FUNCTION bool mavlink_poll(mavlink_receiver *receiver, mavlink_message *message);
 
-/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
- * discards the others. `received` may be NULL. */
+/* Reports a line event: no more bytes follow the pending bytes. Calls `received` with each frame among them, and
+ * discards the other bytes. `received` may be NULL. */
 MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_event event,
     void (*received)(void *context, const mavlink_message *message), void *context);
 
 /* Reads the values of a frame. */
 MAVLINK_FUNCTION void mavlink_decode(const uint8_t *frame, uint16_t length, mavlink_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 MAVLINK_FUNCTION size_t mavlink_encode(const mavlink_message *message, uint8_t *frame, size_t room);
 
 #if !defined(MAVLINK_DEFINITIONS) || MAVLINK_DEFINITIONS
@@ -282,7 +282,7 @@ static inline uint16_t mavlink_mavlink2_checksum(const uint8_t *bytes, uint16_t 
 /* The number of known messages. */
 #define MAVLINK_MAVLINK2_MESSAGES 325U
 
-/* Returns the index of a message, MAVLINK_MAVLINK2_MESSAGES if it is unknown: a binary search. */
+/* Returns the index of a message, or MAVLINK_MAVLINK2_MESSAGES if it is unknown. A binary search. */
 static inline uint16_t mavlink_mavlink2_find(uint32_t message)
 {
     static const uint16_t numbers[325] MAVLINK_IN_FLASH = {
@@ -369,8 +369,9 @@ static inline uint8_t mavlink_mavlink2_extra(uint16_t message)
     return MAVLINK_READ_8(&extra[message]);
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline mavlink_outcome mavlink_mavlink2_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;
@@ -443,7 +444,7 @@ static inline uint16_t mavlink_mavlink1_checksum(const uint8_t *bytes, uint16_t 
 /* The number of known messages. */
 #define MAVLINK_MAVLINK1_MESSAGES 325U
 
-/* Returns the index of a message, MAVLINK_MAVLINK1_MESSAGES if it is unknown: a binary search. */
+/* Returns the index of a message, or MAVLINK_MAVLINK1_MESSAGES if it is unknown. A binary search. */
 static inline uint16_t mavlink_mavlink1_find(uint32_t message)
 {
     static const uint16_t numbers[325] MAVLINK_IN_FLASH = {
@@ -530,8 +531,9 @@ static inline uint8_t mavlink_mavlink1_extra(uint16_t message)
     return MAVLINK_READ_8(&extra[message]);
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline mavlink_outcome mavlink_mavlink1_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;
@@ -616,7 +618,7 @@ static inline void mavlink_mavlink2_decode(const uint8_t *frame, uint16_t length
     }
 }
 
-/* Writes a frame of mavlink2. Returns its length, or 0 if it does not fit or does not exist. */
+/* Writes a frame of mavlink2. Returns its length, or 0 if `room` is too small or no frame has these values. */
 static inline size_t mavlink_mavlink2_encode(const mavlink_mavlink2_message *message, uint8_t *frame, size_t room)
 {
 
@@ -661,7 +663,7 @@ static inline size_t mavlink_mavlink2_encode(const mavlink_mavlink2_message *mes
     sum = mavlink_mavlink2_checksum(&frame[1U], (uint16_t)(length - 3U), mavlink_mavlink2_extra(known));
     frame[length - 2U] = (uint8_t)sum;
     frame[length - 1U] = (uint8_t)(sum >> 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((mavlink_mavlink2_classify(frame, length, 0U, &number) != MAVLINK_FRAME) || (number != length)) {
         return 0U;
@@ -702,7 +704,7 @@ static inline void mavlink_mavlink1_decode(const uint8_t *frame, uint16_t length
     message->payload_length = (uint16_t)(length - 8U);
 }
 
-/* Writes a frame of mavlink1. Returns its length, or 0 if it does not fit or does not exist. */
+/* Writes a frame of mavlink1. Returns its length, or 0 if `room` is too small or no frame has these values. */
 static inline size_t mavlink_mavlink1_encode(const mavlink_mavlink1_message *message, uint8_t *frame, size_t room)
 {
 
@@ -738,7 +740,7 @@ static inline size_t mavlink_mavlink1_encode(const mavlink_mavlink1_message *mes
     sum = mavlink_mavlink1_checksum(&frame[1U], (uint16_t)(length - 3U), mavlink_mavlink1_extra(known));
     frame[length - 2U] = (uint8_t)sum;
     frame[length - 1U] = (uint8_t)(sum >> 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((mavlink_mavlink1_classify(frame, length, 0U, &number) != MAVLINK_FRAME) || (number != length)) {
         return 0U;
@@ -823,8 +825,8 @@ static inline void mavlink_forget(mavlink_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
- * before `from`, or 0. `*again` says whether the next call may decide more. */
+/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+ * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool *again)
 {
     mavlink_outcome outcome;
@@ -836,7 +838,7 @@ static inline uint16_t mavlink_next(mavlink_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !mavlink_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -889,7 +891,7 @@ MAVLINK_FUNCTION bool mavlink_push(mavlink_receiver *receiver, uint8_t byte, mav
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK_ROOM)) {
-        /* Most bytes are only stored. */
+        /* No decision is possible yet: only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -942,7 +944,7 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink_count_discarded(receiver, MAVLINK_LINE_EVENT, 1U);

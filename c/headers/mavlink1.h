@@ -11,7 +11,7 @@
  *   if (mavlink1_push(&receiver, byte, &message)) { ... }     for each received byte
  *   mavlink1_line_event(&receiver, MAVLINK1_FRAMING_ERROR, received, NULL);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink1_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define MAVLINK1_LONGEST 263U
 
-/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+/* The number of bytes in a receiver's buffer. With room for two longest frames, pending bytes are seldom moved. */
 #ifndef MAVLINK1_ROOM
 #define MAVLINK1_ROOM (2U * MAVLINK1_LONGEST)
 #endif
@@ -69,7 +69,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[MAVLINK1_REASONS]; /* discarded bytes, by reason */
     uint32_t events[MAVLINK1_EVENTS]; /* line events */
 } mavlink1_counters;
@@ -94,7 +94,7 @@ typedef struct {
     mavlink1_counters counters;
     uint16_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
     uint16_t to;
-    uint16_t ask_at; /* nothing can be decided until `to` reaches this index */
+    uint16_t ask_at; /* the next decision is possible when `to` reaches this index */
     bool is_lost; /* bytes were discarded since the last frame */
     uint8_t buffer[MAVLINK1_ROOM];
 } mavlink1_receiver;
@@ -105,23 +105,23 @@ MAVLINK1_FUNCTION void mavlink1_init(mavlink1_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK1_FUNCTION uint32_t mavlink1_pending(const mavlink1_receiver *receiver);
 
-/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
- * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Classifies bytes at most
+ * once. So after a false start a complete frame may stay pending, until the following calls catch up. */
 MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, mavlink1_message *message);
 
-/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
- * it returns false if no byte follows soon. */
+/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
+ * `*message`. If no byte follows soon, call this function until it returns false. */
 MAVLINK1_FUNCTION bool mavlink1_poll(mavlink1_receiver *receiver, mavlink1_message *message);
 
-/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
- * discards the others. `received` may be NULL. */
+/* Reports a line event: no more bytes follow the pending bytes. Calls `received` with each frame among them, and
+ * discards the other bytes. `received` may be NULL. */
 MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1_event event,
     void (*received)(void *context, const mavlink1_message *message), void *context);
 
 /* Reads the values of a frame. */
 MAVLINK1_FUNCTION void mavlink1_decode(const uint8_t *frame, uint16_t length, mavlink1_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 MAVLINK1_FUNCTION size_t mavlink1_encode(const mavlink1_message *message, uint8_t *frame, size_t room);
 
 #if !defined(MAVLINK1_DEFINITIONS) || MAVLINK1_DEFINITIONS
@@ -215,7 +215,7 @@ static inline uint16_t mavlink1_checksum(const uint8_t *bytes, uint16_t count, u
 /* The number of known messages. */
 #define MAVLINK1_MESSAGES 325U
 
-/* Returns the index of a message, MAVLINK1_MESSAGES if it is unknown: a binary search. */
+/* Returns the index of a message, or MAVLINK1_MESSAGES if it is unknown. A binary search. */
 static inline uint16_t mavlink1_find(uint32_t message)
 {
     static const uint16_t numbers[325] MAVLINK1_IN_FLASH = {
@@ -302,8 +302,9 @@ static inline uint8_t mavlink1_extra(uint16_t message)
     return MAVLINK1_READ_8(&extra[message]);
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline mavlink1_outcome mavlink1_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;
@@ -383,7 +384,7 @@ MAVLINK1_FUNCTION size_t mavlink1_encode(const mavlink1_message *message, uint8_
     sum = mavlink1_checksum(&frame[1U], (uint16_t)(length - 3U), mavlink1_extra(known));
     frame[length - 2U] = (uint8_t)sum;
     frame[length - 1U] = (uint8_t)(sum >> 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((mavlink1_classify(frame, length, 0U, &number) != MAVLINK1_FRAME) || (number != length)) {
         return 0U;
@@ -441,8 +442,8 @@ static inline void mavlink1_forget(mavlink1_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
- * before `from`, or 0. `*again` says whether the next call may decide more. */
+/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+ * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool *again)
 {
     mavlink1_outcome outcome;
@@ -454,7 +455,7 @@ static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !mavlink1_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -507,7 +508,7 @@ MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK1_ROOM)) {
-        /* Most bytes are only stored. */
+        /* No decision is possible yet: only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -560,7 +561,7 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink1_count_discarded(receiver, MAVLINK1_LINE_EVENT, 1U);

@@ -11,7 +11,7 @@
  *   if (mavlink2_push(&receiver, byte, &message)) { ... }     for each received byte
  *   mavlink2_line_event(&receiver, MAVLINK2_FRAMING_ERROR, received, NULL);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink2_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define MAVLINK2_LONGEST 280U
 
-/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+/* The number of bytes in a receiver's buffer. With room for two longest frames, pending bytes are seldom moved. */
 #ifndef MAVLINK2_ROOM
 #define MAVLINK2_ROOM (2U * MAVLINK2_LONGEST)
 #endif
@@ -70,7 +70,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[MAVLINK2_REASONS]; /* discarded bytes, by reason */
     uint32_t events[MAVLINK2_EVENTS]; /* line events */
 } mavlink2_counters;
@@ -100,7 +100,7 @@ typedef struct {
     mavlink2_counters counters;
     uint16_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
     uint16_t to;
-    uint16_t ask_at; /* nothing can be decided until `to` reaches this index */
+    uint16_t ask_at; /* the next decision is possible when `to` reaches this index */
     bool is_lost; /* bytes were discarded since the last frame */
     uint8_t buffer[MAVLINK2_ROOM];
 } mavlink2_receiver;
@@ -111,23 +111,23 @@ MAVLINK2_FUNCTION void mavlink2_init(mavlink2_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 MAVLINK2_FUNCTION uint32_t mavlink2_pending(const mavlink2_receiver *receiver);
 
-/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
- * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Classifies bytes at most
+ * once. So after a false start a complete frame may stay pending, until the following calls catch up. */
 MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, mavlink2_message *message);
 
-/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
- * it returns false if no byte follows soon. */
+/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
+ * `*message`. If no byte follows soon, call this function until it returns false. */
 MAVLINK2_FUNCTION bool mavlink2_poll(mavlink2_receiver *receiver, mavlink2_message *message);
 
-/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
- * discards the others. `received` may be NULL. */
+/* Reports a line event: no more bytes follow the pending bytes. Calls `received` with each frame among them, and
+ * discards the other bytes. `received` may be NULL. */
 MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2_event event,
     void (*received)(void *context, const mavlink2_message *message), void *context);
 
 /* Reads the values of a frame. */
 MAVLINK2_FUNCTION void mavlink2_decode(const uint8_t *frame, uint16_t length, mavlink2_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 MAVLINK2_FUNCTION size_t mavlink2_encode(const mavlink2_message *message, uint8_t *frame, size_t room);
 
 #if !defined(MAVLINK2_DEFINITIONS) || MAVLINK2_DEFINITIONS
@@ -252,7 +252,7 @@ static inline uint16_t mavlink2_checksum(const uint8_t *bytes, uint16_t count, u
 /* The number of known messages. */
 #define MAVLINK2_MESSAGES 325U
 
-/* Returns the index of a message, MAVLINK2_MESSAGES if it is unknown: a binary search. */
+/* Returns the index of a message, or MAVLINK2_MESSAGES if it is unknown. A binary search. */
 static inline uint16_t mavlink2_find(uint32_t message)
 {
     static const uint16_t numbers[325] MAVLINK2_IN_FLASH = {
@@ -339,8 +339,9 @@ static inline uint8_t mavlink2_extra(uint16_t message)
     return MAVLINK2_READ_8(&extra[message]);
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline mavlink2_outcome mavlink2_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;
@@ -447,7 +448,7 @@ MAVLINK2_FUNCTION size_t mavlink2_encode(const mavlink2_message *message, uint8_
     sum = mavlink2_checksum(&frame[1U], (uint16_t)(length - 3U), mavlink2_extra(known));
     frame[length - 2U] = (uint8_t)sum;
     frame[length - 1U] = (uint8_t)(sum >> 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((mavlink2_classify(frame, length, 0U, &number) != MAVLINK2_FRAME) || (number != length)) {
         return 0U;
@@ -511,8 +512,8 @@ static inline void mavlink2_forget(mavlink2_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
- * before `from`, or 0. `*again` says whether the next call may decide more. */
+/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+ * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool *again)
 {
     mavlink2_outcome outcome;
@@ -524,7 +525,7 @@ static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !mavlink2_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -577,7 +578,7 @@ MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK2_ROOM)) {
-        /* Most bytes are only stored. */
+        /* No decision is possible yet: only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -630,7 +631,7 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink2_count_discarded(receiver, MAVLINK2_LINE_EVENT, 1U);

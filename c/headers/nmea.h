@@ -11,7 +11,7 @@
  *   if (nmea_push(&receiver, byte, &message)) { ... }     for each received byte
  *   nmea_line_event(&receiver, NMEA_FRAMING_ERROR, received, NULL);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + nmea_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define NMEA_LONGEST 515U
 
-/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+/* The number of bytes in a receiver's buffer. With room for two longest frames, pending bytes are seldom moved. */
 #ifndef NMEA_ROOM
 #define NMEA_ROOM (2U * NMEA_LONGEST)
 #endif
@@ -70,7 +70,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[NMEA_REASONS]; /* discarded bytes, by reason */
     uint32_t events[NMEA_EVENTS]; /* line events */
 } nmea_counters;
@@ -89,7 +89,7 @@ typedef struct {
     nmea_counters counters;
     uint16_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
     uint16_t to;
-    uint16_t ask_at; /* nothing can be decided until `to` reaches this index */
+    uint16_t ask_at; /* the next decision is possible when `to` reaches this index */
     bool is_lost; /* bytes were discarded since the last frame */
     uint8_t buffer[NMEA_ROOM];
 } nmea_receiver;
@@ -100,23 +100,23 @@ NMEA_FUNCTION void nmea_init(nmea_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 NMEA_FUNCTION uint32_t nmea_pending(const nmea_receiver *receiver);
 
-/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
- * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Classifies bytes at most
+ * once. So after a false start a complete frame may stay pending, until the following calls catch up. */
 NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message *message);
 
-/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
- * it returns false if no byte follows soon. */
+/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
+ * `*message`. If no byte follows soon, call this function until it returns false. */
 NMEA_FUNCTION bool nmea_poll(nmea_receiver *receiver, nmea_message *message);
 
-/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
- * discards the others. `received` may be NULL. */
+/* Reports a line event: no more bytes follow the pending bytes. Calls `received` with each frame among them, and
+ * discards the other bytes. `received` may be NULL. */
 NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
     void (*received)(void *context, const nmea_message *message), void *context);
 
 /* Reads the values of a frame. */
 NMEA_FUNCTION void nmea_decode(const uint8_t *frame, uint16_t length, nmea_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, size_t room);
 
 #if !defined(NMEA_DEFINITIONS) || NMEA_DEFINITIONS
@@ -226,8 +226,8 @@ static inline bool nmea_is_content(uint8_t byte)
     return ((byte >= 0x25U) && (byte <= 0x7EU)) || ((byte >= 0x22U) && (byte <= 0x23U)) || (byte == 0x20U);
 }
 
-/* Returns the length of the terminator that the bytes begin with; 0 if more bytes are needed to know it;
- * 4 if they begin with none. */
+/* Returns the length of the terminator at the beginning of the bytes. Returns 0 if more bytes are needed to know it, and
+ * 4 if the bytes begin with no terminator. */
 static inline uint16_t nmea_terminator(const uint8_t *bytes, uint16_t count)
 {
     if ((count >= 2U) && (bytes[0U] == 0x0DU) && (bytes[1U] == 0x0AU)) {
@@ -248,7 +248,7 @@ static inline uint16_t nmea_terminator(const uint8_t *bytes, uint16_t count)
     return 4U;
 }
 
-/* Returns the length from which positions are counted: as if the frame ended with the first terminator. */
+/* Returns the length that the frame would have with the first terminator. Positions count from there. */
 static inline uint16_t nmea_counted(const uint8_t *bytes, uint16_t length)
 {
     if ((length >= 3U) && (bytes[length - 3U] == 0x0DU) && (bytes[length - 2U] == 0x0DU) && (bytes[length - 1U] == 0x0AU)) {
@@ -263,7 +263,7 @@ static inline uint16_t nmea_counted(const uint8_t *bytes, uint16_t length)
     return length;
 }
 
-/* Returns whether hexadecimal digits have this value. */
+/* Returns whether these hexadecimal digits have this value. */
 static inline bool nmea_has_value(const uint8_t *digits, uint8_t value)
 {
     uint8_t shift = 8U;
@@ -279,8 +279,9 @@ static inline bool nmea_has_value(const uint8_t *digits, uint8_t value)
     return true;
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t length;
@@ -293,7 +294,7 @@ static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, u
     if (!nmea_starts(bytes[0])) {
         return NMEA_NO_SYNC;
     }
-    /* The first terminator ends the frame. Bytes that were incomplete have been searched before. */
+    /* The first terminator ends the frame. The first `seen` bytes have already been searched for it. */
     at = (seen > 3U) ? (uint16_t)(seen - 2U) : 1U;
     while ((at < count) && nmea_is_content(bytes[at])) {
         at++;
@@ -365,7 +366,7 @@ NMEA_FUNCTION size_t nmea_encode(const nmea_message *message, uint8_t *frame, si
     frame[length - 1U] = 0x0AU;
     sum = nmea_checksum(&frame[1U], (uint16_t)(length - 6U));
     nmea_put_hex(&frame[length - 4U], sum, 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((nmea_classify(frame, length, 0U, &number) != NMEA_FRAME) || (number != length)) {
         return 0U;
@@ -414,8 +415,8 @@ static inline void nmea_forget(nmea_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
- * before `from`, or 0. `*again` says whether the next call may decide more. */
+/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+ * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline uint16_t nmea_next(nmea_receiver *receiver, bool *again)
 {
     nmea_outcome outcome;
@@ -427,7 +428,7 @@ static inline uint16_t nmea_next(nmea_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !nmea_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -480,7 +481,7 @@ NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < NMEA_ROOM)) {
-        /* Most bytes are only stored. */
+        /* No decision is possible yet: only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -533,7 +534,7 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             nmea_count_discarded(receiver, NMEA_LINE_EVENT, 1U);

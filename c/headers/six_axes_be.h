@@ -11,7 +11,7 @@
  *   if (six_axes_be_push(&receiver, byte, &message)) { ... }     for each received byte
  *   six_axes_be_line_event(&receiver, SIX_AXES_BE_FRAMING_ERROR);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + six_axes_be_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -61,7 +61,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[SIX_AXES_BE_REASONS]; /* discarded bytes, by reason */
     uint32_t events[SIX_AXES_BE_EVENTS]; /* line events */
 } six_axes_be_counters;
@@ -86,16 +86,16 @@ SIX_AXES_BE_FUNCTION void six_axes_be_init(six_axes_be_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 SIX_AXES_BE_FUNCTION uint32_t six_axes_be_pending(const six_axes_be_receiver *receiver);
 
-/* Takes the next byte. Returns whether it completes a frame, and the frame's values in `*message`. */
+/* Takes the next byte. If it completes a frame, returns true and writes the frame's values to `*message`. */
 SIX_AXES_BE_FUNCTION bool six_axes_be_push(six_axes_be_receiver *receiver, uint8_t byte, six_axes_be_message *message);
 
-/* Discards the pending bytes, since the rest of their frame is lost. */
+/* Reports a line event. Discards the pending bytes, because the rest of their frame is lost. */
 SIX_AXES_BE_FUNCTION void six_axes_be_line_event(six_axes_be_receiver *receiver, six_axes_be_event event);
 
 /* Reads the values of a frame. */
 SIX_AXES_BE_FUNCTION void six_axes_be_decode(const uint8_t *frame, uint8_t length, six_axes_be_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 SIX_AXES_BE_FUNCTION size_t six_axes_be_encode(const six_axes_be_message *message, uint8_t *frame, size_t room);
 
 #if !defined(SIX_AXES_BE_DEFINITIONS) || SIX_AXES_BE_DEFINITIONS
@@ -152,8 +152,9 @@ static inline bool six_axes_be_starts(uint8_t byte)
     return byte == 0xFFU;
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline six_axes_be_outcome six_axes_be_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;
@@ -213,7 +214,7 @@ SIX_AXES_BE_FUNCTION size_t six_axes_be_encode(const six_axes_be_message *messag
     frame[1] = 0xFFU;
     frame[length - 2U] = 0x0AU;
     frame[length - 1U] = 0x0DU;
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint8_t)size;
     if ((six_axes_be_classify(frame, length, 0U, &number) != SIX_AXES_BE_FRAME) || (number != length)) {
         return 0U;

@@ -11,7 +11,7 @@
  *   if (ubx_push(&receiver, byte, &message)) { ... }     for each received byte
  *   ubx_line_event(&receiver, UBX_FRAMING_ERROR, received, NULL);     instead of a damaged byte
  *
- * At any time, modulo 2^32:
+ * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ubx_pending(&receiver).
  *
  * Calls for one receiver must not interrupt each other. All functions are `static inline`. If several source files need
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define UBX_LONGEST 4096U
 
-/* The number of bytes in a receiver's buffer. With twice the longest frame, pending bytes are seldom moved. */
+/* The number of bytes in a receiver's buffer. With room for two longest frames, pending bytes are seldom moved. */
 #ifndef UBX_ROOM
 #define UBX_ROOM (2U * UBX_LONGEST)
 #endif
@@ -70,7 +70,7 @@ typedef struct {
     uint32_t bytes; /* received bytes */
     uint32_t frames; /* frames */
     uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that were the first after discarded bytes */
+    uint32_t resynchronisations; /* frames that follow discarded bytes */
     uint32_t discarded[UBX_REASONS]; /* discarded bytes, by reason */
     uint32_t events[UBX_EVENTS]; /* line events */
 } ubx_counters;
@@ -91,7 +91,7 @@ typedef struct {
     ubx_counters counters;
     uint16_t from; /* the pending bytes are buffer[from] to buffer[to - 1] */
     uint16_t to;
-    uint16_t ask_at; /* nothing can be decided until `to` reaches this index */
+    uint16_t ask_at; /* the next decision is possible when `to` reaches this index */
     bool is_lost; /* bytes were discarded since the last frame */
     uint8_t buffer[UBX_ROOM];
 } ubx_receiver;
@@ -102,23 +102,23 @@ UBX_FUNCTION void ubx_init(ubx_receiver *receiver);
 /* Returns the number of pending bytes, which may still become part of a frame. */
 UBX_FUNCTION uint32_t ubx_pending(const ubx_receiver *receiver);
 
-/* Takes the next byte. Returns whether a frame is complete, and the frame's values in `*message`. It classifies bytes at
- * most once. So after a false start a frame may be complete, but still pending: following calls catch up. */
+/* Takes the next byte. If a frame is complete, returns true and writes its values to `*message`. Classifies bytes at most
+ * once. So after a false start a complete frame may stay pending, until the following calls catch up. */
 UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *message);
 
-/* Decides about pending bytes up to the next frame. Returns whether there is one, and its values in `*message`. Call it until
- * it returns false if no byte follows soon. */
+/* Decides about pending bytes up to the next frame. If a frame is found, returns true and writes its values to
+ * `*message`. If no byte follows soon, call this function until it returns false. */
 UBX_FUNCTION bool ubx_poll(ubx_receiver *receiver, ubx_message *message);
 
-/* Decides about all pending bytes, since no more bytes follow them: calls `received` with each frame among them, and
- * discards the others. `received` may be NULL. */
+/* Reports a line event: no more bytes follow the pending bytes. Calls `received` with each frame among them, and
+ * discards the other bytes. `received` may be NULL. */
 UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
     void (*received)(void *context, const ubx_message *message), void *context);
 
 /* Reads the values of a frame. */
 UBX_FUNCTION void ubx_decode(const uint8_t *frame, uint16_t length, ubx_message *message);
 
-/* Writes a frame with these values. Returns its length, or 0 if `room` bytes are too few or no frame has them. */
+/* Writes a frame with these values. Returns its length, or 0 if `room` is too small or no frame has these values. */
 UBX_FUNCTION size_t ubx_encode(const ubx_message *message, uint8_t *frame, size_t room);
 
 #if !defined(UBX_DEFINITIONS) || UBX_DEFINITIONS
@@ -174,11 +174,11 @@ static inline bool ubx_starts(uint8_t byte)
     return byte == 0xB5U;
 }
 
-/* Returns the Fletcher's checksum of bytes. */
+/* Returns the Fletcher checksum of bytes. */
 static inline uint16_t ubx_checksum(const uint8_t *bytes, uint16_t count)
 {
     uint8_t low = 0U; /* the sum of the bytes */
-    uint8_t high = 0U; /* the sum of the values of `low` */
+    uint8_t high = 0U; /* the sum of all values that `low` takes */
     uint16_t i;
 
     for (i = 0U; i < count; i++) {
@@ -190,8 +190,9 @@ static inline uint16_t ubx_checksum(const uint8_t *bytes, uint16_t count)
     return (uint16_t)(((unsigned)high << 8U) | low);
 }
 
-/* Classifies bytes, at least one. The first `seen` of them were incomplete. If they begin with a frame, `*number` is its
- * length; if they are incomplete, `*number` bytes are needed to know more. */
+/* Classifies one byte or more. The first `seen` bytes must be incomplete; `seen` may be 0. If the bytes begin with a
+ * frame, sets `*number` to its length. If they are incomplete, sets `*number` to the number of bytes needed to decide
+ * more. */
 static inline ubx_outcome ubx_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -265,7 +266,7 @@ UBX_FUNCTION size_t ubx_encode(const ubx_message *message, uint8_t *frame, size_
     sum = ubx_checksum(&frame[2U], (uint16_t)(length - 4U));
     frame[length - 2U] = (uint8_t)sum;
     frame[length - 1U] = (uint8_t)(sum >> 8U);
-    /* A value may be outside its field's range, or contradict another part of the frame. */
+    /* Fail if a value is outside its field's range, or contradicts another part of the frame. */
     length = (uint16_t)size;
     if ((ubx_classify(frame, length, 0U, &number) != UBX_FRAME) || (number != length)) {
         return 0U;
@@ -317,8 +318,8 @@ static inline void ubx_forget(ubx_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, and classifies bytes at most once. Returns the length of a frame, which is then
- * before `from`, or 0. `*again` says whether the next call may decide more. */
+/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+ * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline uint16_t ubx_next(ubx_receiver *receiver, bool *again)
 {
     ubx_outcome outcome;
@@ -330,7 +331,7 @@ static inline uint16_t ubx_next(ubx_receiver *receiver, bool *again)
     if (receiver->to < receiver->ask_at) {
         return 0U;
     }
-    /* Bytes that were incomplete begin like a frame. Other bytes may not. */
+    /* If the first byte has not been classified yet, skip bytes that cannot begin a frame. */
     if (receiver->ask_at <= (receiver->from + 1U)) {
         while ((receiver->from < receiver->to) && !ubx_starts(receiver->buffer[receiver->from])) {
             receiver->from++;
@@ -383,7 +384,7 @@ UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *me
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < UBX_ROOM)) {
-        /* Most bytes are only stored. */
+        /* No decision is possible yet: only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -436,7 +437,7 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. `ask_at` described it. */
+            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
             receiver->from++;
             receiver->ask_at = 0U;
             ubx_count_discarded(receiver, UBX_LINE_EVENT, 1U);

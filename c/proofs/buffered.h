@@ -1,16 +1,18 @@
-/* Proofs about what a layout adds to a receiver with a buffer: its classification, decoding and encoding. The rest is the
- * engine, which engine.c proves once for all layouts. A file includes this after the header. It defines NAME and UPPER,
- * RUST_REASONS, MOST, the number of bytes that are classified, and TURNS, which no loop reaches for these bytes. If the
- * header's `encode` is proved too, it defines POINT, which makes the pointers of a message point to at most PAYLOAD bytes,
- * SPACE, the number of bytes for a frame, and ENCODE_TURNS.
+/* Proofs about the parts of a receiver with a buffer that depend on the layout: classifying, decoding and encoding. The
+ * other part is the engine, which engine.c proves once for all layouts. The file of a layout includes the header,
+ * defines the following macros, and includes this file. NAME and UPPER are the prefixes of the header's names.
+ * RUST_REASONS is explained in window.h. MOST is the number of bytes to classify, and TURNS more than the iterations
+ * that any loop makes for these bytes. To prove the header's `encode` too, the file defines POINT, which makes the
+ * pointers of a message point to at most PAYLOAD bytes; SPACE, the number of bytes for a frame; and ENCODE_TURNS, the
+ * bound on the loops.
  *
- * For any bytes up to MOST: a classification reads only these bytes, overflows nothing, and tells the truth that the
- * engine relies on. */
+ * The proofs show for up to MOST arbitrary bytes: a classification reads only these bytes, does not overflow, and
+ * returns only answers that the engine allows. */
 #include "proof.h"
 
 #define PAYLOAD 2U
 
-/* The type that counts bytes. The engine's functions have it. */
+/* The type of indexes and lengths in the engine's functions. */
 #ifndef INDEX
 #define INDEX uint16_t
 #endif
@@ -23,12 +25,12 @@ PROOF(classify, TURNS)
     INDEX number = 0U;
 
     ASSUME((count >= 1U) && (count <= MOST) && (seen < count));
-    /* The bytes end with the array. */
+    /* Place the bytes at the end of the array, so that reading past them is an error. */
     const uint8_t *const at = bytes + (MOST - count);
     const X(outcome) outcome = X(classify)(at, count, seen, &number);
 
     ASSERT(outcome <= XX(INCOMPLETE) && outcome != XX(LINE_EVENT));
-    /* A frame lies in the bytes, or more bytes may complete one. */
+    /* A frame lies in the bytes, or more bytes are needed to complete one. */
     ASSERT(outcome != XX(FRAME) || (number >= 1U && number <= count));
     ASSERT(outcome != XX(INCOMPLETE) || (number > count && number <= XX(LONGEST)));
     ASSERT(X(starts)(at[0]) == (outcome != XX(NO_SYNC)));
@@ -47,7 +49,7 @@ PROOF(encode, ENCODE_TURNS)
 
     POINT
     ASSUME(room <= SPACE);
-    /* The room ends with the array. */
+    /* Place the room at the end of the array, so that writing past it is an error. */
     uint8_t *const frame = bytes + (SPACE - room);
     const size_t length = X(encode)(&message, frame, room);
 
@@ -72,8 +74,8 @@ void c_set(uint8_t place, uint8_t byte)
     bytes[place] = byte;
 }
 
-/* Classifies the first bytes. Returns the outcome: a reason, in the order of the Rust receiver's counters, 8 for a frame, or
- * 9 for incomplete bytes. */
+/* Classifies the first `count` bytes. Returns 8 for a frame, 9 for incomplete bytes, and otherwise the number of the
+ * reason, in the order of the Rust receiver's counters. */
 uint8_t c_classify(uint8_t count, uint8_t seen)
 {
     static const X(outcome) reasons[] = RUST_REASONS;

@@ -1,6 +1,7 @@
-/* Proofs about the engine of receivers with a buffer, once for all layouts: the classifier gives any outcome that a layout
- * can give. A step from any state that satisfies the invariant accesses no memory that it should not, overflows nothing,
- * keeps the invariant, ends, and puts each byte into one place. */
+/* Proofs about the engine of receivers with a buffer, once for all layouts: the classifier returns arbitrary outcomes
+ * that a layout can return. The proofs show for a step from any state that satisfies the invariant: it accesses only
+ * memory that it may access, does not overflow, keeps the invariant, ends, and gives each byte exactly one outcome, or
+ * leaves it pending. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -11,7 +12,7 @@
 /* The engine has no case that depends on these sizes. */
 #define ANY_LONGEST 3U
 #define ANY_ROOM 5U
-/* No loop has more turns: each but the last decides about one of the pending bytes. */
+/* More iterations than any loop makes: each but the last decides about at least one pending byte. */
 #define TURNS 4
 
 typedef uint8_t any_index;
@@ -55,7 +56,8 @@ typedef struct {
     uint8_t buffer[ANY_ROOM];
 } any_receiver;
 
-/* The classifier's next answers, and what it was asked: the first byte, the number of bytes, and how many were seen. */
+/* The classifier's next answers, and the questions that it was asked: the first byte, the number of bytes, and the
+ * number of bytes that were seen before. */
 #define ANSWERS (ANY_LONGEST + 1U)
 typedef struct {
     uint8_t outcome;
@@ -69,7 +71,7 @@ typedef struct {
 static answer answers[ANSWERS];
 static question questions[ANSWERS];
 static uint8_t asked;
-/* The bytes that can begin a frame: the bit of their lowest three bits is 1. */
+/* The bytes that can begin a frame: bit `byte & 7` of this mask is 1. */
 static uint8_t starting;
 
 static bool any_starts(uint8_t byte)
@@ -77,7 +79,7 @@ static bool any_starts(uint8_t byte)
     return ((starting >> (byte & 7U)) & 1U) != 0U;
 }
 
-/* What each layout's proof shows: a frame lies in the bytes, or more bytes may complete one. */
+/* Returns whether a layout can give this answer. Each layout's proof shows that it gives no other. */
 static bool is_possible(answer it, uint8_t count)
 {
     if (it.outcome == ANY_FRAME) {
@@ -133,7 +135,7 @@ static bool invariant(void)
         (receiver.ask_at <= receiver.from + ANY_LONGEST);
 }
 
-/* Returns the number of bytes in frames and of discarded bytes. */
+/* Returns the number of bytes in frames plus the number of discarded bytes. */
 static uint32_t placed(void)
 {
     const uint32_t *const discarded = receiver.counters.discarded;
@@ -142,8 +144,8 @@ static uint32_t placed(void)
         discarded[5] + discarded[6] + discarded[7];
 }
 
-/* Puts the receiver into any state, and makes the classifier give any answers. Counters are 0: they only rise, and what
- * they rise by does not depend on them. */
+/* Puts the receiver into any state, and makes the classifier give any answers. Counters are 0, because a step only adds
+ * to them and does not depend on them. */
 static void start(void)
 {
     static const any_counters none;
@@ -225,8 +227,8 @@ PROOF(line_event, TURNS)
     COVER(receiver.counters.discarded[ANY_LINE_EVENT] > 0U && received_frames == 1U);
 }
 
-/* The functions that harnesses in Rust call. The receiver in C makes its step first. The receiver in Rust must then ask the
- * same questions, and is given the same answers. */
+/* The functions that harnesses in Rust call. The receiver in C makes its step first. Then the receiver in Rust must ask
+ * the same questions, and gets the same answers. */
 
 static uint8_t asked_in_rust;
 
@@ -236,7 +238,7 @@ void c_start_engine(void)
     asked_in_rust = 0U;
 }
 
-/* Returns a number of the state. */
+/* Returns part number `which` of the receiver's state. */
 uint8_t c_engine_state(uint8_t which)
 {
     switch (which) {
@@ -257,7 +259,8 @@ uint8_t c_starts(uint8_t byte)
     return any_starts(byte);
 }
 
-/* Returns the answer's outcome, and its number times 256. */
+/* Checks that the question is the same as in C. Returns the answer: the outcome in the low byte, the number in the high
+ * byte. */
 uint16_t c_answer(uint8_t first, uint8_t count, uint8_t seen)
 {
     const question it = questions[asked_in_rust];
@@ -274,7 +277,7 @@ uint8_t c_asked_the_same(void)
     return asked_in_rust == asked;
 }
 
-/* Returns the length of the frame that lies before `from`, or 0. */
+/* Pushes a byte. Returns the length of the delivered frame, which lies before `from`, or 0. */
 uint8_t c_push(uint8_t byte)
 {
     return any_push(&receiver, byte, &message) ? message.length : 0U;

@@ -1,6 +1,6 @@
-/* Proofs about the failsafe: a file includes this after the header. For any parameters that `init` accepts, and any state
- * that satisfies the invariant: a call accesses no memory that it should not, overflows nothing, keeps the invariant, and
- * moves no axis away from where it should go. */
+/* Proofs about the failsafe. A file includes the header, and then this file. The proofs show for any parameters that
+ * `init` accepts, and for a call in any state that satisfies the invariant: the call accesses only memory that it may
+ * access, does not overflow, keeps the invariant, and moves no axis away from its target. */
 #define NAME failsafe
 #define UPPER FAILSAFE
 #include "proof.h"
@@ -37,7 +37,7 @@ static void start(void)
     ASSUME(invariant());
 }
 
-/* Whether a position lies between two others, or equals one of them. */
+/* Returns whether a position lies between two others, or equals one of them. */
 static bool is_between(failsafe_demand position, failsafe_demand one, failsafe_demand other)
 {
     return (one <= position && position <= other) || (other <= position && position <= one);
@@ -105,7 +105,7 @@ void c_start(void)
     start();
 }
 
-/* Returns a number of the state: the times, then five numbers of each axis. */
+/* Returns part number `which` of the state: four times, then five numbers for each axis. */
 uint32_t c_state(uint8_t which)
 {
     const uint8_t axis = (uint8_t)((which - 4U) / 5U);

@@ -1,6 +1,6 @@
 #include <stdint.h>
 #define FAILSAFE_AXES 2
-/* The time wraps, as it should. */
+/* The clock may wrap, so unsigned overflow is not an error here. */
 #pragma CPROVER check push
 #pragma CPROVER check disable "unsigned-overflow"
 #include "../headers/failsafe.h"

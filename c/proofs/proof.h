@@ -1,19 +1,20 @@
-/* What harnesses in C share. A file defines NAME and UPPER: the prefix of the names in a header. */
+/* Macros that all harnesses in C use. Before including this file, define NAME and UPPER, the
+ * prefixes of the names in a header. */
 #define JOIN_(one, other) one##_##other
 #define JOIN(one, other) JOIN_(one, other)
 #define X(name) JOIN(NAME, name)
 #define XX(name) JOIN(UPPER, name)
 
-/* A harness. No loop runs `bound` times or more often. */
+/* Defines a harness. Each loop makes fewer than `bound` iterations. */
 #define PROOF_(name, bound) void proof_##name##_##bound(void)
 #define PROOF(name, bound) PROOF_(name, bound)
 
 #define ASSUME(condition) __CPROVER_assume(condition)
 #define ASSERT(condition) __CPROVER_assert((condition), #condition)
-/* Some input must satisfy the condition here. */
+/* At least one input must satisfy the condition here. */
 #define COVER(condition) __CPROVER_assert(!(condition), "cover: " #condition)
 
-/* These functions return any value. */
+/* Each of these functions returns an arbitrary value. */
 _Bool nondet_bool(void);
 uint8_t nondet_uint8(void);
 uint16_t nondet_uint16(void);

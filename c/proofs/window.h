@@ -1,16 +1,17 @@
-/* Proofs about a receiver of frames of one length: a file includes this after the header. It defines NAME and UPPER,
- * RUST_REASONS, the reason of each of the Rust receiver's counters or NONE, and VALUES, the values of a message.
+/* Proofs about a receiver of frames of one length. The file of a layout includes the header, defines the following
+ * macros, and includes this file. NAME and UPPER are the prefixes of the header's names. RUST_REASONS lists the C
+ * reason for each counter of the Rust receiver, or NONE. VALUES lists the values of a message.
  *
- * A step from any state that satisfies the invariant accesses no memory that it should not, overflows nothing, keeps the
- * invariant, and puts each byte into one place. */
+ * The proofs show for a step from any state that satisfies the invariant: it accesses only memory that it may access,
+ * does not overflow, keeps the invariant, and gives each byte exactly one outcome, or leaves it pending. */
 #include "proof.h"
 
-/* More than any loop runs: the steps of a window, and the sum of the reasons. */
+/* More iterations than any loop makes. */
 #define BOUND 18
-/* More than the bytes of a receiver. */
+/* More than the number of bytes in a receiver. */
 #define INIT_BOUND 100
 
-/* Returns the number of bytes in frames and of discarded bytes. */
+/* Returns the number of bytes in frames plus the number of discarded bytes. */
 static uint32_t placed(const X(counters) *counters)
 {
     uint32_t sum = counters->frame_bytes;
@@ -30,7 +31,7 @@ static bool invariant(const X(receiver) *receiver)
         ((receiver->count == 0U) || (X(classify)(receiver->held, receiver->count, 0U, &number) == XX(INCOMPLETE)));
 }
 
-/* Returns a receiver in any state. Its counters are 0: they only rise, and what they rise by does not depend on them. */
+/* Returns a receiver in any state. Its counters are 0, because a step only adds to them and does not depend on them. */
 static X(receiver) any_receiver(void)
 {
     static const X(counters) none;
@@ -88,7 +89,7 @@ PROOF(encode, BOUND)
     const uint8_t room = nondet_uint8();
 
     ASSUME(room <= XX(LONGEST));
-    /* The room ends with the array. */
+    /* Place the room at the end of the array, so that writing past it is an error. */
     uint8_t *const frame = bytes + (XX(LONGEST) - room);
     const size_t length = X(encode)(&message, frame, room);
 
@@ -150,7 +151,7 @@ uint32_t c_value(uint8_t place)
 
 #define NONE XX(REASONS)
 
-/* Returns a counter, in the order of the Rust receiver's. */
+/* Returns the counter with this number, in the order of the Rust receiver's counters. */
 uint32_t c_counter(uint8_t place)
 {
     static const X(outcome) reasons[] = RUST_REASONS;

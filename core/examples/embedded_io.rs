@@ -22,7 +22,7 @@ impl embedded_io::Read for Serial {
 }
 
 pub(crate) fn main() {
-    // In reverse order: the last piece comes first.
+    // In reverse order, because `pop` takes the last piece first.
     let received = vec![
         Ok(&b"AB\0\x11\x21\x31\r"[..]),
         Err(embedded_io::ErrorKind::Other),

@@ -8,8 +8,8 @@ use framelock::motion::{Failsafe, FailsafeError, FailsafeParameters, Setpoint};
 
 pub(crate) fn main() -> Result<(), FailsafeError> {
     let parameters = FailsafeParameters {
-        // The clock is in milliseconds. Hold after a tenth of a second, and park after half a
-        // second.
+        // The clock counts milliseconds. Hold after a tenth of a second, and move to park after
+        // half a second.
         hold_after: 100,
         ramp_after: 500,
         park: [128_u8; 3],

@@ -29,32 +29,34 @@ mod verification;
 /// The receiver of frames of any length up to [`Format::LONGEST`]. It cannot go deaf.
 ///
 /// If your frames have a fixed length of up to 16 bytes, use [`Receiver`](crate::Receiver): it is smaller and faster,
-/// and delivers each frame with the frame's last byte. `BufferedReceiver` takes a buffer `B` and three words. `B` is
-/// an array (see [`new`](Self::new)), a borrowed slice, or a `Vec` (see [`with_buffer`](Self::with_buffer)).
+/// and delivers each frame with the frame's last byte. `BufferedReceiver` consists of a buffer `B` and three more
+/// words. `B` is an array (see [`new`](Self::new)), a borrowed slice, or a `Vec` (see
+/// [`with_buffer`](Self::with_buffer)).
 ///
-/// **Make the buffer twice as long as [`Format::LONGEST`].** It must have at least `LONGEST` bytes. When the buffer
-/// is full, the pending bytes move to its front. With a buffer of `LONGEST` bytes, they move at each byte of a stream
-/// of false starts. With twice as many, the moves cost less than one step per byte.
+/// **Make the buffer twice as long as [`Format::LONGEST`].** It must have at least `LONGEST` bytes. When the buffer is
+/// full, the pending bytes move to its front. With a buffer of only `LONGEST` bytes, a stream of false starts makes
+/// them move at each byte. With twice as many bytes, moving copies on average less than one byte per received byte.
 ///
 /// A completed frame is delivered as a [`Frame`], which is decoded on request.
 ///
 /// # The rule
 ///
-/// The receiver goes through the stream from left to right. Where a frame begins, it delivers the frame and continues
-/// after it. Where no frame begins, it drops one byte. Where the format cannot decide yet, it waits for more bytes
-/// (theorem 13a). So it delivers every frame that arrives whole, unless a delivered frame begins earlier and shares
-/// bytes with it (13d).
+/// The receiver goes through the stream from left to right. If a frame begins at the current byte, the receiver
+/// delivers the frame and continues after it. If no frame begins there, the receiver drops one byte. If the format
+/// cannot decide yet, the receiver waits for more bytes (theorem 13a). So it delivers every frame that arrives whole,
+/// unless a delivered frame begins earlier and shares bytes with it (13d).
 ///
 /// # What to expect
 ///
-/// * **Latency.** After a false start a frame is delivered late: at most `LONGEST - its length` bytes after its last
-///   byte, or with the next line event (13e). In a stream without errors each frame is delivered with its last byte.
-///   Choose the failsafe's times long enough for this delay.
-/// * **Cost.** [`push`](Self::push) asks the format at most once, about at most `LONGEST` bytes, in any stream (13c).
-///   Most bytes are only stored. The documentation of `framelock-formats` has a table with the cost per byte, in
+/// * **Latency.** After a false start a frame of `n` bytes may be delivered late: up to `LONGEST - n` bytes after the
+///   frame's last byte, or with the next line event (13e). In a stream without errors each frame is delivered with its
+///   last byte. Choose the failsafe's times long enough for this delay.
+/// * **Cost.** In any stream, [`push`](Self::push) calls the format at most once, with at most `LONGEST` bytes (13c).
+///   Most calls only store the byte. The documentation of `framelock-formats` has a table with the cost per byte, in
 ///   clean streams and in the worst streams.
-/// * **Limits of every receiver.** A false frame with a right check is delivered, and takes bytes of a true frame
-///   with it. If the head of a frame is lost, a frame inside its payload is delivered.
+/// * **Limits of every receiver.** A false frame whose check is right is delivered, and a true frame that shares bytes
+///   with it is lost. If the head of a frame is lost, a frame inside the payload is delivered.
+///
 /// # Examples
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
@@ -117,17 +119,17 @@ pub struct BufferedReceiver<F, B> {
     /// The pending bytes are `buffer[from..to]`.
     from: usize,
     to: usize,
-    /// The format cannot decide about the pending bytes before `to` reaches this index.
+    /// Until `to` reaches this index, the format cannot decide about the pending bytes.
     ask_at: usize,
 }
 
 /// The decision about the first pending byte.
 enum Decision {
-    /// A frame of this length began there. It ends just before `from`.
+    /// A frame of this length. It ends just before `from`.
     Frame(usize),
-    /// No frame begins there: the byte is discarded.
+    /// No frame begins with the byte, so the byte is discarded.
     Discarded,
-    /// Nothing is pending, or more bytes are needed.
+    /// No decision: nothing is pending, or the format needs more bytes.
     Waiting,
 }
 
@@ -174,8 +176,9 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
     /// **A call asks the format at most once. So it may leave bytes undecided, even a whole frame.** After a false
-    /// start, each of the next calls makes one decision about the undecided bytes. If no byte follows soon, call
-    /// [`poll`](Self::poll) until it returns `None`, or report the idle line as a [`line_event`](Self::line_event).
+    /// start, each of the following calls decides about one frame, or drops one or more of the undecided bytes. If no
+    /// byte follows soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line as a
+    /// [`line_event`](Self::line_event).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_, F>> {
         self.push_with(byte, |_| ())
@@ -195,7 +198,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     }
 
     /// The part of [`push_with`](Self::push_with) for a byte that may decide something.
-    // A separate function: a byte that is only stored does not pay for saving registers.
+    // It is a separate function, so that a byte that is only stored does not pay for saving registers.
     #[inline(never)]
     fn push_and_decide(
         &mut self,
@@ -218,7 +221,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Decides about the bytes that [`push`](Self::push) has left undecided. Returns the next frame among them.
     ///
-    /// Asks the format at most once for each pending byte.
+    /// Calls the format at most as often as bytes are pending.
     pub fn poll(&mut self) -> Option<Frame<'_, F>> {
         self.next(&mut [].as_slice())
     }
@@ -227,9 +230,9 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Returns the frame. Returns `None` after taking the whole slice if no other frame ends in it. Frames among the
     /// bytes that [`push`](Self::push) has left undecided come first.
     ///
-    /// A program may stop, return or await between frames. Call it until it returns `None`: then it has delivered the
-    /// same frames as [`feed`](Self::feed), in the same order (theorem 13a). It copies every byte, even if a frame
-    /// lies whole in the slice. For long slices `feed` is faster.
+    /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
+    /// delivered the same frames as [`feed`](Self::feed), in the same order (theorem 13a). The function copies every
+    /// byte, even if a frame lies whole in the slice. For long slices `feed` is faster.
     ///
     /// # Examples
     /// `Text` is the format of the [first example](BufferedReceiver).
@@ -281,8 +284,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Takes from the front of the slice as many bytes as the format needs to decide about the first pending byte,
-    /// and stores them. Returns whether the slice had any byte.
+    /// Moves bytes from the front of the slice into the buffer: as many as the format needs to decide about the first
+    /// pending byte. Returns whether the slice had any byte.
     fn store_what_is_missing(&mut self, bytes: &mut &[u8]) -> bool {
         let missing = self.ask_at.saturating_sub(self.to).max(1);
         let (now, later) = bytes.split_at_checked(missing).unwrap_or((*bytes, &[]));
@@ -291,16 +294,16 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         !now.is_empty()
     }
 
-    /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. Does not copy
-    /// frames that lie whole in the slice.
+    /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. Frames that lie
+    /// whole in the slice are not copied.
     ///
-    /// The results do not depend on how a stream is cut into slices (theorem 13a). The call asks the format at most
-    /// twice per dropped byte or frame, plus once. Feed an empty slice to decide about the bytes that `push` has left
-    /// undecided.
+    /// The results do not depend on how a stream is cut into slices (theorem 13a). If the call drops `d` bytes and
+    /// delivers `f` frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to decide about the
+    /// bytes that `push` has left undecided.
     pub fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<Frame<'_, F>>)) {
         let mut rest = bytes;
         while self.pending() > 0 {
-            // With enough bytes for the longest frame, the first pending byte is decided.
+            // The decision about the first pending byte never needs more bytes than the longest frame has.
             let missing = self.format.longest().saturating_sub(self.pending());
             let (now, later) = rest.split_at_checked(missing).unwrap_or((rest, &[]));
             self.store(now);
@@ -319,7 +322,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     }
 
     /// The caller has taken the whole slice except `rest`. If all pending bytes came from the slice, forgets them and
-    /// returns the part of the slice that must be taken again. Otherwise returns `rest`.
+    /// returns the part of the slice from the first of them on. Otherwise returns `rest`.
     #[inline]
     fn give_back<'b>(&mut self, bytes: &'b [u8], rest: &'b [u8]) -> &'b [u8] {
         let taken = bytes.len().wrapping_sub(rest.len());
@@ -330,8 +333,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         bytes.get(back..).unwrap_or_default()
     }
 
-    /// Decides about the first bytes of a slice while nothing is pending. Returns the bytes that follow. If the slice
-    /// has too few bytes to decide, stores them all and returns `None`.
+    /// Decides about the first bytes of a slice while nothing is pending. Returns the rest of the slice. If the slice
+    /// has too few bytes for a decision, stores the whole slice and returns `None`.
     #[inline]
     fn take<'b>(
         &mut self,
@@ -366,7 +369,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// the frames that lie whole in the pending bytes, and drops the other bytes. Then nothing is pending (theorem
     /// 13f).
     ///
-    /// Asks the format at most once for each pending byte.
+    /// Calls the format at most as often as bytes are pending.
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
         while self.pending() > 0 {
             self.end_first(&mut found);
@@ -374,7 +377,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.reset();
     }
 
-    /// Decides about the first pending byte when no byte will follow. At least one byte must be pending.
+    /// Decides about the first pending byte on the assumption that no byte will follow. At least one byte must be
+    /// pending.
     fn end_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) {
         if !self.decide_first(found) && self.pending() > 0 {
             found(Found::discarded(1, DiscardReason::LineEvent));
@@ -384,8 +388,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Returns the number of pending bytes: the last bytes of the stream, with which a frame may still begin. Fewer
-    /// than `LONGEST`.
+    /// Returns the number of pending bytes, always less than `LONGEST`. Pending bytes are the last bytes of the stream,
+    /// as far as they may still become part of a frame.
     #[must_use]
     pub const fn pending(&self) -> usize {
         self.to.saturating_sub(self.from)
@@ -402,7 +406,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         &self.format
     }
 
-    /// Decides about the first pending bytes. Returns whether that was possible.
+    /// Decides about the first pending bytes. Returns whether a decision was possible.
     fn decide_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) -> bool {
         // A frame is reported with its bytes, further below.
         let discarded = |one| match one {
@@ -417,14 +421,14 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         true
     }
 
-    /// Discards the first pending bytes while they start no frame. Then asks the format once about the rest, if
-    /// enough bytes are there.
+    /// Discards the first pending bytes as long as they cannot start a frame. Then asks the format once about the rest,
+    /// if enough bytes are left.
     #[inline]
     fn decide_next(&mut self, mut account: impl FnMut(Found<()>)) -> Decision {
         if self.to < self.ask_at {
             return Decision::Waiting;
         }
-        // Bytes that the format has found incomplete start with a byte that can start a frame.
+        // If the format has found the bytes incomplete, the first of them can start a frame.
         if self.ask_at <= self.from.wrapping_add(1) {
             self.discard_what_starts_nothing(&mut account);
         }
@@ -453,7 +457,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
             self.reset();
             return Decision::Waiting;
         }
-        // By law 3, any smaller number of bytes than the format asked for is incomplete.
+        // By law 3, the bytes are incomplete as long as there are fewer than the format asked for.
         let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
         self.ask_at = 0;
         match classify(&self.format, pending, seen) {
@@ -482,7 +486,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         Frame::new(self.format, bytes.unwrap_or_default())
     }
 
-    /// Stores bytes. Together with the pending bytes they are at most `LONGEST`.
+    /// Stores bytes. The pending bytes and the new ones must together be at most `LONGEST`.
     #[inline]
     fn store(&mut self, bytes: &[u8]) {
         let room = self.buffer.as_ref().len();
@@ -519,8 +523,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> Parser for BufferedReceiver<F, B> 
     parser_by_own_functions!(Frame<'_, F>);
 }
 
-/// Returns the format's answer about 1 to `LONGEST` bytes, corrected so that it keeps law 1. So even a wrong format
-/// cannot make the receiver hang, overrun its buffer, or go deaf.
+/// Returns the format's classification of 1 to `LONGEST` bytes, corrected to keep law 1. So even a wrong format cannot
+/// make the receiver hang, overrun its buffer, or go deaf.
 #[inline]
 fn classify<F: Format>(format: &F, bytes: &[u8], seen: usize) -> Classification {
     let longest = format.longest();

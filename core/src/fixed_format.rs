@@ -71,8 +71,8 @@ pub trait FixedFormat: 'static {
     /// The fixed bytes of a frame, and their positions.
     const SHAPE: Shape<Self::Frame>;
 
-    /// A check beyond the fixed bytes, if the format has one: for example a checksum or a range. The receiver calls
-    /// it only with frames whose fixed bytes agree.
+    /// Checks the frame beyond its fixed bytes, for example its checksum or the range of a value. By default there is
+    /// no such check. The receiver calls it only with frames whose fixed bytes agree.
     const CHECK: Option<fn(Self::Frame) -> bool> = None;
 
     /// Decodes a frame.
@@ -104,7 +104,8 @@ pub(crate) mod sealed {
     pub trait Words {
         type Word: crate::window::Word;
 
-        /// The state of a receiver that has received nothing: the marker, and the note that no byte is pending.
+        /// The state of a receiver that has received nothing. It contains the marker, and the note that no byte is
+        /// pending.
         const EMPTY: Self::Word;
 
         /// Returns the frame whose last byte is the lowest byte of `word`.
@@ -140,10 +141,10 @@ pub struct Shape<F> {
     pattern: u128,
     /// 0xFF at the positions of fixed bytes, and 0 at all others.
     mask: u128,
-    /// The fixed bytes again, the frame's last byte first: a microcontroller looks a byte up in fewer instructions than it
-    /// shifts a word.
+    /// The fixed bytes again, the frame's last byte first. A microcontroller needs fewer instructions to look up a byte
+    /// than to shift a word.
     from_end: [Option<u8>; 16],
-    /// Number of fixed bytes at the start of the frame: the length of the sync.
+    /// The length of the sync: the number of fixed bytes at the start of the frame.
     sync: usize,
     frame: PhantomData<F>,
 }
@@ -208,9 +209,10 @@ impl<F: FrameBytes> Shape<F> {
         differing == F::Word::from(0)
     }
 
-    /// Returns whether a frame may have `byte` at the position that `following` bytes of the frame follow.
+    /// Returns whether a frame may have `byte` at the position after which `following` more bytes of the frame come.
     ///
-    /// Looks the fixed byte up: a microcontroller shifts a word by an amount that varies in many more instructions.
+    /// Looks up the fixed byte, because shifting a word by a variable amount takes many more instructions on a
+    /// microcontroller.
     #[inline]
     pub(crate) fn accepts(&self, byte: u8, following: usize) -> bool {
         match self.from_end.get(following) {
@@ -219,15 +221,15 @@ impl<F: FrameBytes> Shape<F> {
         }
     }
 
-    /// Returns the reason why no frame may begin with the lowest `known` bytes of `word`, or `None` if one may.
+    /// Returns the reason why no frame can begin with the lowest `known` bytes of `word`, or `None` if a frame can.
     /// `known` is at least one and at most a frame's length.
     #[inline]
     pub(crate) fn mismatch(&self, word: F::Word, known: usize) -> Option<DiscardReason> {
         self.mismatch_at_top(word.up(F::Word::BYTES.wrapping_sub(known)), known)
     }
 
-    /// Returns the reason why no frame may begin with the highest `known` bytes of `word`, or `None` if one may. The
-    /// first byte that differs from the shape decides the reason.
+    /// Returns the reason why no frame can begin with the highest `known` bytes of `word`, or `None` if a frame can.
+    /// The first byte that differs from the shape decides the reason.
     #[inline]
     pub(crate) fn mismatch_at_top(&self, word: F::Word, known: usize) -> Option<DiscardReason> {
         let below = F::Word::BYTES.wrapping_sub(F::LENGTH);
@@ -240,8 +242,8 @@ impl<F: FrameBytes> Shape<F> {
         (place < known).then(|| self.reason_after_first(place))
     }
 
-    /// Returns the reason for which a frame is rejected whose first wrong byte is at `place`, counted from 0, unless it is
-    /// the first byte of the sync.
+    /// Returns the reason to reject a frame whose first wrong byte is at `place`, counted from 0. The first byte of the
+    /// sync must be right.
     #[inline]
     pub(crate) const fn reason_after_first(&self, place: usize) -> DiscardReason {
         if place < self.sync {

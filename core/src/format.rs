@@ -7,7 +7,7 @@ use crate::DiscardReason;
 #[cfg(kani)]
 pub mod verification;
 
-/// The classification of the bytes from some position of the stream on.
+/// The classification of the stream from some position on.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Classification {
     /// No frame begins here, whatever bytes follow.
@@ -38,19 +38,20 @@ pub enum Classification {
 ///    whatever bytes follow.
 /// 5. [`classify_after`](Self::classify_after) returns the same as `classify`.
 ///
-/// Every `Layout` keeps these laws (theorem 13g). If you implement a format yourself, test it with `check_laws`
-/// of `framelock-formats`. If a format breaks the laws, the receiver still does not panic, does not hang, and
-/// counts every byte (theorem 13b). But the frames that it delivers may then depend on how the stream is cut
-/// into slices.
+/// Every `Layout` keeps these laws (theorem 13g). If you implement a format yourself, test it with `check_laws` of
+/// `framelock-formats`. If a format breaks the laws, the receiver still does not panic, does not hang, and counts every
+/// byte (theorem 13b). But the frames that it delivers may then depend on how the stream is cut into slices.
+///
 /// # Functions for any format
-/// A function for all formats with one type of message needs the bound `'static`, as a function for all
-/// [`Parser`](crate::Parser)s does: `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`.
+/// A function that accepts every format with a certain type of message needs the bound `'static`, for the same reason
+/// as a function that accepts every [`Parser`](crate::Parser):
+/// `F: for<'a> Format<Message<'a> = &'a [u8]> + 'static`.
 ///
 /// # A format is `Copy`
 /// Each [`Frame`] contains a copy of its format. Derive `Clone` and `Copy`, and put tables behind a reference.
 ///
 /// # Examples
-/// Text lines, which end with a delimiter. The receiver asks the format again after each byte. `classify_after`
+/// Text lines, which end with a delimiter. The receiver asks this format again after each byte. `classify_after`
 /// searches only the new bytes for the delimiter.
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, Classification};
@@ -98,28 +99,27 @@ pub enum Classification {
     note = "`BufferedReceiver<F, B>` takes a `Format`; the receiver of a `FixedFormat` is `Receiver<F>`"
 )]
 pub trait Format: Copy {
-    /// Bytes in the longest frame. This bounds the memory, the cost of a byte, and the delay of a frame after a
+    /// Bytes in the longest frame. This number bounds the memory, the cost of a byte, and the delay of a frame after a
     /// false start. Choose it as small as the protocol allows.
     const LONGEST: usize;
 
     /// The decoded content of a frame. It may borrow from the frame.
     type Message<'a>;
 
-    /// Returns the bytes in the longest frame of this value: `LONGEST`, or fewer for formats that are read from
-    /// a file.
+    /// Returns the number of bytes in the longest frame of this format value: `LONGEST`, or fewer for formats that are
+    /// read from a file.
     #[inline]
     #[must_use]
     fn longest(&self) -> usize {
         Self::LONGEST
     }
 
-    /// Classifies the stream from the first of `bytes` on. `bytes` has 1 to `longest()` bytes.
+    /// Classifies a stream that begins with `bytes`, which are 1 to `longest()` bytes.
     #[must_use]
     fn classify(&self, bytes: &[u8]) -> Classification;
 
-    /// Does the same as [`classify`](Self::classify). The caller knows that the first `seen` bytes were
-    /// incomplete (0 if the caller knows nothing), so a format that searches for a delimiter can skip these
-    /// bytes.
+    /// Does the same as [`classify`](Self::classify). The first `seen` bytes must be incomplete, so a format that
+    /// searches for a delimiter can skip them. `seen` may be 0.
     #[inline]
     #[must_use]
     fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {

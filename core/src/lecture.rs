@@ -1,7 +1,7 @@
 //! The lecture's machine, unchanged: the state machine that the lecture teaches and that much firmware in the field
 //! uses. It has seven states and takes one step per byte. It waits for 'A', then for 'B', then for four bytes of any
 //! value, then for CR. With the CR it commits all demands at once. It throws away a broken frame as a whole: a wrong
-//! byte in place of 'A', 'B' or CR leads back to the start, even if the wrong byte is an 'A'.
+//! byte where 'A', 'B' or CR is due leads back to the start, even if the wrong byte is an 'A'.
 //!
 //! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep it
 //! out of step for ever. [`Receiver`](crate::Receiver) does not have this fault.
@@ -69,7 +69,7 @@ impl core::fmt::Display for State {
 pub struct Lecture {
     /// The byte that the machine waits for.
     pub state: State,
-    /// The temporary setpoints. Each holds the last byte stored in it, no matter from which frame.
+    /// The temporary setpoints. Each holds the last byte that was stored in it, even from an earlier, broken frame.
     pub temp: Setpoint,
 }
 

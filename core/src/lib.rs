@@ -55,9 +55,8 @@
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
-//! `Receiver`, `BufferedReceiver` and the lecture's machine have the same functions: those of the trait [`Parser`].
-//! No function in this crate panics, whatever its arguments. Mistakes in a format do not compile (see
-//! [`FixedFormat`]).
+//! `Receiver`, `BufferedReceiver` and the lecture's machine all have the functions of the trait [`Parser`]. No function
+//! in this crate panics, whatever its arguments. Mistakes in a format do not compile (see [`FixedFormat`]).
 //!
 //! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
 //! `MAVLink`, NMEA and RTCM.
@@ -78,13 +77,13 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
 #![deny(clippy::arithmetic_side_effects, clippy::panic)]
-// A harness finds each panic that these lints would warn about.
+// The proofs find each panic that these lints would warn about.
 #![cfg_attr(kani, allow(clippy::restriction, clippy::must_use_candidate))]
 
 #[cfg(test)]
 extern crate std;
 
-/// The examples of the project's README and of this crate's are tests.
+/// Tests the examples of the project's README and of this crate's README.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 #[doc = include_str!("../README.md")]

@@ -122,7 +122,7 @@ pub struct Counters {
     pub frame_bytes: u32,
     /// The number of discarded bytes, by reason.
     pub discarded: Discarded,
-    /// The number of resynchronisations: frames that were delivered as the first after discarded bytes.
+    /// The number of resynchronisations: delivered frames that follow discarded bytes.
     pub resynchronisations: u32,
     /// The number of line events, by kind.
     pub events: LineEvents,
@@ -215,7 +215,7 @@ impl<P> Line<P> {
 
 #[cfg(kani)]
 impl<P> Line<P> {
-    /// Returns the line as if bytes had been discarded since the last frame, without counting them.
+    /// Returns the line in the state after discarded bytes: the next frame counts as a resynchronisation.
     pub const fn after_loss(mut self) -> Self {
         self.ledger.lost = true;
         self
@@ -247,8 +247,8 @@ impl<P: Parser> Line<P> {
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
     /// Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in it.
     ///
-    /// A program may stop, return or await between frames. Call it until it returns `None`: then it has delivered the
-    /// same frames as [`feed`](Self::feed), in the same order (see [`Parser::next_with`]).
+    /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
+    /// delivered the same frames as [`feed`](Self::feed), in the same order (see [`Parser::next_with`]).
     ///
     /// # Examples
     /// ```
@@ -327,14 +327,15 @@ impl<P: Parser> Line<P> {
         });
     }
 
-    /// Returns the number of pending bytes: the last bytes of the stream, with which a frame may still begin.
+    /// Returns the number of pending bytes: the last bytes of the stream, as far as they may still become part of a
+    /// frame.
     #[must_use]
     pub fn pending(&self) -> usize {
         self.parser.pending()
     }
 }
 
-/// The counters, and the state that counting resynchronisations needs.
+/// The counters, and a flag for counting resynchronisations.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Ledger {
     counters: Counters,
@@ -374,7 +375,7 @@ impl Ledger {
     }
 }
 
-/// Returns a number of bytes modulo 2³², as the counters count.
+/// Returns a number of bytes modulo 2³², because the counters wrap there.
 #[inline]
 #[expect(clippy::cast_possible_truncation, reason = "counters wrap")]
 const fn wrapped(count: usize) -> u32 {

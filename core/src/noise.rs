@@ -6,8 +6,8 @@ mod verification;
 /// Number of bytes that are examined together.
 pub(crate) const BLOCK: usize = 16;
 
-/// Counts leading bytes that start no frame, in whole blocks: stops before the first block
-/// with a byte that starts one.
+/// Counts leading bytes that start no frame, in whole blocks. Stops before the first block that
+/// contains a byte that can start a frame.
 #[inline]
 pub(crate) fn blocks_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) -> usize {
     let any_starts = |any, &byte: &u8| any | starts(byte);
@@ -19,7 +19,7 @@ pub(crate) fn blocks_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) ->
 /// Counts leading bytes that start no frame.
 #[inline]
 pub(crate) fn run_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) -> usize {
-    // Usually a frame follows a frame. Then the search costs one byte.
+    // Usually the next frame follows at once. Then the search examines only one byte.
     if bytes.first().is_some_and(|&byte| starts(byte)) {
         return 0;
     }

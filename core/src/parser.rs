@@ -1,4 +1,4 @@
-//! The interface that all receivers share. The code around them is written against it once.
+//! The interface that all receivers share, so that other code works with each of them.
 
 use core::fmt;
 
@@ -12,9 +12,9 @@ use crate::LineEvent;
 /// any `Parser`.
 ///
 /// # Functions for any machine
-/// A function for all machines with one type of message has the bound `for<'a> Parser<Message<'a> = M>`. It also needs
-/// the bound `'static`. Otherwise the compiler reports "`P` does not live long enough", because a message may borrow
-/// from the machine for any lifetime.
+/// A function that accepts every machine with a certain type of message `M` has the bound
+/// `for<'a> Parser<Message<'a> = M>`. It also needs the bound `'static`. Otherwise the compiler reports "`P` does not
+/// live long enough", because a message may borrow from the machine for any lifetime.
 /// ```
 /// use framelock::motion::{Bin, Setpoint};
 /// use framelock::{Parser, Receiver, lecture::Lecture};
@@ -40,9 +40,9 @@ pub trait Parser {
 
     /// Takes the next byte. Returns the message of the next frame, if one is complete.
     ///
-    /// Calls `account` with the outcome of each byte that this byte decides, in the order of the stream: runs of
-    /// discarded bytes, and the length of a frame. Callers that count bytes, such as [`Line`](crate::Line), use this
-    /// function instead of [`push`](Self::push).
+    /// Calls `account` with each outcome that this byte decides, in the order of the stream: runs of discarded bytes,
+    /// and the length of a frame. Callers that count bytes, such as [`Line`](crate::Line), use this function instead of
+    /// [`push`](Self::push).
     fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<Self::Message<'_>>;
 
     /// Takes a slice. Reports the outcome of each byte in the order of the stream, except the bytes that are pending
@@ -54,7 +54,8 @@ pub trait Parser {
     /// and 13f).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// Returns the number of pending bytes: the last bytes of the stream, with which a frame may still begin.
+    /// Returns the number of pending bytes: the last bytes of the stream, as far as they may still become part of a
+    /// frame.
     fn pending(&self) -> usize;
 
     /// Forgets the pending bytes, as if the machine had never received anything.
@@ -69,9 +70,9 @@ pub trait Parser {
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
     /// Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in it.
     ///
-    /// Call it until it returns `None`: then it has reported the same frames and discarded bytes as
-    /// [`feed`](Self::feed), in the same order (theorems 6 and 13a). Callers that count bytes use this function
-    /// instead of [`next`](Self::next).
+    /// Call this function until it returns `None`. By then it has reported the same frames and discarded bytes as
+    /// [`feed`](Self::feed), in the same order (theorems 6 and 13a). Callers that count bytes use this function instead
+    /// of [`next`](Self::next).
     fn next_with(
         &mut self,
         bytes: &mut &[u8],
@@ -153,21 +154,20 @@ impl<Message> Found<Message> {
     }
 }
 
-/// The reason why bytes are part of no frame: the first position at which the frame that would begin with them is
-/// wrong.
+/// The reason why bytes are part of no frame: the first error in the frame that would begin with these bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum DiscardReason {
-    /// Not the first sync byte: no frame begins here. The byte is noise or payload of a broken frame.
+    /// The byte is not the first sync byte, so no frame begins here. It is noise, or payload of a broken frame.
     NoSync,
     /// The first sync byte was right, but a later one was wrong.
     BrokenSync,
-    /// The sync was right, but no frame has such a header: a fixed bit is wrong, or the length is too short. Formats
-    /// of fixed length never give this reason.
+    /// The sync was right, but the header is invalid: a fixed bit is wrong, or the length is too short. Formats of
+    /// fixed length never give this reason.
     BadHeader,
-    /// The header states a length above that of the longest frame.
+    /// The header states a length that exceeds the longest frame.
     TooLong,
     /// The header states a message that the format does not know.
     UnknownMessage,
@@ -230,15 +230,15 @@ macro_rules! parser_by_own_functions {
 }
 pub(crate) use parser_by_own_functions;
 
-/// Defines `next` and `next_with` for a machine whose `push` never leaves a decision for the next call.
+/// Defines `next` and `next_with` for a machine whose `push` always decides about every byte that it can.
 macro_rules! next_by_pushing {
     ($message:ty) => {
         /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the
         /// slice. Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in
         /// it.
         ///
-        /// Call it until it returns `None`: then it has returned the same frames as [`feed`](Self::feed), in the
-        /// same order (theorem 6). For long slices `feed` is faster.
+        /// Call this function until it returns `None`. By then it has returned the same frames as [`feed`](Self::feed),
+        /// in the same order (theorem 6). For long slices `feed` is faster.
         #[inline]
         pub fn next(&mut self, bytes: &mut &[u8]) -> Option<$message> {
             self.next_with(bytes, |_| ())

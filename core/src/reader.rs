@@ -4,8 +4,8 @@ use crate::{Line, Parser};
 
 /// Reads messages from `source`, for example a UART driver, through a buffer of `N` bytes.
 ///
-/// An error loses no byte: the bytes read so far stay in the buffer, and the pending bytes stay pending. The next
-/// call continues after them.
+/// No byte is lost if `source` returns an error: the bytes read so far stay in the buffer, and pending bytes stay
+/// pending. The next call continues there.
 ///
 /// # Examples
 /// ```
@@ -58,7 +58,7 @@ pub struct Reader<R, P, const N: usize = 64> {
 }
 
 impl<R, P: Parser, const N: usize> Reader<R, P, N> {
-    /// Creates a reader that has read nothing. A buffer of no bytes does not compile.
+    /// Creates a reader that has read nothing. A buffer of zero bytes does not compile.
     #[must_use]
     pub fn new(source: R, parser: P) -> Self {
         const { assert!(N > 0, "a reader needs a buffer") };
@@ -105,8 +105,8 @@ impl<R: embedded_io::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// [`next_message_with`](Self::next_message_with).
     ///
     /// # Errors
-    /// Returns the source's error. No byte is lost: call again to continue. If the error stands for a line event,
-    /// first report that event to [`line_mut`](Self::line_mut).
+    /// Returns the source's error. No byte is lost: call again to continue. If the error means that a line event
+    /// occurred, first report the event to [`line_mut`](Self::line_mut).
     pub fn next_message<M>(&mut self) -> Result<Option<M>, R::Error>
     where
         P: for<'a> Parser<Message<'a> = M> + 'static,
@@ -144,8 +144,8 @@ impl<R: embedded_io_async::Read, P: Parser, const N: usize> Reader<R, P, N> {
     /// the source's `read` loses none.
     ///
     /// # Errors
-    /// Returns the source's error. No byte is lost: call again to continue. If the error stands for a line event,
-    /// first report that event to [`line_mut`](Self::line_mut).
+    /// Returns the source's error. No byte is lost: call again to continue. If the error means that a line event
+    /// occurred, first report the event to [`line_mut`](Self::line_mut).
     pub async fn next_message_async<M>(&mut self) -> Result<Option<M>, R::Error>
     where
         P: for<'a> Parser<Message<'a> = M> + 'static,

@@ -9,7 +9,7 @@ use crate::{DiscardReason, FixedFormat, Found, FrameBytes, LineEvent, Parser};
 
 /// The receiver of the format `F`: 8 bytes of state for frames of up to 8 bytes, 16 for longer ones.
 ///
-/// Two receivers are equal if the same bytes are pending in both. Equal receivers treat all following bytes alike.
+/// Two receivers are equal if the same bytes are pending in both. From then on they behave alike.
 ///
 /// # Examples
 /// The lecture's second example: the line has lost two bytes of the first frame. The lecture's machine loses both
@@ -66,8 +66,8 @@ impl<F: FixedFormat> Receiver<F> {
 
     /// Does the same as [`push`](Self::push), and reports each byte whose outcome is decided (theorem 6).
     ///
-    /// Usually compares the pending bytes with the shape once. If a frame goes wrong, compares once more for each
-    /// pending byte.
+    /// Usually makes one comparison with the shape. When a frame turns out to be broken, makes up to one more
+    /// comparison per pending byte.
     #[inline]
     fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<F::Message> {
         let discarded = |why| account(Found::discarded(1, why));
@@ -79,7 +79,7 @@ impl<F: FixedFormat> Receiver<F> {
     }
 
     /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end. For long slices
-    /// this is several times as fast as `push`. The results do not depend on how a stream is cut into slices (theorem
+    /// `feed` is several times as fast as `push`. The results do not depend on how a stream is cut into slices (theorem
     /// 6).
     ///
     /// # Examples
@@ -110,8 +110,8 @@ impl<F: FixedFormat> Receiver<F> {
         self.reset();
     }
 
-    /// Returns the number of pending bytes: the last bytes of the stream, with which a frame may still begin. At most
-    /// one fewer than the length of a frame.
+    /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are the last bytes of the
+    /// stream, as far as they may still become part of a frame.
     ///
     /// Makes at most one comparison per pending byte.
     #[must_use]
@@ -144,7 +144,7 @@ impl<F: FixedFormat> Parser for Receiver<F> {
     parser_by_own_functions!(F::Message);
 }
 
-// These traits are not derived: derives would demand them of the format type `F`, too.
+// These traits are implemented by hand, because derives would require them of the format type `F`, too.
 impl<F: FixedFormat> Clone for Receiver<F> {
     fn clone(&self) -> Self {
         *self

@@ -1,8 +1,8 @@
 //! The receiver's engine: one word of state, and one step for each byte.
 //!
-//! The state is the bytes since the last commit, but only the last ones, which can still matter: at most one fewer than a
-//! frame has. They lie in a shift register, newest lowest. A 1 above the oldest byte, the marker, shows how many there
-//! are:
+//! The state holds the last bytes since the last commit, always fewer than a frame has; older bytes no longer matter.
+//! The bytes lie in a shift register, the newest in the lowest position. The marker, a 1 above the oldest byte, shows
+//! how many bytes are held:
 //!
 //! ```text
 //!           7        6        5        4        3        2        1        0   byte of the word
@@ -14,17 +14,17 @@
 //!      └────────┴────────┴────────┴────────┴────────┴────────┴────────┴────────┘  the last commit
 //! ```
 //!
-//! The next byte completes a frame if the marker is at the top (so no byte belongs to an earlier
-//! frame), the fixed bytes agree (with the marker, one masked comparison), and the format's own
-//! check holds. Otherwise the byte is shifted in, and the marker moves up until it is at the top.
+//! The next byte completes a frame if three conditions hold. The marker is at the top, so no byte belongs to an earlier
+//! frame. The fixed bytes agree; one masked comparison tests both of these conditions. The format's own check holds.
+//! Otherwise the byte is shifted in, and the marker moves up unless it is at the top.
 //!
-//! [`push`](Window::push) keeps no position in the frame, so it cannot lose it: *every* window of the
-//! stream that overlaps no committed frame is compared.
+//! [`push`](Window::push) keeps no position in the frame, so it cannot get out of step. It compares *every* stretch of
+//! the stream that is as long as a frame and overlaps no committed frame.
 //!
-//! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It notes this
-//! number in the word's four highest bits, as the number of bytes that fit in before the window is full of pending bytes.
-//! `push` ignores the note and shifts it out. A note of 0 says nothing: either all held bytes are pending, or `push`
-//! came last.
+//! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It stores a
+//! *note* in the word's four highest bits: the number of further bytes that can become pending. `push` ignores the note
+//! and shifts it out. A note of 0 gives no information: either the window is full of pending bytes, or the last call
+//! was `push`.
 
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};
@@ -61,16 +61,16 @@ pub trait Word:
     /// Returns the lowest bytes of a wider word.
     fn truncated(wide: u128) -> Self;
 
-    /// Returns the word whose highest byte is the first of `bytes`, or `None` if there are too few.
+    /// Returns the word whose highest byte is the first of `bytes`, or `None` if `bytes` is shorter than a word.
     fn load(bytes: &[u8]) -> Option<Self>;
 
-    /// Returns 1s in the lowest `count` bytes, fewer than the word has.
+    /// Returns a word with 1s in its lowest `count` bytes. `count` is less than the size of the word.
     fn lowest_bytes(count: usize) -> Self;
 
-    /// Shifts by `count` bytes, fewer than the word has, towards the highest.
+    /// Shifts left by `count` bytes, fewer than the word has.
     fn up(self, count: usize) -> Self;
 
-    /// Shifts by `count` bytes, fewer than the word has, towards the lowest.
+    /// Shifts right by `count` bytes, fewer than the word has.
     fn down(self, count: usize) -> Self;
 
     /// Returns the number of leading zero bytes.
@@ -137,14 +137,14 @@ macro_rules! word {
 word!(u64);
 word!(u128);
 
-/// Bits in `bytes` bytes, at most 16.
+/// Returns the number of bits in `bytes` bytes, at most 16 bytes.
 #[inline]
 #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
 fn bits(bytes: usize) -> u32 {
     (bytes as u32).wrapping_mul(u8::BITS)
 }
 
-/// The state: the bytes since the last commit that the next frame may yet include.
+/// The state: the bytes since the last commit that can still be part of a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Window<F: FrameBytes>(F::Word);
 
@@ -152,13 +152,13 @@ impl<F: FrameBytes> Window<F> {
     /// Holds no byte: the state at reset and after every commit.
     pub(crate) const EMPTY: Self = Self(F::EMPTY);
 
-    /// The largest number of bytes held. With one more a frame may be complete.
+    /// The largest number of bytes held, one fewer than a frame has.
     const MOST: usize = F::LENGTH - 1;
 
-    /// Takes `byte`. Returns the frame that it completes, which is the lowest bytes of the word.
+    /// Takes `byte`. If `byte` completes a frame, returns the frame, in the lowest bytes of the word.
     ///
-    /// Calls `check` only with a frame whose fixed bytes agree. Apart from it, each byte costs the same few operations in
-    /// every state: a masked comparison, a shift, and a look at the marker.
+    /// Calls `check` only with a frame whose fixed bytes agree. Apart from `check`, each byte costs the same few
+    /// operations in every state: a masked comparison, a shift, and a test of the marker.
     #[inline]
     pub(crate) fn push(
         &mut self,
@@ -175,7 +175,7 @@ impl<F: FrameBytes> Window<F> {
         let differs = (self.0 ^ (marker | pattern.down(1))) & (!held | mask.down(1));
         let last_differs = (F::Word::from(byte) ^ pattern) & mask & last_byte;
         let shifted = self.with(byte);
-        // One branch for both, since it is unpredictable which of them differs.
+        // Marker and fixed bytes share one branch, because it is unpredictable which of them differs.
         if differs | last_differs == F::Word::from(0) && check(shifted) {
             *self = Self::EMPTY;
             return Some(shifted);
@@ -184,8 +184,8 @@ impl<F: FrameBytes> Window<F> {
         None
     }
 
-    /// Does the same as [`push`](Self::push), and reports why bytes are discarded, oldest first: pending bytes and
-    /// `byte`, up to the first with which a frame may still begin.
+    /// Does the same as [`push`](Self::push), and reports the discarded bytes with their reasons, oldest first.
+    /// Discards pending bytes, and finally `byte` itself, up to the first byte with which a frame can still begin.
     #[inline]
     pub(crate) fn push_with(
         &mut self,
@@ -198,7 +198,7 @@ impl<F: FrameBytes> Window<F> {
         self.push_with_room(room, shape, byte, check, discarded)
     }
 
-    /// Does the same as [`push_with`](Self::push_with), in a window in which `room` fewer bytes are pending than it can hold.
+    /// Does the same as [`push_with`](Self::push_with) in a window in which `room` more bytes can become pending.
     #[inline]
     fn push_with_room(
         &mut self,
@@ -213,7 +213,7 @@ impl<F: FrameBytes> Window<F> {
         // The pending bytes agree with the shape, so only `byte` can differ.
         if !shape.accepts(byte, room) {
             if room == Self::MOST {
-                // Noise: no byte was pending, and none is.
+                // Noise: no byte was pending before, and none is pending now.
                 discarded(DiscardReason::NoSync);
                 *self = Self(held | Self::note(0));
                 return None;
@@ -228,8 +228,8 @@ impl<F: FrameBytes> Window<F> {
         } else {
             discarded(DiscardReason::ChecksumMismatch);
         }
-        // The oldest pending byte is gone. Of the others and `byte`, those before the first with which a frame may begin
-        // are discarded. They lie at the top of `bytes`.
+        // The oldest pending byte has been discarded. The other pending bytes and `byte` lie at the top of `bytes`.
+        // Discard them up to the first with which a frame can begin.
         let mut count = Self::MOST.wrapping_sub(room);
         let mut bytes = with_byte.up(F::Word::BYTES.wrapping_sub(count));
         while count > 0 {
@@ -243,7 +243,8 @@ impl<F: FrameBytes> Window<F> {
         None
     }
 
-    /// Returns how many fewer bytes are pending than the window can hold: the note, if there is one.
+    /// Returns how many more bytes can become pending. Reads this number from the note, or computes it if there is no
+    /// note.
     #[inline]
     fn room(self, shape: &Shape<F>) -> usize {
         let note = self.0.note();
@@ -266,11 +267,11 @@ impl<F: FrameBytes> Window<F> {
         F::Word::of_note(Self::MOST.wrapping_sub(count))
     }
 
-    /// Takes a slice. Reports the outcome of each byte, except those that are pending at the end: the same outcomes, in
-    /// the same order, as byte by byte, wherever a stream is cut into slices.
+    /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end. The outcomes and
+    /// their order are those of [`push_with`](Self::push_with), however a stream is cut into slices.
     ///
-    /// While a whole frame fits into the rest of the slice, no byte is held: every position at which a frame may begin is
-    /// compared in the slice itself. Only bytes at the ends of the slice go through the window.
+    /// As long as a whole frame fits into the rest of the slice, the function compares positions in the slice itself,
+    /// and the window stays empty. Only bytes at the slice's two ends go through the window.
     #[inline]
     pub(crate) fn feed(
         &mut self,
@@ -279,7 +280,7 @@ impl<F: FrameBytes> Window<F> {
         check: impl Fn(F::Word) -> bool,
         mut found: impl FnMut(Found<F::Word>),
     ) {
-        // Pending bytes came before the slice. One by one, bytes are taken until none of those is pending any more.
+        // Some pending bytes came before the slice. Take bytes one by one until none of those is pending.
         let mut at = 0_usize;
         while at < Self::MOST && self.pending(shape) > 0 {
             let Some(&byte) = bytes.get(at) else {
@@ -288,7 +289,7 @@ impl<F: FrameBytes> Window<F> {
             self.push_and_tell(shape, byte, &check, &mut found);
             at = at.wrapping_add(1);
         }
-        // Now all pending bytes lie in the slice. They are taken again, from there.
+        // Now all pending bytes lie in the slice. Empty the window, and take these bytes again from the slice.
         at = at.wrapping_sub(self.pending(shape));
         *self = Self::EMPTY;
         let mut rest = bytes.get(at..).unwrap_or_default();
@@ -302,8 +303,8 @@ impl<F: FrameBytes> Window<F> {
                 found(Found::Discarded { count, why });
                 rest = rest.get(count..).unwrap_or_default();
             }
-            // The next block contains a byte that can begin a frame. Positions are compared one by one until a block of
-            // bytes is discarded, because to search for such blocks at each position would cost more than it saves.
+            // The next block contains a byte that can begin a frame. Compare positions one by one until a whole block
+            // has been discarded. Searching for skippable blocks at each position would cost more than it saves.
             let mut dropped = 0_usize;
             while dropped < BLOCK {
                 let Some(message) = first_of(rest) else {
@@ -321,7 +322,7 @@ impl<F: FrameBytes> Window<F> {
                 dropped = dropped.wrapping_add(count);
             }
         }
-        // The rest is shorter than a frame.
+        // The rest of the slice is shorter than a frame.
         for &byte in rest {
             self.push_and_tell(shape, byte, &check, &mut found);
         }
@@ -345,8 +346,8 @@ impl<F: FrameBytes> Window<F> {
         }
     }
 
-    /// Returns the number of pending bytes: the last bytes, with which a frame may still begin. At most one fewer than
-    /// the length of a frame.
+    /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are the last bytes of the
+    /// stream, as far as they may still become part of a frame.
     #[inline]
     pub(crate) fn pending(self, shape: &Shape<F>) -> usize {
         match self.0.note() {
@@ -356,7 +357,7 @@ impl<F: FrameBytes> Window<F> {
     }
 
     /// Returns the number of pending bytes of a window whose note is 0.
-    // Shifts by amounts that vary need much code on a microcontroller, so this function is never inlined.
+    // Never inlined, because shifts by variable amounts need much code on a microcontroller.
     #[inline(never)]
     fn pending_without_note(self, shape: &Shape<F>) -> usize {
         let mut pending = Self::MOST;
@@ -366,20 +367,22 @@ impl<F: FrameBytes> Window<F> {
         pending
     }
 
-    /// Returns whether the same bytes are pending in both: then both treat all following bytes alike.
+    /// Returns whether the same bytes are pending in both windows. If so, both behave alike from then on.
     pub(crate) fn agrees_with(self, other: Self, shape: &Shape<F>) -> bool {
         let pending = self.pending(shape);
         let differs = (self.0 ^ other.0) & F::Word::lowest_bytes(pending);
         pending == other.pending(shape) && differs == F::Word::from(0)
     }
 
-    /// Returns the bytes held, followed by `byte`: newest lowest. The bits above them may have any value.
+    /// Returns the bytes held, followed by `byte` in the lowest position. The bits above the oldest byte may have any
+    /// value.
     #[inline]
     fn with(self, byte: u8) -> F::Word {
         self.0.up(1) | F::Word::from(byte)
     }
 
-    /// Returns the bytes held and one more, without the oldest if the window was full, and the marker.
+    /// Returns the state after one more byte was shifted in: if the window was full, drops the oldest byte and puts the
+    /// marker back.
     #[inline]
     fn without_oldest(self, with_byte: F::Word) -> F::Word {
         if self.is_full() {
@@ -395,7 +398,7 @@ impl<F: FrameBytes> Window<F> {
         self.0 & F::Word::ONE.up(Self::MOST) != F::Word::from(0)
     }
 
-    /// Returns whether at least `count` bytes are held, if there is no note.
+    /// Returns whether at least `count` bytes are held. The window must have no note.
     #[inline]
     fn holds(self, count: usize) -> bool {
         self.0.down(count) != F::Word::from(0)

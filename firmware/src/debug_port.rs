@@ -44,7 +44,7 @@ pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
 /// cannot be written must not cause a reset at every start.
 #[inline(never)]
 fn write_once(nvmc: &NVMC, word: *mut u32, value: u32) -> bool {
-    // SAFETY: the address is that of a register, from the PAC.
+    // SAFETY: the address is from the PAC and belongs to a register.
     if unsafe { word.read_volatile() } != ERASED {
         return false;
     }

@@ -13,7 +13,7 @@ use crate::settings::InputPin;
 
 /// Duration of a byte at 1 Mbaud, in cycles.
 pub(crate) const BYTE: u32 = 640;
-/// Time limit for waiting, in cycles: 5 ms. An event that comes at all comes within this time.
+/// The time limit for waiting, in cycles: 5 ms. If an event has not come by then, it will never come.
 const LONG: u32 = 5 * 64_000;
 
 /// Waits for this number of cycles.
@@ -21,7 +21,7 @@ pub(crate) fn pause(cycles: u32) {
     wait(cycles, || false);
 }
 
-/// Waits until `is_so` returns true. Returns the cycles waited, or `None` after `longest` cycles.
+/// Waits until `is_so` returns true, but at most `longest` cycles. Returns the cycles waited, or `None` at the limit.
 pub(crate) fn wait(longest: u32, is_so: impl Fn() -> bool) -> Option<u32> {
     let began = DWT::cycle_count();
     loop {
@@ -56,7 +56,7 @@ impl Sender {
     /// Sends these bytes and calls `meanwhile` during the transmission. Returns after the last stop bit.
     pub(crate) fn send(&self, bytes: &[u8], meanwhile: impl FnOnce()) {
         self.0.events_endtx.reset();
-        // SAFETY: the address and length are those of `bytes`, which are borrowed until they are sent.
+        // SAFETY: the address and the length describe `bytes`, which stay borrowed until they are sent.
         unsafe {
             self.0.txd.ptr.write(|w| w.bits(bytes.as_ptr() as u32));
             self.0.txd.maxcnt.write(|w| w.bits(bytes.len() as u32));
@@ -67,8 +67,8 @@ impl Sender {
         pause(2 * BYTE);
     }
 
-    /// Sends a byte with an even parity bit. A receiver that expects no parity takes this bit for the stop bit.
-    /// It sees a bad stop bit if the byte has an even number of ones.
+    /// Sends a byte with an even parity bit. A receiver that expects no parity mistakes this bit for the stop bit. If
+    /// the byte has an even number of ones, it sees a bad stop bit.
     pub(crate) fn send_with_parity(&self, byte: &[u8]) {
         self.0.config.write(|w| w.parity().included());
         self.send(byte, || {});

@@ -4,8 +4,8 @@
 //!  UARTE0 ──► receive handler ──► setpoint ──► main loop: failsafe ──► servos, LEDs, log, watchdog
 //! ```
 //!
-//! The receive handler owns the receiver and passes one word, the setpoint, to the main loop.
-//! The main loop owns everything else.
+//! The receive handler owns the receiver, and passes the setpoint to the main loop in a single word. The main loop owns
+//! everything else.
 #![no_std]
 #![no_main]
 
@@ -41,7 +41,7 @@ fn main() -> ! {
     static mut WIDTHS: [[u16; 4]; 2] = [[0; 4]; 2];
     static mut LINE: Line = receive::NOTHING_YET;
 
-    // Nothing has taken the peripherals yet, so neither call can fail. If one did, only a reset could help.
+    // Nothing has taken the peripherals yet, so neither call can fail. If one failed, only a reset could help.
     let (Some(chip), Some(mut core)) = (pac::Peripherals::take(), pac::CorePeripherals::take())
     else {
         SCB::sys_reset()
@@ -49,7 +49,7 @@ fn main() -> ! {
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
     // The instruction cache is off after a reset, and flash has wait states.
     chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
-    // Before anything is waited for.
+    // Start the watchdog before anything that waits.
     let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
         SCB::sys_reset()
     };
@@ -63,7 +63,7 @@ fn main() -> ! {
     let clock = Clock::start(chip.TIMER0);
     let output = reset::last_output().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
-    // The failsafe stays inside the result: moving it out would take more flash than the failsafe itself.
+    // Keep the failsafe inside the result, because moving it out would take more flash than the failsafe itself.
     let Ok(failsafe) = &mut Failsafe::resumed(FAILSAFE, now, output) else {
         SCB::sys_reset() // The settings assert the same at compile time.
     };
@@ -76,8 +76,8 @@ fn main() -> ! {
     let mut lock = Lock::default();
     let mut line_break = LineBreak::default();
     let mut logged_at = now;
-    // One pass per tick. A new setpoint waits for the next tick, which costs nothing: the PWM takes new
-    // pulse widths less often than that.
+    // One pass per tick. A new setpoint waits for the next tick, which costs nothing, because the PWM takes new pulse
+    // widths less often than once a tick.
     loop {
         let now = clock.now();
         clock.wake_at(now.wrapping_add(TICK));
@@ -102,7 +102,7 @@ fn main() -> ! {
     }
 }
 
-/// The lock: held while frames arrive and no byte was discarded since the last frame.
+/// The lock: true while frames arrive and no byte was discarded since the last frame.
 #[derive(Default)]
 struct Lock {
     held: bool,
@@ -126,8 +126,8 @@ impl Lock {
     }
 }
 
-/// Measures how long breaks last. It counts the ticks at which the line is low, from the report of a break
-/// until the next byte arrives.
+/// Measures how long breaks last: counts the ticks at which the line is low, from the report of a break until the next
+/// byte arrives.
 #[derive(Default)]
 struct LineBreak {
     lasts: bool,
@@ -147,15 +147,15 @@ impl LineBreak {
     }
 }
 
-/// Sets the interrupt priorities and unmasks the interrupts. The receiver's two handlers share one priority,
-/// which is higher than that of the tick's handler.
+/// Sets the interrupt priorities and unmasks the interrupts. The receiver's two handlers share one priority. It is
+/// higher than the priority of the tick's handler.
 fn unmask_interrupts(nvic: &mut NVIC) {
     for (interrupt, priority) in [
         (Interrupt::UARTE0_UART0, 1 << 5),
         (Interrupt::TIMER2, 1 << 5),
         (Interrupt::TIMER0, 2 << 5),
     ] {
-        // SAFETY: no critical section relies on priorities, and everything that the handlers need is set up.
+        // SAFETY: no critical section relies on priorities, and all state that the handlers use is initialised.
         unsafe {
             nvic.set_priority(interrupt, priority);
             NVIC::unmask(interrupt);

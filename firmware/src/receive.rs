@@ -1,8 +1,8 @@
 //! Continuous reception with UARTE0: each byte causes one interrupt, and its handler does one step of the
 //! receiver.
 //!
-//! The decisions, and the reasons why they are right, are in [`framelock_reception`]. This module contains
-//! the register accesses, the handlers, and the access to the receiver.
+//! The crate [`framelock_reception`] contains the decisions and their justification. This module contains the register
+//! accesses, the handlers, and the access to the receiver.
 
 use core::cell::RefCell;
 use core::sync::atomic::AtomicU8;
@@ -21,17 +21,17 @@ use crate::{clock, setpoint};
 /// The byte in RAM to which EasyDMA writes.
 static BYTE: AtomicU8 = AtomicU8::new(NO_BYTE);
 
-/// The compare register of TIMER2 that holds [`NONE_WAITS_AFTER`]: within this time after a transfer was opened,
-/// the UARTE stores a byte that waits in the FIFO.
+/// The compare register of TIMER2 that holds [`NONE_WAITS_AFTER`]. A byte that waits in the FIFO when a transfer is
+/// opened is stored within this time.
 const NONE_WAITS: usize = 1;
 
-/// The receiver and everything that it owns. Its two handlers have the same priority, so neither interrupts
-/// the other, and the main loop accesses the receiver with interrupts off. The cell checks at run time that
-/// the accesses never overlap.
+/// The receiver and everything that it owns. Accesses never overlap: the receiver's two handlers have the same
+/// priority, so neither interrupts the other, and the main loop accesses the receiver with interrupts disabled. The
+/// cell checks this at run time.
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
-/// The receiver's state before the first byte. It is a constant, so that it can initialise a `static`: copying
-/// it into place would take more flash than the receiver itself.
+/// The receiver's state before the first byte. It is a constant, so that it can initialise a `static`, because copying
+/// it at run time would take more flash than the receiver itself.
 pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
 type Reception = framelock_reception::Reception<NONE_WAITS_AFTER, GAP_AFTER>;
@@ -97,9 +97,9 @@ fn TIMER2() {
     NVIC::pend(Interrupt::UARTE0_UART0);
 }
 
-/// Calls `act` with the receiver. All accesses go through this function. If the receiver is in use or has not
-/// been started, this program has a bug: the function then counts `unserved` and returns `None`, and the main
-/// loop does not feed the watchdog.
+/// Calls `act` with the receiver. All accesses go through this function. If the receiver is in use or has not been
+/// started, this program has a bug. Then the function counts `unserved` and returns `None`, and the main loop does not
+/// feed the watchdog.
 fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
     free(|token| {
         if let Ok(mut cell) = RECEIVER.borrow(token).try_borrow_mut()
@@ -124,8 +124,8 @@ extern "Rust" fn receiver_step(line: &mut Line, byte: u8) {
 }
 
 impl Hardware {
-    /// Clears these causes in ERRORSRC. This is a separate, cold function so that the path of a byte without an
-    /// error stays short.
+    /// Clears these causes in ERRORSRC. This is a separate, cold function, to keep the path of a byte without an error
+    /// short.
     #[cold]
     #[inline(never)]
     fn clear(&mut self, causes: u32) {
@@ -162,7 +162,7 @@ impl Registers for Hardware {
     }
 
     fn start(&mut self) {
-        // SAFETY: as above; no transfer is open that could write the byte at the same time.
+        // SAFETY: the byte is a static. No transfer is open that could write it at the same time.
         unsafe { BYTE.as_ptr().write_volatile(NO_BYTE) };
         self.uarte.events_endrx.reset();
         let start = &self.uarte.tasks_startrx;

@@ -1,8 +1,7 @@
 //! Resets by panics, faults and the watchdog; the cause of the last reset, and the outputs before it.
 //!
-//! After a panic or a fault, the program stops the servo pulses and resets the chip. A stack overflow causes
-//! a fault whose exception frame has no room on the stack: the processor locks up, and the chip then resets
-//! itself.
+//! After a panic or a fault, the program stops the servo pulses and resets the chip. A stack overflow causes a fault
+//! whose exception frame does not fit on the stack, so the processor locks up, and the chip resets itself.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -25,24 +24,24 @@ fn panic(info: &PanicInfo) -> ! {
 }
 
 #[exception]
-// SAFETY: the attribute demands this signature; the frame is not used.
+// SAFETY: the attribute requires this signature, and the handler does not use the frame.
 unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
     servo::stop();
     SCB::sys_reset()
 }
 
-/// The watchdog. Only the main loop feeds it, and only while the receiver works. If the failsafe's clock stands
-/// still, no tick wakes the main loop, so the watchdog also covers the clock.
+/// The watchdog. Only the main loop feeds it, and only while the receiver works. The watchdog also covers the
+/// failsafe's clock, because without the clock no tick wakes the main loop.
 pub(crate) struct Watchdog(WatchdogHandle<Hdl0>);
 
 impl Watchdog {
-    /// Starts the watchdog, which then runs until a reset. It keeps running during sleep and pauses while a
-    /// debugger halts the core: these are its settings after a reset.
+    /// Starts the watchdog, which then runs until a reset. By its default settings, it keeps running during sleep, and
+    /// pauses while a debugger halts the core.
     ///
-    /// A soft reset does not stop the watchdog, and its settings cannot be changed while it runs. After
-    /// flashing, the old program's timeout therefore applies until another kind of reset. Returns `None` if
-    /// the old program fed the watchdog in another way. The caller then resets the chip, again and again,
-    /// until the unfed watchdog resets the chip itself and thereby stops.
+    /// A soft reset does not stop the watchdog, and its settings cannot be changed while it runs. So after flashing,
+    /// the old program's timeout stays in force until another kind of reset. Returns `None` if the old program fed the
+    /// watchdog in another way. Then the caller resets the chip, again and again, until the unfed watchdog resets the
+    /// chip itself. This stops the watchdog.
     pub(crate) fn start(watchdog: WDT) -> Option<Self> {
         let parts = wdt::Watchdog::try_new(watchdog)
             .map(|mut watchdog| {
@@ -76,10 +75,10 @@ pub(crate) fn cause(power: &POWER) -> u32 {
 
 /// The last output: pitch, roll and yaw in one word, and a check word.
 ///
-/// No start-up code writes to this section. After power-on its content is arbitrary; after any other reset it
-/// usually still has its old content. A brown-out looks like power-on but leaves the servos where they are, so
-/// only the check word tells whether the output is known. One of 2^32 random check words is accepted by
-/// mistake. The attribute `used` prevents the compiler from assuming that the words are zero.
+/// No start-up code writes to this section. After power-on its content is arbitrary. After any other reset it usually
+/// has kept its content. A brown-out looks like power-on but leaves the servos where they are, so only the check word
+/// shows whether the output is known. One of 2^32 random check words is accepted by mistake. The attribute `used`
+/// prevents the compiler from assuming that the words are zero.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_OUTPUT")]

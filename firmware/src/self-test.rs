@@ -37,7 +37,7 @@ const FRAMES: usize = 80;
 /// How often each of the shorter tests is repeated.
 const TIMES: u32 = 16;
 
-/// The most cycles that the parser may take for a byte: half of a byte's duration at 1 Mbaud.
+/// The limit on the parser's cycles per byte: half of a byte's duration at 1 Mbaud.
 const MOST_CYCLES: u32 = 320;
 
 /// The numbers of the table, three per row. A debugger shows them with `print ANSWERS`.
@@ -76,8 +76,8 @@ fn main() -> ! {
         SCB::sys_reset()
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
-    // The firmware's watchdog keeps running after this program is flashed. Wait here until it resets the chip, so
-    // that it does not do so in the middle of a test.
+    // If this program was flashed over the firmware, the firmware's watchdog still runs. Wait here until the watchdog
+    // resets the chip, because a reset would disturb a later test.
     while chip.WDT.runstatus.read().bits() != 0 {}
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
@@ -109,7 +109,7 @@ fn main() -> ! {
         chip.UARTE0.events_endrx.reset();
         receive::start(chip.UARTE0, chip.TIMER2, &pin, LINE);
         for interrupt in [Interrupt::UARTE0_UART0, Interrupt::TIMER2] {
-            // SAFETY: no critical section relies on the mask, and everything that the handlers need is set up.
+            // SAFETY: no critical section relies on the mask, and all state that the handlers use is initialised.
             unsafe { NVIC::unmask(interrupt) };
         }
         loopback(&sender, SENT);
@@ -249,7 +249,7 @@ fn long_break(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     );
 }
 
-/// Row 13: finds out which writes clear ERRORSRC. A break sets the causes 4 and 8.
+/// Row 13: finds out which writes clear ERRORSRC. A break sets causes 4 and 8, which are framing and break.
 fn clearing(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     receiver.switch_on();
     sender.set_baud(BAUDRATE_A::BAUD1200);
@@ -308,8 +308,8 @@ fn stopping(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     );
 }
 
-/// Row 10: finds out whether SEQSTART in the middle of a PWM period begins a new period at once. The firmware works
-/// in both cases.
+/// Row 10: finds out whether SEQSTART in the middle of a PWM period begins a new period at once. The firmware works in
+/// both cases.
 fn period(pwm: PWM0, widths: &'static mut [[u16; 4]; 2]) {
     let (now, middle) = (0, u32::from(PULSE_PERIOD) * 64 / 2);
     let mut servos = servo::Servos::start(pwm, [], widths, (now, [0; 3].into()));

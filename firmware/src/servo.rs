@@ -8,9 +8,9 @@ use nrf52840_hal::pac::PWM0;
 
 use crate::settings::{PULSE, PULSE_PERIOD, TICK};
 
-/// Time from the start of a period until new widths are handed over to the PWM, in microseconds. The handover is
-/// late in the period, so that the widths are recent. The pulses have ended by then, so no pulse is cut short if
-/// the PWM begins a new period at once.
+/// Time from the start of a period until the PWM gets new widths, in microseconds. The handover is late in the period,
+/// so that the widths are recent. By then the pulses have ended, so no pulse is cut short, even if the PWM begins a new
+/// period at once.
 const HANDOVER: u32 = PULSE_PERIOD as u32 - 2 * TICK;
 
 /// A PWM sequence of one step: a pulse width for each of the four channels.
@@ -28,7 +28,7 @@ pub(crate) struct Servos {
     /// The index of the set that was handed over to the PWM last.
     given: usize,
     shown: Setpoint,
-    /// The last time at which the start of a period was seen, or at which widths were handed over.
+    /// The time at which a period last began, or at which the PWM last got widths.
     since: u32,
 }
 
@@ -52,7 +52,7 @@ impl Servos {
             .write(|w| unsafe { w.countertop().bits(PULSE_PERIOD) });
         pwm.decoder
             .write(|w| w.load().individual().mode().refresh_count());
-        // SAFETY: one step has four widths.
+        // SAFETY: the sequence contains four widths.
         pwm.seq0.cnt.write(|w| unsafe { w.cnt().bits(4) });
         let mut servos = Self {
             pwm,
@@ -65,12 +65,12 @@ impl Servos {
         servos
     }
 
-    /// Hands this setpoint over to the PWM for the next pulses, if it is time to do so: at most once a period, and
+    /// Hands this setpoint over to the PWM for the next pulses, if it is time to do so. That is at most once a period,
     /// after the period's pulses.
     ///
     /// The effect of SEQSTART in the middle of a period is not specified. Either the next period begins when the
-    /// current one has ended, or it begins at once and shortens the current one. In both cases the PWM's events
-    /// tell when a period has begun.
+    /// current one has ended, or it begins at once and shortens the current one. In both cases the PWM's events show
+    /// when a period has begun.
     pub(crate) fn show(&mut self, now: u32, setpoint: Setpoint) {
         let [started, _] = &self.pwm.events_seqstarted;
         let ended = &self.pwm.events_pwmperiodend;
@@ -105,8 +105,8 @@ impl Servos {
         // widths.
         unsafe { addr_of_mut!(*widths).write_volatile([pitch, roll, yaw, PULSE_FIRST]) };
         let address = addr_of!(*widths) as u32;
-        // SAFETY: the widths are in RAM and never move. They are not written again until the other set has been
-        // handed over to the PWM, which is a period later.
+        // SAFETY: the widths are in RAM and never move. The program does not write them again before the PWM has got
+        // the other set, a period later.
         self.pwm.seq0.ptr.write(|w| unsafe { w.bits(address) });
         self.pwm.tasks_seqstart[0].write(|w| w.tasks_seqstart().set_bit());
     }

@@ -4,20 +4,18 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use framelock::motion::Setpoint;
 
-/// Pitch, roll and yaw as in a frame, followed by a sequence number. All four share one word, which one
-/// instruction reads and one instruction writes, so a reader never sees a torn setpoint. Only the receive
-/// handler writes it.
+/// Pitch, roll and yaw as in a frame, followed by a sequence number. All four share one word, which single instructions
+/// read and write, so a reader never sees a torn setpoint. Only the receive handler writes it.
 ///
-/// No test looks for a torn setpoint. The main loop cannot run in the middle of the handler, so it could see
-/// a torn setpoint only if it read the word in parts, and an atomic word cannot be read in parts.
+/// No test looks for a torn setpoint. The main loop cannot run in the middle of the handler. So it could see a torn
+/// setpoint only by reading the word in parts, which an atomic word does not allow.
 #[unsafe(no_mangle)]
 static SETPOINT: AtomicU32 = AtomicU32::new(0);
 
 /// A setpoint as it was published.
 ///
-/// The sequence number distinguishes a repeated setpoint from silence. It would fail only if exactly 256
-/// frames arrived between two reads. At 1 Mbaud, 256 frames take 17 ms, and the main loop reads the
-/// setpoint every 2 ms.
+/// The sequence number distinguishes a repeated setpoint from silence. This would fail only if a multiple of 256 frames
+/// arrived between two reads. At 1 Mbaud, 256 frames take 17 ms, and the main loop reads the setpoint every 2 ms.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Published(u32);
 

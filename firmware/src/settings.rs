@@ -27,8 +27,8 @@ pub(crate) type Parser = framelock::lecture::Lecture;
 /// The receiver, with counters of its bytes, frames and line events.
 pub(crate) type Line = framelock::Line<Parser>;
 
-/// Time limit, in microseconds, within which the UARTE stores a byte that waits in the FIFO once a transfer is
-/// open. It is less than half a byte time, so that after a line error it expires before the next byte arrives.
+/// The time, in microseconds, within which the UARTE stores a byte that waits in the FIFO when a transfer is opened. It
+/// is less than half a byte time, so that after a line error it passes before the next byte arrives.
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
 /// Silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a USB serial
@@ -47,8 +47,8 @@ pub(crate) const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
 /// Period of the main loop, in microseconds. The main loop also runs while the line is silent.
 pub(crate) const TICK: u32 = 2_000;
 
-/// The watchdog's timeout, in milliseconds. A new value takes effect after the first reset that stops the
-/// watchdog: power-on, the reset pin, or the watchdog's own reset.
+/// The watchdog's timeout, in milliseconds. A changed value takes effect after the first reset that stops the watchdog:
+/// power-on, the reset pin, or the watchdog's own reset.
 pub(crate) const WATCHDOG: u32 = 250;
 
 /// Widths of a servo's pulse at demand 0 and at demand 255, in microseconds.
@@ -67,7 +67,7 @@ pub(crate) const RESET_PIN: u32 = 18;
 /// An input with a pull-up resistor: an unconnected pin reads as an idle line.
 pub(crate) type InputPin = Pin<Input<PullUp>>;
 
-/// The pins in use. Each is moved out of this struct, so only one owner can use it.
+/// The pins in use. Each pin is moved out of this struct, so that it has only one owner.
 pub(crate) struct Pins {
     /// Serial data in.
     pub(crate) receive: InputPin,

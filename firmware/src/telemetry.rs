@@ -1,4 +1,4 @@
-//! The firmware's reports. LEDs and a debugger always show them; the feature `defmt` adds a log over RTT.
+//! The firmware's reports, for LEDs and a debugger. The feature `defmt` adds a log over RTT.
 
 use core::panic::Location;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -64,7 +64,7 @@ shown! {
     unserved;
 }
 
-/// One counter, which one instruction reads and one instruction writes.
+/// A counter, which single instructions read and write.
 #[repr(transparent)]
 pub(crate) struct Count(AtomicU32);
 
@@ -133,7 +133,7 @@ impl Leds {
         }
     }
 
-    /// Shows the lock on LED1, a recent line error on LED2, and on LED3 that the failsafe controls the outputs.
+    /// Shows the lock on LED1, a recent line error on LED2, and the failsafe's control of the outputs on LED3.
     pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, phase: Phase) {
         if line_errors != self.line_errors {
             self.line_errors = line_errors;
@@ -145,7 +145,7 @@ impl Leds {
         let failsafe = !matches!(phase, Phase::Live | Phase::Approach);
         let lit = [in_lock, self.error_at.is_some(), failsafe];
         for (pin, lit) in self.pins.iter_mut().zip(lit) {
-            // This cannot fail, because the error type is uninhabited.
+            // Setting a pin cannot fail, because the error type is uninhabited.
             let _ = pin.set_state(PinState::from(!lit));
         }
     }

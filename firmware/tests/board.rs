@@ -7,7 +7,7 @@ use crate::firmware::{Firmware, NVMC_CONFIG, UICR, UNDEFINED, frame};
 use crate::outputs::{pulse, pulses};
 
 const SERVO: [u64; 3] = [1_784, 1_196, 1_501];
-/// The setpoint that leads to these pulses.
+/// The setpoint that leads to the pulses `SERVO`.
 const DEMAND: [u8; 3] = [200, 50, 128];
 /// The pulses of the park position.
 const PARK: [u64; 3] = [1_501; 3];
@@ -153,7 +153,7 @@ fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
     }
 }
 
-/// RAM has arbitrary contents then.
+/// After power-on, RAM has arbitrary contents.
 #[test]
 fn after_power_on_the_outputs_begin_at_park() {
     let mut firmware = Firmware::booted("default");
@@ -180,7 +180,7 @@ fn after_power_on_the_outputs_begin_at_park() {
 fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     let mut firmware = Firmware::booted("megabaud");
     live(&mut firmware);
-    // The watched word belongs to one of two sets in turn, so it changes every second time.
+    // The watched word belongs to one of the two sets, so it changes every second time.
     let widths = firmware.board.watch("WIDTHS").unwrap();
     let from = firmware.board.now();
     for n in 0..1_000_u32 {
@@ -224,7 +224,7 @@ fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
 fn the_reset_pin_is_the_cause_whatever_else_is_said() {
     let mut firmware = Firmware::booted("default");
     reset_by_software(&mut firmware);
-    // The pin resets before the firmware has cleared the last cause.
+    // The pin resets the chip before the firmware has cleared the last cause.
     firmware.board.reset();
     firmware.log("default");
     firmware.run_for(5 * MILLISECOND);

@@ -1,4 +1,4 @@
-//! Tests with nothing but line errors, which must leave time for everything else.
+//! Tests with a line full of errors, which must leave processor time for other code.
 
 use nrf52840_emulator::{LineSymbol, MILLISECOND};
 
@@ -17,9 +17,9 @@ fn a_second_of_breaks_starves_nobody() {
     starves_nobody(LineSymbol::Break(12), 13);
 }
 
-/// Sends a second of these symbols at each offered rate, on a core that is half as fast as the model.
-/// Asserts that there is no reset, the failsafe advances in time, and a fifth of the processor's time is
-/// left. Then frames are taken again.
+/// Sends a second of these symbols at each offered rate, on a core that is half as fast as the model. Asserts that
+/// there is no reset, the failsafe advances in time, and a fifth of the processor's time is left. Afterwards, frames
+/// must be received again.
 fn starves_nobody(symbol: LineSymbol, bits: u64) {
     for rate in RATES {
         let (baud, _) = rate;
@@ -46,7 +46,7 @@ fn starves_nobody(symbol: LineSymbol, bits: u64) {
 
         firmware.commits();
         firmware.run_for(RESTART);
-        // Also take a frame right after the next error.
+        // A frame right after the next error must also be received.
         firmware.board.send_symbols(&[LineSymbol::BadStop(0xFF)]);
         firmware.board.send_symbols(&[LineSymbol::Idle(30)]);
         firmware.takes_a_frame(MILLISECOND, &what);

@@ -18,10 +18,10 @@ use crate::stack::stack;
 const UARTE0: u16 = 16 + 2;
 const TIMER2: u16 = 16 + 10;
 
-/// The most cycles that a run of a handler may take for any stream.
+/// The limit on the cycles of one run of a handler, for any stream.
 const MOST_CYCLES: u64 = 800;
 
-/// The figures as text, and those that exceed their limits.
+/// The figures as text, and the list of those that exceed their limits.
 #[derive(Default)]
 struct Figures {
     text: String,
@@ -104,7 +104,7 @@ fn sizes(figures: &mut Figures) {
 }
 
 fn steps(figures: &mut Figures) {
-    // The cost of any call: a stack frame, needed or not, and the return.
+    // A call that does nothing has the cost of every call: a stack frame, needed or not, and the return.
     let (_, call) = called(figures, "no_step", 1, "a call that does nothing", None);
     for (step, calls, name, [bytes_limit, called_limit, alone_limit]) in [
         ("lecture_step", 28, "the lecture's machine", [100, 36, 22]),
@@ -309,7 +309,7 @@ fn latency(figures: &mut Figures, image: &str, baud: u64) {
             .unwrap();
         let changes = &firmware.board.trace().changes;
         let mut committed = changes.iter().filter(|change| change.watch == setpoint);
-        // The UARTE has the byte in the middle of its stop bit.
+        // The UARTE has received the byte in the middle of the stop bit.
         let heard = end - 32_000_000 / baud;
         to_setpoint = to_setpoint.max(committed.next_back().unwrap().at - heard);
     }

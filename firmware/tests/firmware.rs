@@ -130,8 +130,8 @@ impl Firmware {
         firmware
     }
 
-    /// Returns firmware that has booted and then got another baud rate, on a core with this slowness.
-    /// `NONE_WAITS_AFTER` keeps the image's value, which is less than it would be at this rate.
+    /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness.
+    /// `NONE_WAITS_AFTER` keeps the image's value, which is smaller than the value for this rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         let is_slow = baud <= 115_200;
         let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });
@@ -162,7 +162,7 @@ impl Firmware {
         self.board.run_until(end + then).unwrap();
     }
 
-    /// Sends one more frame. Asserts that this frame alone is committed within `then` cycles.
+    /// Sends one more frame. Asserts that exactly this frame is committed within `then` cycles.
     pub(crate) fn takes_a_frame(&mut self, then: u64, what: &str) {
         self.send_and_wait(&frame([4, 5, 6]), then);
         assert_eq!(self.commits(), [[4, 5, 6]], "{what}");
@@ -260,10 +260,10 @@ pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
     (sent, bytes)
 }
 
-/// The reference of a machine: returns the setpoints that it commits.
+/// The type of a reference: a function that returns the setpoints that a machine must commit.
 pub(crate) type Reference = fn(&[u8]) -> Vec<Setpoint>;
 
-/// Returns the setpoints that the reference commits.
+/// Returns the setpoints that the receiver must commit.
 pub(crate) fn reference<F: Format>(bytes: &[u8]) -> Vec<Setpoint> {
     let mut commits = Vec::new();
     whole_buffer::<F>(bytes, |found| {
@@ -278,11 +278,11 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
     commits.iter().all(|commit| rest.any(|one| one == commit))
 }
 
-/// Cycles that are long enough for a gap to end the earlier bytes, and for the counters to show it.
+/// A time, in cycles, in which a gap ends the earlier bytes, and the counters show the gap.
 pub(crate) const GAP: u64 = 8 * MILLISECOND;
 
-/// Cycles that are long enough to notice a lost ENDRX and to restart, and for a gap.
+/// A time, in cycles, in which the firmware notices a lost ENDRX, restarts the UARTE, and sees a gap.
 pub(crate) const RESTART: u64 = 24 * MILLISECOND;
 
-/// Cycles that are long enough to handle the bytes, and too short for a gap.
+/// A time, in cycles, that is long enough to handle all bytes, but too short for a gap.
 pub(crate) const PAUSE: u64 = 600 * MICROSECOND;

@@ -1,12 +1,12 @@
-//! Tests with late interrupt handlers. While the UARTE's FIFO has room, nothing is lost. After that, losses are
-//! reported, and no wrong setpoint is committed.
+//! Tests with late interrupt handlers. As long as the UARTE's FIFO has room, nothing is lost. When it is full, losses
+//! are reported, and no wrong setpoint is committed.
 
 use crate::firmware::{self, Firmware, Setpoint, is_some_of};
 use nrf52840_emulator::{MICROSECOND, MILLISECOND};
 
-/// The image, the cycles of a byte, and the longest hold-off of handlers without loss that `README.md` promises,
-/// in microseconds. The FIFO holds five bytes. The first hold-off applies if an overrun comes at the end of the
-/// byte that finds no room, and the second if it comes at its start bit.
+/// Each entry: the image, the cycles of a byte, and two delays in microseconds for which `README.md` promises that late
+/// handlers lose nothing. The FIFO holds five bytes. The first delay applies if an overrun comes at the end of the byte
+/// that finds no room, and the second if it comes at this byte's start bit.
 const PROMISED: [(&str, u64, [u64; 2]); 2] =
     [("default", 5_556, [500, 430]), ("megabaud", 640, [50, 45])];
 
@@ -66,7 +66,7 @@ fn beyond_that_losses_are_reported_and_nothing_wrong_is_put_in_force() {
                 assert!(overruns > 0 && skipped > 0, "silent loss at {length} us");
                 reported += 1;
             }
-            // The frames that arrived meanwhile, those at both ends, and those in the FIFO.
+            // Count the frames that arrived during the delay, the frames at its two ends, and the frames in the FIFO.
             let lost = (sent.len() - commits.len()) as u64;
             let most = length * MICROSECOND / (7 * byte) + 4;
             assert!(lost <= most, "{image}: {lost} frames lost by {length} us");

@@ -14,7 +14,7 @@ pub(crate) const MOST_FLASH: [(&str, u64); 5] = [
     ("bin-crc8", 8 * 1024),
 ];
 
-/// Bytes by kind of section, added up as by the program `size`.
+/// Bytes by kind of section, as the program `size` counts them.
 #[derive(Default)]
 pub(crate) struct Sizes {
     /// Code and constants.
@@ -61,9 +61,9 @@ fn every_image_fits() {
     }
 }
 
-/// Every panic passes through functions of `core::panicking`, which are never all inlined, to the
-/// program's own handler. An image with neither cannot panic. The log's library can panic, so the
-/// test checks the image without a log. All images have the same receive handlers.
+/// Every panic calls functions of `core::panicking`, which the compiler never inlines completely, and then the
+/// program's own handler. An image that contains neither cannot panic. The log's library can panic, so the test checks
+/// the image without a log. All images have the same receive handlers.
 #[test]
 fn nothing_can_panic() {
     let image = image("small");

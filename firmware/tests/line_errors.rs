@@ -1,4 +1,4 @@
-//! Tests of errors on the line: each is counted, and no frame has bytes from both sides of one (L1).
+//! Tests of errors on the line: each error is counted, and no frame contains bytes from both sides of an error (L1).
 
 use crate::firmware::{Firmware, PAUSE, RESTART, frame, frames, is_some_of};
 use nrf52840_emulator::{LineSymbol, MICROSECOND, MILLISECOND, Parity};
@@ -38,7 +38,7 @@ fn no_frame_reaches_across_a_byte_that_was_lost_to_an_error() {
                 let breaks = u32::from(matches!(error, LineSymbol::Break(_)));
                 assert_eq!(firmware.counter("line_break"), breaks);
 
-                // The error is over: the next frame is taken, and the next error is counted.
+                // The error is over: the next frame is received, and the next error is counted.
                 firmware.takes_a_frame(RESTART, &format!("{error:?} at {place}"));
                 firmware.send_symbols_and_wait(&[LineSymbol::Idle(3), error], RESTART);
                 assert_eq!(firmware.counter("framing"), 2, "{error:?} at {place}");
@@ -82,7 +82,7 @@ fn an_error_in_a_flood_costs_one_frame() {
     }
 }
 
-/// The frame after an error loses nothing, however soon it comes, on a core slowed by half.
+/// The frame after an error loses no byte, however soon it comes, on a core of half the speed.
 #[test]
 fn a_frame_right_behind_an_error_is_taken() {
     for image in ["default", "megabaud"] {
@@ -97,9 +97,8 @@ fn a_frame_right_behind_an_error_is_taken() {
     }
 }
 
-/// Single errors cost only the frames that they hit, however often they come. At 1 Mbaud, on a core that is slower
-/// than the model, an error now and then also costs the frame next to it, whose bytes are in the FIFO when the error
-/// is noticed.
+/// Single errors cost only the frames that they hit, however often they come. At 1 Mbaud, on a core that is slower than
+/// the model, an error sometimes also costs the next frame, whose bytes are in the FIFO when the error is noticed.
 #[test]
 fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
     for image in ["default", "megabaud"] {
@@ -132,7 +131,7 @@ fn an_error_every_few_bytes_costs_the_frames_that_it_hits() {
 }
 
 /// Bytes that wait in the FIFO when an error comes may be from before the error, so they are dropped and reported. A
-/// byte before them, here an `x`, has already left the FIFO.
+/// byte before these, here an `x`, has already left the FIFO.
 #[test]
 fn bytes_in_front_of_an_error_that_is_seen_late_are_dropped() {
     for error in [LineSymbol::BadStop(0xFF), LineSymbol::Break(12)] {
@@ -168,8 +167,8 @@ fn a_doubled_endrx_costs_nothing() {
     }
 }
 
-/// The firmware is held off between any two register accesses while an error comes. The byte after the error would
-/// complete a frame with the bytes before the error.
+/// An error comes while the firmware is interrupted between two register accesses, at every possible place. The byte
+/// after the error would complete a frame with the bytes before the error.
 #[test]
 fn an_error_in_the_middle_of_a_round_is_seen() {
     error_in_the_middle_of_a_round(false);
@@ -234,7 +233,8 @@ fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() 
     firmware.takes_a_frame(PAUSE, "the next frame");
 }
 
-/// A byte that lay in memory before a restart does not make the next one, stored just before a tick, look lost.
+/// A byte lay in memory before a restart, and the next byte is stored just before a tick. The firmware must not mistake
+/// the second byte for one with a lost ENDRX.
 #[test]
 fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
     let mut restarted = booted(false);
@@ -258,8 +258,8 @@ fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
     }
 }
 
-/// The firmware is held off until the FIFO overruns, at any place in a round for a tick or a byte. ENDRX was not
-/// lost, so nothing is restarted.
+/// The firmware is interrupted until the FIFO overruns, at every possible place in a round for a tick or a byte. No
+/// ENDRX was lost, so the UARTE must not be restarted.
 #[test]
 fn an_overrun_in_the_middle_of_a_round_restarts_nothing() {
     // The lag of STARTRX in cycles, less than `NONE_WAITS`.
@@ -290,8 +290,8 @@ fn an_overrun_in_the_middle_of_a_round_restarts_nothing() {
     }
 }
 
-/// A doubled ENDRX for an open transfer adds one spurious byte, or replaces a byte by it. Then everything works
-/// again.
+/// A doubled ENDRX for an open transfer adds one spurious byte, or replaces a byte with a spurious one. Afterwards
+/// everything works again.
 #[test]
 fn an_endrx_that_comes_again_for_an_open_transfer_costs_one_byte() {
     let mut most = 0;
@@ -316,7 +316,7 @@ fn an_endrx_that_comes_again_for_an_open_transfer_costs_one_byte() {
 }
 
 /// If bytes follow each other without a pause and each handler is late, more bytes are dropped than the FIFO holds.
-/// After the first pause, frames are taken again.
+/// After the first pause, frames are received again.
 #[test]
 fn if_handlers_are_late_the_first_pause_ends_the_drain() {
     const BYTE: u64 = 640;
@@ -369,7 +369,7 @@ fn the_receiver_is_stopped_before_the_uarte_is_switched_off() {
     }
 }
 
-/// An RXTO that came long before with an ENDRX does not mean that the receiver has stopped.
+/// An RXTO that came earlier, together with an ENDRX, does not mean that the receiver has stopped.
 #[test]
 fn an_rxto_from_before_is_not_waited_for() {
     let mut firmware = booted(false);

@@ -13,7 +13,7 @@ const PARK: u64 = 128;
 
 /// Returns the pulses of pitch, roll and yaw in every period since an instant, in microseconds.
 pub(crate) fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
-    // If SEQSTART begins a period at once, the period before is shorter, but its pulses are not.
+    // If SEQSTART begins a period at once, the previous period is shorter, but its pulses are complete.
     let shortest = if firmware.assumptions.start_cuts_period {
         16
     } else {
@@ -104,7 +104,7 @@ fn after_a_silence_the_demand_is_approached_and_then_followed() {
             "{pair:?}"
         );
     }
-    // Live: a new demand appears in the second pulse after it at the latest.
+    // In the phase `Live`, a new demand takes effect within two pulses.
     let from = firmware.board.now() + 40 * MILLISECOND;
     drive(&mut firmware, [10, 20, 30], 100);
     let [pitch, roll, yaw] = [10, 20, 30].map(pulse);
@@ -157,14 +157,14 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
     assert!(reset.at - stuck_at < 260 * MILLISECOND);
     let log = firmware.log("default").join("\n");
     assert!(log.contains("reset by watchdog"), "{log}");
-    // The firmware works again.
+    // Now the firmware works again.
     firmware.commits();
     firmware.takes_a_frame(RESTART, "after the reset");
 }
 
-/// A handler that ends just before a tick leaves the main loop awake when the tick comes. A break brings no byte,
-/// so nothing else wakes the main loop. The next break comes after the UARTE may have been restarted, because a
-/// receiver that is off does not hear it.
+/// If a handler ends just before a tick, the main loop is awake when the tick comes. The line has a break, so no byte
+/// wakes the main loop later. Each break comes late enough for a possible restart of the UARTE to be over, because a
+/// receiver that is off misses it.
 #[test]
 fn a_tick_is_not_slept_through_whenever_it_comes() {
     let mut firmware = Firmware::booted("default");
@@ -176,8 +176,8 @@ fn a_tick_is_not_slept_through_whenever_it_comes() {
     assert!(firmware.board.trace().resets.is_empty());
 }
 
-/// The firmware is held off for longer than a tick, at any place of the main loop. The tick that it then requests
-/// has already passed, so it must not wait for it.
+/// The firmware is interrupted for longer than a tick, at every possible place of the main loop. The tick that it
+/// requests next has already passed, so it must not wait for it.
 #[test]
 fn a_tick_that_is_over_already_is_not_waited_for() {
     const TIMER0: u16 = 16 + 8;
@@ -202,7 +202,7 @@ fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     firmware.board.send(b"x");
     firmware.run_for(50 * MILLISECOND);
     let trace = firmware.board.trace();
-    // More resets follow, because the instruction is still there.
+    // More resets follow, because the faulty instruction is still there.
     let reset = trace.resets[0];
     assert_eq!(reset.cause, ResetCause::Soft);
     let mut before = trace.pwm_periods.iter().rev();
@@ -237,7 +237,7 @@ fn a_receiver_that_cannot_be_reached_is_reset_by_the_watchdog() {
     let (address, empty) = cell(&starts);
     let mut in_use = cell(&Firmware::booted("default")).1;
     assert_ne!(empty, in_use);
-    // The count of borrows.
+    // The cell's count of borrows.
     in_use[..4].copy_from_slice(&1_u32.to_le_bytes());
     for bytes in [empty, in_use] {
         let mut firmware = Firmware::booted("default");

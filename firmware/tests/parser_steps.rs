@@ -31,8 +31,7 @@ extern "C" fn receiver_step(receiver: &mut Receiver<Bin>, byte: u8) -> Option<Se
     receiver.push(byte)
 }
 
-/// Does nothing. It measures the cost of the call: the stack frame that the compiler makes, and the
-/// return.
+/// Does nothing. It measures the cost of a call: the stack frame that the compiler creates, and the return.
 #[unsafe(no_mangle)]
 #[inline(never)]
 extern "C" fn no_step(_machine: &mut Lecture, _byte: u8) -> Option<Setpoint> {

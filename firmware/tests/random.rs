@@ -10,12 +10,12 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::firmware::{Firmware, RESTART, Reference, Setpoint, frame, is_some_of, reference};
 
-/// The longest silence that is certainly no gap: a gap begins after 5 ms.
+/// The longest silence in the streams that is not a gap. A gap begins after 5 ms.
 const LONGEST_PAUSE: u64 = 4_500 * MICROSECOND;
-/// The longest hold-off of handlers without loss, in bits. The FIFO may hold only five bytes of ten bits,
-/// and at 1 Mbaud a slow core needs a while for the waiting bytes.
+/// The longest delay of handlers that loses nothing, in bits. The FIFO may hold only five bytes of ten bits, and at 1
+/// Mbaud a slow core needs some time for the waiting bytes.
 const HOLD_OFF: u64 = 45;
-/// Cycles that are longer than this hold-off at any rate.
+/// A time, in cycles, that is longer than this delay at any baud rate.
 const HELD_OFF: u64 = 500 * MICROSECOND;
 /// Number of streams, unless `FRAMELOCK_RANDOM_RUNS` is set.
 const RUNS: u64 = 300;
@@ -36,7 +36,7 @@ enum Step {
     BadStop(u8),
     /// A low level for this number of bits, more than a byte has.
     Break(u32),
-    /// A hold-off of all handlers from now on, in thousandths of the harmless duration.
+    /// A delay of all handlers from now on, in thousandths of the longest harmless delay.
     HoldOff(u64),
 }
 
@@ -67,13 +67,12 @@ fn step(random: &mut ChaCha8Rng) -> Step {
     }
 }
 
-/// The UARTE delivers the bytes that were sent with a stop bit. Checks the firmware's behaviour:
+/// Checks the firmware's behaviour. *Delivered* bytes are those that were sent with a stop bit.
 ///
 /// * Only delivered frames are committed, in order, and none with bytes from both sides of an error or a
 ///   gap.
-/// * If the firmware has taken every byte, it commits all setpoints of the reference.
-/// * Without an error on the line and without a lost ENDRX, it has taken every byte, and there was no
-///   overrun.
+/// * If the firmware has received every byte, it commits all setpoints of the reference.
+/// * Without an error on the line and without a lost ENDRX, it has received every byte, and there was no overrun.
 /// * Every byte is part of a frame, discarded or pending.
 #[test]
 fn whatever_happens_it_does_as_the_reference() {
@@ -87,8 +86,7 @@ fn whatever_happens_it_does_as_the_reference() {
     });
 }
 
-/// Checks the same under random mixes of assumptions. Within half a second, the firmware takes a frame
-/// again.
+/// Checks the same under random mixes of assumptions. Within half a second, the firmware receives a frame again.
 #[test]
 fn whatever_the_chip_does_it_does_as_the_reference() {
     for_seeds(MIXES, |seed| {
@@ -115,7 +113,7 @@ fn one_run(seed: u64, random: &mut ChaCha8Rng, assume: impl FnOnce(&mut Assumpti
     // The sender's rate is off by at most two per cent.
     let millibaud = baud * random.random_range(980..=1_020);
     firmware.board.line(|line| line.set_millibaud(millibaud));
-    // Half of the runs have no errors. Nothing may be lost in them.
+    // Half of the runs have no errors. In these runs nothing may be lost.
     let with_errors: bool = random.random();
     let count = random.random_range(1..16);
     let steps: Vec<Step> = std::iter::repeat_with(|| step(random))
@@ -148,10 +146,10 @@ fn send(firmware: &mut Firmware, steps: &[Step], hold_off: u64) -> Sent {
         stretches: vec![Vec::new()],
         has_errors: false,
     };
-    // The silence since the last byte. Consecutive pauses could add up to a gap.
+    // The silence since the last byte, because consecutive pauses could add up to a gap.
     let mut silence = 0;
     for step in steps {
-        // The line is filled ahead of time, so each step follows everything sent before.
+        // The line is filled ahead of time, so each step begins after everything that was sent before.
         match step {
             Step::Bytes(bytes) => {
                 silence = 0;
@@ -177,7 +175,7 @@ fn send(firmware: &mut Firmware, steps: &[Step], hold_off: u64) -> Sent {
                 silence += 2 * HELD_OFF;
                 let now = firmware.board.now();
                 firmware.board.hold_off(now, hold_off * thousandths / 1_000);
-                // The next hold-off comes after the handlers have run.
+                // The next delay begins after the handlers have run.
                 firmware.run_for(2 * HELD_OFF);
             }
         }

@@ -184,7 +184,7 @@ fn a_board_that_boots_into_the_middle_of_traffic_soon_has_every_frame() {
         let mut firmware = Firmware::at_power_on("default");
         firmware.run_for(phase * 611);
         let (sent, bytes) = frames(400);
-        // The stream begins with a byte whose start the receiver misses.
+        // The stream begins with a byte whose start bit the receiver misses.
         firmware.send_and_wait(&bytes, RESTART);
         let commits = firmware.commits();
         assert!(commits.len() > 380, "phase {phase}: {}", commits.len());

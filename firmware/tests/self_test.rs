@@ -31,10 +31,9 @@ struct Outcome {
     clearing: [u32; 3],
     /// The transfers that a second STARTRX ended, and the bytes stored after it.
     second_start: [u32; 2],
-    /// Cycles until RXTO with a transfer open and with none open, and how often RXTO came without
-    /// STOPRX.
+    /// Cycles until RXTO with and without an open transfer, and how often RXTO came without STOPRX.
     stopping: [u32; 3],
-    /// The number of changes of the setpoint.
+    /// How often the setpoint changed.
     commits: usize,
     log: Vec<String>,
 }
@@ -87,7 +86,7 @@ fn self_test(image_name: &str, assumptions: Assumptions, is_wired: bool) -> Outc
     }
 }
 
-/// Returns whether the log has a line with this part and this verdict.
+/// Returns whether the log has a line with this text and this result.
 fn says(outcome: &Outcome, part: &str, verdict: &str) -> bool {
     let mut lines = outcome.log.iter();
     lines.any(|line| line.contains(part) && line.ends_with(&format!("| {verdict}")))
@@ -101,7 +100,7 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
         assert_eq!(outcome.waiting[..2], [5, 5]);
         assert_eq!(outcome.bad_stop_bits, [TIMES, 0]);
         assert_eq!(outcome.overruns, [TIMES, 6, 0]);
-        // 12 means framing and break.
+        // The value 12 means framing and break.
         assert_eq!(outcome.long_break, [2, 12]);
         assert_eq!(outcome.period[1], 0);
         assert_eq!(outcome.clearing, [12, 8, 0]);
@@ -141,7 +140,7 @@ fn under_each_assumption_it_says_what_this_chip_does() {
     for (name, assumptions) in Assumptions::each() {
         let outcome = self_test("self-test-megabaud", assumptions, true);
         let log = &outcome.log;
-        // The lost ENDRX is that of the first byte, which checks for the wire.
+        // The first byte, which checks the wire, loses its ENDRX.
         if name == "lost_end" {
             assert_eq!(outcome.finished, 2, "{name}: {log:#?}");
             continue;

@@ -1,6 +1,5 @@
-//! Computes the greatest depth of the stack from the machine code: the stack that each function takes, and the
-//! functions that it calls. Instructions that are not understood, recursion, and calls through registers are
-//! errors.
+//! Computes the greatest depth of the stack from the machine code, which shows the stack that each function takes and
+//! the functions that it calls. Unknown instructions, recursion, and calls through registers are errors.
 #![expect(clippy::cast_possible_truncation, reason = "addresses have 32 bits")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -42,7 +41,7 @@ impl<'a> Code<'a> {
             if symbol.kind() == SymbolKind::Text && symbol.size() > 0 {
                 ranges.insert(start, start..start + symbol.size() as u32);
             }
-            // The symbols $t mark the beginning of code, and $d that of tables and constants.
+            // The symbol $t marks the beginning of code. The symbol $d marks the beginning of tables and constants.
             if name.starts_with("$t") || name.starts_with("$d") {
                 mappings.insert(start, name.starts_with("$t"));
             }
@@ -88,9 +87,8 @@ impl<'a> Code<'a> {
     /// Returns the stack that a function takes, including the functions that it calls.
     fn depth(&self, function: u32, callers: &[u32]) -> u32 {
         if let Some(before) = callers.iter().rposition(|&caller| caller == function) {
-            // Only this recursion is allowed: a panic is logged, and the log's library panics if it is used
-            // while it writes a log. Nothing else panics while a log is written, so this second panic never
-            // happens.
+            // One recursion is allowed: a panic is logged, and the log's library panics if it is called while it writes
+            // a log. Nothing else panics during a log entry, so this second panic never happens.
             if self.panic == Some(function) {
                 return 0;
             }
@@ -103,7 +101,8 @@ impl<'a> Code<'a> {
         takes + deepest.unwrap_or(0)
     }
 
-    /// Returns the stack of the program plus that of each handler once, because no handler interrupts itself.
+    /// Returns the stack that the program and all handlers take together. Each handler counts once, because no handler
+    /// interrupts itself.
     fn nested(&self) -> u32 {
         let table = self.file.section_by_name(".vector_table").unwrap();
         let words = table.data().unwrap().as_chunks().0.iter();
@@ -131,8 +130,8 @@ impl Function {
     }
 }
 
-/// Returns the bytes by which an instruction moves the stack pointer down. Returns `None` if it may move the
-/// stack pointer in another way, or jump to any address.
+/// Returns the number of bytes by which an instruction moves the stack pointer down. Returns `None` if the instruction
+/// may change the stack pointer in another way, or jump to an arbitrary address.
 #[rustfmt::skip]
 fn takes(instruction: Insn) -> Option<u32> {
     match instruction {
@@ -157,7 +156,7 @@ fn takes(instruction: Insn) -> Option<u32> {
     }
 }
 
-/// Returns the stack's depth with everything nested, and the stack's size in memory.x, in bytes.
+/// Returns in bytes the stack's depth if all handlers are nested, and the stack's size in memory.x.
 pub(crate) fn stack(image: &str) -> (u32, u32) {
     let elf = image_file(image);
     let code = Code::of(&elf);

@@ -11,8 +11,8 @@ use crate::layout::{Algorithm, Layout};
 ///
 /// The layouts are tried in order. If a layout rejects the bytes, the next layout is tried. The first layout that does
 /// not reject the bytes decides whether they are a frame or are incomplete. Layouts may therefore share a header, as
-/// Modbus requests and responses do. While the bytes are incomplete in an earlier layout, a frame of a later layout
-/// waits, so put layouts with shorter frames first.
+/// Modbus requests and responses do. A frame of a later layout waits as long as the bytes may still become a frame of
+/// an earlier layout, so put layouts with shorter frames first.
 ///
 /// # Examples
 /// ```
@@ -32,12 +32,12 @@ use crate::layout::{Algorithm, Layout};
 /// ```
 #[derive(PartialEq, Eq, Debug)]
 pub struct AnyOf<'a, L = Layout<'a>>(
-    /// The layouts, in the order in which they are tried. Each element is a layout, or contains one, as the memory of
-    /// the C library does.
+    /// The layouts, in the order in which they are tried. Each element is a layout or contains one.
     pub &'a [L],
 );
 
-// A derived `Clone` or `Copy` would require the same trait of `L`. Only a reference to the layouts is copied here.
+// Not derived, because a derived `Clone` or `Copy` would require the same trait of `L`. The copy contains only a
+// reference to the layouts.
 impl<L> Clone for AnyOf<'_, L> {
     fn clone(&self) -> Self {
         *self
@@ -47,7 +47,7 @@ impl<L> Clone for AnyOf<'_, L> {
 impl<L> Copy for AnyOf<'_, L> {}
 
 impl<'l, L: Borrow<Layout<'l>>> AnyOf<'_, L> {
-    /// Classifies bytes as [`classify_after`](Format::classify_after) does, but gets checksums from `sum`.
+    /// Does the same as [`classify_after`](Format::classify_after), but gets checksums from `sum`.
     ///
     /// `sum` is called with a slice of `bytes`, and must return the same value as [`Algorithm::of`]. A receiver on a PC
     /// uses it to compute the checksums of many overlapping frames together, which is faster than one by one.
@@ -110,8 +110,8 @@ impl<'l, L: Borrow<Layout<'l>>> Format for AnyOf<'_, L> {
     }
 }
 
-/// Returns the classification by the first layout that does not reject the bytes. If all reject them, returns the reason
-/// of the layout that got furthest.
+/// Returns the classification of the first layout that does not reject the bytes. If all layouts reject them, returns
+/// the reason from the layout that found the error latest in the frame.
 #[inline(always)]
 pub(crate) fn first<L>(
     all: &[L],
@@ -122,8 +122,8 @@ pub(crate) fn first<L>(
     let mut furthest = DiscardReason::NoSync;
     let mut rest = all;
     while let [one, others @ ..] = rest {
-        // `seen` means that some layout found those bytes incomplete. It was this layout if every other layout rejects
-        // the first byte.
+        // Some layout has found the first `seen` bytes incomplete. If every other layout rejects the first byte, that
+        // layout must be this one.
         let is_alone = furthest == DiscardReason::NoSync && !others.iter().any(&starts);
         match classify(one, if is_alone { seen } else { 0 }) {
             Classification::Rejected(why) => {
@@ -140,8 +140,7 @@ pub(crate) fn first<L>(
 
 /// Returns the index of the first layout that accepts a frame.
 ///
-/// A layout before it may classify the frame's bytes as incomplete, because it rejected the frame only after more bytes
-/// had arrived.
+/// An earlier layout may find the frame's bytes incomplete, if it rejected the frame only after more bytes had arrived.
 #[inline(always)]
 pub(crate) fn kind<L>(
     all: &[L],

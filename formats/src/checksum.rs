@@ -2,8 +2,8 @@
 
 use crate::layout::{Algorithm, Checksum, Encoding, index};
 
-/// A source of computed sums, with which the checksums in frames are compared.
-// A trait instead of a plain `Fn`: `Computed` is always inlined, but a closure would be a call.
+/// Computes sums, to be compared with the checksums in frames.
+// This is a trait instead of a plain `Fn`, because `Computed` is always inlined, but a closure would be a call.
 pub(crate) trait Sum {
     /// Returns the same value as [`Algorithm::of`].
     fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32;
@@ -29,8 +29,8 @@ impl<F: Fn(&Algorithm, &[u8], Option<u8>) -> u32> Sum for F {
 impl Checksum<'_> {
     /// Returns true if the checksum in the frame is correct.
     ///
-    /// `length` is the length from which positions relative to the end are counted. `extra` is a byte that the checksum
-    /// covers after the frame's own bytes. `sum` returns the same value as [`Algorithm::of`].
+    /// Positions relative to the end are counted from `length`. `extra` is a byte that the checksum covers after the
+    /// frame's own bytes. `sum` returns the same value as [`Algorithm::of`].
     #[inline(always)]
     pub(crate) fn is_right(
         &self,
@@ -60,7 +60,7 @@ impl Checksum<'_> {
 
     /// Writes the checksum into a frame that is otherwise complete. Returns false if the frame has no room for it.
     ///
-    /// `length` is the length from which positions relative to the end are counted.
+    /// Positions relative to the end are counted from `length`.
     pub(crate) fn write(&self, frame: &mut [u8], length: usize, extra: Option<u8>) -> bool {
         let place = self.place(length);
         let (Some(place), Some(covered)) = (place, self.covered(frame, length)) else {
@@ -87,8 +87,7 @@ impl Checksum<'_> {
         frame.get(from..to.wrapping_add(1))
     }
 
-    /// Returns the range of the checksum in a frame. `length` is the length from which positions relative to the end are
-    /// counted.
+    /// Returns the range of the checksum in a frame. Positions relative to the end are counted from `length`.
     #[inline(always)]
     fn place(&self, length: usize) -> Option<core::ops::Range<usize>> {
         let at = index(self.at, length)?;

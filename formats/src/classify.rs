@@ -33,7 +33,7 @@ impl Layout<'_> {
         self.classify_after(bytes, 0)
     }
 
-    /// Classifies bytes as [`classify`](Self::classify) does, but faster: the first `seen` bytes are known to be
+    /// Does the same as [`classify`](Self::classify), but faster if `seen` is not 0. The first `seen` bytes must be
     /// incomplete.
     #[inline(always)]
     #[must_use]
@@ -41,8 +41,8 @@ impl Layout<'_> {
         self.classify_with(bytes, seen, &Computed)
     }
 
-    /// Classifies bytes as [`classify_after`](Self::classify_after) does, but gets checksums from `sum`, which returns
-    /// the same values as [`Algorithm::of`].
+    /// Does the same as [`classify_after`](Self::classify_after), but gets checksums from `sum`, which must return the
+    /// same values as [`Algorithm::of`].
     #[inline(always)]
     pub(crate) fn classify_with(
         &self,
@@ -54,8 +54,8 @@ impl Layout<'_> {
             .unwrap_or_else(|classification| classification)
     }
 
-    /// Classifies bytes as [`classify_after`](Self::classify_after) does. Returns the classification as an error if the
-    /// header alone decides it, so that `?` can be used. `sum` returns the same values as [`Algorithm::of`].
+    /// Does the same as [`classify_after`](Self::classify_after). If the header alone decides the classification,
+    /// returns it as an error, for use with `?`. `sum` must return the same values as [`Algorithm::of`].
     #[inline(always)]
     fn try_classify(
         &self,
@@ -79,20 +79,20 @@ impl Layout<'_> {
     pub fn starts(&self, byte: u8) -> bool {
         let Patterns { bytes, length } = self.sync;
         let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
-        // For a constant layout, the first five syncs compile to five comparisons. A loop over them would run for each
-        // byte of noise.
+        // For a constant layout, the first five syncs compile to five comparisons. Otherwise a loop over the syncs
+        // would run for each byte of noise.
         let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
         length == 0 || is(0) || bytes.len() > length && is_other()
     }
 
-    /// Parses the header that the bytes begin with.
+    /// Parses the header at the beginning of the bytes.
     #[inline(always)]
     pub(crate) fn parse(&self, bytes: &[u8]) -> Result<Header, Classification> {
         self.parse_header(self.header_bytes(bytes)?)
             .map_err(Classification::Rejected)
     }
 
-    /// Returns the bytes of the header, if it is complete and begins with a sync.
+    /// Returns the bytes of the header, if the header is complete and begins with a sync.
     #[inline(always)]
     pub(crate) fn header_bytes<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], Classification> {
         let header = self.header();
@@ -102,7 +102,7 @@ impl Layout<'_> {
         if let Some(why) = self.sync.refuses(bytes) {
             return Err(Classification::Rejected(why));
         }
-        // Asks only for the next byte of the sync, so that a wrong byte is rejected as soon as it arrives.
+        // Demand only the next byte of the sync, so that a wrong byte is rejected as soon as it arrives.
         let at_least = if bytes.len() < self.sync.length {
             bytes.len().wrapping_add(1)
         } else {
@@ -147,7 +147,7 @@ impl Layout<'_> {
                 }
                 let plus = i64::from(number).wrapping_mul(i64::from(field.factor));
                 let length = plus.wrapping_add(field.plus.into());
-                // A negative length is too short.
+                // A negative length counts as too short.
                 if length.is_negative() {
                     return Err(DiscardReason::BadHeader);
                 }
@@ -193,7 +193,7 @@ impl Layout<'_> {
         let frame = frame.get(..end).unwrap_or_default();
         let length = self.counted_length(frame);
         let mut fixed = self.fixed.iter();
-        // Without a length, `end` has already found the terminator.
+        // If the frame has no length field, `end` has already found the terminator.
         let ends = header.length.is_none() || self.terminator.ends(frame);
         if !ends || !fixed.all(|bits| bits.are_right(frame, length)) {
             return Some(DiscardReason::WrongTerminator);
@@ -206,14 +206,14 @@ impl Layout<'_> {
         }
     }
 
-    /// Returns the index after the first terminator. The first `seen` bytes were incomplete, so they contain no whole
+    /// Returns the index after the first terminator. The first `seen` bytes are incomplete, so they contain no whole
     /// terminator.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
         let others = self.other_terminators.iter().map(|it| it.len());
         let width = others.fold(self.terminator.length.max(1), usize::max);
         let bytes = bytes.get(..self.longest).unwrap_or(bytes);
-        // While the header was incomplete, the bytes were not searched for a terminator.
+        // Bytes that arrived before the header was complete have not been searched for a terminator.
         let seen = if seen >= self.header() { seen } else { 0 };
         let from = seen.saturating_sub(width.wrapping_sub(1));
         let from = from.max(self.sync.length);
@@ -340,8 +340,7 @@ impl Trailer {
 }
 
 impl FixedBits {
-    /// Returns true if the frame has these bits. `length` is the length from which positions relative to the end are
-    /// counted.
+    /// Returns true if the frame has these bits. Positions relative to the end are counted from `length`.
     #[inline(always)]
     fn are_right(self, frame: &[u8], length: usize) -> bool {
         let byte = index(self.at, length).and_then(|at| frame.get(at));

@@ -30,7 +30,7 @@ impl Crc<'_> {
         }
     }
 
-    /// Returns the CRC from the register, once all bytes have been processed.
+    /// Returns the CRC, given the register after all bytes.
     #[inline(always)]
     pub(crate) const fn result(&self, register: u32) -> u32 {
         let crc = match (self.reflected_in, self.reflected_out) {
@@ -58,8 +58,8 @@ impl Crc<'_> {
         table
     }
 
-    /// Computes the tables that process sixteen bytes at once, for [`Table::Sixteens`] and a CRC of any width. Table `n`
-    /// holds the effect of each byte on the register when `n` zero bytes follow it.
+    /// Computes the tables that process sixteen bytes at once, for [`Table::Sixteens`] and a CRC of any width. Entry
+    /// `b` of table `n` is the register after the byte `b` and `n` zero bytes.
     #[must_use]
     pub const fn table_of_sixteens(&self) -> [[u32; 256]; 16] {
         let mut tables = [[0; 256]; 16];
@@ -109,8 +109,8 @@ impl Crc<'_> {
         })
     }
 
-    /// Processes the bytes sixteen at a time, as four words. No bytes follow the last word, so it uses the first four
-    /// tables; the word before it uses the next four, and so on.
+    /// Processes the bytes sixteen at a time, as four words. Each table is made for a number of following bytes: the
+    /// last word uses the first four tables, the word before it the next four, and so on.
     #[inline(never)]
     fn sixteens(&self, tables: &[[u32; 256]; 16], register: u32, bytes: &[u8]) -> u32 {
         let word = |bytes: &[u8]| {
@@ -135,7 +135,8 @@ impl Crc<'_> {
             let (first, others) = sixteen.split_at(4);
             let others = others.chunks_exact(4).rev().zip(tables.chunks_exact(4));
             let others = others.fold(0, |sum, (four, tables)| sum ^ of_word(word(four), tables));
-            // The first word comes last, because only it depends on the register of the previous round.
+            // The first word is processed last, because it is the only one that depends on the previous iteration's
+            // register.
             let last_tables = tables.get(12..).unwrap_or_default();
             register = others ^ of_word(word(first) ^ register, last_tables);
             rest = behind;
@@ -148,7 +149,7 @@ impl Crc<'_> {
         self.run(register, rest, |byte| entry(one, byte))
     }
 
-    /// Returns the value that is xored into the rest of the register when this byte leaves it. Computed bit by bit.
+    /// Returns the value to xor into the register after this byte has been shifted out of it. Computed bit by bit.
     pub(crate) const fn remainder(&self, byte: u8) -> u32 {
         let polynomial = self.aligned(self.polynomial);
         let mut register = u32::from_le_bytes([byte, 0, 0, 0]);

@@ -124,7 +124,7 @@ impl EncodeInto for Crsf {
     ) -> Result<&'b [u8], EncodeError> {
         let head = [message.address, 0, message.kind];
         let frame = crate::write(&LAYOUT, into, &[&head, message.payload, &[0]])?;
-        // Sealing would replace an address that is not accepted with one that is.
+        // Reject the address here, because sealing would replace it with an accepted one.
         if frame.first() == Some(&message.address) {
             Ok(frame)
         } else {
@@ -143,7 +143,7 @@ pub mod address {
     pub const WIFI_RECEIVER: u8 = 0x13;
     pub const VIDEO_RECEIVER: u8 = 0x14;
     pub const OSD: u8 = 0x80;
-    /// 1 to 8.
+    /// The addresses of speed controllers 1 to 8.
     pub const SPEED_CONTROLLERS: [u8; 8] = [0x90, 0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97];
     pub const CURRENT_SENSOR: u8 = 0xC0;
     pub const GPS: u8 = 0xC2;

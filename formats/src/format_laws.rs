@@ -48,19 +48,19 @@ impl fmt::Display for BrokenLaw {
 
 impl core::error::Error for BrokenLaw {}
 
-/// Checks that a format of your own keeps the laws of [`Format`]. Classifies `stream` from each of its bytes on. Then
-/// repeats this with each single byte changed to each other value.
+/// Checks that a format of your own keeps the laws of [`Format`]. Classifies `stream` from each position on. Then
+/// changes each single byte to each other value, and classifies the changed stream in the same way.
 ///
 /// Pass whole frames, including the longest and the shortest, followed by a few more bytes. Also pass streams that
-/// `proptest` or a fuzzer generates. This is a test: bytes that it does not try may still break a law. `stream` is
-/// restored afterwards.
+/// `proptest` or a fuzzer generates. This function is a test, not a proof: bytes that it does not try may still break a
+/// law. It restores `stream` at the end.
 ///
 /// If the longest frame has up to 64 bytes, every prefix of the bytes is classified. If it has more, only the prefixes
 /// near a change and every sixteenth prefix are classified, and bytes after a final classification take only sixteen
 /// values instead of all. A frame of 300 bytes takes seconds, even without optimisation.
 ///
 /// # Errors
-/// The first law that is broken, and the bytes that show it.
+/// Returns the first law that is broken, and the bytes that show it.
 ///
 /// # Examples
 /// This format classifies two bytes as a frame, but changes its answer when a third byte arrives. This breaks law 2:
@@ -85,7 +85,7 @@ impl core::error::Error for BrokenLaw {}
 /// assert_eq!((broken.law, broken.from, broken.length), (2, 0, 3));
 /// ```
 pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), BrokenLaw> {
-    // The unchanged stream comes first, so that an error names a change only if it needs one.
+    // Try the unchanged stream first, so that an error names a change only if the unchanged stream keeps the laws.
     for from in 0..stream.len() {
         Said::NOTHING.of_all(format, classified(format, stream, from), 1, (from, None))?;
     }
@@ -113,7 +113,7 @@ pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), Broken
     Ok(())
 }
 
-/// The length up to which a format's longest frame counts as short. For such formats, every prefix is classified.
+/// If a format's longest frame is at most this long, every prefix is classified.
 const SHORT: usize = 64;
 
 /// Returns the bytes of the stream from `from` on, at most as many as the longest frame has.
@@ -247,11 +247,11 @@ impl fmt::Display for BrokenEncoding {
 impl core::error::Error for BrokenEncoding {}
 
 /// Checks that the encoding of a fixed-length format agrees with the rest of the format. The frame of `message` must
-/// have the fixed bytes of the shape, pass the check, and decode to `message`. This is a test of one message: call it
-/// with many.
+/// have the fixed bytes of the shape, pass the check, and decode to `message`. The function tests one message, so call
+/// it with many messages.
 ///
 /// # Errors
-/// The first part of the format that contradicts the encoding.
+/// Returns the first part of the format that contradicts the encoding.
 ///
 /// # Examples
 /// ```

@@ -1,4 +1,5 @@
-//! The layout of a protocol's frames: a constant in Rust, a struct in C, a file for the command line.
+//! The layout of a protocol's frames. In Rust a layout is a constant; for the command line it is written as a TOML
+//! file.
 
 mod builder;
 pub(crate) mod check;
@@ -22,11 +23,12 @@ pub use parts::{
 ///  └──────┴───────────────────────────────────┴──────────────┴──────────┴────────────┴──────────┘
 /// ```
 ///
-/// A place in a frame is a number: 0 is the first byte, 1 the second; -1 is the last byte, -2 the one before it. A
-/// trailer comes after the last byte and is not counted.
+/// A *place* is the position of a byte in a frame: 0 is the first byte, 1 the second, -1 the last, -2 the second to
+/// last. A trailer comes after the last byte, and has no places.
 ///
-/// A [builder](Self::builder) makes a layout and checks it: a layout that contradicts itself does not compile as a
-/// constant, and is an error at run time. Every layout keeps the laws of [`Format`](framelock::Format) (theorem 13g).
+/// A [builder](Self::builder) makes and checks a layout. If the parts contradict each other, a constant does not
+/// compile, and at run time the builder returns an error. Every layout keeps the laws of [`Format`](framelock::Format)
+/// (theorem 13g).
 ///
 /// # Examples
 /// `'A' 'B' length payload crc8`, with up to 16 bytes of payload:
@@ -96,7 +98,7 @@ impl<'a> Layout<'a> {
         LayoutBuilder::new()
     }
 
-    /// Returns a builder of a layout like this one.
+    /// Returns a builder that starts with the parts of this layout.
     #[inline]
     pub const fn to_builder(self) -> LayoutBuilder<'a> {
         LayoutBuilder::from_layout(&self)
@@ -186,14 +188,14 @@ impl<'a> Layout<'a> {
         self.trailer
     }
 
-    /// Returns the length from which positions relative to the end of this frame are counted. A frame that ends with one
-    /// of the [`other_terminators`](Self::other_terminators) is counted as if it ended with the
-    /// [`terminator`](Self::terminator).
+    /// Returns the length from which places relative to the end of this frame are counted. This is the frame's length,
+    /// unless the frame ends with one of the [`other_terminators`](Self::other_terminators): then it is the length that
+    /// the frame would have with the [`terminator`](Self::terminator).
     #[inline(always)]
     #[must_use]
     pub fn counted_length(&self, frame: &[u8]) -> usize {
         let others = self.other_terminators.iter().copied();
-        // Takes the longest terminator that fits, because a shorter terminator may be the end of a longer one.
+        // Take the longest terminator that fits, because a shorter one may be the end of a longer one.
         let ends = self.terminator.each().chain(others);
         let ends = ends.filter(|end| {
             let mut both = end.iter().rev().zip(frame.iter().rev());

@@ -81,8 +81,8 @@
 //! For a protocol of your own, write down its [`Layout`]; [`classify_by!`] makes it a format. [`AnyOf`] receives several
 //! layouts on one line. In tests, [`check_laws`] and [`check_encoding`] check a format that you write by hand.
 //!
-//! The repository's `docs/costs.md` compares the cost of a byte with that of other crates, for clean streams and for the
-//! most expensive ones.
+//! The repository's `docs/costs.md` compares the cost per byte with other crates, for clean streams and for the most
+//! expensive streams.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
@@ -141,7 +141,7 @@ pub mod ubx;
 mod verification;
 
 pub use any_of::AnyOf;
-// `classify_by!` names `Classification` through `$crate`, so it also works where this crate has been renamed.
+// Used by `classify_by!` through `$crate`, so that the macro also works in packages that rename this crate.
 pub use format_laws::{BrokenEncoding, BrokenLaw, check_encoding, check_laws};
 #[doc(hidden)]
 pub use framelock::Classification;
@@ -153,8 +153,8 @@ use framelock::EncodeError;
 /// `starts`. Use it inside an `impl` of `Format`.
 ///
 /// `classify_by!(LAYOUT)` takes a constant layout. `classify_by!(LONGEST, |format| ..)` takes a closure that returns
-/// the layout for a value of the format. `LONGEST` is then a constant layout. No frame of the layout that the closure
-/// returns may be longer than the longest frame of `LONGEST`.
+/// the layout for a value of the format. Here `LONGEST` is a constant layout, and no frame of the returned layout may
+/// be longer than the longest frame of `LONGEST`.
 #[macro_export]
 macro_rules! classify_by {
     ($layout:expr) => {

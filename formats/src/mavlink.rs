@@ -28,7 +28,7 @@ const CHECKSUM: Checksum<'static> = Checksum::at_the_end(2)
 /// Returns the layout of MAVLink 1 frames with these messages: see [`Mavlink1`].
 ///
 /// # Panics
-/// If the messages are not in ascending order of their numbers, or none of the numbers is below 256.
+/// Panics if the messages are not in ascending order of their numbers, or none of the numbers is below 256.
 #[must_use]
 pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
     Layout::builder()
@@ -40,10 +40,10 @@ pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
         .build_const()
 }
 
-/// Returns the layout of MAVLink 2 frames with these messages, signed or not: see [`Mavlink2`].
+/// Returns the layout of MAVLink 2 frames with these messages, signed or unsigned: see [`Mavlink2`].
 ///
 /// # Panics
-/// If the messages are not in ascending order of their numbers, or there are none.
+/// Panics if the messages are not in ascending order of their numbers, or there are none.
 #[must_use]
 pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
     Layout::builder()
@@ -60,8 +60,8 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
         .build_const()
 }
 
-/// The layouts with one placeholder message. A format replaces the placeholder with its own messages. So the layout is
-/// checked once, not for each byte.
+/// The layouts with a placeholder message. A format replaces only the placeholder with its own messages, so the check
+/// of the layout runs at compile time, not for each byte.
 const MAVLINK1: Layout<'static> = layout_v1(&[KnownMessage::new(0)]);
 const MAVLINK2: Layout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
@@ -105,8 +105,8 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink2<'a>(pub &'a [KnownMessage]);
 
-/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. The value contains the known
-/// messages, as that of [`Mavlink2`] does.
+/// MAVLink 1: `FE`, five more bytes of header, up to 255 bytes of payload, a CRC-16. Like [`Mavlink2`], the value
+/// contains the known messages.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mavlink1<'a>(pub &'a [KnownMessage]);
 
@@ -144,7 +144,7 @@ pub struct Signature<'a> {
     pub timestamp: u64,
     /// The signature itself.
     pub value: [u8; 6],
-    /// The bytes of the frame before `value`.
+    /// All bytes of the frame that precede `value`.
     pub signed: &'a [u8],
 }
 

@@ -5,14 +5,14 @@ use framelock::{Encode, FixedFormat, Shape};
 
 use crate::layout::{Algorithm, Checksum, Crc, Layout, Patterns};
 
-/// The layout of a [`Bin`](framelock::motion::Bin) frame, for receivers that take a layout.
+/// The layout of a [`Bin`](framelock::motion::Bin) frame.
 pub const BIN: Layout<'static> = Layout::builder()
     .sync(Patterns::one(b"AB"))
     .longest(7)
     .terminator(Patterns::one(b"\r"))
     .build_const();
 
-/// The layout of a [`BinCrc8`](framelock::motion::BinCrc8) frame, for receivers that take a layout.
+/// The layout of a [`BinCrc8`](framelock::motion::BinCrc8) frame.
 pub const BIN_CRC8: Layout<'static> = BIN
     .to_builder()
     .shortest(8)
@@ -38,8 +38,8 @@ pub const SIX_AXES: Layout<'static> = Layout::builder()
 /// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
 ///
 /// The numbers are little endian and run from 0 to 65 535 over an axis's travel. [`SixAxesBigEndian`] has big-endian
-/// numbers instead. Both formats are for the small [`Receiver`](framelock::Receiver), which delivers each frame with its
-/// last byte.
+/// numbers instead. Use both formats with the small [`Receiver`](framelock::Receiver), which delivers each frame with
+/// the frame's last byte.
 ///
 /// There is no checksum. Only the first two and the last two bytes are checked, and the bytes of an axis may equal
 /// them. Therefore report the idle gap after each frame as a [`LineEvent`](framelock::LineEvent).

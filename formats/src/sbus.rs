@@ -53,7 +53,8 @@ pub struct Message {
     pub digital: [bool; 2],
     /// True if the radio missed a frame. The channels then repeat an earlier frame.
     pub frame_lost: bool,
-    /// True if the radio has lost its transmitter. The channels then have the values configured for this case.
+    /// True if the radio has lost its transmitter. The channels then have the failsafe values that are configured in
+    /// the radio.
     pub failsafe: bool,
 }
 
@@ -103,8 +104,7 @@ impl EncodeInto for Sbus {
     }
 }
 
-/// The number of bytes that sixteen channels of 11 bits occupy, with the lowest bits first. CRSF packs channels in the
-/// same way.
+/// The number of bytes that sixteen channels of 11 bits occupy. CRSF packs channels in the same way.
 pub(crate) const CHANNEL_BYTES: usize = 22;
 
 /// Unpacks the sixteen channels. Channel `n` begins at bit `11 * n`. Eight channels occupy eleven bytes, which are read

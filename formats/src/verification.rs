@@ -1,8 +1,10 @@
-//! Theorem 13g. Every layout keeps the laws of [`Format`], alone and together with other layouts. In addition, no
-//! function panics, whatever the bytes: classifying, checking, writing, and decoding the shipped formats.
+//! Theorem 13g. Every layout keeps the laws of [`Format`], alone and together with other layouts. Other harnesses show
+//! that no function panics, whatever the bytes. They cover classifying, checking and writing frames, and decoding the
+//! shipped formats.
 //!
-//! Each harness of the laws takes arbitrary bytes and classifies two prefixes of them: `some` bytes, and `more` bytes. An
-//! arbitrary function of the frame decides whether the checksum is right, so the laws hold with every checksum.
+//! Each harness for the laws classifies two prefixes of arbitrary bytes: the first `some` bytes, and the first `more`
+//! bytes. An arbitrary function of the frame decides whether the checksum is right, so the laws hold with every
+//! checksum.
 
 mod any_layout;
 mod any_of;

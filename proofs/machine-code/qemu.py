@@ -13,7 +13,7 @@ THEIRS = {name: getattr(arm_const, f"UC_ARM_REG_{name.upper()}") for name in REG
 def value(name, size):
     """Returns a random value for a field, often one near an overflow."""
     if name == "window":
-        # Often a frame without its last byte.
+        # Many windows hold a frame without its last byte, so that frames are completed often.
         wrong = random.choice([b"", b"AB\r"])
         data = [bits(random.choice([fixed or 0, *wrong]), 8) for fixed in FRAME]
         data = data[: random.choice([*range(7), 6, 6, 6])]
@@ -47,7 +47,7 @@ def compare(step):
                 (state,) = state.step()  # Skipped because of IT: QEMU does not report these instructions.
             same = all(number(content) == theirs[name] for name, content in state.registers.items())
             for i, flag in enumerate("VCZN"):
-                # If the prover leaves a flag open, it takes QEMU's value.
+                # If the prover leaves a flag undefined, use QEMU's value from here on.
                 is_set = bool(theirs["cpsr"] >> 28 + i & 1)
                 same = same and not (z3.is_false if is_set else z3.is_true)(state.flags[flag])
                 state.flags[flag] = z3.BoolVal(is_set)

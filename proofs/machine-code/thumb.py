@@ -82,7 +82,7 @@ class State:
         self.name, self.operands = self.now.insn_name(), self.now.operands
         self.pc += self.now.size
         self.instructions, self.cycles = self.instructions + 1, self.cycles + cycles(self.now)
-        # A short instruction inside IT sets no flags.
+        # A 16-bit instruction inside an IT block sets no flags.
         self.sets_flags = self.now.update_flags and not (self.conditions and self.now.size == 2)
         condition = self.holds(self.conditions.pop(0)) if self.conditions else z3.BoolVal(True)
         return sum([way.execute() if taken else [way] for taken, way in self.fork(condition)], [])
@@ -91,7 +91,7 @@ class State:
         if self.name in ("cps", "msr", "mrs", "udf", "svc", "bkpt"):
             self.refuse("only a panic uses this instruction")
         if self.name not in EXECUTIONS:
-            # Not a Failure, so that an unknown instruction does not count as noticing a seeded bug.
+            # This is not a `Failure`, so that an unknown instruction does not count as noticing a seeded bug.
             raise NotImplementedError(f"{self.now.mnemonic} {self.now.op_str}")
         self.image.kinds.add(self.name)
         return EXECUTIONS[self.name](self) or [self]
@@ -184,7 +184,7 @@ class State:
         """Returns the last operand, shifted, and the carry out of the shift."""
         operand, carry = self.operands[-1], self.flags["C"]
         if operand.type == arm.ARM_OP_IMM:
-            # The carry of a long instruction depends on its encoding.
+            # The carry of a 32-bit instruction depends on its encoding.
             return bits(operand.imm), carry if self.now.size == 2 else z3.FreshBool()
         if operand.shift.type == arm.ARM_SFT_INVALID:
             return self.get(operand.reg), carry

@@ -4,15 +4,14 @@
 //! bytes = frame_bytes + discarded + pending
 //! ```
 //!
-//! Proof by induction. At reset all numbers are 0. Each byte and each line event adds the same number on both sides.
-//! This holds for any values of the counters, even if they are about to wrap. A slice does the same as its bytes
-//! (theorem 6).
+//! Proof by induction. At reset all numbers are 0. Each byte and each line event adds the same number to both sides,
+//! for any values of the counters, even if they are about to wrap. A slice does the same as its bytes (theorem 6).
 //!
-//! For every format of one to eight bytes, the receiver's engine reports frames and discarded bytes at each byte. These
-//! and the bytes pending afterwards add up to the bytes pending before and the new byte (`one_byte` in
-//! `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a byte is pushed,
-//! a slice is fed, or a line event comes. The line also [counts each line event](each_line_event_is_counted), and [ends
-//! each loss once](each_loss_ends_once).
+//! For every format of one to eight bytes, the receiver's engine neither loses nor invents a byte: the bytes that it
+//! reports as frames or as discarded, plus the bytes pending afterwards, are the bytes pending before plus the new byte
+//! (`one_byte` in `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a
+//! byte is pushed, a slice is fed, or a line event comes. The line also [counts each line
+//! event](each_line_event_is_counted), and [ends each loss once](each_loss_ends_once).
 //!
 //! For every format of any length: `BufferedReceiver` puts each byte into exactly one event or leaves it pending
 //! (theorem 13b), and the line [counts these events](pushed_bytes_of_any_length_are_counted).
@@ -26,8 +25,8 @@ use framelock::{
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
-/// Returns a line with this parser, and with all counters at the same arbitrary number. This is enough, because no
-/// counter depends on another.
+/// Returns a line with this parser. All counters have the same arbitrary value, which suffices because no counter
+/// depends on another.
 fn any_line<P>(parser: P, start: u32) -> Line<P> {
     let mut counters = Counters::default();
     counters.bytes = start;
@@ -52,7 +51,7 @@ fn up(counter: u32, start: u32) -> u8 {
     up
 }
 
-/// Returns the sum of the increases of the counters of bytes in frames and of discarded bytes.
+/// Returns by how much two counters together have increased: bytes in frames, and discarded bytes.
 fn placed(counters: &Counters, start: u32) -> u8 {
     let discarded = &counters.discarded;
     up(counters.frame_bytes, start)
@@ -66,15 +65,15 @@ fn placed(counters: &Counters, start: u32) -> u8 {
         + up(discarded.line_event, start)
 }
 
-/// Does the same for a parser whose frames have one length.
+/// Does the same for a parser whose frames all have the same length.
 fn placed_by<P: OfSetpoints>(counters: &Counters, start: u32) -> u8 {
     let length = P::LENGTH.to_le_bytes()[0];
     assert!(up(counters.frame_bytes, start) == up(counters.frames, start) * length);
     placed(counters, start)
 }
 
-/// Checks that the number of bytes pending before, plus one for the new byte, equals the number of counted bytes plus
-/// the number of bytes pending now.
+/// Checks that the bytes pending before plus the new byte are as many as the newly counted bytes plus the bytes pending
+/// now.
 fn byte_is_placed<P: OfSetpoints>(parser: P) {
     let start = kani::any();
     let mut line = any_line(parser, start);
@@ -89,7 +88,7 @@ fn byte_is_placed<P: OfSetpoints>(parser: P) {
     kani::cover!(!committed && placed > 1, "bytes are discarded");
 }
 
-/// Checks that a line event counts all pending bytes, and that no report is about zero bytes.
+/// Checks that a line event counts all pending bytes, and that each report has at least one byte.
 fn event_places_what_is_pending<P: OfSetpoints>(parser: P) {
     let start = kani::any();
     let mut line = any_line(parser, start);
@@ -194,7 +193,7 @@ fn any_found() -> Found<()> {
     }
 }
 
-/// Returns an arbitrary counter of bytes: the counter of bytes in frames, with `None`, or the counter of bytes
+/// Chooses an arbitrary counter of bytes, and returns its value. The counter counts bytes in frames (`None`), or bytes
 /// discarded for the returned reason.
 fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     let discarded = &counters.discarded;
@@ -238,7 +237,7 @@ fn two_are_counted(
     let is_loss_ended = !first && second;
     let resynchronisations = start.wrapping_add(u32::from(is_loss_ended));
     assert!(counters.resynchronisations == resynchronisations);
-    // Each outcome changes only its own counter. This watches one arbitrary counter.
+    // Each outcome changes only its own counter. The harness watches one arbitrary counter.
     let (watched, counter) = any_place(counters);
     let more = match reports[1] {
         Found::Discarded { count, why, .. } if Some(why) == watched => count,
@@ -254,7 +253,7 @@ fn is_frame(found: Found<()>) -> bool {
     matches!(found, Found::Frame { .. })
 }
 
-/// Covers each function of the line that reports outcomes.
+/// Calls each function of the line that reports outcomes.
 #[kani::proof]
 #[kani::unwind(9)]
 fn each_report_is_counted() {
@@ -265,7 +264,7 @@ fn each_report_is_counted() {
     };
     let (first, reports) = (is_frame(nothing), [nothing, any_found()]);
     let function: u8 = kani::any();
-    // A byte brings at most one frame, and the frame comes last.
+    // A byte completes at most one frame, and the frame is reported last.
     kani::assume(function > 1 || !first);
     let is_loss_ended = match function {
         0 => two_are_counted(reports, 1, |line| u32::from(line.push(0).is_some())),
@@ -345,9 +344,9 @@ fn each_loss_ends_once() {
     kani::cover!(ended[0] == 1 && ended[2] == 1, "two losses");
 }
 
-/// A format with any answers about two bytes and about the second byte alone. If it is asked about the first byte
-/// alone, it needs both bytes. If the longest frame has one byte, it gives any answer about either byte. It need not
-/// keep the laws.
+/// A format that gives arbitrary answers about two bytes and about the second byte alone. About the first byte alone it
+/// answers that it needs both bytes. If the longest frame has one byte, it gives arbitrary answers about either byte.
+/// The answers need not keep the laws.
 #[derive(Clone, Copy)]
 struct Anything<const LONGEST: usize>([u8; 2]);
 
@@ -384,8 +383,8 @@ impl<const LONGEST: usize> Format for Anything<LONGEST> {
     }
 }
 
-/// Each pushed byte is counted or pending. After a line event no byte is pending. The wrap of the counters is covered
-/// in [`each_report_is_counted`], because the counting code is the same.
+/// Each pushed byte is counted or pending. After a line event no byte is pending. [`each_report_is_counted`] covers the
+/// wrap of the counters, because the counting code is the same.
 #[kani::proof]
 #[kani::unwind(3)]
 fn pushed_bytes_of_any_length_are_counted() {

@@ -1,17 +1,16 @@
 //! Theorem 5: for a stream of any length, the receivers deliver the same frames as the naive whole-buffer
 //! [`reference`], and the same bytes are pending at the end (R2, R3).
 //!
-//! Proof by induction over the reference's loop. The loop tries one position after another at which a frame
-//! may begin. At each of these positions the machine is in its state at reset, or in a state equal to it.
-//! The following bytes are pushed one by one, up to a frame's length or the end of the stream:
+//! Proof by induction over the reference's loop. The loop tries one position after another at which a frame may begin.
+//! At each of these positions the machine is in a state equal to its state at reset. The harness then pushes the
+//! following bytes one by one, up to a frame's length or the end of the stream:
 //!
 //! * If the bytes are a frame, the machine delivers it with the frame's last byte and returns to the state
 //!   at reset. The reference continues after the frame.
-//! * If the bytes are no frame, the machine has delivered nothing. For framelock, the reference drops one
-//!   byte, and the receiver is in the same state as a receiver that has received only the bytes after the
-//!   dropped one. For the lecture's machine, the reference drops all bytes up to and including the first
-//!   wrong one, and with that byte the machine returns to the state at reset.
-//! * If the stream ends before this is decided, all these bytes are pending.
+//! * If the bytes are no frame, the machine has delivered nothing. framelock's reference drops one byte, and the
+//!   receiver is in a state as if this byte had never come. The lecture's reference drops all bytes up to and including
+//!   the first wrong one, and with this wrong byte the machine returns to the state at reset.
+//! * If the stream ends before the bytes are decided, all of them are pending.
 //!
 //! To check this argument, harnesses also run the reference itself on whole streams of up to 16 bytes.
 
@@ -92,7 +91,7 @@ fn discard_by_the_lectures_machine() {
     kani::cover!(committed.is_some(), "a frame");
 }
 
-/// Compares every stream of `N` bytes. Each shorter stream is the beginning of one of them.
+/// Compares every stream of `N` bytes. This covers each shorter stream, which is the beginning of a longer one.
 fn whole_streams<P, F, const N: usize>(mut parser: P)
 where
     P: OfSetpoints,

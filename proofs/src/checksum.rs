@@ -1,10 +1,10 @@
 //! Theorem 4b: a frame of BIN-CRC8 with one to three wrong bits in payload and checksum is not delivered.
 //! With four wrong bits it can be delivered (F2).
 //!
-//! The checksum of four bytes takes one step per byte, and each step is linear ([`steps_are_linear`]). So,
-//! by induction over the bytes, wrong bits change the checksum by the same bits in every frame. Whether
-//! the wrong bits go unnoticed depends only on these bits. Therefore it is enough to try every such error
-//! in one frame. Theorem 3 states that nothing but frames is delivered.
+//! The checksum of four bytes takes one step per byte, and each step is linear ([`steps_are_linear`]). So, by induction
+//! over the bytes, an error changes the same bits of the checksum in every frame. Whether the error goes unnoticed does
+//! not depend on the frame, so it suffices to try every error in one frame. Theorem 3 states that only frames are
+//! delivered.
 
 use framelock::motion::{BinCrc8, Setpoint, crc8};
 use framelock::{Encode, Receiver};
@@ -12,7 +12,7 @@ use framelock::{Encode, Receiver};
 use crate::reference;
 use crate::states::{is_bin_crc8, receive};
 
-/// The step for one byte is linear: the step of a difference is the difference of the steps.
+/// The step for one byte is linear: the step of the exclusive or of two values is the exclusive or of their steps.
 #[kani::proof]
 #[kani::unwind(34)]
 fn steps_are_linear() {
@@ -53,7 +53,7 @@ fn one_to_three_wrong_bits() {
     kani::cover!(clear(clear(error)) != 0, "three");
 }
 
-/// Some error of four bits goes unnoticed, so three bits is the exact bound.
+/// Some error of four bits goes unnoticed, so the bound of three bits is exact.
 #[kani::proof]
 #[kani::unwind(34)]
 fn four_wrong_bits() {

@@ -1,10 +1,10 @@
 //! Theorems 3 and 4. A receiver delivers a setpoint exactly when its last bytes are a frame that shares no byte with an
 //! earlier delivered frame. It does so in the step that takes the frame's last byte, and the setpoint is the one in
-//! that frame (R1, R2, R4). The lecture's machine commits only such frames (M2), but not all of them.
+//! that frame (R1, R2, R4). The lecture's machine commits no other frames (M2), but it does not commit all of them.
 //!
-//! Proof by induction. Take any history, and a machine whose state matches the history. Push any byte.
-//! Then the machine delivers exactly when the theorem says so, and its state matches the longer
-//! history. The state matches at reset, hence after every stream. The module `commits` in
+//! Proof by induction. The harness takes any history, a machine whose state matches the history, and any next byte. It
+//! shows that the machine delivers exactly when the theorems say so, and that the new state matches the longer history.
+//! The state at reset matches the empty history, so the theorems hold after every stream. The module `commits` in
 //! `core/src/window/verification.rs` has the proof for every format.
 
 use framelock::lecture::Lecture;
@@ -46,8 +46,8 @@ fn bin_crc8() {
     commits_exactly_the_frames::<BinCrc8, 8>(is_bin_crc8);
 }
 
-/// Returns whether the machine's state matches the history: the bytes that the state counts came after
-/// the last commit and begin a frame, and the temporary setpoints are from these bytes.
+/// Returns whether the machine's state matches the history. The bytes that the state counts must come after the last
+/// commit and begin a frame. The temporary setpoints must be from these bytes.
 fn matches(machine: Lecture, history: History<7>) -> bool {
     let taken = machine.pending();
     let at = |place: usize| history.last[7 - taken + place];

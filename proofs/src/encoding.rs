@@ -1,5 +1,5 @@
-//! Theorem 11: a parser at reset that receives an encoded setpoint delivers this setpoint. Bytes that
-//! deliver a setpoint are the setpoint's encoding, except for the reserved byte (F1, F2).
+//! Theorem 11: a parser at reset that receives an encoded setpoint delivers this setpoint. Conversely, if bytes deliver
+//! a setpoint, they are the encoding of this setpoint, apart from the reserved byte (F1, F2).
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
@@ -37,7 +37,7 @@ fn bin_crc8() {
     assert!(receive(&mut Receiver::<BinCrc8>::new(), BinCrc8::encode(setpoint)) == once);
 
     let mut bytes: [u8; 8] = kani::any();
-    // The encoder sends 0 as the reserved byte. Another reserved byte has another checksum.
+    // The encoder sends 0 as the reserved byte, and another reserved byte would change the checksum.
     bytes[2] = 0;
     let given = receive(&mut Receiver::<BinCrc8>::new(), bytes);
     if let (_, Some(setpoint)) = given {

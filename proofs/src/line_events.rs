@@ -1,6 +1,6 @@
-//! Theorem 8: after a line event no frame is delivered that contains a byte from before the event (L1).
-//! Whatever bytes were pending, the event leaves the machine in its state at reset. So the machine
-//! receives the bytes after the event as if nothing had come before.
+//! Theorem 8: after a line event no frame is delivered that contains a byte from before the event (L1). Whatever bytes
+//! are pending, the event leaves the machine in its state at reset. So the machine treats the bytes after the event as
+//! if no byte had come before.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8};
@@ -8,8 +8,8 @@ use framelock::{Found, Line, Receiver};
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
-/// Checks that the machine is in its state at reset. Also checks a consequence: it delivers nothing
-/// before a whole frame's length of bytes has come.
+/// Checks that the machine is in its state at reset. Also checks a consequence: the machine delivers nothing until as
+/// many bytes have come as a frame has.
 fn drops_what_is_pending<P: OfSetpoints>(parser: P, reset: P) {
     let mut line = Line::new(parser);
     let pending = line.pending();

@@ -1,6 +1,5 @@
-//! Theorem 1: every public function of the core, from any state and with any arguments, does not
-//! panic, overflow, or access memory out of bounds (F1, M1, R1, L1). The harnesses for the engine's
-//! parts and the failsafe are in `core`.
+//! Theorem 1: no public function of the core, from any state and with any arguments, panics, overflows, or accesses
+//! memory out of bounds (F1, M1, R1, L1). The harnesses for the engine's parts and the failsafe are in `core`.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint, crc8};
 use framelock::{Counters, Encode, FixedFormat, Line};

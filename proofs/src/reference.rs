@@ -3,10 +3,10 @@
 //! It follows the protocol's text, and is written to be obviously right rather than fast:
 //!
 //! * **framelock**: if a frame is at a position, the reference delivers it and continues after it. Otherwise it drops
-//!   one byte. The result is the leftmost non-overlapping matches of the byte regex `(?s-u)AB.{4}\r`.
-//! * **lecture**: the same, but if there is no frame, the reference drops all bytes up to and including the first
-//!   wrong one: one byte if it is not `'A'`, two if the second is not `'B'`, seven if the last is not CR. [`Lecture`]
-//!   is BIN as the lecture's machine reads it.
+//!   one byte. So the reference delivers the leftmost non-overlapping matches of the byte regex `(?s-u)AB.{4}\r`.
+//! * **lecture**: the same, but if there is no frame, the reference drops all bytes up to and including the first wrong
+//!   one: one byte if the first is not `'A'`, two if the second is not `'B'`, seven if the last is not CR. The format
+//!   [`Lecture`] defines this.
 //!
 //! The loops visit every index in order and never jump, so that a model checker can follow them.
 
@@ -18,10 +18,10 @@ pub trait Format {
     const LENGTH: usize;
 
     /// Returns the first position, counted from 0, at which `bytes` differ from a frame. `bytes` is a whole frame or
-    /// the beginning of one. The checksum is compared last: if only the checksum is wrong, the result is `LENGTH`.
+    /// the beginning of one. If only the checksum is wrong, the result is `LENGTH`.
     fn fails_at(bytes: &[u8]) -> Option<usize>;
 
-    /// Returns the number of bytes that are dropped if the first wrong byte of the frame is at this position.
+    /// Returns the number of bytes to drop if the frame's first wrong byte is at this position.
     #[must_use]
     fn dropped(place: usize) -> usize {
         let _ = place;

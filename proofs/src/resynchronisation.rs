@@ -1,9 +1,9 @@
-//! Theorem 7: from any state, whatever came before, a frame that is sent in full is delivered with its
-//! last byte, or another frame has ended within its payload and was delivered (R1). So while any whole
-//! frame is received, a frame is delivered: the receiver is never deaf. At reset, and so after a line
-//! event, the very next frame is delivered (L1). The lecture's machine can stay deaf for ever (M1).
+//! Theorem 7: from any state, a frame that is received in full is delivered with its last byte, unless another frame
+//! was delivered that ends within its payload (R1). So the receiver is never deaf: during any whole frame it delivers a
+//! frame. At reset, and so after a line event, the very next frame is delivered (L1). The lecture's machine can stay
+//! deaf for ever (M1).
 //!
-//! No receiver of BIN can promise more. The bytes before the frame, together with the frame's first
+//! No receiver of BIN can promise more. The reason is that the bytes before a frame, together with the frame's first
 //! bytes, may themselves be a frame (N2).
 
 use framelock::lecture::Lecture;

@@ -25,9 +25,9 @@ impl<const N: usize> Report<N> {
         discarded: (0, 0, 0, 0),
     };
 
-    /// Feeds the bytes to a machine, and records the outcome. The slice begins at `from`.
+    /// Feeds the bytes from index `from` on to a machine, and records the outcome.
     fn of<P: OfSetpoints>(&mut self, parser: &mut P, from: usize, bytes: &[u8]) {
-        // The bytes pending before the call came before the slice.
+        // Bytes that were pending before the call lie before the slice.
         let (before, mut known) = (parser.pending(), from);
         parser.feed(bytes, |found| {
             known += found.bytes();
@@ -75,16 +75,16 @@ fn slice_is_its_bytes<P: OfSetpoints, const N: usize>(parser: P) {
     kani::cover!(whole.setpoints[N - 1].is_some(), "a frame at the end");
 }
 
-/// The machine's `feed` is a loop of `push`. The harness starts from any state, so the result holds for slices of any
-/// length, one after another.
+/// The machine's `feed` is a loop of `push`. The harness starts from any state, so the result extends to any number of
+/// slices of any length.
 #[kani::proof]
 #[kani::unwind(9)]
 fn lecture() {
     slice_is_its_bytes::<Lecture, 4>(any_lecture());
 }
 
-/// From any state, `push_with` and `next` with one byte have the same result as `push`. From the state at reset,
-/// `feed` of one byte has the same result, too. Receivers that wait for different bytes are not equal.
+/// From any state, `push_with` and `next` with one byte have the same result as `push`. From the state at reset, `feed`
+/// of one byte has the same result, too. It also shows that two receivers that wait for different bytes are not equal.
 #[kani::proof]
 #[kani::unwind(9)]
 fn receiver_is_its_window() {

@@ -1,12 +1,12 @@
-//! Arbitrary starting points for harnesses: any stream so far, any state, any setpoint.
+//! Arbitrary starting points for harnesses: streams so far, states, setpoints.
 
 use framelock::lecture::{Lecture, State};
 use framelock::motion::Setpoint;
 use framelock::{FixedFormat, FrameBytes, LineEvent, Parser, Receiver};
 
-/// The end of a stream: its last bytes, as many as a frame has, and the number of them that came since the last
-/// delivered frame. The newest byte is last. (If all of them came since then, or all except the first, a receiver is in
-/// the same state.)
+/// The end of a stream: its last bytes, as many as a frame has, the newest one last; and how many of them came after
+/// the last delivered frame. (For the receiver's state it makes no difference whether all of them came after it, or all
+/// but the first.)
 #[derive(Clone, Copy)]
 pub(crate) struct History<const N: usize> {
     pub(crate) last: [u8; N],
@@ -37,12 +37,12 @@ impl<const N: usize> History<N> {
         self
     }
 
-    /// Returns the receiver after this stream. A delivered frame leaves it in its state at reset. Of
-    /// the bytes since then, only the last `N - 1` matter, where a frame has `N`. (Theorem 4 shows
-    /// this: `commits` in the engine's proofs.)
+    /// Returns the receiver after this stream. A delivered frame leaves the receiver in its state at reset. Of the
+    /// later bytes, only the last `N - 1` matter, where a frame has `N`. (Theorem 4 shows this: `commits` in the
+    /// engine's proofs.)
     ///
-    /// It took the last byte by `push` or by `push_with`: only the last byte decides whether its state has a note
-    /// (`one_byte` in the engine's proofs).
+    /// The receiver has taken the last byte by `push` or by `push_with`, because only the last call decides whether its
+    /// state has a note (`one_byte` in the engine's proofs).
     pub(crate) fn receiver<F: FixedFormat>(&self) -> Receiver<F> {
         let has_note: bool = kani::any();
         let mut receiver = Receiver::new();
@@ -61,7 +61,7 @@ impl<const N: usize> History<N> {
     }
 }
 
-/// Returns a receiver in any state that a stream leads to.
+/// Returns a receiver in any state to which some stream leads.
 pub(crate) fn any_receiver<F: FixedFormat<Frame = [u8; N]>, const N: usize>() -> Receiver<F>
 where
     [u8; N]: FrameBytes,

@@ -1,5 +1,6 @@
-//! The layouts of the receivers with a buffer: any bytes, up to a stated number, are classified the same in C and in Rust.
-//! That includes the reason, the length of a frame, and the number of bytes that are needed.
+//! Proves for the layouts of receivers with a buffer: C and Rust classify any bytes, up to a stated
+//! number, in the same way. The classification includes the reason, the length of a frame, and the
+//! number of bytes that are needed.
 
 use framelock::{Classification, DiscardReason, Format};
 use framelock_formats::crsf::Crsf;
@@ -17,8 +18,8 @@ unsafe extern "C" {
     safe fn c_begins(byte: u8) -> u8;
 }
 
-/// Checks the classification of up to `MOST` bytes, of which the first `seen` were incomplete. Only frames with a delimiter
-/// depend on `seen`.
+/// Checks the classification of up to `MOST` bytes. The first `seen` bytes are incomplete, which
+/// matters only for frames with a delimiter.
 fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: F) {
     let bytes: [u8; MOST] = kani::any();
     let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);
@@ -44,7 +45,7 @@ fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: F) {
     kani::cover!(outcome == 9 && count > 1, "an incomplete frame");
 }
 
-/// Returns the number of a reason in the C files.
+/// Returns the number that the C files use for a reason.
 fn in_c(why: DiscardReason) -> u8 {
     match why {
         DiscardReason::NoSync => 0,

@@ -1,6 +1,7 @@
-//! The engine of the receivers with a buffer, once for all layouts: from any state that satisfies the invariant, a byte, a
-//! poll and a line event do the same in C and in Rust. The classifier is any function that a layout can have, the same one on
-//! both sides. The frame, each counter, the questions to the classifier, and the state afterwards are the same.
+//! Proves for the engine of receivers with a buffer, once for all layouts: from any state that satisfies the invariant,
+//! a byte, a poll and a line event do the same in C and in Rust. Both sides use the same classifier, which is any
+//! function that a layout can have. The delivered frame, each counter, the questions to the classifier, and the state
+//! afterwards are the same.
 //!
 //! Frames have up to three bytes, and the buffer five. The engine has no case that depends on these sizes.
 
@@ -26,7 +27,7 @@ unsafe extern "C" {
     safe fn c_counter(place: u8) -> u32;
 }
 
-/// The unknown classifier.
+/// A format that asks the classifier in C.
 #[derive(Clone, Copy)]
 struct Any;
 
@@ -77,7 +78,7 @@ fn state() -> ([u8; ROOM], [usize; 3]) {
     (bytes, [from, to, ask_at].map(usize::from))
 }
 
-/// Puts the receiver in C into any state. Returns the line in the same state.
+/// Puts the receiver in C into an arbitrary state. Returns a Rust line in the same state.
 fn related() -> Line<Receiver> {
     c_start_engine();
     let (bytes, indexes) = state();
@@ -89,7 +90,7 @@ fn related() -> Line<Receiver> {
     }
 }
 
-/// Checks that both are in the same state and have the same counters, and that they have asked the same.
+/// Checks that both receivers are in the same state, have the same counters, and have asked the same questions.
 fn are_related(line: &Line<Receiver>) {
     assert!(c_asked_the_same() != 0);
     let ((bytes, indexes), (bytes_in_c, indexes_in_c)) = (line.parser().state(), state());
@@ -103,7 +104,7 @@ fn are_related(line: &Line<Receiver>) {
     assert!(which >= counters.len() || counters[which] == c_counter(low(which)));
 }
 
-/// Checks that both have delivered the same frame: the bytes before `from` in the buffer.
+/// Checks that both receivers have delivered the same frame. In C the frame's bytes lie before `from` in the buffer.
 fn frame_is_same(frame: Option<&[u8]>, length_in_c: u8) {
     let frame = frame.unwrap_or_default();
     assert!(frame.len() == usize::from(length_in_c));

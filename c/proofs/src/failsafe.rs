@@ -1,8 +1,9 @@
-//! The failsafe: from any state that satisfies the invariant, `poll` and `frame` do the same in C and in Rust. The output,
-//! the phase and the state afterwards are the same.
+//! Proves for the failsafe: from any state that satisfies the invariant, `poll` and `frame` do the
+//! same in C and in Rust. The output, the phase and the state afterwards are the same.
 //!
-//! Two axes, of 8 and of 16 bits. At most `TICKS` ticks pass, and a unit takes at most `RATE` of them: the solver does not
-//! divide larger numbers by two methods in a reasonable time. All other numbers are arbitrary.
+//! The failsafe has two axes, with demands of 8 or 16 bits. At most `TICKS` ticks pass, and a unit
+//! takes at most `RATE` ticks, because C and Rust divide by different methods, which the solver
+//! cannot compare for larger numbers in reasonable time. All other numbers are arbitrary.
 
 use core::num::NonZeroU32;
 
@@ -32,7 +33,7 @@ fn units<D: Demand>(demand: D) -> u32 {
     units.into()
 }
 
-/// Puts the failsafe in C into any state. Returns one in the same state.
+/// Puts the failsafe in C into an arbitrary state. Returns a Rust failsafe in the same state.
 fn related<D: Demand>() -> Failsafe<D, 2> {
     c_start();
     let rate = |place| {
@@ -66,7 +67,7 @@ fn are_related<D: Demand>(failsafe: &Failsafe<D, 2>) {
     assert!(is_same(axes[0], 7) && is_same(axes[1], 12));
 }
 
-/// Returns a time at which at most `TICKS` ticks have passed.
+/// Returns a time at most `TICKS` ticks after the last call.
 fn any_time() -> u32 {
     c_state(0).wrapping_add(kani::any_where(|&ticks| ticks <= TICKS))
 }

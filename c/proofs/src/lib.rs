@@ -1,7 +1,8 @@
 //! The receivers in C do the same as the receivers in Rust.
 //!
-//! Each harness calls functions of the C file beside `src` that has the name of one of the harness's modules. `cargo xtask
-//! prove --c` proves them, and the harnesses in these files about the C alone. `docs/c.md` has the table of all proofs.
+//! Each harness calls functions of a C file in the folder above `src`. One of the harness's modules has the same name
+//! as this file. `cargo xtask prove --c` runs these harnesses, and the harnesses in the C files, which are about the C
+//! alone. `docs/c.md` has the table of all proofs.
 #![no_std]
 
 #[cfg(kani)]

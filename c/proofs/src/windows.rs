@@ -1,8 +1,8 @@
-//! Frames of one length: from any pair of related states, a byte and a line event have the same result in C and in Rust.
-//! The message, each counter, the pending bytes, and the state afterwards are the same.
+//! Proves for frames of one length: from any pair of related states, a byte and a line event have the same result in C
+//! and in Rust. The message, each counter, the pending bytes, and the state afterwards are the same.
 //!
-//! Six axes: up to 13 pending bytes. If the first byte of the terminator is wrong, the Rust receiver notices at once, but the
-//! receiver in C, like a layout in Rust, notices one byte later.
+//! For six axes, up to 13 bytes are pending. If the first byte of the terminator is wrong, the Rust receiver notices it
+//! at once. The receiver in C notices it one byte later, as a `BufferedReceiver` with the same layout does.
 
 use core::ops::Range;
 
@@ -24,10 +24,10 @@ unsafe extern "C" {
     safe fn c_counter(place: u8) -> u32;
 }
 
-/// The fixed bytes of a format and their places, without the last byte of a frame.
+/// The positions and values of a format's fixed bytes, except the last byte of the frame.
 type Fixed = &'static [(u8, u8)];
 
-/// Returns any bytes of which the first `count` may become a frame, because the fixed bytes are among them.
+/// Returns arbitrary bytes. The first `count` of them agree with the fixed bytes, so they may become a frame.
 fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
     let mut bytes: [u8; N] = kani::any();
     let mut next = 0;
@@ -41,8 +41,9 @@ fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
     bytes
 }
 
-/// Returns a line in any state in which these bytes are pending, and puts the receiver in C into the related state. Bytes
-/// before them do not matter to the receiver in Rust, but its state contains them. All counters are 0.
+/// Returns a Rust line in any state in which the first `count` bytes of `held` are pending, and puts the receiver in C
+/// into the related state. Older bytes do not matter to the receiver in Rust, but its state contains them. All counters
+/// are 0.
 fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Receiver<F>> {
     let older: [u8; N] = kani::any();
     let since: u8 = kani::any();
@@ -78,8 +79,8 @@ fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Re
     if is_lost { line.after_loss() } else { line }
 }
 
-/// Checks that both have the same counters and pending bytes after this stream. The bytes that are pending in Rust are
-/// always the last ones of the stream (theorem 4).
+/// Checks that both receivers have the same counters and the same pending bytes after this stream. In Rust the pending
+/// bytes are always the last bytes of the stream (theorem 4).
 fn are_related<F: FixedFormat, const N: usize>(
     line: &Line<Receiver<F>>,
     stream: &[u8; N],
@@ -111,7 +112,7 @@ fn are_related<F: FixedFormat, const N: usize>(
     }
 }
 
-/// Returns all counters, in the order that the files in C have.
+/// Returns all counters, in the order of the C files.
 pub(crate) fn counters(counters: &Counters) -> [u32; 17] {
     let Counters {
         bytes,
@@ -221,8 +222,8 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Runs a step for one of these numbers, and any of them can be chosen. The prover knows the number in each run. It would
-/// not know it if the number were compared with a chosen one: the compiler would pass the chosen one to the step.
+/// Runs a step for one of these numbers. Any of them can be the one. Each call has a number that the prover knows. If the
+/// loop compared `number` with an unknown one, the compiler would pass the unknown one to the step.
 fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     let mut number = numbers.start;
     while number < numbers.end {

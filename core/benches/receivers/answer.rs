@@ -18,13 +18,13 @@ impl Answer {
         let Setpoint { pitch, roll, yaw } = setpoint;
         let value = u32::from_le_bytes([pitch, roll, yaw, 0]);
         self.count += 1;
-        // The product changes if the setpoints of two frames are exchanged.
+        // Without the product, exchanging the setpoints of two frames would not change the sum.
         let product = u64::from(value).wrapping_mul(index as u64);
         self.checksum = self.checksum.wrapping_add(product);
     }
 
-    /// Adds the outcome of the next bytes. `behind` is the number of bytes before them, and is
-    /// increased by their number.
+    /// Adds the outcome of the next bytes. `behind` is the number of bytes before them, and this
+    /// function increases it by their number.
     #[inline]
     pub(crate) fn found(&mut self, behind: &mut usize, found: Found<Setpoint>) {
         *behind += found.bytes();

@@ -161,8 +161,7 @@ pub(crate) fn cobs_encode(frames: &[u8]) -> Vec<u8> {
 }
 
 /// Yardstick: decodes the same payloads from COBS, a framing that is designed for easy decoding.
-/// Each message counts as the frame of seven bytes that it was, so that the answers are
-/// comparable.
+/// Each message counts as a frame of seven bytes, so that the throughputs are comparable.
 pub(crate) fn cobs_decode(encoded: &[u8]) -> Answer {
     let mut answer = Answer::default();
     let mut decoder = CobsDecoderOwned::new(4);

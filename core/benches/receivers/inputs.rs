@@ -24,7 +24,7 @@ pub(crate) fn clean_frames() -> Input {
     }
 }
 
-/// Returns the same stream, from which each byte is lost with probability 1/100.
+/// Returns the stream of a perfect line after each byte was lost with probability 1/100.
 pub(crate) fn frames_with_losses() -> Input {
     let mut random = Random(0x1055);
     let mut bytes = frames::<Bin>();
@@ -53,8 +53,8 @@ pub(crate) fn clean_frames_with_checksum() -> Input {
     }
 }
 
-/// Returns streams that are made to be slow. In some of them a frame may begin at many positions.
-/// In others it is hard to predict where the next frame begins.
+/// Returns streams that are slow to receive: some have many positions at which a frame may begin,
+/// and in others a processor can hardly predict where the next frame begins.
 pub(crate) fn worst_cases() -> Vec<Input> {
     let eight_frames_and_one_byte = [b"AB0123\r".repeat(8).as_slice(), b"x"].concat();
     vec![

@@ -5,9 +5,9 @@
 //! [`Format`] allow. This covers every lawful format on every stream. A [`Row`] holds the format's answers about
 //! one place.
 //!
-//! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all
-//! bytes that follow. Where a frame begins, it continues after the frame. Where no frame begins, it drops one
-//! byte. Where the format cannot decide yet, it stops.
+//! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all bytes
+//! that follow. If a frame begins at the place, the reference continues after the frame. If no frame begins there, the
+//! reference drops one byte. If the format cannot decide yet, the reference stops.
 //!
 //! An *event* is a frame that is delivered, or a run of bytes that are dropped.
 //!
@@ -16,47 +16,47 @@
 //! reference has left.
 //!
 //! Proof by induction over the receiver's steps. The invariant is [`fits`]: the pending bytes are the places from
-//! `start` on, where `start` is the place at which the reference continues. With fewer bytes than `ask_at`
-//! demands, the format answers `Incomplete`. The invariant holds after `new()`. Each step keeps the invariant, and
-//! its events are the next events of the reference ([`steps`]):
+//! `start` on, and `start` is the place at which the reference continues. Until the buffer is filled up to `ask_at`,
+//! the format answers `Incomplete`. The invariant holds after `new()`. Each step keeps the invariant, and its events
+//! are the next events of the reference ([`steps`]):
 //!
 //! * `decide` asks the format once, about the first pending place. If the answer is a frame or a drop, the
 //!   reference finds the same, because by law 2 more bytes do not change the answer. Otherwise both wait.
 //! * `discard_what_starts_nothing` drops places that start no frame. By law 4 the reference drops them, too.
 //! * `store` adds the next places, even when the pending bytes move to the front. `next` stores as many bytes as
 //!   the format needs to decide.
-//! * `take` runs while nothing is pending. It does one of the steps above in the slice, or stores the whole slice.
-//!   Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
-//! * `give_back` leaves nothing pending, and returns a slice that begins where the pending bytes began.
+//! * `take` runs while nothing is pending. It does one of the steps above on bytes of the slice, or stores the whole
+//!   slice. Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
+//! * `give_back` returns a slice that begins with the bytes that were pending, and leaves nothing pending.
 //!
 //! `feed` and `next` are loops of these steps. The loops end where the format answers `Incomplete` about the pending
 //! bytes, and there the reference stops, too. `next` also ends after each frame. [`reference`] runs these loops on a
 //! few bytes. The argument here covers the loops on more bytes; no machine checks it.
 //!
-//! **13b: no law is needed** for the following: nothing panics, every call ends, fewer than `LONGEST` bytes are
-//! pending after each call, and each byte is either in exactly one event or pending. Each step keeps the
-//! invariant, except for its statement about the format ([`lawless`]). Each iteration of each loop decides about
-//! at least one byte, or ends the loop.
+//! **13b: any format, even one that breaks the laws.** Nothing panics. Every call ends. After each call fewer than
+//! `LONGEST` bytes are pending. Each byte is either in exactly one event or pending. Each step keeps the invariant,
+//! except the invariant's statement about the format ([`lawless`]). Each iteration of each loop decides about at least
+//! one byte, or ends the loop.
 //!
 //! **13c: `push`** asks the format at most once. Its events are the reference's next events. If `push` has no event,
-//! the reference has no next event either ([`pushes`]). Bytes that `push` leaves undecided are decided by `poll`, by
-//! `feed` of an empty slice, or by a line event: their loops continue from any state that fits (`poll` is `next` of an
-//! empty slice).
+//! the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. Then `poll`, `feed` of an
+//! empty slice, or a line event decides about these bytes: their loops continue from any state that fits (`poll` is
+//! `next` of an empty slice).
 //!
-//! **13d: never deaf.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares
-//! bytes with it. This is proved for the reference ([`reference`]). The reference passes the frame's place only by
-//! delivering this frame, or an earlier frame that contains the place. If the reference stops before the place,
-//! the bytes after the frame, or a line event, make it continue.
+//! **13d: never deaf.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares bytes
+//! with it. This is proved for the reference ([`reference`]). The reference goes past the frame's first place only by
+//! delivering this frame, or an earlier frame that contains the place. If the reference stops before the place, it
+//! continues when more bytes follow the frame, or at a line event.
 //!
-//! **13e: latency.** A frame of `n` bytes is decided about at most `LONGEST - n` bytes after its last byte. Suppose
-//! that it is still undecided when `b` bytes have come after its last byte. Then all of these bytes are pending, so by
-//! 13b `n + b < LONGEST`. With `feed` the bound is one byte lower, `LONGEST - 1 - n`, if the format needs only the
-//! frame's own bytes to recognise it: then the reference has stopped at an earlier place, and that place's byte is
-//! pending, too. Streams exist that reach both bounds ([`reference`]).
+//! **13e: latency.** The decision about a frame of `n` bytes comes at most `LONGEST - n` bytes after the frame's last
+//! byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then all of these
+//! bytes are pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one byte lower, `LONGEST - 1 - n`, if the
+//! format needs only the frame's own bytes to recognise it. The reason is that the reference has then stopped at an
+//! earlier place, whose byte is pending, too. Streams exist that reach both bounds ([`reference`]).
 //!
-//! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie
-//! whole in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and
-//! [`reference`] runs the loop. Then nothing is pending, so no later frame contains a byte from before the event.
+//! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie whole
+//! in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and [`reference`]
+//! runs the loop. After a line event nothing is pending, so no later frame contains a byte from before the event.
 //!
 //! **13g** is in the crate `framelock-formats`.
 
@@ -85,7 +85,7 @@ impl<F, const N: usize> BufferedReceiver<F, [u8; N]> {
         }
     }
 
-    /// Returns the state in the same form.
+    /// Returns the receiver's state: `buffer`, and `from`, `to` and `ask_at`.
     pub fn state(&self) -> ([u8; N], [usize; 3])
     where
         F: Copy,
@@ -99,8 +99,8 @@ fn byte(place: usize) -> u8 {
     place.to_le_bytes()[0]
 }
 
-/// Returns whether these bytes are the places from `from` on. Examines only one of the bytes, at an arbitrary
-/// index. So use the result in assertions, not in assumptions.
+/// Returns whether these bytes are the places from `from` on. Examines only one byte, at an arbitrary index. So use the
+/// result in assertions, not in assumptions.
 fn are_places(bytes: &[u8], from: usize) -> bool {
     let at = usize::from(kani::any::<u8>());
     at >= bytes.len() || bytes[at] == byte(from.wrapping_add(at))
@@ -109,10 +109,10 @@ fn are_places(bytes: &[u8], from: usize) -> bool {
 /// The place and the number of bytes about which the format was asked, if it was asked.
 type Asked = Cell<Option<(usize, usize)>>;
 
-/// Any format during one step: it answers one question, about one place.
+/// Any format during one step of the receiver, in which it answers at most one question, about one place.
 #[derive(Clone, Copy)]
 struct Any<'a, const L: usize> {
-    /// The answers about that place. With `None` the format gives any answers, even against the laws.
+    /// The answers about the place. `None` stands for arbitrary answers, even against the laws.
     row: Option<Row>,
     /// The places that start a frame, as bits.
     starts: u32,
@@ -144,7 +144,7 @@ impl<'a, const L: usize> Any<'a, L> {
     fn settled_at(&self, place: usize) -> usize {
         match self.row {
             None => L,
-            // By law 4.
+            // By law 4, one byte decides.
             Some(_) if !self.starts_at(place) => 1,
             Some(row) => row.settled_at,
         }
@@ -227,8 +227,8 @@ fn any_receiver<const L: usize, const N: usize>(
     receiver
 }
 
-/// The invariant: the places from `start` on are pending, `pending` of them. With fewer bytes than `ask_at`
-/// demands, the classification at `start` is undecided. Use it in assertions, not in assumptions.
+/// The invariant: the places from `start` on are pending, `pending` of them. Until the buffer is filled up to `ask_at`,
+/// the classification at `start` is undecided. Use this function in assertions, not in assumptions.
 fn fits<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     start: usize,
@@ -248,7 +248,7 @@ fn waits_for_what_is_not_settled<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     settled_at: usize,
 ) -> bool {
-    // Nothing is known yet about a place that has not been received.
+    // If nothing is pending, the format has said nothing about `start`.
     let settled_at = if receiver.from == receiver.to {
         1
     } else {

@@ -37,8 +37,7 @@ impl Row {
         (length >= self.settled_at).then_some(self.settled)
     }
 
-    /// Classifies `length` bytes. If they are incomplete, `at_least` may be another number at each
-    /// call.
+    /// Classifies `length` bytes. If they are incomplete, `at_least` may differ from call to call.
     pub fn classify(&self, length: usize) -> Classification {
         self.settled(length).unwrap_or_else(|| {
             let at_least = any_up_to(self.settled_at);
@@ -72,7 +71,7 @@ pub fn any_up_to(most: usize) -> usize {
 /// Returns any classification, lawful or not.
 pub fn any_verdict() -> Classification {
     let number: u8 = kani::any();
-    // The largest number stands for every number that is far too large.
+    // The largest byte stands for all numbers that are far too large.
     let number = if number == u8::MAX {
         usize::MAX
     } else {

@@ -77,7 +77,7 @@ impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FailsafeError {
-    /// `hold_after` is 0: the failsafe would engage between any two frames.
+    /// `hold_after` is 0, so the failsafe would engage between any two frames.
     HoldAtOnce,
     /// `ramp_after` is less than `hold_after`.
     RampBeforeHold,
@@ -139,11 +139,11 @@ pub struct Output<D, const AXES: usize> {
 /// program passes in the time, as a counter that may wrap.
 ///
 /// Report each [`frame`](Self::frame), and [`poll`](Self::poll) for the output. Pass the current time to both. Call one
-/// of them more often than the counter wraps. If the time goes backwards, the failsafe assumes a long silence, which is
-/// the safe error.
+/// of them more often than the counter wraps. If the time goes backwards, the failsafe assumes a long silence and moves
+/// the output to park, which is safe.
 ///
-/// Outside [`Phase::Live`] an axis moves at most one unit in each `ticks_per_unit`. This also holds for the return from
-/// park: after a silence the axis approaches the first frame's demand, and never jumps (theorem 10). In [`Phase::Live`]
+/// Outside [`Phase::Live`] an axis moves at most one unit in each `ticks_per_unit`. The return from park is bounded,
+/// too: after a silence the axis approaches the first frame's demand without a jump (theorem 10). In [`Phase::Live`]
 /// the output is the demand itself: smoothing the demands is the sender's task.
 ///
 /// # Examples
@@ -182,7 +182,7 @@ pub struct Failsafe<D, const AXES: usize> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Axis<D> {
     position: D,
-    /// The ticks since the axis last moved by a unit: fewer than one unit takes.
+    /// The ticks since the axis last moved by a unit, always fewer than one unit takes.
     since_unit: u32,
 }
 
@@ -242,7 +242,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
 
         let held_for = hold_after.saturating_sub(before);
         self.approach(self.demands, elapsed.min(held_for));
-        // `elapsed` without the ticks before `ramp_after`.
+        // The ticks of `elapsed` that come after `ramp_after`.
         let to_park = elapsed.saturating_sub(ramp_after.saturating_sub(before));
         self.approach(parameters.park, to_park);
         let axes = self.axes.map(|axis| axis.position);
@@ -279,8 +279,8 @@ impl<D: Demand> Axis<D> {
             return;
         }
         let mut left = u64::from(ticks).saturating_add(u64::from(self.since_unit));
-        // Long division. No axis moves further than the largest demand, so one step per bit of the demand gives the
-        // number of units. The number is usually zero.
+        // Long division. The quotient is at most the largest demand, so the division needs one step per bit of a
+        // demand. Usually the quotient is zero.
         let mut units = 0;
         if left >= u64::from(ticks_per_unit.get()) {
             for bit in (0..D::BITS).rev() {
@@ -290,7 +290,7 @@ impl<D: Demand> Axis<D> {
         self.advance(target, units, left);
     }
 
-    /// Moves `units` units, after which `left` ticks are left over. Stops at the target.
+    /// Moves by `units`, and keeps `left` as the ticks that are left over. Stops at the target.
     fn advance(&mut self, target: D, units: u16, left: u64) {
         let (position, goal): (u16, u16) = (self.position.into(), target.into());
         if units >= position.abs_diff(goal) {
@@ -302,14 +302,14 @@ impl<D: Demand> Axis<D> {
         } else {
             position.saturating_sub(units)
         };
-        // `moved` lies between two demands, so it is a demand.
+        // `moved` lies between two valid demands, so it fits the demand's type.
         self.position = moved.try_into().unwrap_or(target);
-        // Fewer ticks than a unit takes; otherwise the axis would have reached the target.
+        // At this point `left` is less than a unit takes, because otherwise the axis would have reached the target.
         self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
     }
 }
 
-/// Makes one step of the long division. If the ticks left are enough for `1 << bit` units, counts these units and
+/// Makes one step of the long division. If the remaining ticks suffice for `1 << bit` units, counts these units and
 /// subtracts their ticks.
 fn division_step(units: u16, left: u64, ticks_per_unit: NonZeroU32, bit: u32) -> (u16, u64) {
     let taken = u64::from(ticks_per_unit.get()).wrapping_shl(bit);

@@ -23,7 +23,7 @@ pub struct Setpoint {
 }
 
 impl From<[u8; 3]> for Setpoint {
-    /// Takes the demands in the order of the frame: pitch, roll, yaw. The conversion back
+    /// Takes the demands in the order of the frame: pitch, roll, yaw. The conversion to an array
     /// has the same order.
     fn from([pitch, roll, yaw]: [u8; 3]) -> Self {
         Self { pitch, roll, yaw }

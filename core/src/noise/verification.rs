@@ -1,8 +1,9 @@
-//! Theorems 6 and 13a: bytes that are skipped together start no frame.
+//! Theorems 6 and 13a: the search skips only bytes that start no frame.
 
 use super::{BLOCK, blocks_without_start, run_without_start};
 
-/// Replaces the format: odd bytes start a frame. The search depends on no other property of a byte.
+/// Stands for any format: exactly the odd bytes start a frame. The search uses no other property of
+/// a byte.
 fn is_odd(byte: u8) -> bool {
     byte % 2 == 1
 }

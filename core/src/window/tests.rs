@@ -1,4 +1,5 @@
-//! Any format, pushed and fed, cut anywhere, against the naive rule.
+//! Compares the engine with a naive implementation of the rule: any format, any stream, pushed byte by byte and fed in
+//! slices that are cut anywhere.
 
 use proptest::prelude::*;
 use std::{vec, vec::Vec};
@@ -6,28 +7,29 @@ use std::{vec, vec::Vec};
 use super::{BLOCK, Window};
 use crate::{DiscardReason, Found, FrameBytes, Shape};
 
-/// Few values, so that they meet; 0 is what a window has above the bytes it holds.
+/// Only a few values, so that bytes often agree with the format. 0 is among them because the window has 0 above its
+/// marker.
 fn byte() -> impl Strategy<Value = u8> {
     prop::sample::select(vec![0, 1, 2])
 }
 
-/// Up to 300 bytes: random ones, and stretches of one and the same.
+/// Up to 300 bytes: random bytes, and runs of equal bytes.
 fn stream() -> impl Strategy<Value = Vec<u8>> {
     let random = prop::collection::vec(byte(), 0..60);
     let same = (byte(), 0..60_usize).prop_map(|(byte, count)| vec![byte; count]);
     prop::collection::vec(prop_oneof![random, same], 0..5).prop_map(|pieces| pieces.concat())
 }
 
-/// What a stream comes to: the ends of its frames, how many bytes were discarded for each reason, and
-/// how many are pending.
+/// The outcome of a stream: the ends of its frames, the number of discarded bytes for each reason, and the number of
+/// pending bytes.
 type Outcome = (Vec<usize>, [usize; 8], usize);
 
-/// A check that fails here and there.
+/// A check that fails for some frames.
 fn check(frame: &[u8]) -> bool {
     frame.iter().map(|&byte| u32::from(byte)).sum::<u32>() % 5 != 1
 }
 
-/// The first place at which bytes fail to be a frame's first, or a whole frame.
+/// Returns the reason why the bytes are neither a frame nor the start of one, or `None` if they are.
 fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<DiscardReason> {
     let differs = |(place, byte): (&Option<u8>, &u8)| place.is_some_and(|fixed| fixed != *byte);
     let sync = places.iter().take_while(|place| place.is_some()).count();
@@ -123,7 +125,7 @@ where
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4_000))]
 
-    /// Whatever is fixed, to whatever values: also where 0, or anything, may begin a frame.
+    /// Random shapes: also shapes in which a frame may begin with 0, or with any byte.
     #[test]
     fn any_format_cut_anywhere(
         places: [Option<bool>; 16],
@@ -145,7 +147,7 @@ proptest! {
     }
 }
 
-/// What lies between frames is passed over several bytes at a time.
+/// Bytes between frames are skipped several at a time.
 #[test]
 fn noise_is_passed_over_in_runs() {
     let mut bytes = [0x55; 1_000];
@@ -168,6 +170,7 @@ fn noise_is_passed_over_in_runs() {
         },
     );
     assert_eq!((frames, dropped), (10, 1_000 - 10 * 3));
-    // A block's bytes singly behind a frame, blocks, and up to the next frame singly again.
+    // After a frame, `feed` compares single positions for one block, then skips whole blocks, and compares single
+    // positions again before the next frame.
     assert!(events <= 10 * (2 * BLOCK + 1), "{events} events");
 }

@@ -5,34 +5,35 @@
 //! a note, which states the number of pending bytes. The harnesses start from any window of either kind
 //! ([`any_window`]), and show that both functions lead to such windows again.
 //!
-//! **Theorem 4: commits.** `push` commits exactly the frames that share no byte with
-//! an earlier committed frame (R1, R2, R4). The proof is an induction. Take any history and a window that
-//! holds its end, and push any byte. The window commits exactly when the theorem says so, and it holds the
-//! end of the history again. The same is true after `EMPTY`, hence after every stream ([`commits`]).
+//! **Theorem 4: commits.** `push` commits exactly the frames that share no byte with an earlier committed frame (R1,
+//! R2, R4). The proof is an induction. Take any history, a window that holds the history's last bytes, and any next
+//! byte. The harness shows that the window commits exactly when the theorem says so, and that it holds the last bytes
+//! of the longer history. `EMPTY` holds the end of the empty history, so the theorem holds after every stream
+//! ([`commits`]).
 //!
-//! **Theorem 6: slices.** [`feed`](Window::feed) commits and discards the same bytes as `push` does
-//! one by one, and leads to a window in which the same bytes are pending (R5). That is enough
-//! for all later bytes, because windows in which the same bytes are pending treat them alike ([`pending`]).
+//! **Theorem 6: slices.** [`feed`](Window::feed) commits and discards the same bytes as `push` does one by one, and
+//! leads to a window in which the same bytes are pending (R5). Equal pending bytes are enough, because windows in which
+//! the same bytes are pending treat all later bytes alike ([`pending`]).
 //!
-//! A single byte discards the first of the pending bytes and itself, up to one with which a frame may still begin. The
-//! reason for each is the first position at which its frame fails (L3; [`mismatches`]). `push_with` reports these
-//! reasons, commits the frames that `push` commits, and leads to a window
-//! in which the same bytes are pending ([`one_byte`]). Later bytes never change a reason ([`reasons`]). Conversely,
-//! bytes that agree with a frame agreed with it before the last of them came.
+//! A pushed byte discards the oldest pending bytes, possibly all of them and itself, until a frame can still begin with
+//! the remaining ones. The first wrong position of the frame that would begin with a byte decides the reason for
+//! discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons, commits the frames that `push`
+//! commits, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change a reason
+//! ([`reasons`]). Conversely, if bytes agree with the shape, they also agreed before the last of them came.
 //!
-//! `feed` consists of loops. Each round of each loop takes some bytes, and has the same effect as taking
-//! them one by one from any state. By induction over the rounds, so has `feed`.
+//! `feed` consists of three loops. From any state, each iteration of each loop takes some bytes and has the same effect
+//! as pushing these bytes one by one. By induction over the iterations, the same is true of `feed`.
 //!
-//! 1. Rounds of `push_with`, until all pending bytes lie in the slice.
-//! 2. Then the window is emptied, and `feed` goes back to the first pending byte. Taking the
-//!    pending bytes again leads to a window in which they are pending ([`mismatches`]), and by
-//!    [`reasons`] discards none of them. In each of the next rounds nothing is pending, and at least a frame's length of
-//!    bytes is left. If the first of them are a frame, its last byte commits it. If not, none of them commits, and the
-//!    window after them is the same as without the first byte: so that byte is discarded, and the next is examined
-//!    ([`starts`]). By [`reasons`], the reason is the one that is found in the whole frame. Several bytes
-//!    are discarded at once, between such rounds, only if no frame can begin with any of them
-//!    (`noise::verification`), so each would be discarded when it comes.
-//! 3. Rounds of `push_with` again, until no byte is left.
+//! 1. The first loop calls `push_with` until all pending bytes lie in the slice.
+//! 2. Then `feed` empties the window and goes back to the first pending byte. Pushing the pending bytes again leads to
+//!    a window in which they are pending ([`mismatches`]), and by [`reasons`] discards none of them. At the start of
+//!    each iteration of the second loop nothing is pending, and at least as many bytes are left as a frame has. If
+//!    these bytes begin with a frame, the frame's last byte commits it. If not, none of these bytes commits, and the
+//!    window after them is the same as if the first byte had never come. So `feed` discards the first byte and examines
+//!    the next position ([`starts`]). By [`reasons`], the reason is the same whether it is found early or in the whole
+//!    frame. Between iterations, `feed` discards several bytes at once only if no frame can begin with any of them
+//!    (`noise::verification`), so `push_with` would discard each of them at once, too.
+//! 3. The third loop calls `push_with` until no byte is left.
 
 use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
 use crate::fixed_format::sealed::Words;
@@ -49,7 +50,8 @@ impl<F: FrameBytes> Window<F> {
     }
 }
 
-/// Returns the window that holds the last `count` bytes of a history, fewer than a frame's, without a note.
+/// Returns the window without a note that holds the last `count` bytes of a history. `count` is less than the length of
+/// a frame.
 fn holding<F: FrameBytes>(history: &[u8], count: usize) -> Window<F> {
     let mut window = Window::EMPTY;
     let mut place = 0;
@@ -62,7 +64,7 @@ fn holding<F: FrameBytes>(history: &[u8], count: usize) -> Window<F> {
     window
 }
 
-/// Returns the word whose lowest bytes are a whole frame's, as the window makes it.
+/// Returns the word whose lowest bytes are a whole frame, as the window builds it.
 fn word_of<const N: usize>(frame: &[u8; N]) -> <[u8; N] as Words>::Word
 where
     [u8; N]: FrameBytes,
@@ -76,7 +78,7 @@ where
     word.0
 }
 
-/// Returns any state: a window that holds any bytes, fewer than a frame's, with or without a note.
+/// Returns an arbitrary state: a window that holds fewer bytes than a frame, with or without a note.
 fn any_window<const N: usize>(shape: &Shape<[u8; N]>) -> Window<[u8; N]>
 where
     [u8; N]: FrameBytes,
@@ -86,7 +88,7 @@ where
     with_or_without_note(window, shape)
 }
 
-/// Returns the same window with its note, or as it is.
+/// Returns the same window, with or without its note.
 fn with_or_without_note<F: FrameBytes>(window: Window<F>, shape: &Shape<F>) -> Window<F> {
     if kani::any() {
         with_note(window, window.pending(shape))
@@ -110,11 +112,11 @@ where
 {
     let places: [Option<u8>; N] = kani::any();
     let shape = Shape::new(places);
-    // The bytes before this one, and how many of them came since the last commit.
+    // The bytes before the pushed byte, and how many of them came since the last commit.
     let mut history: [u8; N] = kani::any();
     let since: usize = kani::any_where(|&since| since < N);
     let byte: u8 = kani::any();
-    // Any check: only its answer matters.
+    // Any check: only the check's result matters.
     let check: bool = kani::any();
     let before: Window<[u8; N]> = with_or_without_note(holding(&history, since), &shape);
     let (after, frame) = before.pushed(&shape, byte, |_| check);
@@ -138,8 +140,8 @@ where
     kani::cover!(!is_frame && check, "no frame");
 }
 
-/// Returns the reason why no frame begins with the last `known` bytes of a history, which the first wrong byte decides,
-/// or `None` if one may.
+/// Returns the reason why no frame can begin with the last `known` bytes of a history, or `None` if a frame can. The
+/// first wrong byte decides the reason.
 fn first_mismatch<const N: usize>(
     places: &[Option<u8>; N],
     history: &[u8; N],
@@ -161,8 +163,8 @@ fn first_mismatch<const N: usize>(
     None
 }
 
-/// The engine finds these reasons, and with them the pending bytes. A window that holds only the pending bytes agrees with
-/// one that holds more.
+/// The engine finds the reasons of [`first_mismatch`], and so the number of pending bytes. A window that holds only the
+/// pending bytes agrees with one that holds more.
 fn mismatches_are_found<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -198,10 +200,10 @@ where
     );
 }
 
-/// One byte, from any state: `push_with` commits the frame that `push` commits, and leads to the same window, with the note
-/// of how many bytes are pending. It discards pending bytes, oldest first, each for the first position at which its frame
-/// fails, up to the first whose frame may continue. Afterwards each byte that was pending, and the byte itself, is part of
-/// the frame, discarded, or pending.
+/// One byte, from any state: `push_with` commits the frame that `push` commits, and leads to the same window, plus the
+/// note of how many bytes are pending. It discards pending bytes, oldest first, each for the reason that
+/// [`first_mismatch`] gives, and stops at the first byte with which a frame can still begin. Afterwards the new byte
+/// and each byte that was pending is part of the frame, discarded, or pending.
 fn one_byte_is_pushed<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -271,7 +273,7 @@ impl Discarded {
     }
 }
 
-/// A position in the slice that is compared as a whole.
+/// A position of the slice at which the second loop of `feed` compares a whole frame.
 fn start_is_pushed<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -304,7 +306,8 @@ where
     kani::cover!(from_first.pending(&shape) == N - 1, "the next start");
 }
 
-/// A word is read from a slice, and its lowest bytes are the frame.
+/// A word read from a slice has the first bytes of the slice in its highest bytes, and `from_word` returns its lowest
+/// bytes.
 #[kani::proof]
 #[kani::unwind(10)]
 fn words_hold_frames() {
@@ -348,7 +351,8 @@ where
     kani::cover!(before.is_some(), "a reason");
 }
 
-/// Windows in which the same bytes are pending treat the next byte alike, and then the same bytes are pending again.
+/// If the same bytes are pending in two windows, both treat the next byte alike, and afterwards the same bytes are
+/// pending in both.
 fn only_what_is_pending_matters<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -366,9 +370,9 @@ where
     kani::cover!(one != other, "different bytes held");
 }
 
-/// All loops together, for the frame 1, 0: this checks the argument above, and that nothing panics. Returns the
-/// positions at which frames end.
-// Inlined into a loop of its caller, its own loops would be unwound further for each round of that loop.
+/// Compares `feed` as a whole with single pushes, for the frame 1, 0. This checks the argument above, and that nothing
+/// panics. Returns the positions at which frames end.
+// Never inlined: in a loop of its caller, the solver would unwind this function's loops again for each iteration.
 #[inline(never)]
 fn slice_is_pushed<const LENGTH: usize>(
     before: Window<[u8; 2]>,
@@ -403,7 +407,7 @@ fn slice_is_pushed<const LENGTH: usize>(
     frames
 }
 
-/// The first and the last loop, with one byte held or none: sixteen streams.
+/// The first and the third loop, with one byte held or none: sixteen streams.
 #[kani::proof]
 #[kani::unwind(18)]
 fn short_slice_is_pushed() {
@@ -420,7 +424,7 @@ fn short_slice_is_pushed() {
     kani::cover!(at_the_end, "a frame at the end");
 }
 
-/// The loop over words, twice, since nine bytes are two words, and the last loop: eight streams.
+/// Two iterations of the second loop, because nine bytes contain two words, and the third loop: eight streams.
 #[kani::proof]
 #[kani::unwind(18)]
 fn slice_of_words_is_pushed() {
@@ -437,7 +441,7 @@ fn slice_of_words_is_pushed() {
     kani::cover!(in_second, "a frame in the second");
 }
 
-/// A harness for each length of frame.
+/// Defines one harness for each length of frame.
 macro_rules! for_frames {
     ($module:ident, $proof:ident: $($name:ident $length:literal)*) => {
         mod $module {

@@ -20,7 +20,7 @@ fn every_stream_of_ten_bytes() {
     for stream in 0..1_u32 << 20 {
         let bytes: [u8; 10] =
             std::array::from_fn(|place| ALPHABET[(stream >> (2 * place) & 3) as usize]);
-        // Each stream is cut at another position than the one before.
+        // Cut each stream at a different position than the previous one.
         let (before, behind) = bytes.split_at(stream as usize % 11);
         parser(&Stream(
             [before, behind]
@@ -109,8 +109,8 @@ proptest! {
         reader(&stream);
     }
 
-    /// Regular expressions are the third oracle. Bytes that the lecture's machine consumes together
-    /// are one match.
+    /// Regular expressions are a second, independent oracle. One match stands for the bytes that the lecture's machine
+    /// consumes together.
     #[test]
     fn the_reference_against_regular_expressions(bytes in stream(40)) {
         let framelock = regex::bytes::Regex::new(r"(?s-u)AB.{4}\r").expect("a valid expression");
@@ -149,13 +149,13 @@ fn resynchronisations_are_counted() {
     line.line_event(LineEvent::Overrun, |_| ());
     line.feed(b"AB\0abc\r", |_| ());
     assert_eq!(line.counters().resynchronisations, 3);
-    // A line event that drops no byte is no loss.
+    // A line event that drops no byte does not count as a loss.
     line.line_event(LineEvent::Idle, |_| ());
     line.feed(b"AB\0abc\r", |_| ());
     assert_eq!(line.counters().resynchronisations, 3);
 }
 
-/// Counters wrap. The identity of the counters holds modulo their width.
+/// Counters wrap, and the equation between the counters still holds, modulo their width.
 #[test]
 fn counters_wrap() {
     let most = u32::MAX;

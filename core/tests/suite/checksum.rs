@@ -58,7 +58,7 @@ fn one_to_three_wrong_bits_are_never_committed() {
     }
 }
 
-/// Some errors of four bits go unnoticed, so three bits is the exact bound.
+/// Some errors of four bits go unnoticed, so the bound of three bits is exact.
 #[test]
 fn some_four_wrong_bits_are_committed() {
     let found = (0..40_u32).any(|a| {
@@ -66,8 +66,8 @@ fn some_four_wrong_bits_are_committed() {
             (0..b).any(|c| {
                 (0..c).any(|d| {
                     let error = (1_u64 << a | 1 << b | 1 << c | 1 << d).to_be_bytes();
-                    // The code is linear, so this is the checksum of the error alone, without
-                    // the constants.
+                    // The code is linear, so the difference of two checksums is the checksum of the
+                    // error alone, without the constants.
                     let [_, _, _, e0, e1, e2, e3, crc] = error;
                     crc8([e0, e1, e2, e3]) ^ crc8([0; 4]) == crc
                 })

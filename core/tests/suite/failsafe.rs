@@ -153,7 +153,7 @@ fn a_whole_outage() {
     assert_eq!(output(&mut failsafe, 50), (Phase::Ramp, 138));
     assert_eq!(output(&mut failsafe, 55), (Phase::Ramp, 133));
     assert_eq!(output(&mut failsafe, 60), (Phase::Parked, 128));
-    // The outputs come back from the middle of the ramp.
+    // The outputs return from the middle of the ramp.
     frame(&mut failsafe, 1000, 255);
     assert_eq!(output(&mut failsafe, 1000), (Phase::Approach, 128));
     assert_eq!(output(&mut failsafe, 1019), (Phase::Approach, 147));

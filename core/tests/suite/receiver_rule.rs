@@ -1,5 +1,5 @@
-//! The receiver's rule, written independently: the receiver keeps the longest suffix of the
-//! bytes since the last delivered frame that can still become a frame.
+//! A second, independent implementation of the receiver's rule: the receiver keeps the longest
+//! suffix of the bytes since the last delivered frame that can still become a frame.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{FixedFormat, Receiver};
@@ -72,7 +72,7 @@ fn bin_keeps_the_longest_suffix_that_can_become_a_frame() {
 
 #[test]
 fn bin_crc8_keeps_the_longest_suffix_that_can_become_a_frame() {
-    // With this byte in the alphabet, some checksums are right.
+    // This byte makes some checksums right.
     let right = framelock::motion::crc8(*b"AAAA");
     for history in histories(7, &[b'A', b'B', b'\r', right]) {
         step_by_the_rule::<BinCrc8, reference::BinCrc8>(&history);

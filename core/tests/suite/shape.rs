@@ -1,4 +1,4 @@
-//! Tests the position at which a shape finds a frame wrong.
+//! Tests that a shape finds the first wrong position of a frame.
 
 use framelock::motion::Bin;
 use framelock::{FixedFormat, Shape};

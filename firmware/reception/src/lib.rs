@@ -22,21 +22,21 @@
 //!  in Receiving and Draining: a gap: report it
 //! ```
 //!
-//! **Draining.** No register tells between which bytes an error occurred. The reception therefore reports the
-//! error and drops every byte that it reads from then on, until a transfer has been open for `NONE_WAITS` without
-//! storing a byte. At that point the FIFO is empty, so every later byte was received after the error. No byte is
-//! handed on during the drain, so this one report separates the bytes before the error from those after it.
+//! **Draining.** No register tells between which bytes an error occurred. The reception therefore reports the error and
+//! drops every byte that it reads from then on, until a transfer has been open for `NONE_WAITS` without storing a byte.
+//! At that point the FIFO is empty, so every later byte was received after the error. No byte is handed on during the
+//! drain, so a single report separates the bytes before the error from the bytes after it.
 //!
-//! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it:
-//! the timer, ERRORSRC and ENDRX. The main loop requests a round at each tick, so if any other event is lost,
-//! duplicated or late, this costs at most a tick. If ENDRX is lost, the memory shows it: a byte that has lain in
-//! memory for a whole tick was never read. If ENDRX comes twice, it is cleared before the next transfer.
+//! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it: the
+//! timer, ERRORSRC and ENDRX. The main loop requests a round at each tick, so if any other event is lost, duplicated or
+//! late, this costs at most a tick. The memory shows that an ENDRX is lost: a byte that has lain in memory for a whole
+//! tick was never read. A duplicate ENDRX is cleared before the next transfer.
 //!
-//! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. A running receiver must be stopped first:
-//! the reception gives STOPRX, and RXTO follows five byte times later. No handler waits for RXTO, because RXTO
-//! causes an interrupt. If RXTO is lost, the first tick after twice `GAP` ends the wait. RXTO may also come too
-//! early; then the UARTE is switched off while it still runs. Bytes that arrive while the reception is stopping are
-//! lost, but the loss has already been reported.
+//! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. A running receiver must be stopped first: the
+//! reception gives STOPRX, and RXTO follows five byte times later. No handler has to wait for RXTO, because RXTO causes
+//! an interrupt. If RXTO is lost, the first tick after twice `GAP` ends the wait. RXTO may also come too early; then
+//! the UARTE is switched off while it still runs. Bytes that arrive while the reception is stopping are lost, but the
+//! loss has already been reported.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -47,16 +47,16 @@ mod verification;
 
 use framelock::LineEvent;
 
-/// The value in memory while no byte is stored there. Any value would do. A received byte of the same value is
-/// overlooked only if its ENDRX is lost too, and then only until the FIFO overruns.
+/// The value in memory while no byte is stored there. Any value would do: a received byte with this value goes
+/// unnoticed only if its ENDRX is lost, and only until the FIFO overruns.
 pub const NO_BYTE: u8 = 0xEE;
 
-/// The most line errors that may interrupt between two ticks. Later ones cause no interrupt, so that a flood of
-/// errors leaves time for everything else. The reception notices them with the next byte, before it hands on that
-/// byte, or at the tick. Several such errors count as one.
+/// The largest number of line errors that may interrupt between two ticks. Further errors cause no interrupt, so that a
+/// flood of errors leaves time for other code. The reception notices further errors before it hands on the next byte,
+/// or at the tick. It counts several of them as one.
 pub const ERRORS_A_TICK: u8 = 32;
 
-/// After this number of restarts without a byte between them, the reception counts as broken.
+/// After this number of restarts in a row without a byte, the reception counts as broken.
 const MOST_RESTARTS: u16 = 8;
 
 /// The bit of ERRORSRC that says that a byte was lost because the FIFO was full.
@@ -77,8 +77,8 @@ pub trait Registers {
     fn restart_timer(&mut self);
     /// Returns whether ENDRX has come since [`start`](Self::start), which clears it.
     fn ended(&mut self) -> bool;
-    /// Clears ERROR, then reads ERRORSRC and clears the causes that were read. If no cause was set, it must not write
-    /// to ERRORSRC, because any write may clear all causes.
+    /// Clears ERROR, then reads ERRORSRC and clears the causes that it has read. Must not write to ERRORSRC if no cause
+    /// was set, because any write may clear all causes.
     fn take_causes(&mut self) -> u32;
     /// Returns the byte in memory, or [`NO_BYTE`] if no byte is stored there.
     fn byte(&mut self) -> u8;
@@ -108,17 +108,17 @@ enum State {
     Stopping,
 }
 
-/// The state since the last byte. It fills one word, so that one instruction clears it.
+/// The state since the last byte. It fits into a word, so that one instruction clears it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct SinceByte {
-    /// Whether the gap was reported.
+    /// Whether the current gap was reported.
     in_gap: bool,
     /// Whether a byte lay in memory at the last tick and no transfer was started since.
     lay_there: bool,
     restarts: u16,
 }
 
-/// The reception.
+/// The state of the reception.
 ///
 /// `NONE_WAITS` is the time within which the UARTE stores a byte that waits in the FIFO, once a transfer is open.
 /// `GAP` is the silence after which no frame may continue (L1).
@@ -149,9 +149,9 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     #[inline]
     pub fn service(&mut self, registers: &mut impl Registers) {
         self.served = true;
-        // The order of these reads matters. If the time is over and ENDRX, which is read later, has not come,
-        // no byte was waiting. If the byte is in memory and ERRORSRC, which is read later, shows no error,
-        // the byte came before any error.
+        // The order of these reads matters. Read the timer before ENDRX: if `NONE_WAITS` has passed and ENDRX has not
+        // come, no byte was waiting. Read the byte before ERRORSRC: if the byte is in memory and ERRORSRC shows no
+        // error, the byte came before any error.
         let open_for = registers.open_for();
         if self.state == State::Stopping {
             return self.wait_for_stop(open_for, registers);
@@ -181,17 +181,16 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// Does the work of a tick. The caller holds off the handler during the call and requests a round after it.
-    /// Returns whether the reception works. It does not work if there are no rounds, or if one ENDRX after another
-    /// is lost; then only a reset may help.
+    /// Does the work of a tick. The caller must prevent rounds during the call, and request a round after it. Returns
+    /// whether the reception works. The reception does not work if there are no rounds, or if one ENDRX after another
+    /// is lost. In these cases only a reset may help.
     pub fn tick(&mut self, registers: &mut impl Registers) -> bool {
         self.errors = 0;
         if self.state != State::Stopping {
             self.listen(registers);
             let lies_there = registers.byte() != NO_BYTE;
             let lay_there = core::mem::replace(&mut self.since_byte.lay_there, lies_there);
-            // A byte that is seen for the first time is no proof of a lost ENDRX: ENDRX may be about to come, or
-            // to be handled.
+            // Seeing a byte once does not prove that its ENDRX is lost: ENDRX may come or be handled soon.
             if lay_there && lies_there && !registers.ended() {
                 registers.report(LineEvent::Overrun);
                 self.stop(registers);
@@ -207,15 +206,15 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         self.errors = self.errors.saturating_add(1);
         self.skipped = self.skipped.wrapping_add(ended.into());
         // A transfer that has been open for `NONE_WAITS` ends before the FIFO is full, so its ENDRX came before the
-        // overrun. `ended` may have been read before that, so read ENDRX again. If it has not come by now, it is
-        // lost.
+        // overrun, or was lost. `ended` may have been read too early, so read ENDRX again. If ENDRX has still not come,
+        // it is lost.
         let is_full = causes & OVERRUN != 0 && open_for >= NONE_WAITS;
         if is_full && !ended && !registers.ended() {
             self.stop(registers);
         } else {
             self.drain(registers);
         }
-        // Behind it, so that the time is over before the next byte comes.
+        // Report last, so that `NONE_WAITS` starts early and passes before the next byte comes.
         for (bit, event) in (0..).zip(EVENTS) {
             if causes >> bit & 1 == 1 {
                 registers.report(event);
@@ -251,7 +250,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// Sets which events interrupt. After too many errors, line errors and the timer no longer interrupt until the
+    /// Sets which events interrupt. After too many errors, line errors and the timer do not interrupt again before the
     /// next tick.
     fn listen(&self, registers: &mut impl Registers) {
         let few = self.errors < ERRORS_A_TICK;

@@ -40,8 +40,8 @@ impl Answer {
     }
 }
 
-/// Panics unless framelock delivers the same frames as the reference, in the same order, however the stream is split. Also
-/// panics if framelock loses a whole frame that is not covered by a false frame whose check is right.
+/// Panics unless framelock delivers the same frames as the reference, in the same order, however the stream is split.
+/// Also panics if framelock loses a whole frame, unless a false frame with a right check shares bytes with it.
 pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
     let Some(reference) = &entry.reference else {
         return;

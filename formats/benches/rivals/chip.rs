@@ -55,7 +55,7 @@ pub(crate) struct Figures {
     pub(crate) can_panic: bool,
 }
 
-/// Runs each contender with its protocol's clean stream.
+/// Runs each contender on its protocol's clean stream.
 pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn Error>> {
     let nothing = Program::build("nothing")?;
     let mut figures = Vec::new();
@@ -68,7 +68,7 @@ pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn E
             return Err(format!("{features}: {} frames of {FRAMES}", run.frames).into());
         }
         let [text, rodata] = program.more_than(&nothing);
-        // Even a call that does nothing takes a few cycles.
+        // Even an empty call takes a few cycles.
         let cycles = run.all.cycles - nothing.take(&stream, 0)?.all.cycles;
         figures.push(Figures {
             protocol,

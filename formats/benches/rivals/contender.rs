@@ -66,13 +66,13 @@ pub(crate) struct Entry {
     pub(crate) deliver: Box<dyn Fn(&[u8], Cut) -> Vec<Delivered>>,
     /// Returns the time that the contender takes for a stream.
     pub(crate) time: Box<dyn Fn(&[u8], Cut) -> Duration>,
-    /// The positions of the frames that the reference finds. Only framelock's own entries have it.
+    /// The reference's frames. Only framelock's own entries have this function.
     pub(crate) reference: Option<Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>>,
 }
 
 impl Entry {
-    /// Creates the entry of another crate. `key` returns the same part of a message as the protocol's `key` does of its
-    /// frame.
+    /// Creates the entry of another crate. `key` extracts from a message the same part as the protocol's `key` extracts
+    /// from a frame.
     pub(crate) fn rival<C: Contender + 'static>(
         name: &'static str,
         new: impl Fn() -> C + Copy + 'static,

@@ -105,7 +105,7 @@ pub(crate) fn document() -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// Measures MAVLink's checksum alone, over the longest frame, without and with a table, in turns.
+/// Measures MAVLink's checksum of the longest frame, without and with a table, in turns.
 fn checks(text: &mut String) -> fmt::Result {
     let frame = [0x55; 278];
     let mut fastest = [f64::MAX; 2];
@@ -127,7 +127,7 @@ fn checks(text: &mut String) -> fmt::Result {
     )
 }
 
-/// Returns the cost of the first stream, of the second, and the highest cost of all streams.
+/// Returns three costs: of the first stream, of the second stream, and the highest of all streams.
 fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
     let worst = costs.iter().copied().fold(0.0, f64::max);
     [costs[0], costs[1], worst]

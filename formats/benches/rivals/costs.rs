@@ -27,7 +27,7 @@ pub(crate) struct Case {
     pub(crate) format: &'static str,
     pub(crate) clean: Vec<u8>,
     pub(crate) noise: Vec<u8>,
-    /// The hostile streams: the bytes that each repeats, and the stream.
+    /// The hostile streams, each with the bytes that it repeats.
     pub(crate) hostile: Vec<(&'static [u8], Vec<u8>)>,
     pub(crate) contenders: Vec<Counted>,
 }
@@ -116,7 +116,8 @@ pub(crate) fn cases() -> Vec<Case> {
             &[
                 b"\xFD\xFF\0\0\0\0\0\x83\0\0",
                 b"\xFD\xFF\x01\0\0\0\0\x83\0\0",
-                // Two interleaved series of starts: the length byte of one series is the message byte of the other.
+                // Two interleaved series of false starts, in which the length byte of one is the message byte of the
+                // other.
                 b"\xFD\x83\0\0\xFD\xFF\0\x83\0\0",
                 b"\xFD",
             ],
@@ -139,7 +140,7 @@ pub(crate) fn cases() -> Vec<Case> {
             "BIN-CRC8",
             "bin-crc8",
             |random| random.random::<[u8; 3]>().into(),
-            // Every fourth byte ends a frame that only its check rejects.
+            // Every fourth byte ends a frame in which only the check is wrong.
             &[b"A", b"AB", b"AB012345", b"AB0\r"],
         ),
     ];

@@ -49,7 +49,7 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// CRSF as with the feature `pc-crc-table`.
+/// CRSF with the tables that the feature `pc-crc-table` selects.
 #[derive(Clone, Copy)]
 struct Tabled;
 
@@ -78,9 +78,9 @@ fn inside(frame: &[u8]) -> Vec<u8> {
     frame[2..frame.len() - 1].to_vec()
 }
 
-/// `crsf`. Its raw packets are not checked, so each packet is decoded. Packets of kinds that the crate does not know
-/// count as found. It panics on a packet of channels or link statistics that is too short. After a lost byte such a
-/// packet sometimes passes its check, so these packets are kept from the decoder.
+/// The crate `crsf`. It does not check raw packets, so the adapter decodes each packet. Packets of kinds that the crate
+/// does not know count as found. The crate panics on a packet of channels or link statistics that is too short. After a
+/// lost byte such a packet sometimes has a right check, so the adapter does not decode it.
 struct CrsfCrate(PacketParser<64>);
 
 impl Default for CrsfCrate {
@@ -109,7 +109,7 @@ impl Contender for CrsfCrate {
     }
 }
 
-/// `uf-crsf`. Its raw packets are already checked.
+/// The crate `uf-crsf`, whose raw packets are already checked.
 #[derive(Default)]
 struct UfCrsf(CrsfParser);
 

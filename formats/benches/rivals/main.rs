@@ -2,8 +2,8 @@
 //!
 //! `cargo bench -p framelock-rivals -- --write docs/rivals.md` runs the comparison and writes the tables. `-- --costs
 //! docs/costs.md` only counts the cost of a byte. `-- --figures formats/FIGURES.txt` compares the formats' costs on the
-//! chip with that file. Without an argument it prints the first two. Without `--bench`, as `cargo test` runs it, the
-//! streams are short, every answer is confirmed, and nothing is timed.
+//! chip with that file. Without an argument it prints the comparison and the costs. `cargo test` runs it without
+//! `--bench`. Then the streams are short, every answer is checked, and nothing is timed.
 
 #![allow(
     clippy::indexing_slicing,
@@ -38,25 +38,26 @@ mod valgrind;
 const FRAMES: u16 = 6_000;
 /// The number of frames in a stream if nothing is timed.
 const FEW_FRAMES: u16 = 300;
-/// The number of rounds, of which the fastest counts. Other work on the machine only makes rounds slower, never faster.
+/// The number of measurements. The fastest one counts, because other work on the machine can only slow a measurement
+/// down.
 const ROUNDS: usize = 60;
 
 /// A protocol, and the results of its contenders.
 struct Match {
     protocol: Protocol,
     rows: Vec<Row>,
-    /// For each stream, the number of frames that arrived whole.
+    /// The number of frames that arrived whole in each stream.
     whole: Vec<usize>,
 }
 
-/// The results of a contender for each of the streams.
+/// The results of one contender, for each stream.
 struct Row {
     name: &'static str,
     by_byte: Vec<Answer>,
     by_chunk: Vec<Answer>,
-    /// Chunks of 64.
+    /// Chunks of 64 bytes.
     megabytes_per_second: Vec<f64>,
-    /// Byte by byte, the first stream.
+    /// The first stream, byte by byte.
     by_byte_clean: f64,
 }
 
@@ -157,8 +158,8 @@ fn play(protocol: Protocol, contenders: &[Entry], is_full: bool) -> Match {
 /// all of them alike.
 fn race(contenders: &[Entry], streams: &[Stream], rows: &mut [Row]) {
     let faster = |speed: &mut f64, entry: &Entry, stream: &Stream, cut| {
-        // Several passes in a row, because the first one starts with the caches and branch predictor of another
-        // contender.
+        // Make several passes in a row, because the first pass still has the previous contender's data in the caches
+        // and the branch predictor.
         for _ in 0..3 {
             let time = (entry.time)(&stream.bytes, cut).as_secs_f64();
             *speed = speed.max(stream.bytes.len() as f64 / 1e6 / time);

@@ -57,7 +57,7 @@ const fn known((number, extra, most): (u8, u8, u8)) -> KnownMessage {
     KnownMessage::with_extra(number as u32, extra, most)
 }
 
-/// MAVLink 2 as with the feature `pc-crc-table`.
+/// MAVLink 2 with the tables that the feature `pc-crc-table` selects.
 #[derive(Clone, Copy)]
 pub(crate) struct Tabled;
 
@@ -132,7 +132,7 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// The same messages for `mavlink-core`, which returns their frames undecoded.
+/// The same messages for `mavlink-core`, which returns the frames undecoded.
 struct Known;
 
 impl Dialect for Known {
@@ -156,7 +156,7 @@ impl Dialect for Known {
     }
 }
 
-/// The bytes that have arrived and have not been read.
+/// The bytes that have arrived but have not been read yet.
 #[derive(Default)]
 struct Source {
     bytes: Vec<u8>,
@@ -172,7 +172,7 @@ impl Read for Source {
     }
 }
 
-/// `mavlink-core`, with its buffer of 16 KiB.
+/// The crate `mavlink-core`, with its buffer of 16 KiB.
 struct MavlinkCore(MavlinkReader<Source>);
 
 impl Default for MavlinkCore {
@@ -189,7 +189,7 @@ impl Contender for MavlinkCore {
         source.bytes.clear();
         source.bytes.extend_from_slice(bytes);
         source.read = 0;
-        // The loop ends with the error that the source has no more bytes.
+        // The loop ends when the crate returns the source's error at the end of the bytes.
         while let Ok(raw) = self
             .0
             .read_raw_message_with_dialect(&Known, MavlinkVersion::V2)

@@ -44,7 +44,7 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// Returns the channels. `sbus` shows them only in its debug output.
+/// Returns the channels, which the crate `sbus` shows only in its debug output.
 fn private_channels(packet: &SBusPacket) -> [u16; 16] {
     let text = format!("{packet:?}");
     let list = text.split(['[', ']']).nth(1).expect("a list");

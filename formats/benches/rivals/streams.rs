@@ -9,7 +9,8 @@ use rand_chacha::ChaCha8Rng;
 /// One seed for all streams: the same bytes in every run, on every machine.
 pub(crate) const SEED: u64 = 15;
 
-/// The number of bytes after the last frame. They begin no frame, but complete any false frame for which a receiver waits.
+/// The number of padding bytes after the last frame. The padding begins no frame, but completes any false frame for
+/// which a receiver still waits.
 const BEHIND: [u8; 300] = [0x55; 300];
 
 /// The faults of the line.
@@ -66,7 +67,7 @@ pub(crate) struct Protocol {
     pub(crate) longest: usize,
     /// Makes a frame.
     pub(crate) frame: fn(&mut Payload) -> Vec<u8>,
-    /// The part of a frame by which receivers are compared: every receiver returns it to its user.
+    /// Extracts the part of a frame that identifies it in the comparison. Every receiver returns this part to its user.
     pub(crate) key: fn(&[u8]) -> Vec<u8>,
 }
 
@@ -99,7 +100,7 @@ impl Payload {
 /// Bytes as they arrive.
 pub(crate) struct Stream {
     pub(crate) bytes: Vec<u8>,
-    /// The positions of the frames that arrive whole.
+    /// The positions of the frames that have arrived whole.
     pub(crate) whole: Vec<Range<usize>>,
 }
 

@@ -138,7 +138,7 @@ fn protocol(text: &mut String, played: &Match) -> fmt::Result {
     Ok(())
 }
 
-/// Returns a line for each rival, which lists where it is at least as good as framelock.
+/// Returns a line for each rival, which lists the figures in which the rival is at least as good as framelock.
 fn as_good(text: &mut String, played: &Match, figures: &[Figures]) -> fmt::Result {
     let (ours, rivals): (Vec<&Row>, Vec<&Row>) = played
         .rows

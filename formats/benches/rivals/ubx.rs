@@ -7,10 +7,10 @@ use ublox::{FixedBuffer, Parser, ParserError, UbxPacket, UbxProtocol, UbxUnknown
 use crate::contender::{Contender, Entry};
 use crate::streams::{Payload, Protocol};
 
-/// The longest payload that is sent, NAV-PVT's.
+/// The longest payload in the streams, that of NAV-PVT.
 const MOST: usize = 92;
-/// The longest frame that is accepted. The length of its payload equals a sync byte, so that false starts can be packed
-/// as densely as possible.
+/// The longest frame that the receivers accept. Its payload length is the value of a sync byte, so that false starts
+/// can be packed as densely as possible.
 pub(crate) const LONGEST: usize = 0x62 + 8;
 
 pub(crate) const PROTOCOL: Protocol = Protocol {

@@ -7,7 +7,8 @@ use std::process::{Command, Stdio};
 
 use crate::costs::Case;
 
-/// The argument of the benchmark under valgrind. With it, the benchmark only runs the counted receivers.
+/// The argument of the benchmark under valgrind. It makes the benchmark run only the receivers whose instructions are
+/// counted.
 pub(crate) const ARGUMENT: &str = "--under-valgrind";
 
 /// Runs a receiver. Callgrind counts the instructions from the call of this function to its return, and no others.
@@ -30,7 +31,7 @@ pub(crate) fn take_all(cases: &[Case]) {
     }
 }
 
-/// Returns the instructions per byte for each case, contender and stream.
+/// Returns the instructions per byte, for each format, contender and stream.
 pub(crate) fn count(cases: &[Case]) -> Result<Vec<Vec<Vec<f64>>>, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("on-chip/target/callgrind");
     if folder.exists() {

@@ -114,12 +114,12 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets the bytes that are allowed between the sync and the terminator, as inclusive ranges. Only frames that a
-    /// delimiter ends have such a content. A byte outside the ranges begins the terminator, or the frame is rejected at
-    /// once. The check is fastest if the widest range comes first.
+    /// Sets the bytes that are allowed between the sync and the terminator, as inclusive ranges. Use this only for
+    /// frames that end with a delimiter. A byte outside the ranges must begin the terminator, otherwise the frame is
+    /// rejected at once. The check is fastest if the widest range comes first.
     ///
     /// # Examples
-    /// Lines of printable characters, of which none contains a `#`:
+    /// Lines of printable characters except `#`:
     /// ```
     /// use framelock::{Classification, DiscardReason};
     /// use framelock_formats::layout::{Layout, Length, Patterns};
@@ -141,7 +141,7 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets other terminators, of any lengths, for frames with a [`content`](Self::content). Places from the end and
+    /// Sets more terminators, of any lengths, for frames with a [`content`](Self::content). Places from the end and
     /// [`shortest`](Self::shortest) are counted as if the frame ended with the [`terminator`](Self::terminator).
     /// [`seal`](Layout::seal) writes that terminator.
     #[inline]
@@ -167,7 +167,7 @@ impl<'a> LayoutBuilder<'a> {
     /// Checks that the parts agree and returns the layout.
     ///
     /// # Errors
-    /// The first contradiction between the parts.
+    /// Returns the first contradiction between the parts.
     pub const fn build(self) -> Result<Layout<'a>, Contradiction> {
         let mut layout = self.0;
         if layout.shortest == 0 {
@@ -182,10 +182,10 @@ impl<'a> LayoutBuilder<'a> {
         }
     }
 
-    /// Returns the layout as a constant. If the parts contradict each other, the constant does not compile.
+    /// Returns the layout, for use in a constant. If the parts contradict each other, the constant does not compile.
     ///
     /// # Panics
-    /// If the parts contradict each other. At run time, [`build`](Self::build) returns the same contradiction.
+    /// Panics if the parts contradict each other. At run time, [`build`](Self::build) returns the same contradiction.
     #[must_use]
     #[expect(
         clippy::panic,

@@ -1,4 +1,4 @@
-//! The check of a layout: the parts agree, and at least one frame exists.
+//! Checks a layout: its parts must agree, and at least one frame must exist.
 
 mod checksum;
 mod content;
@@ -9,7 +9,7 @@ use checksum::check_checksum;
 use content::{check_content, check_content_of_parts};
 use frame::{agrees_with_fixed, shortest_frame};
 
-/// Returns the error of a step, if there is one.
+/// Returns from the function if a step finds a contradiction.
 macro_rules! try_step {
     ($step:expr) => {
         if let Err(contradiction) = $step {
@@ -18,7 +18,7 @@ macro_rules! try_step {
     };
 }
 
-/// Returns a contradiction if the condition holds.
+/// Returns from the function with a contradiction if the condition holds.
 macro_rules! reject_if {
     ($condition:expr, $part:expr, $message:expr) => {
         if $condition {
@@ -50,15 +50,15 @@ pub(super) const fn check(layout: &Layout) -> Result<(), Contradiction> {
     check_positions(layout, without_trailer(layout))
 }
 
-/// Returns the number of bytes that each frame has at least: the header, and the parts that are counted from the end.
+/// Returns the smallest number of bytes that any frame has: the header, and the parts that are counted from the end.
 pub(super) const fn least(layout: &Layout) -> usize {
-    // A delimiter alone may be a frame.
+    // A frame may consist of only the delimiter.
     let header = match layout.length {
         Length::Delimiter if layout.sync.length == 0 && layout.messages.is_none() => 0,
         _ => layout.header(),
     };
     let mut from_end = layout.terminator.length;
-    // In frames of fixed length, a place counted from the end is as fixed as any other.
+    // In frames of fixed length, a place counted from the end is the same in each frame.
     if !matches!(layout.length, Length::Fixed) {
         if let Some(checksum) = &layout.checksum {
             from_end = larger(from_end, distance_from_end(checksum.at));
@@ -263,7 +263,7 @@ pub(super) const fn without_trailer(layout: &Layout) -> usize {
     layout.longest
 }
 
-/// Returns true if the bytes are a whole number of patterns.
+/// Returns true if the bytes divide into a whole number of patterns.
 const fn are_whole(patterns: &Patterns) -> bool {
     match patterns.bytes.len().checked_rem(patterns.length) {
         Some(rest) => rest == 0 && !patterns.bytes.is_empty(),
@@ -275,7 +275,7 @@ const fn is_number(number: &Number) -> bool {
     1 <= number.bytes && number.bytes <= 4
 }
 
-/// Returns the bits that a number of 1 to 4 bytes has.
+/// Returns the mask of all bits of a number of 1 to 4 bytes.
 const fn all_bits(number: &Number) -> u32 {
     match number.bytes {
         1 => 0xFF,

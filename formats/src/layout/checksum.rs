@@ -4,17 +4,17 @@
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Checksum<'a> {
-    /// The algorithm that computes it.
+    /// The algorithm that computes the checksum.
     pub algorithm: Algorithm<'a>,
-    /// The number of its bytes, 1 to 4. A longer sum is cut to its lowest bytes.
+    /// The number of bytes in the frame that hold the checksum, 1 to 4. A longer sum is cut to its lowest bytes.
     pub bytes: usize,
-    /// The encoding of these bytes in the frame.
+    /// The encoding of the checksum in the frame.
     pub encoding: Encoding,
-    /// The place of its first byte.
+    /// The place of the checksum's first byte.
     pub at: i16,
-    /// The place of the first byte that it covers.
+    /// The place of the first byte that the checksum covers.
     pub from: i16,
-    /// The place of the last byte that it covers.
+    /// The place of the last byte that the checksum covers.
     pub to: i16,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Checksum<'a> {
         self
     }
 
-    /// Sets the place of its first byte.
+    /// Sets the place of the checksum's first byte.
     #[inline]
     #[must_use]
     pub const fn at(mut self, at: i16) -> Self {
@@ -63,7 +63,7 @@ impl<'a> Checksum<'a> {
         self
     }
 
-    /// Sets the place of the first byte that it covers.
+    /// Sets the place of the first byte that the checksum covers.
     #[inline]
     #[must_use]
     pub const fn from(mut self, from: i16) -> Self {
@@ -71,7 +71,7 @@ impl<'a> Checksum<'a> {
         self
     }
 
-    /// Sets the place of the last byte that it covers.
+    /// Sets the place of the last byte that the checksum covers.
     #[inline]
     #[must_use]
     pub const fn to(mut self, to: i16) -> Self {
@@ -98,7 +98,8 @@ pub enum Encoding {
     Little,
     /// As a number, the highest byte first.
     Big,
-    /// As text: two hexadecimal digits for each byte, the highest byte first. Written in capitals, read in either case.
+    /// As text: two hexadecimal digits for each byte, the highest byte first. Writes capital letters, and reads capital
+    /// and small letters.
     Hex,
 }
 
@@ -112,12 +113,12 @@ pub enum Algorithm<'a> {
     Sum,
     /// The sum with all bits inverted: 0xFFFF - sum, in two bytes.
     InvertedSum,
-    /// The number that makes the sum zero.
+    /// The negated sum: added to the sum of the bytes, it gives zero.
     NegatedSum,
     /// The exclusive or of the bytes.
     Xor,
-    /// Two sums of 8 bits. The low byte is the sum of the bytes, the high byte is the sum of the low byte's running
-    /// values.
+    /// Fletcher's checksum: two sums of 8 bits. The low byte is the sum of the bytes. The high byte is the sum of all
+    /// values that the low byte takes on the way.
     Fletcher,
 }
 

@@ -49,7 +49,7 @@ impl Contradiction {
         self.part
     }
 
-    /// Returns the message without the index of fixed bits.
+    /// Returns the message, without the index of the fixed bits.
     #[must_use]
     pub const fn message(&self) -> &'static str {
         self.message

@@ -11,7 +11,7 @@ pub struct Patterns<'a> {
 }
 
 impl<'a> Patterns<'a> {
-    /// No sequence: a frame may begin, or end, with any bytes.
+    /// No sequence: a frame may begin or end with any bytes.
     pub const NONE: Self = Self::one(&[]);
 
     /// Returns patterns with one sequence: these bytes.
@@ -36,7 +36,7 @@ impl<'a> Patterns<'a> {
     }
 
     /// Returns an iterator over the sequences.
-    // Not `chunks_exact`, which divides.
+    // Does not use `chunks_exact`, which contains a division.
     #[inline]
     pub fn each(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
         let (mut rest, length) = (self.bytes, self.length.max(1));
@@ -65,13 +65,13 @@ pub enum Length {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct LengthField {
-    /// The number.
+    /// The number in the header.
     pub number: Number,
-    /// The bits of the number that are part of the length.
+    /// The mask of the number's bits that are part of the length.
     pub mask: u32,
-    /// The unit of the number in bytes: 2 if it counts 16-bit words.
+    /// The unit of the number in bytes, for example 2 if the number counts 16-bit words.
     pub factor: u32,
-    /// The number of bytes that the number does not count, or a negative correction.
+    /// The correction in bytes, positive or negative: the number of bytes in the frame that the number does not count.
     pub plus: i32,
 }
 
@@ -95,7 +95,7 @@ impl LengthField {
         Self::new(Number::byte(at))
     }
 
-    /// Sets the bits of the number that are part of the length.
+    /// Sets the mask of the number's bits that are part of the length.
     #[inline]
     #[must_use]
     pub const fn mask(mut self, mask: u32) -> Self {
@@ -111,7 +111,8 @@ impl LengthField {
         self
     }
 
-    /// Sets the number of bytes that the number does not count, or a negative correction.
+    /// Sets the correction in bytes, positive or negative: the number of bytes in the frame that the number does not
+    /// count.
     #[inline]
     #[must_use]
     pub const fn plus(mut self, plus: i32) -> Self {
@@ -124,16 +125,16 @@ impl LengthField {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Number {
-    /// The place of its first byte, counted from the front.
+    /// The place of the number's first byte, counted from the front.
     pub at: usize,
-    /// The number of its bytes, 1 to 4.
+    /// The number of bytes in the number, 1 to 4.
     pub bytes: usize,
-    /// The order of its bytes.
+    /// The order of the number's bytes.
     pub order: ByteOrder,
 }
 
 impl Number {
-    /// Returns a number of `bytes` bytes from place `at` on.
+    /// Returns a number of `bytes` bytes that begins at place `at`.
     #[inline]
     #[must_use]
     pub const fn new(at: usize, bytes: usize, order: ByteOrder) -> Self {
@@ -147,7 +148,7 @@ impl Number {
         Self::new(at, 1, ByteOrder::Little)
     }
 
-    /// Returns the place after its last byte.
+    /// Returns the place after the number's last byte.
     #[inline]
     #[must_use]
     pub const fn end(&self) -> usize {
@@ -172,7 +173,7 @@ pub struct FixedBits {
     pub at: i16,
     /// The bits of the byte that are fixed.
     pub mask: u8,
-    /// Their values.
+    /// The values of these bits.
     pub value: u8,
 }
 
@@ -208,7 +209,7 @@ impl<'a> Messages<'a> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct KnownMessage {
-    /// Its number.
+    /// The message's number.
     pub number: u32,
     /// The greatest value of the length field's counted bits. In MAVLink this is the length of the longest payload.
     pub longest_payload: u16,
@@ -263,7 +264,7 @@ impl KnownMessage {
 pub struct Trailer {
     /// The place of the byte that announces the trailer, counted from the front.
     pub at: usize,
-    /// The bits of this byte: any of them announces the trailer.
+    /// The mask of bits in that byte. Any of these bits announces the trailer.
     pub mask: u8,
     /// The number of bytes in the trailer.
     pub bytes: usize,

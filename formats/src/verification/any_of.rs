@@ -27,7 +27,7 @@ impl Classified {
         let row = Row::any(longest);
         let starts = row.settled != Classification::Rejected(DiscardReason::NoSync);
         kani::assume(starts || row.settled_at == 1);
-        // A layout needs no bytes after a frame to recognise it: see `keeps_the_laws`.
+        // A layout recognises a frame without the bytes after it: see `keeps_the_laws`.
         if let Classification::Frame(length) = row.settled {
             kani::assume(length == row.settled_at);
         }
@@ -45,20 +45,21 @@ impl Classified {
         }
     }
 
-    /// Classifies `count` bytes, of which the first `seen` are said to be incomplete.
+    /// Classifies `count` bytes. The caller claims that the first `seen` of them are incomplete.
     fn classify(&self, count: usize, seen: usize) -> Classification {
         match self.row.settled(count) {
             None => Classification::Incomplete {
                 at_least: self.at_least[count - 1],
             },
-            // If the first `seen` bytes were not incomplete, law 5 allows any answer.
+            // If the claim is wrong, law 5 allows any answer.
             Some(_) if seen > 0 && self.row.settled(seen).is_some() => any_verdict(),
             Some(settled) => settled,
         }
     }
 }
 
-/// Proves the laws for three layouts. This includes one or two layouts, since a layout that no byte starts has no effect.
+/// Proves the laws for three layouts. One or two layouts are special cases, because a layout that no byte starts has no
+/// effect.
 #[kani::proof]
 #[kani::unwind(6)]
 fn any_of_three() {
@@ -70,9 +71,9 @@ fn any_of_three() {
     let (some, more) = any_some_and_more(MOST, longest);
     let (early, late) = (classify_after(some, 0), classify_after(more, 0));
     assert_lawful(early, late, some, more, longest);
-    // Law 4.
+    // Check law 4.
     assert!(all.iter().any(starts) != (late == Classification::Rejected(DiscardReason::NoSync)));
-    // Law 5.
+    // Check law 5.
     if matches!(early, Classification::Incomplete { .. }) {
         assert!(classify_after(more, some) == late);
     }

@@ -48,8 +48,8 @@ pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     (some, kani::any_where(|&more| some <= more && more <= most))
 }
 
-/// A layout with a fixed but arbitrary result of parsing its header, and an arbitrary decision whether its frame is
-/// right.
+/// A layout for which parsing the header, and checking the rest of the frame, have arbitrary results. Each result stays
+/// the same for the whole harness.
 struct Classified<'a> {
     layout: Layout<'a>,
     header: Result<Header, DiscardReason>,
@@ -82,7 +82,8 @@ impl Classified<'_> {
     }
 }
 
-/// Returns true if parsing a header can have this result. [`what_a_header_says`] proves it for every parsed header.
+/// Returns true if parsing a header can have this result. [`what_a_header_says`] proves that every parsed header
+/// satisfies this function.
 fn is_possible(layout: &Layout, header: Result<Header, DiscardReason>) -> bool {
     match header {
         Ok(header) => match header.length {
@@ -103,9 +104,9 @@ fn what_a_header_says() {
         ..parts.layout()
     };
     let count = layout.header();
-    // Only the bounds are checked here, so the layout may contain other contradictions.
+    // Only the bounds are assumed, so the layout may still contain other contradictions.
     if check_bounds(&layout).is_ok() {
-        // If a delimiter alone may be a frame, and the layout has no messages, no header must precede the terminator.
+        // If a frame may consist of only the delimiter and the layout has no messages, the frame needs no header.
         let is_alone = layout.length == Length::Delimiter && layout.messages.is_none();
         assert!(is_alone || has_header_and_terminator(&layout));
         assert!(layout.shortest <= layout.longest);
@@ -154,11 +155,11 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     let (some, more) = any_some_and_more(MOST, longest);
     let early = layout.classify_after(&bytes[..some], 0);
     let late = layout.classify_after(&bytes[..more], 0);
-    // Law 4. In addition, `starts` accepts no byte that cannot start a frame, if the layout has frames at all.
+    // Check law 4. In addition, `starts` accepts no byte that cannot start a frame, if the layout has frames at all.
     let no_sync = late == Classification::Rejected(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
-    // No bytes after a frame are needed to find it, since `build` rejects frames that are shorter than their header.
+    // A frame is found without the bytes after it, because `build` rejects frames that are shorter than their header.
     let is_built = layout.layout.header() <= layout.layout.shortest;
     assert!(!is_built || late != Classification::Frame(some) || early == late);
     assert_lawful(early, late, some, more, longest);
@@ -174,7 +175,7 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     };
     let end = |bytes, seen| layout.frame_of(&header, bytes, seen).map(<[u8]>::len);
     let (seen, more) = any_some_and_more(MOST, layout.longest);
-    // While the header was incomplete, nothing searched for the end.
+    // Nothing has searched for the end as long as the header was incomplete.
     let looked = seen >= layout.header();
     let found_none = matches!(
         end(&bytes[..seen], 0),
@@ -187,8 +188,8 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     kani::cover!(looked && late == Ok(MOST), "that was looked for before");
 }
 
-/// Asserts the laws for a layout with a length field and two syncs of `SYNC` bytes. The length field begins at byte 0, so
-/// the end of the header is arbitrary.
+/// Asserts the laws for a layout with a length field and two syncs of `SYNC` bytes. The length field begins at byte 0
+/// and has an arbitrary size, so the header has an arbitrary length.
 fn a_layout_with_lengths<const SYNC: usize, const MOST: usize>() {
     let syncs = kani::any::<[[u8; SYNC]; 2]>();
     keeps_the_laws::<MOST>(&Layout {
@@ -225,8 +226,8 @@ fn lengths_behind_three_bytes() {
 }
 
 /// Defines harnesses for layouts with delimiters: two syncs of `SYNC` bytes, two terminators of `END` bytes, and up to
-/// one other terminator of `OTHER` bytes. The content is one range of bytes, or any bytes. The message's number
-/// determines the end of the header.
+/// one other terminator of `OTHER` bytes. The content is one range of bytes, or any bytes. The position of the
+/// message's number determines where the header ends.
 macro_rules! delimiters {
     ($keeps:ident: $($name:ident $sync:literal $end:literal $other:literal)*) => {$(
         #[kani::proof]

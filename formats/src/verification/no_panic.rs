@@ -14,7 +14,7 @@ use crate::rtcm::Rtcm;
 use crate::sbus::Sbus;
 use crate::ubx::Ubx;
 
-/// Returns an arbitrary number of the bytes, up to `N`.
+/// Returns an arbitrary prefix of the bytes, of up to `N` bytes.
 fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
     &bytes[..kani::any_where(|&count| count <= N)]
 }
@@ -51,7 +51,8 @@ fn in_checking() {
     });
 }
 
-/// Uses one algorithm, because all are written in the same way. [`in_checking`] and [`in_a_crc`] compute the others.
+/// Uses one algorithm, because all sums are written in the same way. [`in_checking`] and [`in_a_crc`] compute the other
+/// algorithms.
 #[kani::proof]
 #[kani::unwind(9)]
 fn in_writing_a_checksum() {
@@ -82,8 +83,8 @@ fn in_a_crc() {
     }
 }
 
-/// Seals a frame of an arbitrary layout, except for its checksum: see [`in_checking`]. The sealed bytes are then
-/// classified: see [`super::laws`].
+/// Seals a frame of an arbitrary layout, except for its checksum: see [`in_checking`]. `seal` also classifies the
+/// bytes, which [`super::laws`] covers.
 #[kani::proof]
 #[kani::unwind(5)]
 fn in_sealing() {
@@ -101,7 +102,7 @@ fn in_sealing() {
     kani::cover!(bytes[2] != last, "written to the last byte");
 }
 
-/// Decodes arbitrary bytes, which need not be a frame.
+/// Decodes arbitrary bytes, also bytes that are not a frame.
 fn in_decoding<F: Format, const N: usize>(format: &F) {
     let bytes: [u8; N] = kani::any();
     let bytes = any_bytes(&bytes);

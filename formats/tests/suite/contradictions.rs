@@ -55,7 +55,8 @@ const KNOWN: [KnownMessage; 3] = [
 const BYTES: [u8; 256] = Crc::new(8, 7).table_of_bytes();
 const WORDS: [u32; 256] = Crc::new(16, 7).table_of_words();
 
-/// A layout that contradicts itself, the part and the message of the error, and a similar layout without contradiction.
+/// A layout that contradicts itself, the expected part and message of the error, and a similar layout without the
+/// contradiction.
 #[rustfmt::skip]
 const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (COUNTED.sync(Patterns::any_of(b"ABC", 2)), Part::Sync, "sync: its bytes are not a whole number", COUNTED.sync(Patterns::any_of(b"ABCD", 2))),
@@ -207,7 +208,7 @@ fn delivers(layout: &Layout) -> bool {
     let lengths = (layout.shortest()..=layout.longest())
         .flat_map(|length| (0..16).map(move |try_| (length, try_)));
     let mut of_lengths = lengths.flat_map(|(length, try_)| {
-        // Tries a header without a known message, and a header with each known message.
+        // Try a header that names no known message, and a header for each known message.
         let messages = known.iter().map(|message| Some(message.number));
         let messages: Vec<_> = if known.is_empty() {
             vec![None]
@@ -372,7 +373,8 @@ impl Random {
     }
 }
 
-/// Shows that the check is not too lax: a layout of random parts is rejected, or a receiver delivers its frames.
+/// Shows that the check is neither too strict nor too lax: each layout of random parts is either rejected, or has
+/// frames that a receiver delivers.
 #[test]
 fn a_layout_that_the_check_accepts_has_frames() {
     let mut random = Random(26);
@@ -427,7 +429,7 @@ fn a_layout_that_the_check_accepts_has_frames() {
             Err(contradiction) => *rejected.entry(contradiction.message()).or_insert(0) += 1,
         }
     }
-    // Both outcomes occur for every kind of length, and almost every contradiction occurs.
+    // Both outcomes must occur for every kind of length, and almost every contradiction must occur.
     assert!(accepted.iter().all(|&count| count > 300), "{accepted:?}");
     assert!(rejected.len() >= 25, "{rejected:#?}");
 }

@@ -1,4 +1,4 @@
-//! Messages and counters are written in one line, for logs.
+//! Checks that `Display` writes messages and counters in one line, for logs.
 
 use framelock::motion::Bin;
 use framelock::{Line, LineEvent, Receiver};

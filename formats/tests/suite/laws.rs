@@ -1,5 +1,5 @@
-//! Checks that each format keeps the laws of [`Format`]. The streams are its shortest and longest frames followed by other
-//! bytes, with each byte changed to every other value.
+//! Checks that each format keeps the laws of [`Format`]. The streams are the format's shortest and longest frames,
+//! followed by other bytes. Each byte of a stream is changed to every other value.
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Classification, DiscardReason, Encode as _, Format};
@@ -100,7 +100,7 @@ fn mavlink2() {
 /// The longest frame is determined by the format's value, not by its type.
 #[test]
 fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
-    /// A mistake in `AnyOf`: it claims a longest frame that is too short.
+    /// A deliberate mistake: `AnyOf` states a longest frame that is too short.
     #[derive(Clone, Copy)]
     struct Shortened(AnyOf<'static>);
     impl Format for Shortened {
@@ -125,7 +125,7 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
 /// Long frames can be checked even in a test without optimisation.
 #[test]
 fn a_frame_of_300_bytes() {
-    /// A mistake that only one value of one byte reveals, and that no valid frame reveals.
+    /// A deliberate mistake that only one value of one byte reveals, and that no valid frame reveals.
     #[derive(Clone, Copy)]
     struct Hasty;
     impl Format for Hasty {
@@ -197,7 +197,7 @@ fn what_is_not_of_the_length_stays_as_it_is() {
     assert_eq!(frame, [0x24, 0x85, 1, 2, 3]);
 }
 
-/// If several layouts reject the bytes, the reason comes from the first layout that got furthest.
+/// If several layouts reject the bytes, the reason comes from the layout that found its error latest in the frame.
 #[test]
 fn the_reason_is_that_of_the_layout_that_comes_furthest() {
     let layout = |sync| {
@@ -234,7 +234,7 @@ fn what_a_layout_says_at_its_limits() {
     let has_a_bit = |at| [FixedBits::new(at, 0x40, 0x40)];
     let (in_header, behind) = (has_a_bit(1), has_a_bit(2));
     for (layout, bytes, says) in [
-        // A frame that consists only of its header, even if no longer frame is allowed.
+        // A frame may consist only of its header, even if no longer frame is allowed.
         (layout, &[0x24, 2][..], Classification::Frame(2)),
         (layout.longest(2), &[0x24, 2], Classification::Frame(2)),
         (
@@ -252,7 +252,7 @@ fn what_a_layout_says_at_its_limits() {
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
-        // As many bytes as the longest frame has, without a terminator.
+        // The bytes contain no terminator, and are as many as the longest frame has.
         (
             layout
                 .length(Length::Delimiter)
@@ -267,8 +267,8 @@ fn what_a_layout_says_at_its_limits() {
     }
 }
 
-/// Bytes that were seen before are searched again if no search for the end has covered them. This is the case in a header
-/// that was incomplete, and for a layout that was not tried.
+/// `classify_after` skips seen bytes only if the layout has searched them for the end of the frame. It has not, if its
+/// header was incomplete or an earlier layout accepted the bytes.
 #[test]
 fn an_end_in_what_was_seen_is_found() {
     let lines = Layout::builder()

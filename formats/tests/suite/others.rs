@@ -22,7 +22,7 @@ fn channels() -> impl Strategy<Value = [u16; 16]> {
     prop::array::uniform16(0_u16..2048)
 }
 
-/// A CRC of 24 bits with the polynomial of a CRC of sixteen bits.
+/// A CRC of 24 bits with a polynomial that is meant for sixteen bits.
 const OF_24_BITS: crc::Algorithm<u32> = crc::Algorithm {
     width: 24,
     poly: 0x1021,
@@ -137,7 +137,7 @@ proptest! {
         });
     }
 
-    /// A class without messages in the crate ublox, which therefore returns the payload undecoded.
+    /// The crate ublox knows no messages of this class, so it returns the payload undecoded.
     #[test]
     fn ubx(id: u8, payload in prop::collection::vec(any::<u8>(), 0..=240)) {
         let sent = ubx::Message { class: 0x7F, id, payload: &payload };

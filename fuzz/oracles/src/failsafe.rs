@@ -28,9 +28,9 @@ pub enum ScheduleStep {
 }
 
 impl<'a> Arbitrary<'a> for Schedule {
-    /// The first byte determines the widths of four times: to hold, to ramp, per unit of pitch, and
-    /// per unit of roll and yaw. A time has four bytes if its bit is set, and one byte otherwise.
-    /// The times follow, and then park, the clock and the steps.
+    /// The first byte contains a bit for each of four times: to hold, to ramp, per unit of pitch, and per unit of roll
+    /// and yaw. If the bit is set, the time has four bytes, otherwise one byte. The times follow the first byte. After
+    /// them come park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let wide = u8::arbitrary(u)?;
         let mut time = |bit: u32| {
@@ -70,15 +70,13 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
     }
 }
 
-/// Checks that contradictory parameters are rejected with an error that names one of them. At every
-/// time the output must equal the model's, and every axis must be at park
-/// [`FailsafeParameters::parked_after`] the last frame. Reading the output twice must give the same
-/// result, and reading it rarely must give the same result as reading it often. All this is checked
-/// with three axes of eight bits and with six axes of sixteen bits, which take the three demands of
-/// a frame twice.
+/// Checks that contradictory parameters give an error that names one of them. At every time the output must equal the
+/// model's. Every axis must be at park when [`FailsafeParameters::parked_after`] ticks have passed since the last
+/// frame. The output must not depend on how often it is read. Uses three axes of eight bits, and six axes of sixteen
+/// bits, which take the three demands of a frame twice.
 ///
 /// # Panics
-/// The schedule shows a bug.
+/// Panics if the schedule shows a bug.
 pub fn failsafe(schedule: &Schedule) {
     let parameters = schedule.parameters;
     check(schedule, parameters, |demands| demands);
@@ -95,7 +93,7 @@ pub fn failsafe(schedule: &Schedule) {
     check(schedule, six_axes, wide);
 }
 
-/// Checks the schedule with these axes. `demands` converts a frame's demands to theirs.
+/// Checks the schedule with these axes. `demands` converts a frame's demands to those of the axes.
 fn check<D: Demand + Into<u16>, const AXES: usize>(
     schedule: &Schedule,
     parameters: FailsafeParameters<D, AXES>,
@@ -121,8 +119,8 @@ fn check<D: Demand + Into<u16>, const AXES: usize>(
     }
 }
 
-/// Reads the output of one failsafe at every step, and that of another only at frames and before
-/// its clock wraps.
+/// Reads the output of one failsafe at every step. Reads the output of another only at frames, and before the clock
+/// wraps.
 fn run<D: Demand + Into<u16>, const AXES: usize>(
     failsafe: Failsafe<D, AXES>,
     schedule: &Schedule,
@@ -177,7 +175,7 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
 struct Model<D, const AXES: usize> {
     parameters: FailsafeParameters<D, AXES>,
     park: [u16; AXES],
-    /// Ticks since the last frame; the maximum before the first frame.
+    /// Ticks since the last frame. Before the first frame, this is the largest number.
     silence: u64,
     demand: [u16; AXES],
     position: [u16; AXES],
@@ -208,8 +206,8 @@ impl<D: Demand + Into<u16>, const AXES: usize> Model<D, AXES> {
         self.approach(self.park, ramping);
     }
 
-    /// Moves each axis towards the target by one unit per `ticks_per_unit`. Remaining ticks count
-    /// for the next unit, unless the axis has reached the target.
+    /// Moves each axis towards the target, by one unit per `ticks_per_unit`. Keeps remaining ticks for the next unit,
+    /// unless the axis has reached the target.
     fn approach(&mut self, target: [u16; AXES], ticks: u64) {
         if ticks == 0 {
             return;

@@ -1,5 +1,4 @@
-//! Target `faults`: frames as they were sent, the faults of the line, and the frames that must
-//! arrive.
+//! Target `faults`: sends frames over a line with known faults, and checks which frames must be committed.
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::lecture::Lecture;
@@ -22,7 +21,7 @@ pub struct FaultyLine {
     steps: Vec<Step>,
 }
 
-/// One step. `at` is a position among the bytes on the line so far, modulo their number.
+/// One step. `at` is a position among the bytes that are already on the line, modulo their number.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Step {
     /// Sends a frame several times without pause.
@@ -33,7 +32,7 @@ enum Step {
     Lose {
         at: u16,
     },
-    /// Inverts these bits of `length` bytes. Only here, `at` is not taken modulo the line's length.
+    /// Inverts these bits of `length` bytes. Here `at` is not taken modulo the number of bytes.
     Invert {
         at: u16,
         bits: u8,
@@ -64,9 +63,9 @@ impl<'a> Arbitrary<'a> for FaultyLine {
 }
 
 impl<'a> Arbitrary<'a> for Step {
-    /// The first byte modulo 8 determines the step. The step's fields follow; positions are two
-    /// bytes, little-endian. An eighth of the first byte, plus 1, is the number of times that a
-    /// frame is sent, or the number of bytes that a burst inverts.
+    /// The first byte modulo 8 determines the step. The step's fields follow; positions are two bytes, little-endian.
+    /// The first byte divided by 8, plus 1, is the number of times that a frame is sent, or the number of bytes that a
+    /// burst inverts.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         let number = first / 8 + 1;
@@ -174,16 +173,16 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
 
 /// Checks these properties:
 ///
-/// * The commits of the receiver and of the lecture's machine are those of the reference. No
-///   committed frame contains bytes from both sides of a line event.
-/// * A frame that arrives intact is committed with its last byte, unless there was one commit with
-///   an earlier byte of this frame, namely a CR of its payload (theorem 7).
+/// * The receiver and the lecture's machine make the same commits as their references. No committed frame contains
+///   bytes from both sides of a line event.
+/// * A frame that arrives intact is committed with its last byte. The only exception is that a CR of its payload caused
+///   a single earlier commit (theorem 7).
 /// * The first frame after a line event or at the start is committed.
-/// * A committed setpoint that is sent again is committed again.
+/// * If a committed setpoint is sent again, it is committed again.
 /// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not committed.
 ///
 /// # Panics
-/// The line shows a bug.
+/// Panics if the line shows a bug.
 pub fn faults(line: &FaultyLine) {
     let received = line.received();
     if line.has_checksum {
@@ -196,8 +195,7 @@ pub fn faults(line: &FaultyLine) {
     }
 }
 
-/// Returns the commits with the indices of their last bytes, after comparing them with those of the
-/// reference.
+/// Compares the commits with the reference. Returns them with the indices of their last bytes.
 fn commits<P, F>(line: &[Received]) -> Vec<(usize, Setpoint)>
 where
     P: OfSetpoints,
@@ -337,8 +335,8 @@ mod tests {
         );
     }
 
-    /// Checks that the line records its faults correctly. Otherwise, checks of intact frames could
-    /// be skipped unnoticed.
+    /// Checks that the line records its faults correctly. If it did not, the checks of intact frames could be skipped
+    /// unnoticed.
     #[test]
     fn the_line_records_what_happened_to_each_byte() {
         let line = FaultyLine {

@@ -35,8 +35,8 @@ pub struct FormatLine {
 pub enum FormatStep {
     /// These bytes, in one slice.
     Slice(Vec<u8>),
-    /// A frame made of these bytes, with a fault in one byte if there is a [`Fault`]. The frame
-    /// arrives in slices of this many bytes.
+    /// A frame that is made from these bytes, in slices of this size. If there is a [`Fault`], one byte is wrong or
+    /// lost.
     Frame(Vec<u8>, Option<Fault>, u8),
     /// A line event.
     Silence,
@@ -47,7 +47,7 @@ pub enum FormatStep {
 pub struct Fault {
     /// The byte's position, modulo the frame's length.
     pub place: u8,
-    /// The bits that are inverted. If no bit is set, the byte is lost.
+    /// The mask of the bits to invert. If the mask is 0, the byte is lost instead.
     pub inverted: u8,
 }
 
@@ -72,10 +72,9 @@ impl<'a> Arbitrary<'a> for FormatLine {
 }
 
 impl<'a> Arbitrary<'a> for FormatStep {
-    /// The first byte modulo 4 determines the step. 0: a slice, with its length in the next byte.
-    /// 1: a frame. The next byte is the number of bytes from which it is made, and a quarter of the
-    /// first byte is the size of its slices. 2: a frame, with the fault's position and bits after
-    /// its bytes. 3: silence.
+    /// The first byte modulo 4 determines the step. 0: a slice, whose length is in the next byte. 1: a frame. The next
+    /// byte is the number of bytes from which the frame is made, and the first byte divided by 4 is the size of the
+    /// slices. 2: the same, followed by the position and the bits of a fault. 3: silence.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         if first % 4 == 3 {
@@ -94,12 +93,12 @@ impl<'a> Arbitrary<'a> for FormatStep {
     }
 }
 
-/// Checks that the receiver finds the same as the reference, both if bytes are pushed and if slices
-/// are fed. At each position of the stream, the format must find a frame if and only if the
-/// independent definition of its protocol in `protocol.rs` does.
+/// Checks that the receiver reports the same frames and discarded bytes as the reference, both with pushed bytes and
+/// with fed slices. At each position of the stream, the format must find a frame exactly if the independent definition
+/// in `protocol.rs` does.
 ///
 /// # Panics
-/// The line shows a bug.
+/// Panics if the line shows a bug.
 pub fn formats(line: &FormatLine) {
     let steps = &line.steps;
     match line.protocol {
@@ -147,7 +146,7 @@ fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = V
     })
 }
 
-/// Checks that the small receiver finds the same frames at the same positions.
+/// Checks that the small [`Receiver`](framelock::Receiver) finds the same frames at the same positions.
 fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     for bytes in stretches(steps, Protocol::SixAxes) {
         let mut expected = Vec::new();

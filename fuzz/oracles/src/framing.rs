@@ -13,7 +13,7 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 #[derive(Debug)]
 pub struct AnyFormat {
     seed: u32,
-    /// The number of beginnings, out of 16, that are classified as incomplete.
+    /// How many of 16 beginnings are classified as incomplete, on average.
     patience: u8,
     stream: Stream,
 }
@@ -28,11 +28,11 @@ impl<'a> Arbitrary<'a> for AnyFormat {
     }
 }
 
-/// Checks that the receiver finds the same as the naive reference in streams of any lawful format,
-/// both pushed and fed. With an unlawful format, checks that every byte is still counted once.
+/// Checks for lawful formats that the receiver reports the same as the naive reference, both with pushed bytes and with
+/// fed slices. Checks for unlawful formats that every byte is still counted once.
 ///
 /// # Panics
-/// The input shows a bug.
+/// Panics if the input shows a bug.
 pub fn framing(input: &AnyFormat) {
     lengths::<1, 1>(input);
     lengths::<2, 3>(input);
@@ -55,7 +55,7 @@ fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) {
 struct Findings(Vec<Found<usize>>);
 
 impl Findings {
-    /// Adds a finding of the receiver. Its message is the frame, which must be the next bytes of
+    /// Adds a finding of the receiver. The message of a frame is the frame's bytes, which must be the next bytes of
     /// `stream`.
     fn receive(&mut self, stream: &[u8], found: Found<&[u8]>) {
         let place = self.bytes();
@@ -78,10 +78,9 @@ fn reference<F: Format>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<u
     (findings.0, pending)
 }
 
-/// Checks that a receiver of the format finds and counts the same as the reference. One receiver is
-/// fed with the slices of the stream, another gets every byte pushed. `questions` returns the
-/// number of classifications since its last call, not counting questions whether a byte can start a
-/// frame.
+/// Checks that a receiver of the format finds and counts the same as the reference. One receiver is fed the slices of
+/// the stream, and another gets every byte by `push`. `questions` returns the number of classifications since its last
+/// call, without calls of `starts`.
 pub(crate) fn as_the_reference<F, const N: usize>(
     format: impl Fn() -> F,
     Stream(steps): &Stream,
@@ -136,7 +135,7 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             match slice {
                 &[byte] => {
                     let _ = line.push(byte);
-                    // Poll the remaining frames between slices only in some cases.
+                    // Poll for remaining frames between slices, but only in some cases.
                     while byte % 2 == 1 && line.poll().is_some() {}
                 }
                 [first, ..] if first % 2 == 1 => {
@@ -220,7 +219,7 @@ fn ends(findings: &[Found<usize>]) -> Vec<usize> {
     findings.iter().filter_map(end).collect()
 }
 
-/// Checks for any format that each byte is in one finding or pending, in order, and that each byte
+/// Checks for any format that the findings and the pending bytes together are the stream, in order, and that each byte
 /// causes at most one classification.
 fn accounted_for<const LONGEST: usize, const N: usize>(
     format: impl Fn() -> Drawn<LONGEST>,
@@ -272,13 +271,13 @@ std::thread_local! {
 struct Drawn<const LONGEST: usize> {
     seed: u32,
     patience: u8,
-    /// False if the format may classify bytes without any consistency.
+    /// Whether the format keeps the laws. If not, its classifications are arbitrary.
     is_lawful: bool,
 }
 
 impl<const LONGEST: usize> Drawn<LONGEST> {
     fn draw(self, bytes: &[u8]) -> Classification {
-        // An FNV-1a hash. Its upper half is mixed best.
+        // An FNV-1a hash. Its upper half is the most random.
         let start = 0xCBF2_9CE4_8422_2325 ^ u64::from(self.seed);
         let hash = bytes.iter().fold(start, |hash, &byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3)

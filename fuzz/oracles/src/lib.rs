@@ -1,9 +1,8 @@
 //! The properties that fuzz targets and property tests check: one function for each property.
 //!
-//! Each function takes a structured input and panics if the input shows a bug. The function does
-//! not depend on the source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`core/tests`),
-//! or the committed corpora, which the tests here replay on stable Rust. An input that has once
-//! shown a bug is therefore checked from then on.
+//! Each function takes a structured input and panics if the input shows a bug. The function does not depend on the
+//! source of the input: libFuzzer (`fuzz/fuzz_targets`), proptest (`core/tests`), or the committed corpora, which the
+//! tests here replay on stable Rust. So an input that has shown a bug is checked in every later run of the tests.
 //!
 //! The naive reference, [`mod@framelock_proofs::reference`], defines the correct results.
 
@@ -56,8 +55,7 @@ fn structured<'a, Input: Arbitrary<'a>>(bytes: &'a [u8], check: fn(&Input)) {
     }
 }
 
-/// Returns all values that the remaining bytes make. Ignores bytes at the end that are too few for
-/// another value.
+/// Returns values until the bytes are too few for another one.
 fn rest<'a, T: Arbitrary<'a>>(u: &mut Unstructured<'a>) -> Vec<T> {
     let mut all = Vec::new();
     while !u.is_empty()

@@ -9,7 +9,7 @@ use framelock_proofs::reference::{Format, whole_buffer};
 pub(crate) struct Outcome {
     /// The findings in order. Consecutive bytes discarded for the same reason are one finding.
     pub(crate) found: Vec<Found<Setpoint>>,
-    /// The number of bytes at the end that may still become a frame.
+    /// The number of pending bytes: bytes at the end of the stream that may still become part of a frame.
     pub(crate) pending: usize,
 }
 
@@ -68,7 +68,7 @@ pub(crate) struct Counted {
 }
 
 impl Counted {
-    /// Counts the bytes since the last line event, and their outcomes.
+    /// Adds the bytes since the last line event and their outcomes to the counters.
     pub(crate) fn add<Message>(&mut self, bytes: usize, found: &[Found<Message>]) {
         self.counters.bytes += as_counter(bytes);
         for found in found {

@@ -10,12 +10,12 @@ use framelock_proofs::reference::{self, Format};
 use crate::outcome::{Counted, Outcome, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
 
-/// Checks that every machine reports the same as the reference: the frames, their positions, the
-/// discarded bytes and the reasons. Bytes and slices must give the same result, wherever the stream
-/// is cut. No frame may reach across a line event, and every byte and event must be counted once.
+/// Checks that every machine reports the same as the reference: the frames, their positions, the discarded bytes and
+/// the reasons. Pushed bytes and fed slices must give the same result, wherever the stream is cut. No frame may contain
+/// bytes from both sides of a line event. Every byte and every event must be counted once.
 ///
 /// # Panics
-/// The stream shows a bug.
+/// Panics if the stream shows a bug.
 pub fn parser(stream: &Stream) {
     check::<Receiver<Bin>, reference::Bin>(stream);
     check::<Lecture, reference::Lecture>(stream);
@@ -39,7 +39,7 @@ where
     // byte.
     let mut line = Line::new(P::default());
     let mut counted = Counted::default();
-    // A line event makes the rest of the stream a new stream.
+    // After a line event, the rest is a new stream.
     for stretch in steps.split_inclusive(|step| matches!(step, StreamStep::Event(_))) {
         let bytes = bytes_of(stretch);
         let expected = Outcome::expected::<F>(&bytes);

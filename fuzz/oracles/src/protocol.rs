@@ -81,7 +81,7 @@ impl Protocol {
         assert_eq!(sealed, frame);
     }
 
-    /// Returns the length of the frame with which the bytes begin, if there is one.
+    /// If the bytes begin with a frame, returns the frame's length.
     pub(crate) fn begins(self, bytes: &[u8]) -> Option<usize> {
         let &first = bytes.first()?;
         let &second = bytes.get(1)?;
@@ -159,8 +159,8 @@ impl Protocol {
         is_one.then_some(length)
     }
 
-    /// Returns a frame that contains as many of these bytes as fit, followed by zeros if there are
-    /// too few.
+    /// Returns a frame whose payload is these bytes. Leaves out bytes that do not fit, and adds zeros if there are too
+    /// few.
     pub(crate) fn frame(self, bytes: &[u8]) -> Vec<u8> {
         let filled = |length: usize| {
             let mut filled = bytes.to_vec();
@@ -221,7 +221,7 @@ impl Protocol {
         (0xFFFF - sum).to_le_bytes()
     }
 
-    /// Returns a CRC that processes each byte from its most significant bit and begins with 0.
+    /// Computes a CRC that processes the most significant bit of each byte first, and whose initial value is 0.
     fn crc(bytes: &[u8], width: u32, polynomial: u32) -> u32 {
         let mut register = 0_u32;
         for &byte in bytes {

@@ -15,7 +15,7 @@ use crate::outcome::{Counted, Outcome};
 use crate::parser::OfSetpoints;
 use crate::stream::{Stream, StreamStep, bytes_of};
 
-/// A UART's driver. It returns the bytes of the slices, and an error for each line event.
+/// The driver of a UART, which returns the bytes of the slices, and an error for each line event.
 struct Driver<'a> {
     steps: std::slice::Iter<'a, StreamStep>,
     /// The rest of the current slice.
@@ -56,13 +56,12 @@ impl embedded_io_async::Read for Driver<'_> {
     }
 }
 
-/// Checks that the reader returns the reference's setpoints and the driver's errors, each before it
-/// reads any later byte. An error must lose nothing, except that an overrun is reported to the
-/// reader as a line event. All this must hold for any buffer size, for the blocking reader and for
-/// the async reader.
+/// Checks that the reader returns the reference's setpoints and the driver's errors, each before it reads any later
+/// byte. An error must lose no byte, except that the test reports an overrun to the reader as a line event. The same
+/// must hold for any buffer size, and for the blocking and the async reader.
 ///
 /// # Panics
-/// The stream shows a bug.
+/// Panics if the stream shows a bug.
 pub fn reader(stream: &Stream) {
     check::<Receiver<Bin>, reference::Bin, 16>(stream);
     check::<Lecture, reference::Lecture, 1>(stream);

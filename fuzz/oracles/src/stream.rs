@@ -40,11 +40,10 @@ impl<'a> Arbitrary<'a> for Stream {
 }
 
 impl<'a> Arbitrary<'a> for StreamStep {
-    /// The first byte modulo 8 determines the event. 0 to 3: a slice, with its length in the next
-    /// byte. 4: a slice of equal BIN frames, with their number in an eighth of the first byte and
-    /// their payload in the next four bytes. 5: a slice of equal bytes, with their number and their
-    /// value in the next two bytes. 6 and 7: a line event, whose kind is in an eighth of the first
-    /// byte.
+    /// The first byte modulo 8 determines the event. 0 to 3: a slice, whose length is in the next byte. 4: a slice of
+    /// equal BIN frames. Their number is the first byte divided by 8, and their payload is in the next four bytes. 5: a
+    /// slice of equal bytes, whose number and value are in the next two bytes. 6 and 7: a line event. Its kind is the
+    /// first byte divided by 8.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         let eighth = usize::from(first / 8);

@@ -10,7 +10,7 @@ pub fn is_harmless(text: &str) -> bool {
         .any(|c| c.is_control() && c != '\n' || turns(c))
 }
 
-/// A description of text frames without a checksum, which a fuzzer can produce without help.
+/// A description of text frames. They have no checksum, so that a fuzzer can find valid ones by chance.
 pub const LINES: &str = r#"
     sync = "23"
     terminator = "0D 0A"
@@ -21,12 +21,12 @@ pub const LINES: &str = r#"
     ]
 "#;
 
-/// Checks the texts that a program writes. The first byte chooses the frames. The other bytes are
-/// sent three times: unchanged, as a line of text, and as an NMEA sentence. `texts` returns the
-/// program's output for a stream of these frames.
+/// Checks the texts that a program writes. The first byte chooses the frame format. The other bytes are sent three
+/// times: unchanged, as a line of text, and as an NMEA sentence. `texts` returns the program's output for a stream in
+/// this format.
 ///
 /// # Panics
-/// A terminal would act on a text.
+/// Panics if a terminal would act on a text.
 pub fn terminal(bytes: &[u8], texts: impl FnOnce(usize, &[u8]) -> Vec<String>) {
     let Some((&frames, bytes)) = bytes.split_first() else {
         return;

@@ -43,7 +43,7 @@ proptest! {
 /// Checks that no target is forgotten: every fuzzed target is also replayed.
 #[test]
 fn every_target_is_in_the_manifest_and_every_corpus_has_a_target() {
-    // The tests of the command line and of descriptions replay the last two.
+    // The tests of the command line replay `terminal`, and the tests of descriptions replay `description`.
     let names = TARGETS.iter().map(|&(name, _)| name);
     let names: Vec<&str> = names.chain(["terminal", "description"]).collect();
     let manifest = include_str!("../../Cargo.toml");

@@ -1,13 +1,13 @@
 //! Draws the live view of `framelock demo` as a moving picture, `docs/demo.svg`. A browser plays this SVG without a
 //! script. `cargo run --example demo_picture` writes the file.
 //!
-//! A terminal recorder stores the arrival times of the bytes, so each recording differs, and no test could check
-//! whether the committed picture shows the current view. Also, termtosvg needs 450 KB for six seconds. This picture
+//! A terminal recorder would store the arrival times of the bytes. Then each recording would differ, and no test could
+//! check that the committed picture shows the current view. Also, termtosvg needs 450 KB for six seconds. This picture
 //! needs 140 KB for ten seconds, follows the reader's dark or light theme, and stands still for readers who want no
 //! motion.
 //!
-//! A cell that stays the same from one drawing to the next is written once. All cells that are visible in the same
-//! drawings form one group. The classes of the group name its first drawing and the number of its drawings.
+//! A cell that stays the same over several drawings is written once. All cells that are visible in the same drawings
+//! form one group. The classes of the group name its first drawing and the number of its drawings.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -22,8 +22,8 @@ use ratatui::style::{Color, Modifier};
 const COLUMNS: u16 = 80;
 const ROWS: u16 = 23;
 
-/// The number of drawings, and below the time between them. With a hundred drawings, each is shown for one per cent of
-/// the time.
+/// The number of drawings, and the time between two drawings. With a hundred drawings, each is visible for one per cent
+/// of the time.
 const DRAWINGS: usize = 100;
 const STEP: Duration = Duration::from_millis(100);
 
@@ -64,7 +64,8 @@ const fn class(color: Color) -> &'static str {
 /// The first drawing that contains a cell, and the first drawing after it that does not.
 type Seen = (usize, usize);
 
-/// The content of a group: bars, and the columns and symbols of the text by row and classes.
+/// The content of a group: its bars, and its text. The text is grouped by row and by classes, and consists of columns
+/// and symbols.
 #[derive(Default)]
 struct Group {
     bars: String,
@@ -120,7 +121,7 @@ impl Group {
         if is_reversed || paper != Color::Reset {
             bar(WIDTH, paper)?;
         }
-        // A blank is a part of a bar, too, with width zero.
+        // Count blanks as parts of a bar, with width zero.
         let symbol = cell.symbol();
         let mut parts = (0..).zip(EIGHTHS);
         if let Some((eighths, _)) = parts.find(|(_, part)| symbol.starts_with(*part)) {
@@ -135,7 +136,7 @@ impl Group {
         Ok(())
     }
 
-    /// Writes each word separately, with the width of its cells, whatever the font.
+    /// Writes each word separately, and gives it the width of its cells, whatever the font.
     fn write_texts(&self, svg: &mut String) -> fmt::Result {
         for ((row, classes), text) in &self.texts {
             for word in text.chunk_by(|(before, _), (after, _)| before + 1 == *after) {

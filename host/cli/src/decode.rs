@@ -26,7 +26,7 @@ use crate::serial::PortOptions;
 use rejected_headers::RejectedHeaders;
 use totals::{DiscardedTotals, Totals};
 
-/// The time and the number of bytes after which a live stream is checked for a hint.
+/// The time and the number of bytes after which `decode` looks for a hint in a live stream.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
 
@@ -123,7 +123,7 @@ struct Summary {
     resynchronisations: u64,
 }
 
-/// A step of a decoder: bytes, or the information that no byte will follow the pending bytes.
+/// A step of a decoder: bytes, a pause, or the end of the input.
 #[derive(Clone, Copy)]
 enum Step<'b> {
     Bytes(&'b [u8]),
@@ -138,7 +138,7 @@ struct Decoder<W> {
     frame: FrameWriter,
     format: OutputFormat,
     output: W,
-    /// Rows that are not written yet.
+    /// Rows that have not been written yet.
     rows: Vec<u8>,
     /// The number of bytes that have become part of a frame or were discarded.
     settled: usize,
@@ -244,7 +244,8 @@ impl<W: Write> Decoder<W> {
             }
         };
         match step {
-            // Setpoint frames have no header that could be rejected, and no frame is written, so outcomes are not needed.
+            // No frame is written, and setpoint frames have no header that could be rejected. So nobody needs the
+            // outcomes.
             Step::Bytes(bytes)
                 if self.format == OutputFormat::None && self.frame.protocol.has_setpoints() =>
             {
@@ -325,7 +326,7 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Writes the hint and the summary, unless they are already written or not needed.
+    /// Writes the hint and the summary, if they are needed and not written yet.
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
         self.print_hint();
@@ -423,8 +424,8 @@ impl Arguments {
     }
 }
 
-/// Decodes `input` to its end. Writes each frame before it waits for the next byte. At the end, reports that nothing
-/// will follow the pending bytes.
+/// Decodes `input` to its end. Writes each frame before waiting for the next byte. At the end, reports a line event to
+/// the receiver.
 fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
     lock(decoder).begin()?;
     for_each_arrival(input, |arrival| lock(decoder).arrive(&arrival))?;

@@ -105,7 +105,7 @@ fn print(demonstration: &mut Demonstration, is_live: bool) -> Result<()> {
 /// drawings, one `step` apart.
 ///
 /// # Errors
-/// The demonstration cannot be drawn.
+/// Returns an error if the demonstration cannot be drawn.
 pub fn drawings((columns, rows): (u16, u16), step: Duration, count: usize) -> Result<Vec<Buffer>> {
     let without_options = Arguments::augment_args(Command::new("demo")).get_matches_from(["demo"]);
     let mut demonstration = Demonstration::new(Arguments::from_arg_matches(&without_options)?)?;

@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         return arguments.encode(input, output);
     };
     Output::check_is_not(path, &arguments.input)?;
-    // Write into a file in the same directory, which can then replace `path`.
+    // Write to a new file in the same directory, which replaces `path` at the end.
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     let outcome = Output::create(Path::new(&partial))
@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 .with_context(|| format!("cannot write to {}", path.display()))
         });
     if outcome.is_err() {
-        // The first error is reported; ignore errors of the cleanup.
+        // Report only the first error, and ignore errors of the cleanup.
         let _ = fs::remove_file(&partial);
     }
     outcome

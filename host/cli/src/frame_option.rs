@@ -8,7 +8,7 @@ use framelock_receiving::Protocol;
 
 use framelock_description::text::harmless;
 
-/// Reads the shipped description of a name, or the description in a file.
+/// Returns the shipped description with this name, or reads the description in the file with this name.
 #[derive(Clone)]
 pub(crate) struct ProtocolParser;
 

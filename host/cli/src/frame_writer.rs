@@ -22,8 +22,8 @@ struct Written {
     is_wanted: bool,
     /// The fields whose values differ between frames: the index of each field, and the JSON text before its value.
     fields: Vec<(usize, Vec<u8>)>,
-    /// The contents of the columns: the index of the field whose value or array fills them, if this kind has the field,
-    /// and the number of columns.
+    /// The contents of the columns: the index of a field and the number of columns that it fills. The index is `None`
+    /// if this kind lacks the field.
     cells: Vec<(Option<usize>, usize)>,
 }
 
@@ -39,7 +39,7 @@ impl Written {
             let is_it = |field: &Field| field.name == *name_of(column) && field.constant.is_none();
             Some((kind.fields.iter().position(is_it), columns.len()))
         });
-        // Empty cells that follow each other are written at once.
+        // Merge empty cells that follow each other, so that they are written at once.
         let mut merged: Vec<(Option<usize>, usize)> = Vec::new();
         for cell in cells {
             match (merged.last_mut(), cell) {

@@ -27,7 +27,7 @@ pub(crate) struct Input<'a> {
     /// Whether the port is opened again after it disappeared.
     pub(crate) reconnects: bool,
     spelling: Spelling,
-    /// The number of bytes read so far and, for a regular file, the number of all bytes.
+    /// The number of bytes read so far, and for a regular file its size.
     pub(crate) progress: ProgressBar,
 }
 
@@ -106,7 +106,7 @@ impl<'a> Input<'a> {
         Ok(input)
     }
 
-    /// Makes the input parse its text as hex, if that is its notation.
+    /// If the notation is hex, makes the input parse its text.
     pub(crate) fn spelled(mut self, spelling: Spelling) -> Self {
         self.spelling = spelling;
         if spelling == Spelling::Hex {
@@ -171,7 +171,7 @@ impl Read for Input<'_> {
                 }
                 Err(error) => match error.kind() {
                     ErrorKind::Interrupted | ErrorKind::TimedOut => {}
-                    // Some shells pass an input that is in non-blocking mode.
+                    // Some shells pass standard input in non-blocking mode.
                     ErrorKind::WouldBlock => std::thread::sleep(Duration::from_millis(1)),
                     kind => {
                         let (name, offset) = (&self.name, self.progress.position());
@@ -237,7 +237,7 @@ mod tests {
 
     use super::*;
 
-    /// A reader that returns one outcome per read, then the end.
+    /// A reader that returns one of these outcomes per read, and then the end of the input.
     struct Script(std::vec::IntoIter<io::Result<&'static [u8]>>);
 
     impl Read for Script {
@@ -246,7 +246,7 @@ mod tests {
         }
     }
 
-    /// Returns the first chunks, at most `take`, and the outcome of reading.
+    /// Reads at most `take` chunks. Returns them and the final outcome.
     fn read(script: Vec<io::Result<&'static [u8]>>, take: usize) -> (Vec<Vec<u8>>, Result<()>) {
         let mut chunks = Vec::new();
         let input = Input::new("the line", Script(script.into_iter()));

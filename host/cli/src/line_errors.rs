@@ -1,8 +1,8 @@
 //! Line errors at a serial port. The operating system marks them among the bytes that it delivers.
 //!
-//! With `PARMRK` set, Unix delivers a byte with a framing or parity error as `FF 00 byte`, and a break
-//! as `FF 00 00`. A data byte FF is delivered as `FF FF`, to distinguish it from a mark. There is no mark
-//! for an overrun. A framing error whose eight bits are all 0 looks like a break, and nearly is one.
+//! With `PARMRK` set, Unix delivers a byte with a framing or parity error as `FF 00 byte`, and a break as `FF 00 00`. A
+//! data byte FF is delivered as `FF FF`, to distinguish it from a mark. There is no mark for an overrun. A framing
+//! error in a byte of zeros looks like a break. It almost is one.
 
 use framelock::LineEvent;
 
@@ -15,7 +15,7 @@ pub(crate) struct Marking {
 }
 
 impl Marking {
-    /// Begins to mark line errors, if the operating system can. Discards the bytes that have arrived.
+    /// Begins to mark line errors, if the operating system supports it. Discards the bytes that have already arrived.
     #[cfg(unix)]
     pub(crate) fn begin(device: Device) -> Option<Self> {
         use rustix::termios::{InputModes, OptionalActions, tcgetattr, tcsetattr};
@@ -49,7 +49,7 @@ impl Drop for Marking {
 /// Decodes the marks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Marks {
-    /// The meaning of a byte with an error. With a parity bit, it is most likely a parity error.
+    /// The event to report for a byte with an error. On a line with a parity bit, most errors are parity errors.
     pub(crate) error: LineEvent,
     state: State,
 }

@@ -50,8 +50,8 @@ type NumberedFields<'a> = (u64, Result<Fields<'a>, String>);
 
 /// Returns the rows of a text, each as soon as its line has arrived.
 ///
-/// With `reads_times`, also reads times in seconds: from a column or field `time`, or, without a header, from the first
-/// column if there is one more column than values. Times may not decrease.
+/// With `reads_times`, also reads times in seconds from a column or field `time`. In a table without a header, the
+/// times are in the first column, if there is one more column than values. Times must not decrease.
 pub(crate) fn rows<'a>(
     input: Input<'a>,
     format: InputFormat,
@@ -105,8 +105,8 @@ pub(crate) fn rows<'a>(
     }))
 }
 
-/// Returns the first lines of a text, up to the first line that is neither blank nor a comment, and
-/// also that line alone.
+/// Reads a text up to the first line that is neither blank nor a comment. Returns all lines so far, and this last line
+/// alone.
 fn beginning(input: &mut impl BufRead) -> io::Result<(Vec<u8>, Vec<u8>)> {
     let mut beginning = Vec::new();
     loop {
@@ -155,7 +155,7 @@ impl<'a> Fields<'a> {
         Ok(places)
     }
 
-    /// Returns the error. If a field is missing, adds the unknown name that resembles its name most.
+    /// Returns the error. If a field is missing, adds the most similar unknown name.
     fn told(&self, why: String) -> String {
         let missing = why.strip_prefix("missing field `");
         let missing = missing.and_then(|name| name.strip_suffix('`'));

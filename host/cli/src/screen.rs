@@ -1,4 +1,4 @@
-//! The terminal of a live view: taking it over, reading its keys, and restoring it after any outcome.
+//! The terminal of a live view: takes it over, reads keys, and restores it after any outcome.
 
 use std::io::{self, IsTerminal};
 use std::sync::Arc;
@@ -12,8 +12,8 @@ use ratatui::{DefaultTerminal, Frame};
 /// The time between two drawings, for about thirty drawings per second.
 pub(crate) const DRAW_EVERY: Duration = Duration::from_millis(33);
 
-/// Returns whether standard output is a terminal that can show a view. Terminals inside editors report
-/// with `TERM=dumb` that they can only show lines.
+/// Returns whether standard output is a terminal that can show a view. Terminals inside editors set `TERM=dumb`,
+/// because they can only show lines.
 pub(crate) fn is_there() -> bool {
     io::stdout().is_terminal() && std::env::var_os("TERM").is_none_or(|name| name != "dumb")
 }
@@ -33,7 +33,7 @@ impl Screen {
     /// Takes the terminal over, and watches for the signals that end a process.
     ///
     /// # Errors
-    /// There is no terminal, or signals cannot be watched for.
+    /// Returns an error if there is no terminal, or signals cannot be watched for.
     pub fn take() -> Result<Self> {
         // In raw mode, Ctrl-C is a key. This handler is for signals from other processes.
         let is_ended = Arc::new(AtomicBool::new(false));
@@ -55,7 +55,7 @@ impl Screen {
     /// Redraws the view.
     ///
     /// # Errors
-    /// The terminal cannot be written to.
+    /// Returns an error if the terminal cannot be written to.
     pub fn draw(&mut self, draw: impl FnOnce(&mut Frame)) -> io::Result<()> {
         self.terminal.draw(draw).map(|_| ())
     }

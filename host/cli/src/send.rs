@@ -176,7 +176,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let (stop, stopped) = mpsc::channel();
     on_interrupt(move || {
         is_stopped.store(true, Ordering::Relaxed);
-        // The transmission may just have ended.
+        // The receiver of this message is gone if the transmission has just ended.
         let _ = stop.send(());
     })?;
     let clock = RealClock::new(stopped);
@@ -240,7 +240,7 @@ fn report(
 }
 
 impl Arguments {
-    /// Returns the rate of `--rate`, or the usual rate.
+    /// Returns the rate of `--rate`, or the default rate.
     fn rate(&self) -> Rate {
         self.rate.and_then(NonZeroU32::new).map_or(USUAL_RATE, Rate)
     }
@@ -255,7 +255,7 @@ impl Arguments {
         let (rate, baud) = (self.rate(), self.port.usual_baud());
         let is_held = profile.is_some_and(Profile::has_times) && self.rate.is_some();
         if self.frame.has_setpoints() {
-            // Parking always uses the rate, whatever times the profile has.
+            // Parking always uses the rate, even if the profile has times of its own.
             check_rate(rate.0.get().into(), self.frame.longest(), 0, baud, 1.0)?;
         }
         let time_of = |bytes| time_on_line(bytes, baud);
@@ -264,7 +264,7 @@ impl Arguments {
         })
     }
 
-    /// Reads the profile, if there is one.
+    /// Reads the file of `--profile`, if the option was given.
     fn profile(&self) -> Result<Option<Profile>> {
         let path = self.profile.as_ref();
         path.map(|path| Profile::read(Input::open(path, &PortOptions::default())?, &self.frame))
@@ -286,7 +286,7 @@ impl Arguments {
         Ok(None)
     }
 
-    /// Returns the source of the frames, and the receiver of datagrams if they are the source.
+    /// Returns the source of the frames. If the source is datagrams, also returns their receiver.
     fn source(&self, profile: Option<Profile>) -> Result<(Source, Option<Datagrams>)> {
         let rate = self.rate();
         if let Some(profile) = profile {

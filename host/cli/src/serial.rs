@@ -168,8 +168,8 @@ pub(crate) fn is_gone(error: &io::Error) -> bool {
     error.kind() == ErrorKind::NotConnected
 }
 
-/// Waits until the port can be opened again, or until `is_stopped` returns true. Close the port that
-/// is gone before this call: the operating system may not use its name again while it is open.
+/// Waits until the port can be opened again, or until `is_stopped` returns true. Before this call, close the port that
+/// is gone, because the operating system may not use the port's name again while it is open.
 pub(crate) fn reopen(
     path: &Path,
     options: &PortOptions,

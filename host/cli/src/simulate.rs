@@ -65,7 +65,7 @@ pub(crate) enum OutputFormat {
 /// Returns the parameters for options of `framelock simulate`.
 ///
 /// # Errors
-/// An option is unknown or invalid, or the parameters contradict each other.
+/// Returns an error if an option is unknown or invalid, or the parameters contradict each other.
 pub fn parameters(options: &str) -> Result<Vec<Parameters>> {
     let command = Experiment::augment_args(clap::Command::new("run").no_binary_name(true));
     let matches = command.try_get_matches_from(options.split_whitespace())?;

@@ -1,5 +1,5 @@
-//! Collects every text that the command line makes from a stream, for tests and the fuzzer. They check that no sender
-//! can control the user's terminal.
+//! Collects every text that the command line makes from a stream, for tests and the fuzzer. The tests check that no
+//! sender can control the user's terminal.
 
 use anyhow::{Error, Result};
 use framelock_description::SHIPPED;
@@ -17,7 +17,7 @@ impl TextOutputs {
     /// Returns the outputs for the frames of `description` and for each shipped description.
     ///
     /// # Errors
-    /// The description is invalid.
+    /// Returns an error if the description is invalid.
     pub fn all(description: &str) -> Result<Vec<Self>> {
         let own = [("described", description)];
         let all = own.iter().chain(SHIPPED);
@@ -30,7 +30,7 @@ impl TextOutputs {
     /// rows of values.
     ///
     /// # Errors
-    /// A text cannot be written.
+    /// Returns an error if a text cannot be written.
     pub fn of(&self, stream: &[u8]) -> Result<Vec<String>> {
         let mut texts = decode::texts(&self.0, stream)?;
         texts.append(&mut trace::texts(&self.0, stream)?);

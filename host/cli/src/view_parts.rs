@@ -5,7 +5,7 @@ use ratatui::style::{Color, Style, Stylize};
 use ratatui::text::{Line, Span};
 
 /// The colour for good states. Colour-blind people can distinguish it from [`VERMILLION`], on light and on dark
-/// backgrounds; Okabe and Ito chose the pair. Each is the nearest of the 256 colours of every terminal.
+/// backgrounds; Okabe and Ito chose the pair. Each constant is the nearest of the 256 colours that every terminal has.
 pub const BLUE: Color = Color::Indexed(32);
 /// The colour for bad states.
 pub const VERMILLION: Color = Color::Indexed(166);
@@ -32,16 +32,16 @@ pub(crate) fn bar(output: u8, sent: Option<u8>, width: u16) -> Line<'static> {
         .collect()
 }
 
-/// The number of a terminal's rows that are still free.
+/// The number of free rows in a terminal.
 pub(crate) struct RowsLeft(u16);
 
 impl RowsLeft {
-    /// Makes the count from the terminal's height and the number of rows that are taken.
+    /// Creates the count from the terminal's height and the number of rows in use.
     pub(crate) fn new(height: u16, taken: u16) -> Self {
         Self(height.saturating_sub(taken))
     }
 
-    /// Takes `height` rows if so many are free, otherwise none.
+    /// Takes `height` rows if that many are free. Otherwise takes none.
     pub(crate) fn exactly(&mut self, height: u16) -> u16 {
         let granted = if self.0 < height { 0 } else { height };
         self.0 -= granted;

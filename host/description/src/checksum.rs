@@ -16,7 +16,7 @@ const SUMS: &[(&str, Algorithm)] = &[
     ("fletcher-8", Algorithm::Fletcher),
 ];
 
-/// Lists entries of the catalogue by the library's names.
+/// Lists entries of the CRC library's catalogue by their names.
 macro_rules! catalogue {
     ($($name:ident)*) => {
         &[$((stringify!($name), {
@@ -64,7 +64,7 @@ fn spelled(name: &str) -> String {
     }
 }
 
-/// Returns a name without the characters that people spell in different ways.
+/// Returns a name without the characters in which spellings differ.
 fn plain(name: &str) -> String {
     let kept = name.chars().filter(char::is_ascii_alphanumeric);
     kept.collect::<String>().to_ascii_lowercase()

@@ -1,4 +1,4 @@
-//! Encoding: makes a frame from values.
+//! Encodes values as a frame.
 
 use framelock::{Classification, DiscardReason, Format as _};
 use serde_json::Value as Json;
@@ -9,15 +9,15 @@ use crate::text::quote;
 use crate::{Description, KIND};
 use framelock_formats::layout::index;
 
-/// The content to write into a field: the bits of each value, or bytes.
+/// The content to write into a field: the bits of each value, or the field's bytes.
 enum Wanted {
     Bits(Vec<u64>),
     Bytes(Vec<u8>),
 }
 
 impl Description {
-    /// Returns the frame with these values, which are in the order of the columns. Values in the columns of other kinds are
-    /// ignored.
+    /// Returns the frame with these values. The values are in the order of the columns. Ignores values in the columns
+    /// of other kinds.
     ///
     /// # Errors
     /// The error names the value that is missing or impossible.
@@ -35,10 +35,10 @@ impl Description {
             let given = value(&field.name).filter(|value| !value.is_null());
             given.is_some_and(|value| value != "")
         };
-        // Views of several kinds may have the same name. The first one that accepts the values is used.
+        // Views of several kinds may have the same name. Use the first view that accepts the values.
         for (number, kind) in self.kinds.iter().enumerate() {
             let has_view = kind.views.iter().any(|view| wanted == &*view.name);
-            // A row with the whole payload is not a row of the message's view.
+            // A row that contains the whole payload does not belong to the message's view.
             let mut rest = kind.fields.iter().filter(|field| field.length().is_none());
             let is_whole = kind.message_names.iter().any(|(_, name)| wanted == name)
                 && (!has_view || rest.any(is_given));
@@ -62,8 +62,8 @@ impl Description {
         })
     }
 
-    /// Encodes a frame of the kind with this number. `shown` is this kind or one of its views, and `value` returns the
-    /// value of a column.
+    /// Encodes a frame of the kind with this number. `shown` is this kind or one of the kind's views. `value` returns
+    /// the value of a column.
     fn encode_as<'v>(
         &self,
         number: usize,
@@ -75,8 +75,8 @@ impl Description {
             let all = (0..field.values()).map(|number| value(&field.column(number)));
             all.flatten().collect()
         })?;
-        // A receiver tries earlier kinds first, and one of them may accept the frame. A frame of a view or of a named message
-        // may also be written as a frame of its kind.
+        // Check which kind a receiver finds: it tries earlier kinds first, and one of them may accept the frame. A row
+        // for a view or for a named message may also give the name of its kind.
         let format = self.format();
         let is_whole = !shown.views.is_empty() || !shown.message_names.is_empty();
         let is_it = |name: &str| wanted == name || is_whole && wanted == &*shown.name;
@@ -113,7 +113,8 @@ impl Kind {
             ends.extend(field.end(rest));
             written.push((field, wanted));
         }
-        // Bytes without a field pad the frame to the shortest length, unless a field takes the rest.
+        // If no field takes the rest of the frame, pad the frame to its shortest length with bytes that belong to no
+        // field.
         let takes_rest = written.iter().any(|(field, _)| field.length().is_none());
         let shortest = if takes_rest {
             0
@@ -122,7 +123,7 @@ impl Kind {
         };
         let length = self.next_length(self.least_length(ends).max(shortest));
         let mut frame = vec![0; length];
-        // Writes the first of several syncs or terminators, unless a field selects another one.
+        // Write the first of several syncs or terminators, unless a field selects another one.
         let end = length.saturating_sub(self.layout.terminator().length);
         for (at, patterns) in [(0, self.layout.sync()), (end, self.layout.terminator())] {
             put_bytes(patterns.each().next().unwrap_or_default(), &mut frame, at);
@@ -136,11 +137,11 @@ impl Kind {
             put(field, wanted, &mut frame);
         }
         frame.extend(appended);
-        // The text before the terminator must not combine with it to form another terminator.
+        // The end of the text and the terminator must not together form another terminator.
         let is_sealed = self.layout.seal(&mut frame);
         if is_sealed && self.layout.counted_length(&frame) == frame.len() {
             let alone = frame.get(..length).unwrap_or_default();
-            // If the frame already contains a field's value, writing the value again changes nothing.
+            // If the frame contains every field's value, writing the values again changes nothing.
             let mut again = alone.to_vec();
             let is_missing = |(field, wanted): &&(&Field, Wanted)| {
                 put(field, wanted, &mut again);
@@ -160,7 +161,7 @@ impl Kind {
         Err(self.why_not(&frame))
     }
 
-    /// Returns the index of the first byte that may be left out if it and all later bytes of the payload are zero.
+    /// Returns the index of the first byte that may be left out, if the sender may leave out zeros.
     #[must_use]
     pub fn first_zero(&self) -> usize {
         let shortest = self.layout.shortest().saturating_sub(self.from_end);
@@ -182,9 +183,9 @@ impl Kind {
         }
     }
 
-    /// Returns the content that is given for a field; `None` if the field is optional and no value is given.
+    /// Returns the content to write into a field. Returns `None` if the field is optional and no value is given.
     fn wanted(&self, field: &Field, given: &[&Json]) -> Result<Option<Wanted>, String> {
-        // `null` means NaN for a field of floating-point numbers.
+        // In a field of floating-point numbers, `null` means NaN.
         let is_float = field.class() == Class::Float;
         let is_nothing = |value: &&Json| value.is_null() && !is_float || *value == "";
         if self.shortest_with(field).is_some() && given.iter().all(is_nothing) {

@@ -1,5 +1,5 @@
-//! The entries of a description as serde reads them from TOML. Each is checked by itself here; `validate` checks that
-//! they agree with each other.
+//! The entries of a description as serde reads them from TOML. This module checks each entry by itself; `validate`
+//! checks that the entries agree with each other.
 
 use std::ops::Range;
 
@@ -19,26 +19,26 @@ use crate::{hex, text};
 /// A mistake in a description: its position in the text, in bytes, and the error message.
 pub(crate) struct Problem(pub(crate) Range<usize>, pub(crate) String);
 
-/// Returns the problem that the text at this position is wrong.
+/// Creates a problem at this position of the text.
 pub(crate) fn wrong<T, V>(place: &Spanned<V>, what: impl Into<String>) -> Result<T, Problem> {
     Err(Problem(place.span(), what.into()))
 }
 
-/// Returns a function that makes a problem at this position in the text.
+/// Returns a function that turns a message into a problem at this position of the text.
 pub(crate) fn at<V, S: Into<String>>(place: &Spanned<V>) -> impl Fn(S) -> Problem {
     |what| Problem(place.span(), what.into())
 }
 
-/// Returns the problem that something is missing, at the beginning of the text.
+/// Creates a problem at the beginning of the text, because something is missing.
 pub(crate) fn missing<T>(what: &str) -> Result<T, Problem> {
     Err(Problem(0..0, what.into()))
 }
 
-/// A whole description, or one of its `[[kinds]]`.
+/// The entries of a whole description, or of one of its `[[kinds]]`.
 #[derive(Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FrameEntry {
-    /// The name of a kind. A whole description has none.
+    /// The name of a kind. `None` for a whole description.
     pub(crate) name: Option<Spanned<String>>,
     pub(crate) sync: Option<Spanned<Alternatives>>,
     /// The number of bytes in every frame.
@@ -51,7 +51,7 @@ pub(crate) struct FrameEntry {
     pub(crate) checksum: Option<Spanned<ChecksumEntry>>,
     pub(crate) messages: Option<Spanned<MessagesEntry>>,
     pub(crate) trailer: Option<Spanned<TrailerEntry>>,
-    /// Whether fields after the end of a short frame are zero instead of missing.
+    /// Whether a field beyond the end of a short frame counts as zero instead of missing.
     pub(crate) truncated_zeros: Option<bool>,
     #[serde(default)]
     pub(crate) fields: Vec<Spanned<FieldEntry>>,
@@ -65,8 +65,7 @@ pub(crate) struct FrameEntry {
 }
 
 impl FrameEntry {
-    /// Adds the entries of the surrounding description that the kind does not contain itself. The kind gets the fields
-    /// of both.
+    /// Adds the surrounding description's entries that the kind itself lacks. The kind gets the fields of both.
     pub(crate) fn within(mut self, whole: &Self) -> Self {
         let has_length = self.length.is_some() || self.length_field.is_some();
         if self.length.is_none() {
@@ -152,7 +151,7 @@ fn sequences(text: &str) -> Result<Vec<Vec<u8>>, String> {
 #[derive(Clone, Default, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Terminators {
-    /// The first alternative, and those of the same length.
+    /// The first alternative, and all alternatives of the same length.
     pub(crate) first: Alternatives,
     pub(crate) others: Vec<Vec<u8>>,
 }
@@ -173,7 +172,7 @@ impl TryFrom<String> for Terminators {
 }
 
 impl Terminators {
-    /// Returns true if a field may select the alternative: there are several of the same length.
+    /// Returns true if a field may select one of the alternatives: all have the same length, and there are several.
     pub(crate) fn may_be_a_field(&self) -> bool {
         self.others.is_empty() && self.first.bytes.len() > self.first.length
     }
@@ -203,7 +202,7 @@ impl TryFrom<String> for Content {
         if content.is_empty() {
             return Err("no bytes: leave the key out if a frame may contain any".into());
         }
-        // The widest range is tried first, because most bytes are in it.
+        // Put the widest range first, because most bytes are in it.
         content.sort_by_key(|(first, last)| first.abs_diff(*last));
         content.reverse();
         Ok(Self(content))
@@ -262,7 +261,7 @@ impl Unsigned {
         is_unsigned.then_some(Self(number))
     }
 
-    /// Returns the number at this position, as a part of a layout.
+    /// Converts the type at this position to a layout's number.
     pub(crate) fn at(self, at: usize) -> layout::Number {
         layout::Number::new(at, self.0.bytes, self.0.order)
     }
@@ -344,7 +343,7 @@ impl ChecksumEntry {
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Stored {
-    /// The number of the checksum's bytes that are stored.
+    /// The number of bytes of the checksum in the frame.
     pub(crate) bytes: usize,
     pub(crate) encoding: layout::Encoding,
 }

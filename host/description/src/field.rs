@@ -1,4 +1,4 @@
-//! The fields of a frame: their positions and types, and how their values are read from bytes and written to bytes.
+//! The fields of a frame: their positions and types, and how to read and write their values.
 
 use std::fmt;
 use std::ops::Range;
@@ -16,13 +16,13 @@ use crate::{hex, text};
 pub struct Field {
     /// The field's name.
     pub name: String,
-    /// The position of the field's first byte. From 0 on, it is counted from the front; 0 is the first byte. Negative
-    /// positions are counted from the end; -1 is the last byte. The positions in a trailer are relative to the trailer.
+    /// The position of the field's first byte. Positions from 0 on count from the front: 0 is the first byte. Negative
+    /// positions count from the end: -1 is the last byte. In a trailer, positions are relative to the trailer.
     pub at: i16,
     /// The field's type.
     pub kind: Type,
-    /// The number of values, or of bytes in a field of bytes or text. `None` means one value, or the rest of the frame
-    /// for bytes and text.
+    /// The number of values. For bytes and text, the number of bytes. `None` means one value; for bytes and text, the
+    /// rest of the frame.
     pub count: Option<usize>,
     /// The bits of a number that form the value. The lowest bit of the mask is the lowest bit of the value.
     pub mask: Option<u64>,
@@ -30,9 +30,9 @@ pub struct Field {
     pub scale: Option<Scale>,
     /// The unit of measurement.
     pub unit: Option<String>,
-    /// The bits that are the same in every frame, in their positions in the mask.
+    /// The value of the bits that are the same in every frame, at the positions of the mask.
     pub constant: Option<u64>,
-    /// The number of bytes at the end of the frame that a field does not take, for a field that takes the rest.
+    /// If the field takes the rest of the frame: the number of bytes after the field.
     pub margin: usize,
     /// The part of a comma-separated text that the field shows.
     pub item: Option<Item>,
@@ -42,19 +42,19 @@ pub struct Field {
     pub(crate) prepared: Prepared,
 }
 
-/// Properties of a field that are computed once: the range of a field with a length that is counted from the front, the
-/// length of the shortest frame that has the field, the number of its values, and whether its bytes are the number
-/// itself.
+/// Properties of a field that are computed once. `place` is the field's range and the length of the shortest frame that
+/// has the field; `None` if the range depends on the frame's length. `values` is the number of values. `is_plain` says
+/// whether the field's bytes are the number itself.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Prepared {
     place: Option<(Range<usize>, usize)>,
     values: usize,
-    /// The number of bits of 64 that a value does not have.
+    /// 64 minus the number of bits in a value.
     unused: usize,
     is_plain: bool,
 }
 
-/// The type of a field. A description names the types of numbers, bytes and text. For bits it gives the width.
+/// The type of a field. A description gives a name for numbers, bytes and text, and a width for bits.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
 #[serde(try_from = "String")]
 pub enum Type {
@@ -179,7 +179,7 @@ impl NumberType {
             _ => {}
         }
         match self.order {
-            // The sender may have left out zero bytes at the end.
+            // Missing bytes at the end are zeros that the sender has left out.
             ByteOrder::Big => {
                 let bits = bytes.iter().fold(0, add);
                 (bytes.len()..self.bytes).fold(bits, |bits, _| bits << 8)
@@ -214,7 +214,7 @@ impl Field {
         self.item.is_none() && !self.is_appended
     }
 
-    /// Returns the bytes of the value in the field's bytes; `None` if the field is an item without a value.
+    /// Returns the part of the field's bytes that contains the value; `None` if the field is an item without a value.
     #[inline]
     pub(crate) fn item<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
         match self.item {
@@ -223,7 +223,7 @@ impl Field {
         }
     }
 
-    /// Returns the meaning of the bits of a value. Bits, bytes and text have no sign.
+    /// Returns the meaning of a value's bits. Values of fields of bits, bytes and text have no sign.
     #[must_use]
     pub fn class(&self) -> Class {
         match self.kind {
@@ -232,7 +232,7 @@ impl Field {
         }
     }
 
-    /// Returns true if the field is an array, which has a number of values.
+    /// Returns true if the field is an array of values.
     #[must_use]
     pub fn is_array(&self) -> bool {
         self.count.is_some() && !self.is_text()
@@ -274,8 +274,8 @@ impl Field {
         }
     }
 
-    /// Returns the range of bytes that one value occupies, counted from the field's first byte. The first and the last of
-    /// these bytes may also contain other bits. `all` is the number of the field's bytes.
+    /// Returns the range of bytes that one value occupies, counted from the field's first byte. The first and the last
+    /// of these bytes may also contain bits of other values. `all` is the number of bytes in the field.
     #[inline]
     pub(crate) fn value_bytes(&self, number: usize, all: usize) -> Range<usize> {
         match self.kind {
@@ -306,8 +306,8 @@ impl Field {
         };
     }
 
-    /// Returns the field's bytes in a frame; `None` if the frame is too short to contain the field. `length` is the length
-    /// from which positions relative to the end are counted.
+    /// Returns the field's bytes in a frame; `None` if the frame is too short to contain the field. Positions relative
+    /// to the end are counted from `length`.
     #[inline]
     pub(crate) fn bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         match &self.prepared.place {
@@ -317,14 +317,14 @@ impl Field {
         }
     }
 
-    /// Returns the field's bytes as [`bytes`](Self::bytes) does, for a field that is counted from the end or takes the rest
-    /// of the frame.
+    /// Does the same as [`bytes`](Self::bytes), for a field that is counted from the end or takes the rest of the
+    /// frame.
     #[inline(never)]
     fn other_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         frame.get(self.position(length)?)
     }
 
-    /// Returns the field's first bytes, possibly none, if a frame ends within the field or before it.
+    /// Returns the field's first bytes in a frame that ends within or before the field.
     #[inline(never)]
     pub(crate) fn first_bytes<'a>(&self, frame: &'a [u8], length: usize) -> Option<&'a [u8]> {
         let (place, _) = self.prepared.place.as_ref()?;
@@ -349,11 +349,11 @@ impl Field {
 
     #[inline(never)]
     fn any_value<'a>(&self, bytes: &'a [u8], number: usize) -> Value<'a> {
-        // Each arm calls this closure itself, because the compiler then knows the type. This is faster than one call
+        // Each arm calls this closure separately, so that the compiler knows the type. That is faster than one call
         // before the match.
         let own = || {
             let Range { start, end } = self.value_bytes(number, bytes.len());
-            // Bytes that the sender has left out are zero.
+            // Treat bytes that the sender has left out as zero.
             bytes.get(start..end.min(bytes.len())).unwrap_or_default()
         };
         if let Some(value) = self.item.and_then(|item| item.value(bytes)) {
@@ -404,7 +404,7 @@ impl Field {
         }
     }
 
-    /// Returns the number of bits in a value before the mask is applied.
+    /// Returns the number of bits in a value, before applying the mask.
     fn width(&self) -> usize {
         match self.kind {
             Type::Number(number) => 8 * number.bytes,
@@ -419,7 +419,7 @@ impl Field {
         self.mask.map_or(self.width(), width)
     }
 
-    /// Returns the bits of a value in their positions. The error says why the value does not fit the field.
+    /// Returns the bits of a value, at the positions of the mask. The error says why the value does not fit the field.
     pub(crate) fn to_bits(&self, value: &Json) -> Result<u64, String> {
         let class = self.class();
         #[expect(clippy::cast_possible_truncation, reason = "the field has no more")]
@@ -453,7 +453,7 @@ impl Field {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "its lowest bits are wanted"
+            reason = "the lowest bits are the value"
         )]
         let bits = (number as u64 & ones(width(mask))) << mask.trailing_zeros();
         if bits & !mask != 0 {
@@ -474,15 +474,15 @@ impl Field {
         };
         match self.count {
             Some(count) if count != bytes.len() => {
-                Err(format!("has {} bytes, and {count} are wanted", bytes.len()))
+                Err(format!("has {} bytes instead of {count}", bytes.len()))
             }
             _ => Ok(bytes),
         }
     }
 
-    /// Calls `bit` for each bit that belongs to a value. The arguments are the position of the bit, counted from the lowest
-    /// bit of the field's first byte, the index of the value, and the index of the bit in the value. `left` is the number
-    /// of bytes of a field that takes the rest of the frame.
+    /// Calls `bit` for each bit that belongs to a value. The first argument is the position of the bit, counted from
+    /// the lowest bit of the field's first byte. The second is the index of the value. The third is the index of the
+    /// bit in the value. If the field takes the rest of the frame, `left` is its number of bytes.
     pub(crate) fn each_bit(&self, left: usize, mut bit: impl FnMut(usize, usize, usize)) {
         let all = self.bits().unwrap_or(0..8 * left);
         let width = self.width();
@@ -504,7 +504,7 @@ impl Field {
     }
 }
 
-/// Returns the number of bits from the lowest bit of a mask to the highest.
+/// Returns the number of bits from the lowest to the highest bit of a mask.
 fn width(mask: u64) -> usize {
     (64 - mask.leading_zeros() - mask.trailing_zeros().min(63)) as usize
 }

@@ -4,8 +4,8 @@ use std::ffi::OsStr;
 
 use crate::text;
 
-/// Parses words in hex. Words are separate arguments, or are separated by blanks, commas, semicolons or colons. Each word
-/// may begin with `0x`.
+/// Parses words in hex. Words are separate arguments, or are separated by blanks, commas,
+/// semicolons or colons. Each word may begin with `0x`.
 ///
 /// # Errors
 /// The error names the word that is not bytes in hex, and the reason.
@@ -13,7 +13,8 @@ pub fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut number = 0;
     for argument in arguments {
-        // An argument that is not Unicode is not hex either. U+FFFD replaces its invalid parts.
+        // An argument that is not Unicode gets U+FFFD for its invalid parts, so it is rejected as
+        // hex, too.
         let argument = argument.as_ref().to_string_lossy();
         let words = argument.split(|c: char| c.is_whitespace() || ",;:".contains(c));
         for word in words.filter(|word| !word.is_empty()) {

@@ -1,10 +1,10 @@
-//! Values in comma-separated text, as in NMEA. They can only be read: to encode a frame, give the whole text.
+//! Reads values from comma-separated text, as in NMEA. Such values cannot be encoded: give the whole text instead.
 
 use serde::Deserialize;
 
 use crate::value::Value;
 
-/// The index of a comma-separated part, counted from 0, and the form in which it is read.
+/// One part of a comma-separated text: the part's index, counted from 0, and its form.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 pub struct Item(usize, Form);
 
@@ -15,7 +15,7 @@ enum Form {
     Text,
     /// A decimal number.
     Number,
-    /// Degrees and minutes such as 4717.11399, and in the next part N, S, E or W.
+    /// Degrees and minutes such as 4717.11399. The next part is N, S, E or W.
     Degrees,
     /// A time such as 092725.00, in seconds of the day.
     Clock,
@@ -92,7 +92,7 @@ impl Item {
     }
 }
 
-/// Reads up to eighteen digits: the number without its point, and its decimals.
+/// Reads a number of up to eighteen digits. Returns its digits as an integer, and the number of decimals.
 fn decimal(text: &[u8]) -> Option<(i128, u32)> {
     let text = std::str::from_utf8(text)
         .ok()

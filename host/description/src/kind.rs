@@ -5,13 +5,13 @@ use framelock_formats::Layout;
 use crate::field::{Class, Field, NumberType};
 use crate::value::Value;
 
-/// The number of bytes in the longest frame that may be described: the greatest 16-bit length plus 256.
+/// The largest length that a description may allow for a frame: the largest 16-bit number plus 256.
 pub const LONGEST: usize = 0x1_00FF;
 
 /// One kind of frames: their layout and their fields.
 #[derive(Clone, Debug)]
 pub struct Kind {
-    /// The name of the kind, which distinguishes it from others.
+    /// The name of the kind.
     pub name: String,
     /// The layout of a frame.
     pub layout: Layout<'static>,
@@ -23,9 +23,10 @@ pub struct Kind {
     pub(crate) header: usize,
     /// The number of bytes at the end of a frame that hold the parts counted from its end.
     pub from_end: usize,
-    /// The messages whose values replace the field that takes the rest of the frame. The first view that fits is shown.
+    /// The views of messages: their values replace the field that takes the rest of the frame. The first view that fits
+    /// a frame is shown.
     pub views: Vec<Kind>,
-    /// The bytes that identify a view's frames, and the index of the first of these bytes.
+    /// If this is a view: the bytes that identify the view's frames, and the index of the first of these bytes.
     pub(crate) sign: (usize, Vec<u8>),
     /// Whether the sender leaves out zero bytes at the end of the payload.
     pub has_truncated_zeros: bool,
@@ -39,8 +40,8 @@ impl Kind {
         std::iter::once(self).chain(&self.views)
     }
 
-    /// Returns the content of a field in a frame; `None` if the frame is too short to contain the field. Truncated zeros
-    /// count as present.
+    /// Returns the content of a field in a frame; `None` if the frame is too short to contain the field. Zeros that the
+    /// sender has left out count as present.
     #[inline]
     #[must_use]
     pub fn content<'f>(&'f self, field: &'f Field, frame: &'f [u8]) -> Option<Content<'f>> {
@@ -85,13 +86,13 @@ impl Kind {
         Some(names.get(place.ok()?)?.1)
     }
 
-    /// Returns true if the kind has this name, or one of its messages has.
+    /// Returns true if this is the name of the kind or of one of its messages.
     #[must_use]
     pub fn has_name(&self, is_it: impl Fn(&str) -> bool) -> bool {
         is_it(&self.name) || self.message_names.iter().any(|(_, name)| is_it(name))
     }
 
-    /// Returns the index of the view that shows a frame; `None` if no view has these values and this length.
+    /// Returns the index of the view that shows a frame; `None` if no view fits the frame's values and length.
     #[inline]
     pub(crate) fn view(&self, frame: &[u8]) -> Option<usize> {
         self.views.iter().position(|view| view.shows(frame))
@@ -103,8 +104,8 @@ impl Kind {
         frame.get(*at..at + bytes.len()) == Some(bytes) && self.has_length_of(frame)
     }
 
-    /// Returns true if a field ends at the end of the frame, or takes the rest of the frame. Truncated zeros count as
-    /// present.
+    /// Returns true if some field ends at the end of the frame, or takes the rest of the frame. Zeros that the sender
+    /// has left out count as present.
     fn has_length_of(&self, frame: &[u8]) -> bool {
         let appended = self.layout.trailer().map_or(0, |it| it.bytes_after(frame));
         let length = self.layout.counted_length(frame);
@@ -147,7 +148,7 @@ pub struct Contents<'f> {
     kind: &'f Kind,
     /// The frame without its trailer.
     alone: &'f [u8],
-    /// The length from which positions in it that are relative to its end are counted.
+    /// The length from which positions relative to the end are counted.
     length: usize,
     /// The trailer.
     appended: &'f [u8],

@@ -65,22 +65,23 @@ pub use value::{Decimal, Scale, Value};
 
 use entries::{FrameEntry, Problem, at, missing, wrong};
 
-/// The number of bytes in the longest text that is read as a description.
+/// The limit on the number of bytes in the text of a description.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// The limit on the number of kinds in a description. `MOST_COLUMNS` limits the number of values in a row.
+/// The limits on the number of kinds in a description, and on the number of values in a row.
 const MOST_KINDS: usize = 100;
 const MOST_COLUMNS: usize = 10_000;
 
 /// A parsed description.
 ///
-/// The memory to which its [`format`](Self::format) refers is never freed: a few hundred bytes, and 16 KiB for each
+/// The memory of the description's [`format`](Self::format) is never freed: a few hundred bytes, and 16 KiB for each
 /// CRC.
 #[derive(Clone, Debug)]
 pub struct Description {
     /// The kinds of frames, at least one, in the order in which they are tried.
     pub kinds: Vec<Kind>,
-    /// The names of the values of all kinds. If there are several kinds, the first column names the kind.
+    /// The columns for the values of all kinds. If there are several kinds, the first column contains the name of the
+    /// kind.
     pub columns: Vec<Column>,
     layouts: &'static [Layout<'static>],
 }
@@ -100,10 +101,10 @@ pub struct Column {
 pub const KIND: &str = "kind";
 
 impl Description {
-    /// Parses the text of a description. Errors call it `name`.
+    /// Parses the text of a description. Error messages use `name` for the text.
     ///
     /// # Errors
-    /// The first mistake, with its line and column.
+    /// Returns the first mistake, with its line and column.
     pub fn parse(name: &str, text: &str) -> Result<Self, String> {
         let read = toml::from_str::<FrameEntry>(text)
             .map_err(|error| Problem(error.span().unwrap_or_default(), told(error.message())));
@@ -116,7 +117,8 @@ impl Description {
             })
     }
 
-    /// Returns the format for a receiver. Its message is the index of the frame's kind, and the frame.
+    /// Returns the format for a receiver. The format's message consists of the index of the frame's kind, and the
+    /// frame.
     #[must_use]
     pub fn format(&self) -> AnyOf<'static> {
         AnyOf(self.layouts)
@@ -129,7 +131,7 @@ impl Description {
         self.format().decode(frame).0
     }
 
-    /// Returns the view that shows a frame, or the frame's kind if no view does.
+    /// Returns the view that shows a frame, or the frame's kind if no view fits.
     #[must_use]
     pub fn kind(&self, frame: &[u8]) -> Option<&Kind> {
         self.shown().nth(self.shown_number(frame))
@@ -165,8 +167,8 @@ impl Description {
         self.kinds.iter().flat_map(Kind::with_views)
     }
 
-    /// Returns the columns of a table without a header: if there is only one kind, its columns without those of its
-    /// views, else all columns.
+    /// Returns the columns of a table without a header. If there is only one kind, these are its columns, without the
+    /// columns of its views. Otherwise these are all columns.
     #[must_use]
     pub fn plain_columns(&self) -> &[Column] {
         match &*self.kinds {
@@ -201,8 +203,7 @@ fn told(message: &str) -> String {
 /// Reads the text of a description from a file.
 ///
 /// # Errors
-/// Returns an error if the file cannot be read, is not text, or is longer than a description may be. At most that
-/// length is read.
+/// Returns an error if the file cannot be read, is not text, or is too long. Never reads more than the limit.
 pub fn read(path: &Path) -> Result<String, String> {
     let name = path.display();
     let mut bytes = Vec::new();

@@ -11,14 +11,14 @@ use framelock_formats::layout::{Checksum, Length, index};
 use crate::field::Field;
 use crate::kind::Kind;
 
-/// A part of a frame. It is displayed as its name: `sync`, or the column of a value.
+/// A part of a frame. `Display` writes the part's name: `sync` for example, or the column of a value.
 #[derive(Clone, Copy, Debug)]
 pub enum Part<'k> {
     /// The bytes that a frame begins with.
     Sync,
     /// The number that determines the frame's length.
     Length,
-    /// The checksum in its written form: in hex, each of its bytes takes two bytes of the frame.
+    /// The checksum, as it is encoded in the frame: in hex, each byte of the checksum takes two bytes of the frame.
     Checksum,
     /// The bytes that a frame ends with.
     Terminator,
@@ -49,7 +49,8 @@ impl Field {
         Some(from + self.length().unwrap_or(rest))
     }
 
-    /// Returns the range of the field in a frame of `length` bytes; `None` if the frame is too short to contain the field.
+    /// Returns the range of the field in a frame of `length` bytes; `None` if the frame is too short to contain the
+    /// field.
     #[must_use]
     pub fn position(&self, length: usize) -> Option<Range<usize>> {
         let from = index(self.at, length)?;
@@ -67,9 +68,9 @@ impl Field {
 }
 
 impl Kind {
-    /// Returns the parts of a frame of `length` bytes and their positions. Fields come first; they may share bytes with
-    /// other parts. If the frame is incomplete, more bytes will follow. Then parts that are counted from the end are
-    /// left out, and a field that takes the rest extends to `length`.
+    /// Returns the parts of a frame of `length` bytes and their positions. Fields come first, and may share bytes with
+    /// other parts. If the frame is incomplete, leaves out parts that are counted from the end, and extends a field
+    /// that takes the rest to `length`.
     #[must_use]
     pub fn positions(&self, length: usize, is_whole: bool) -> Vec<(Part<'_>, Range<usize>)> {
         let mut positions = Vec::new();
@@ -106,9 +107,9 @@ impl Kind {
         (shortest > self.layout.shortest()).then_some(shortest)
     }
 
-    /// Returns the length of a frame that has room for its header, for fields with these [`end`](Field::end)s, and for
-    /// everything that is counted from the end. The format may demand a longer frame. If all frames have the same length,
-    /// returns this length.
+    /// Returns the length of the shortest frame with room for the header, for fields with these [`end`](Field::end)s,
+    /// and for all parts that are counted from the end. The format may require a longer frame. If all frames have the
+    /// same length, returns that length.
     pub fn least_length(&self, ends: impl IntoIterator<Item = usize>) -> usize {
         match self.layout.length() {
             Length::Fixed => self.layout.longest(),
@@ -129,7 +130,7 @@ impl Kind {
         factor.ok().zip(more.ok()).filter(|(factor, _)| *factor > 1)
     }
 
-    /// Returns the smallest possible length of a frame that is at least `length`.
+    /// Returns the smallest length, at least `length`, that a frame can have.
     #[must_use]
     pub fn next_length(&self, length: usize) -> usize {
         match self.multiple() {

@@ -1,5 +1,5 @@
-//! Makes text from any source safe to show on a terminal. Bytes on which a terminal would act are escaped one by one, as
-//! `\x1B`.
+//! Makes text from any source safe to show on a terminal. Control codes and other bytes on which a terminal would act
+//! are escaped one by one, as in `\x1B`.
 
 use serde_json::Value as Json;
 
@@ -34,8 +34,8 @@ pub fn escape(bytes: &[u8], into: &mut Vec<u8>) {
     }
 }
 
-/// Returns a message that may contain text from any source, with escapes. Characters on which a terminal acts, and those
-/// that change the direction of writing, are escaped. Backslashes stay, since parts of the message may already be
+/// Returns a message that may contain text from any source, with escapes. Escapes characters on which a terminal acts,
+/// and characters that change the direction of writing. Keeps backslashes, because parts of the message may already be
 /// escaped.
 #[must_use]
 pub fn harmless(message: &str) -> String {
@@ -113,7 +113,8 @@ pub fn quoted(text: &str) -> String {
     String::from_utf8(escaped).unwrap_or_default()
 }
 
-/// Returns an error message: the name is unknown, which known name is the nearest, and the first known names.
+/// Returns an error message for an unknown name. The message contains the nearest known name, and the first few known
+/// names.
 #[must_use]
 pub fn no_such(name: &str, names: &[&str]) -> String {
     let listed = names.get(..LISTED).unwrap_or(names);
@@ -133,7 +134,7 @@ pub fn no_such(name: &str, names: &[&str]) -> String {
 #[must_use]
 pub fn nearest(name: &str, names: &[&str]) -> String {
     let small = name.to_ascii_lowercase();
-    // A name that is part of the other one counts as similar, so that ublox finds ubx before bin.
+    // The Jaro-Winkler distance suggests `ubx` for `ublox`; an edit distance would suggest `bin`.
     let distance = |other: &&str| 1.0 - strsim::jaro_winkler(&other.to_ascii_lowercase(), &small);
     let near = names.iter().copied().filter(|other| distance(other) < 0.35);
     let nearest = near.min_by(|one, other| distance(one).total_cmp(&distance(other)));

@@ -26,7 +26,7 @@ pub(crate) fn kind(
     is_one_of_many: bool,
 ) -> Result<Kind, Problem> {
     let (mut kind, owners) = untabled(name, written, is_one_of_many)?;
-    // Computes the table last, because the description has no mistakes then.
+    // Compute the table last, when the description is known to be valid.
     if let Some(checksum) = kind.layout.checksum() {
         let checksum = checksum.algorithm(tabled(checksum.algorithm));
         let built = kind.layout.to_builder().checksum(checksum).build();
@@ -37,7 +37,7 @@ pub(crate) fn kind(
     }
     for entry in written.views.iter().map(Spanned::get_ref) {
         let mut all = written.clone();
-        // Items are shown in addition to the rest of the frame. Other values replace it.
+        // A view's items appear in addition to the field that takes the rest. Other values replace that field.
         let is_item = |field: &Spanned<FieldEntry>| field.get_ref().item.is_some();
         if !entry.fields.iter().any(is_item) {
             all.fields.retain(|field| !field.get_ref().takes_rest());
@@ -91,7 +91,7 @@ fn untabled(
     if let Some(entry) = checksum {
         builder = builder.checksum(entry.get_ref().checksum().map_err(at(entry))?);
     }
-    // A delimiter alone may be a frame.
+    // A frame may consist of only the delimiter.
     let header = match length {
         Length::Delimiter if sync.length == 0 && messages.is_none() => 0,
         _ => builder.header(),
@@ -184,8 +184,8 @@ fn length(written: &FrameEntry) -> Result<Length, Problem> {
     }
 }
 
-/// Returns the numbers of bytes in the shortest and in the longest frame. Unless all frames have the same length, each
-/// has room for the `least` bytes of its header and of the parts that are counted from its end.
+/// Returns the lengths of the shortest and the longest frame. Unless all frames have the same length, each frame has at
+/// least `least` bytes, for the header and the parts that are counted from the end.
 fn bounds(written: &FrameEntry, least: usize) -> Result<(usize, usize), Problem> {
     let has_bounds = written.shortest.is_some() || written.longest.is_some();
     let (place, shortest, longest) = match (&written.length, &written.longest) {
@@ -261,8 +261,7 @@ fn messages(written: &FrameEntry) -> Result<Option<Messages<'static>>, Problem> 
     Ok(messages)
 }
 
-/// Returns the messages that a description knows, in ascending order of their numbers. A row replaces the message of a
-/// dialect.
+/// Returns the known messages in ascending order of their numbers. A row for a message replaces the dialect's entry.
 fn known(messages: &KnownMessages) -> &'static [KnownMessage] {
     let list = match messages {
         KnownMessages::Dialect(dialect) => return dialect.messages(),
@@ -283,8 +282,8 @@ fn known(messages: &KnownMessages) -> &'static [KnownMessage] {
     sorted(all.into_iter())
 }
 
-/// Returns the numbers and names of the messages that a description takes from a dialect. A row that replaces a message of
-/// the dialect with another definition has no name.
+/// Returns the numbers and names of the messages that a description takes from a dialect. A message has no name if a
+/// row gives it another definition.
 fn message_names(messages: &KnownMessages) -> Vec<(u32, &'static str)> {
     let dialects: Vec<Dialect> = match messages {
         KnownMessages::Dialect(dialect) => vec![*dialect],
@@ -319,8 +318,8 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// Returns the last byte after the header that has fixed bits, as the number of a message. The byte thereby becomes
-/// part of the header, so it is checked before the kind is decided.
+/// Returns the last byte after the header that has fixed bits, as the number of a message. This makes the byte part of
+/// the header, so it is checked before the kind is decided.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

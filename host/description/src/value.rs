@@ -38,7 +38,7 @@ impl Value<'_> {
     #[inline(never)]
     fn append_rarer(&self, row: &mut Vec<u8>) {
         match self {
-            // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. Converted to 64 bits, 0.1 would have
+            // Writes the shortest digits of the 32-bit number, NaN, inf or -inf. As a 64-bit number, 0.1 would have
             // seventeen digits.
             Self::Float(number) => {
                 let _ = write!(row, "{number:?}");
@@ -53,7 +53,7 @@ impl Value<'_> {
                 _ => row.extend(decimal(*number, *decimals).as_bytes()),
             },
             Self::Bytes(bytes) => {
-                // Without the `x`, some programs read 0600 and 1E05 as numbers. Others read 0x06 as a number.
+                // The prefix is `x`, because some programs would read 0600 and 1E05 as numbers, and others 0x06.
                 row.push(b'x');
                 text::append_hex(bytes, row);
             }
@@ -68,8 +68,8 @@ impl Value<'_> {
         }
     }
 
-    /// Appends the value as JSON. JSON has neither NaN nor infinities. Here `null` stands for NaN, and 1e39 for infinity,
-    /// because it exceeds the range of 32-bit numbers.
+    /// Appends the value as JSON. JSON has neither NaN nor infinities. Writes `null` for NaN, and 1e39 for infinity,
+    /// because 1e39 exceeds the range of 32-bit numbers.
     #[inline]
     pub fn append_json_to(&self, row: &mut Vec<u8>) {
         match self {
@@ -110,7 +110,7 @@ impl Value<'_> {
     }
 }
 
-/// The digits of each number below 1000, without leading zeros and padded. The last byte is the number of digits.
+/// For each number below 1000: its digits without leading zeros, padding, and in the last byte the number of digits.
 static DIGITS: [[u8; 4]; 1000] = {
     let mut table = [[0; 4]; 1000];
     let (mut rest, mut number): (&mut [_], u16) = (&mut table, 0);
@@ -157,7 +157,7 @@ const fn three_digits(number: u16) -> [u8; 3] {
     [b'0' + hundreds as u8, b'0' + tens as u8, b'0' + ones as u8]
 }
 
-/// Appends the digits of a number. Fast for up to three digits, which suffice for most numbers in a frame.
+/// Appends the digits of a number. It is fast for up to three digits, which suffice for most numbers in a frame.
 #[inline]
 fn append_digits(number: u64, row: &mut Vec<u8>) {
     let short = usize::try_from(number)
@@ -166,7 +166,7 @@ fn append_digits(number: u64, row: &mut Vec<u8>) {
     let Some([digits @ .., count]) = short else {
         return append_more_digits(number, row);
     };
-    // Always appends three digits, then cuts off the surplus ones.
+    // Always append three digits, then cut off the surplus ones.
     let from = row.len();
     row.extend_from_slice(digits);
     row.truncate(from + usize::from(*count));
@@ -195,7 +195,7 @@ fn append_decimal(number: u64, decimals: u32, row: &mut Vec<u8>) {
         return;
     }
     row.push(b'.');
-    // Appends nine digits or the first three of them, then cuts off the surplus zeros.
+    // Append nine digits or the first three of them, then cut off the surplus zeros.
     let fraction = number % unit * power(9 - decimals);
     let from = row.len();
     append_three_digits(fraction / 1_000_000, row);
@@ -248,11 +248,11 @@ impl TryFrom<f64> for Decimal {
 pub struct Scale {
     /// The factor, multiplied by ten to the power of `decimals`.
     pub factor: i128,
-    /// The offset, multiplied in the same way.
+    /// The offset, multiplied by ten to the power of `decimals`.
     pub offset: i128,
     /// The number of digits after the decimal point.
     pub decimals: u32,
-    /// The factor and the offset, if numbers of 32 bits can be scaled with 64 bits.
+    /// The factor and the offset as 64-bit numbers, if these suffice to scale any 32-bit number.
     small: Option<(i64, i64)>,
 }
 
@@ -325,7 +325,7 @@ impl Scale {
         let power = 10_i128.checked_pow(u32::try_from(more.unsigned_abs()).ok()?);
         match power {
             Some(power) if more >= 0 => digits.checked_mul(power),
-            // Rounds half away from zero.
+            // Divide, and round half away from zero.
             Some(power) => Some(digits / power + digits % power * 2 / power),
             None => (more < 0 || digits == 0).then_some(0),
         }
@@ -364,7 +364,7 @@ mod tests {
 
     use super::*;
 
-    /// The fast ways of scaling and writing numbers agree with the plain ones.
+    /// The fast functions for scaling and writing numbers agree with simple ones.
     #[test]
     fn scaled_numbers_have_exact_digits() {
         let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -1,4 +1,4 @@
-//! The parts of a receiver in C that depend on its layout, as values for the template.
+//! Computes the values that depend on the layout, for the template of a receiver in C.
 
 use framelock_formats::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, Layout, Length, LengthField,
@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use crate::Item;
 
-/// The length up to which frames of fixed length are received with a window instead of a buffer.
+/// Frames of fixed length up to this length are received with a window instead of a buffer.
 const LONGEST_WINDOW: usize = 16;
 
-/// The size of a CRC's table, which is indexed by half a byte or a whole byte.
+/// The size of a CRC's table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum CrcTable {
-    /// A table of 16 entries, which is used twice for each byte.
+    /// A table of 16 entries, with two look-ups for each byte.
     #[default]
     Nibbles,
     /// A table of 256 entries.
@@ -92,8 +92,8 @@ pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
     }
 }
 
-/// The reasons to discard bytes: the name, the text, and the number of the frame's part in which the classification
-/// finds the reason.
+/// The reasons to discard bytes. Each entry has the reason's name, its text, and the number of the frame's part in
+/// which the classification finds it.
 const REASONS: [(&str, &str, u8); 7] = [
     ("NO_SYNC", "no frame begins with them", 0),
     ("BROKEN_SYNC", "a later byte of the sync is wrong", 1),
@@ -158,7 +158,7 @@ fn has_tables(layout: &Layout) -> bool {
     layout.messages().is_some() || layout.checksum().as_ref().is_some_and(is_crc)
 }
 
-/// Returns for each reason whether it can occur.
+/// Returns whether each reason can occur.
 fn occurring(layout: &Layout) -> [bool; 7] {
     let header = layout.header();
     let mut fixed = layout.fixed().iter();
@@ -226,7 +226,7 @@ fn any_of(conditions: impl Iterator<Item = String>) -> String {
     each.collect::<Vec<_>>().join(" || ")
 }
 
-/// Returns the expression for the index `more` bytes after a position in a frame.
+/// Returns the expression for the index that lies `more` bytes after a position in a frame.
 fn index(at: i16, more: usize) -> String {
     match (at, usize::from(at.unsigned_abs())) {
         (0.., distance) => format!("{}U", distance + more),
@@ -415,7 +415,7 @@ fn checksum(it: &Checksum, table: CrcTable) -> Value {
         Algorithm::InvertedSum => "inverted sum",
         Algorithm::NegatedSum => "negated sum",
         Algorithm::Xor => "exclusive or",
-        _ => "Fletcher's checksum",
+        _ => "Fletcher checksum",
     };
     let from = usize::from(it.from.unsigned_abs());
     let to = usize::from(it.to.unsigned_abs());
@@ -459,8 +459,8 @@ fn checksum(it: &Checksum, table: CrcTable) -> Value {
     }
 }
 
-/// Returns the parts of a CRC's code. For a CRC that processes each byte from its lowest bit on, the CRC is in the
-/// lowest bits of the register; for any other CRC it is in the highest bits.
+/// Returns the parts of a CRC's code. If the CRC processes the lowest bit of each byte first, the CRC is in the lowest
+/// bits of the register, otherwise in the highest bits.
 fn crc(crc: &Crc, table: CrcTable) -> Value {
     let bits = match crc.width {
         ..=8 => 8,
@@ -518,12 +518,12 @@ fn crc(crc: &Crc, table: CrcTable) -> Value {
 /// A field in C.
 #[derive(Serialize, Default)]
 pub(crate) struct Access {
-    /// The type of its values.
+    /// The type of the field's values.
     #[serde(rename = "type")]
     kind: String,
-    /// The expression that reads it from `frame`.
+    /// The expression that reads the field from `frame`.
     read: String,
-    /// The statement that writes it.
+    /// The statement that writes the field.
     write: String,
 }
 

@@ -1,4 +1,5 @@
-//! Converts a layout into a value for templates. Its parts have the same names as in [`Layout`].
+//! Converts a layout into a value for templates. The value's parts have the same names as in
+//! [`Layout`].
 
 use framelock_formats::layout::{
     Algorithm, Checksum, Crc, Layout, Length, Messages, Number, Patterns, Trailer,
@@ -55,7 +56,8 @@ fn messages(messages: &Messages) -> Value {
     let known = messages.known.iter().map(|it| {
         context! { number => it.number, longest_payload => it.longest_payload, extra => it.extra, has_extra => it.has_extra.to_string() }
     });
-    // The long tables have a name in Rust, which the module uses instead of the table.
+    // Large tables are constants of `framelock-formats`, so the generated module uses the
+    // constant's name instead of the table's content.
     let table = match messages.known {
         COMMON => Some("COMMON"),
         ARDUPILOTMEGA => Some("ARDUPILOTMEGA"),

@@ -1,8 +1,8 @@
 //! Generates source code from a [`Description`]: the layout, a struct with the fields of each kind, and functions to
 //! decode and encode.
 //!
-//! The templates contain the text of the generated programs, one per language. The code here prepares the values that
-//! they insert.
+//! There is one template per language, which contains the text of the generated program. The code here prepares the
+//! values that the template inserts.
 #![forbid(unsafe_code)]
 
 mod c;
@@ -22,7 +22,7 @@ use serde::Serialize;
 pub use c::CrcTable;
 use names::{Language, free, module, one_line};
 
-/// Returns the source of a `no_std` Rust module that receives and makes the frames of a description. `name` is the
+/// Returns the source of a `no_std` Rust module that receives and encodes the frames of a description. `name` is the
 /// module's name, and `command` is the command that generates it.
 #[must_use]
 pub fn rust(description: &Description, name: &str, command: &str) -> String {
@@ -30,7 +30,7 @@ pub fn rust(description: &Description, name: &str, command: &str) -> String {
     render::source(Value::from_serialize(&program), name, &names::RUST)
 }
 
-/// Returns a self-contained header that receives and makes the frames of a description. It is valid C99 and C++17.
+/// Returns a self-contained C header that receives and encodes the frames of a description. It is valid C99 and C++17.
 /// `name` is the header's name, and `command` is the command that generates it.
 #[must_use]
 pub fn c(description: &Description, name: &str, command: &str, table: CrcTable) -> String {
@@ -61,20 +61,21 @@ struct Program {
 /// A kind of frames.
 #[derive(Serialize)]
 struct KindItem {
-    /// Its name in the description.
+    /// The kind's name in the description.
     described_name: String,
-    /// The name of the kind in the program: the name of its type in Rust, a part of the names of its type and functions in C.
+    /// The kind's name in the program. In Rust it is the name of the type, in C a part of the names of the type and the
+    /// functions.
     name: String,
     layout: Value,
     /// The fields whose values differ between frames.
     items: Vec<Item>,
-    /// Whether its values borrow bytes of the frame.
+    /// Whether the kind's values borrow bytes of the frame.
     borrows: bool,
     /// The number of bytes that every frame has, without the trailer.
     start: usize,
-    /// The length of every frame is a multiple of the first number, plus the second number.
+    /// A divisor and a remainder: the length of every frame is a multiple of the divisor, plus the remainder.
     multiple: Option<(usize, usize)>,
-    /// The zero bytes that the sender leaves out, if it does.
+    /// The zero bytes that the sender leaves out; `None` if it leaves out none.
     zeros: Option<Zeros>,
 }
 
@@ -85,7 +86,7 @@ struct Zeros {
     first: usize,
     /// The number of bytes that follow the payload in a frame without its trailer.
     margin: usize,
-    /// Whether `encode` leaves them out. It does not if a field takes the rest of the frame.
+    /// Whether `encode` leaves out these zero bytes. If a field takes the rest of the frame, `encode` writes them.
     are_left_out: bool,
 }
 
@@ -93,13 +94,13 @@ struct Zeros {
 #[derive(Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "templates ask for each")]
 struct Item {
-    /// The name in the program.
+    /// The field's name in the program.
     name: String,
     /// The length of the shortest frame that has the field; `None` if every frame has it.
     needs: Option<usize>,
-    /// The smallest number of bytes in a frame with this field, if it may exceed `start`.
+    /// The length of the shortest frame that contains this field, if that length may exceed `start`.
     least: Option<usize>,
-    /// The index of the first byte, or a negative distance from the end.
+    /// The index of the field's first byte. A negative index counts from the end of the frame.
     at: i16,
     /// The number of bytes between the field and the frame's end, if the field takes the rest.
     margin: usize,
@@ -111,13 +112,13 @@ struct Item {
     is_rest: bool,
     is_array: bool,
     is_appended: bool,
-    /// The number of values, or of bytes.
+    /// The number of values in an array, or of bytes in a text.
     count: Option<usize>,
     /// The smallest Rust type that holds the number.
     number: String,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
-    /// The number of bytes in a number. Their `order` is `le` or `be`.
+    /// The number of bytes in a number. The order of these bytes, `order`, is `le` or `be`.
     bytes: usize,
     order: &'static str,
     /// The index of the first bit of a sequence of bits, counted from the lowest bit of the byte at `at`.

@@ -1,20 +1,20 @@
-//! The languages, and valid names in them, each of which is used once.
+//! The languages, and unique valid names in them.
 
 use std::collections::HashSet;
 
-/// A language: the names that it allows, and the text of its programs.
+/// A language: the names that it allows, and the texts of generated programs.
 pub(crate) struct Language {
     keywords: &'static [&'static str],
     /// Other names that no kind can have, because every generated program uses them.
     own: &'static [&'static str],
-    /// Makes the name of a kind.
+    /// Makes a valid name of a kind.
     pub(crate) kind: fn(&str) -> String,
-    /// The name of the only kind.
+    /// The name of the kind, if there is only one.
     pub(crate) message: &'static str,
-    /// The text of a program, and the functions that it may call.
+    /// The template of a program, and the helper functions that a program may call.
     pub(crate) template: &'static str,
     pub(crate) helpers: &'static str,
-    /// Whether programs read zero bytes that the sender has left out as zero. Otherwise such a field is missing.
+    /// Whether programs read left-out bytes as zero. Otherwise the field with these bytes is missing.
     pub(crate) reads_truncated_zeros: bool,
 }
 
@@ -66,7 +66,7 @@ impl Language {
     }
 }
 
-/// Returns a name that is not taken yet, with underscores appended as necessary, and takes it.
+/// Returns a name that has not been used yet, and marks it as used. Appends underscores as necessary.
 pub(crate) fn free(name: &str, taken: &mut HashSet<String>) -> String {
     let mut name = name.to_owned();
     while !taken.insert(name.clone()) {

@@ -46,8 +46,8 @@ fn called(code: &str, functions: &str) -> String {
     functions.filter(is_called).collect()
 }
 
-/// Indents each line by the number of open brackets. Lines that begin with a dot, the calls of a chain, are indented by
-/// one more. The indentation in the templates has no effect.
+/// Indents each line by the number of open brackets. A line that begins with a dot belongs to a chain of calls, and is
+/// indented by one more. The indentation in the templates has no effect.
 fn indented(code: &str) -> String {
     let mut text = String::new();
     let mut depth = 0_usize;

@@ -46,11 +46,11 @@ pub enum AnyLine {
     BinCrc8(Line<Receiver<BinCrc8>>),
     /// The receiver of the frames of a description.
     Described(Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>),
-    /// The same receiver for recordings. Streams of false starts do not slow it down.
+    /// The receiver of a description, for recordings: streams of false starts do not slow it down.
     Recorded(Line<StreamReceiver>),
 }
 
-/// Evaluates an expression with the line of any variant.
+/// Evaluates an expression with the line inside any variant.
 macro_rules! for_any {
     ($any:expr, $line:ident => $does:expr) => {
         match $any {
@@ -81,8 +81,8 @@ impl AnyLine {
         }
     }
 
-    /// Creates the receiver for recordings. It is the same as that of [`new`](Self::new), except that a
-    /// [`StreamReceiver`] receives described frames.
+    /// Creates the receiver for recordings. Does the same as [`new`](Self::new), except that a [`StreamReceiver`]
+    /// receives the frames of descriptions.
     ///
     /// # Errors
     /// Returns the same errors as [`new`](Self::new).

@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// The sent frames that have arrived whole and may still be delivered, each with a value that the caller chooses.
+/// The sent frames that have arrived whole and that the receiver may still deliver. Each has a value that the caller
+/// chooses.
 #[derive(Clone, Debug)]
 pub struct DeliveryCheck<T> {
     open: VecDeque<(Range<usize>, T)>,
@@ -17,20 +18,20 @@ impl<T> Default for DeliveryCheck<T> {
 }
 
 impl<T> DeliveryCheck<T> {
-    /// Records that a sent frame has arrived in these bytes of the received stream. Call it in the order of the stream,
-    /// before the receiver takes the frame's last byte.
+    /// Records that a sent frame has arrived in these bytes of the received stream. Call this method in the order of
+    /// the stream, before the receiver takes the frame's last byte.
     pub fn arrived(&mut self, bytes: Range<usize>, frame: T) {
         self.open.push_back((bytes, frame));
     }
 
-    /// Records that the receiver delivers a frame of these bytes. Returns the sent frame that arrived in exactly these
-    /// bytes, or `None` if no such frame was sent. Call [`missed`](Self::missed) before this method.
+    /// Records that the receiver has delivered these bytes as a frame. Returns the sent frame that arrived in exactly
+    /// these bytes, or `None` if no such frame was sent. Call [`missed`](Self::missed) before this method.
     pub fn delivered(&mut self, bytes: &Range<usize>) -> Option<T> {
         self.oldest_if(|arrived| arrived == bytes)
     }
 
-    /// Returns the oldest frame that begins before byte number `decided`, and removes it. If all bytes before `decided`
-    /// have an outcome, the receiver can no longer deliver this frame.
+    /// Removes and returns the oldest frame that begins before byte number `decided`. All bytes before `decided` must
+    /// have an outcome, so the receiver can no longer deliver this frame.
     pub fn missed(&mut self, decided: usize) -> Option<T> {
         self.oldest_if(|bytes| bytes.start < decided)
     }
@@ -52,7 +53,7 @@ mod tests {
         for (number, start) in [2, 9, 16].into_iter().enumerate() {
             check.arrived(start..start + 7, number);
         }
-        // Nobody sent a frame in these bytes.
+        // Nobody sent the frame that is delivered next.
         assert_eq!(check.delivered(&(0..7)), None);
         assert_eq!(check.missed(2), None);
         assert_eq!(check.delivered(&(2..9)), Some(0));

@@ -1,5 +1,5 @@
-//! Receivers for programs on a computer: the command line, the simulation and the page. The frames and the receiver are
-//! chosen at run time.
+//! Receivers for programs on a computer: the command line, the simulation and the page. The user chooses the frames and
+//! the receiver at run time.
 //!
 //! ```text
 //!  name or description ─► Protocol ─┐

@@ -1,4 +1,4 @@
-//! The frames on a line: a shipped description by its name, or a user's description by its text.
+//! The frames on a line: a shipped description, or a user's own.
 
 use std::fmt;
 use std::path::Path;
@@ -8,7 +8,7 @@ use framelock::{Encode, Format as _};
 use framelock_description::{Description, no_such_shipped, read, shipped};
 use serde::Serialize;
 
-/// A format of frames that carry setpoints. Each has a receiver of its own in the core.
+/// A format of frames that carry setpoints. The core has a receiver for each of them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
@@ -77,10 +77,11 @@ pub struct Protocol {
 }
 
 impl Protocol {
-    /// Looks up a shipped description, or reads the file of that name.
+    /// Looks up a shipped description with this name, or reads the file with this name.
     ///
     /// # Errors
-    /// There is no such description or file, the file cannot be read, or it does not describe frames.
+    /// Returns an error if there is no such description or file, the file cannot be read, or it does not describe
+    /// frames.
     pub fn named(name: &str) -> Result<Self, String> {
         match shipped(name) {
             Some(text) => Self::described(name, text.to_owned()),
@@ -95,7 +96,7 @@ impl Protocol {
     /// Parses a description.
     ///
     /// # Errors
-    /// The text is not a valid description. The error begins with its place, `name:line:column: …`.
+    /// Returns an error if the text is not a valid description. The error begins with `name:line:column: …`.
     pub fn described(name: &str, text: String) -> Result<Self, String> {
         Ok(Self {
             name: name.to_owned(),

@@ -1,14 +1,14 @@
-//! Stretches of a stream that repeat themselves, such as a false start that is sent again and again.
+//! Finds stretches of a stream that repeat themselves, such as a false start that is sent again and again.
 //!
-//! The outcome at a position depends on as many bytes as the longest frame has. In a stretch with a period, the same bytes
-//! follow one period later, so the outcome is the same there.
+//! The outcome at a position depends on the next bytes, as many as the longest frame has. In a periodic stretch the
+//! same bytes follow one period later, so the outcome is the same there.
 
 use framelock::Found;
 
-/// The number of bytes in the longest period that is found.
+/// The length in bytes of the longest period that the search finds.
 const LONGEST_PERIOD: usize = 64;
 
-/// The number of bytes that must follow a search before the next one, so that searches cost little.
+/// The number of bytes between two searches. It is large, so that searches cost little.
 const PAUSE: usize = 256;
 
 /// The last stretch of the stream that repeats itself.
@@ -18,20 +18,22 @@ pub(crate) struct Repetition {
     from: usize,
     to: usize,
     period: usize,
-    /// The known outcomes in a period.
+    /// The known outcomes at the positions of one period.
     outcomes: Vec<Option<Found<()>>>,
     /// The position of the next search.
     next_search: usize,
 }
 
 impl Repetition {
-    /// Returns the outcome at a position if it is known. It depends on `longest` bytes.
+    /// Returns the outcome at a position, which depends on `longest` bytes. Returns `None` if the outcome is not known
+    /// yet.
     #[inline]
     pub(crate) fn outcome(&self, at: usize, longest: usize) -> Option<Found<()>> {
         *self.outcomes.get(self.place(at, longest)?)?
     }
 
-    /// Notes the outcome at a position, from which on the stream has these bytes. It depends on `longest` bytes.
+    /// Records the outcome at a position, which depends on `longest` bytes. `bytes` is the stream from this position
+    /// on.
     pub(crate) fn note(&mut self, at: usize, bytes: &[u8], longest: usize, outcome: Found<()>) {
         if self.next_search <= at && self.to < at + longest {
             self.search(at, bytes, longest);
@@ -42,7 +44,7 @@ impl Repetition {
         }
     }
 
-    /// Returns the position's place in the period if all bytes on which its outcome depends are in the stretch.
+    /// Returns the position's index in the period, if all bytes on which its outcome depends lie in the stretch.
     #[inline]
     fn place(&self, at: usize, longest: usize) -> Option<usize> {
         let is_in = self.from <= at && at + longest <= self.to;
@@ -67,7 +69,7 @@ impl Repetition {
             }
             most = most.max(same);
         }
-        // Until the byte that breaks the period, no search finds more.
+        // The stretch ends where a byte breaks the period. A search before that byte would find nothing new.
         self.next_search = at + most + PAUSE;
     }
 }
@@ -84,7 +86,7 @@ mod tests {
 
     const LONGEST: usize = 9;
 
-    /// Any function of the next bytes.
+    /// Stands for the outcome: a function of the next bytes.
     fn computed(bytes: &[u8]) -> Found<()> {
         let sum = bytes[..LONGEST]
             .iter()
@@ -108,7 +110,7 @@ mod tests {
                 let unit: Vec<u8> = (0..length).map(|_| random.random_range(0..3)).collect();
                 stream.extend(unit.repeat(random.random_range(1..200)));
             }
-            // Only some bytes have arrived when an outcome is noted.
+            // When the test records an outcome, only part of the stream has arrived.
             let (mut repetition, mut at) = (Repetition::default(), 0);
             while at + LONGEST <= stream.len() {
                 let expected = computed(&stream[at..]);

@@ -1,7 +1,7 @@
 //! Computes the checksums of overlapping stretches of a stream from running values.
 //!
-//! A running value is the checksum of all bytes from some position on. The checksum of a stretch follows from the
-//! running values before and after the stretch:
+//! A running value at a position is the checksum of all bytes from a fixed start to this position. The checksum of a
+//! stretch follows from the running values at its two ends:
 //!
 //! | checksum | of the bytes from `a` to `b` |
 //! |---|---|
@@ -12,7 +12,7 @@
 
 use framelock_formats::layout::{Algorithm, Crc};
 
-/// The number of running values that are no longer needed at which they are dropped.
+/// Old running values are dropped in batches of this size.
 const MANY: usize = 1 << 16;
 
 /// The running values of one algorithm.
@@ -20,9 +20,9 @@ const MANY: usize = 1 << 16;
 pub(crate) struct RunningSums {
     /// The position of the first running value.
     from: usize,
-    /// The running values after 0, 1, 2 and more bytes from that position. The register of a CRC is in the highest bits.
+    /// The running values after 0, 1, 2 and more bytes. A CRC's register is kept in the highest bits.
     running: Vec<u32>,
-    /// The register of a CRC after each byte.
+    /// The table of a CRC, which processes a byte at a time.
     table: Vec<u32>,
     /// `x^0`, `x^8`, `x^16` and so on, modulo the polynomial of a CRC.
     powers: Vec<u32>,
@@ -32,7 +32,7 @@ pub(crate) struct RunningSums {
 }
 
 impl RunningSums {
-    /// Returns the running sums of no bytes. Pass the same algorithm to the other functions.
+    /// Creates running sums over zero bytes. Pass the same algorithm to the other functions.
     pub(crate) fn new(algorithm: &Algorithm) -> Self {
         let (mut table, mut powers) = (Vec::new(), Vec::new());
         if let Algorithm::Crc(crc) = algorithm {
@@ -103,12 +103,12 @@ impl RunningSums {
                 };
                 remainder ^ crc.xor_out
             }
-            // An algorithm that this receiver does not know.
+            // Checksums of other kinds have no running values.
             _ => algorithm.of(covered, extra),
         }
     }
 
-    /// Computes the running values from `at` to the end of `covered`.
+    /// Computes the missing running values up to the end of `covered`, which begins at `at`.
     fn extend(&mut self, algorithm: &Algorithm, at: usize, covered: &[u8]) {
         let mut end = self.from + self.running.len() - 1;
         if at < self.from || end < at {
@@ -132,7 +132,7 @@ impl RunningSums {
     }
 }
 
-/// Returns the running value after another byte. `table` is that of a CRC.
+/// Returns the running value after another byte. `table` is the CRC's table.
 #[inline]
 fn next(algorithm: &Algorithm, table: &[u32], value: u32, byte: u8) -> u32 {
     match algorithm {
@@ -148,7 +148,7 @@ fn next(algorithm: &Algorithm, table: &[u32], value: u32, byte: u8) -> u32 {
     }
 }
 
-/// Returns the byte, with its bits reversed if the CRC processes each byte from its lowest bit on.
+/// Returns the byte. Reverses its bits if the CRC processes the lowest bit first.
 #[inline]
 const fn first_power_first(crc: &Crc, byte: u8) -> u8 {
     if crc.reflected_in {
@@ -158,14 +158,15 @@ const fn first_power_first(crc: &Crc, byte: u8) -> u8 {
     }
 }
 
-/// Returns the product of two remainders, in the highest bits, modulo the polynomial of this table.
+/// Returns the product of two remainders modulo the table's polynomial. Remainders are in the highest bits.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "both halves of the product are taken"
 )]
 fn product(table: &[u32], unused: u32, one: u32, other: u32) -> u32 {
-    // The product of polynomials is the product of numbers without carries. If both numbers keep only every fourth bit,
-    // at most eight ones add up at each place, so no carry reaches the next significant place.
+    // A product of polynomials is a product of integers without carries. So split both integers into four parts that
+    // keep only every fourth bit. When two parts are multiplied, at most eight ones add up at a position, so the
+    // carries end before the next position that is kept.
     const PLACES: u64 = 0x1111_1111_1111_1111;
     let every_fourth = |bits: u32| [0, 1, 2, 3].map(|first| u64::from(bits) & PLACES << first);
     let (one, other) = (every_fourth(one >> unused), every_fourth(other));
@@ -179,7 +180,7 @@ fn product(table: &[u32], unused: u32, one: u32, other: u32) -> u32 {
     low ^ (0..4).fold(high, |value, _| shifted(table, value, 0))
 }
 
-/// Returns the remainder after another byte. Both are in the highest bits.
+/// Returns the remainder after another byte. Remainders are in the highest bits.
 #[inline]
 fn shifted(table: &[u32], value: u32, byte: u8) -> u32 {
     let [.., highest] = value.to_le_bytes();

@@ -1,9 +1,9 @@
 //! The receiver of described frames on a PC. It is as fast on streams of false starts as on other streams.
 //!
 //! A false start that claims 60 000 bytes is rejected by its checksum, and the next byte may begin another one. A
-//! [`BufferedReceiver`](framelock::BufferedReceiver) sums up the same bytes again for each of them. This receiver keeps
-//! [running sums](RunningSums), the position up to which it has searched for a delimiter, and the outcomes in a stretch
-//! that [repeats itself](Repetition). All of them depend only on the bytes, so every classification is the same.
+//! [`BufferedReceiver`](framelock::BufferedReceiver) sums up the same bytes again for each false start. This receiver
+//! keeps [running sums](RunningSums), the position up to which it has searched for a delimiter, and the outcomes in a
+//! stretch that [repeats itself](Repetition). All of these depend only on the bytes, so they change no classification.
 
 use std::cell::{Cell, RefCell};
 
@@ -17,10 +17,10 @@ use crate::running_sums::RunningSums;
 /// Layouts whose frames may begin with the same byte.
 type Layouts<'a> = AnyOf<'a, &'static Layout<'static>>;
 
-/// The length up to which bytes are summed directly, because this is faster than running sums.
+/// Up to this length, adding the bytes directly is faster than using running sums.
 const SHORT: usize = 16;
 
-/// The greatest number of bytes that may be searched for a delimiter repeatedly.
+/// The largest number of bytes that the receiver may search for a delimiter more than once.
 const FEW: usize = 2;
 
 /// A receiver that delivers and discards the same bytes as a [`BufferedReceiver`](framelock::BufferedReceiver) of the
@@ -33,7 +33,7 @@ pub struct StreamReceiver {
     from: usize,
     /// The position of the first held byte in the stream.
     position: usize,
-    /// The number of pending bytes that are needed to decide about the first.
+    /// The number of pending bytes that are needed to decide about the first of them.
     at_least: usize,
 }
 
@@ -50,7 +50,7 @@ impl StreamReceiver {
         })
     }
 
-    /// Decides about the first pending bytes and skips them. Returns `None` if more bytes are needed.
+    /// Decides about the first pending bytes, and moves past them. Returns `None` if a decision needs more bytes.
     fn decide(&mut self) -> Option<Found<&[u8]>> {
         let start = self.from;
         let pending = self.held.get(start..).unwrap_or_default();
@@ -68,7 +68,7 @@ impl StreamReceiver {
         Some(found.map(|()| self.held.get(start..self.from).unwrap_or_default()))
     }
 
-    /// Removes the decided bytes if they are the majority of the held bytes.
+    /// Removes the decided bytes from `held` if they are more than half of it.
     fn forget_decided(&mut self) {
         if self.from > self.held.len() / 2 {
             self.held.drain(..self.from);
@@ -88,8 +88,8 @@ impl Parser for StreamReceiver {
 
     fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<&[u8]>)) {
         self.forget_decided();
-        // Appends as many bytes of the slice as the longest frame has: enough to decide about each start before the
-        // slice.
+        // Append as many bytes of the slice as the longest frame has. These are enough to decide about each pending
+        // byte.
         let before = self.held.len();
         let missing = bytes.get(..self.classifier.longest).unwrap_or(bytes);
         self.held.extend_from_slice(missing);
@@ -99,7 +99,7 @@ impl Parser for StreamReceiver {
                 None => return,
             }
         }
-        // The other bytes of the slice are decided without being copied.
+        // Decide about the rest of the slice without copying it.
         let mut rest = bytes.get(self.from - before..).unwrap_or_default();
         self.position += self.from;
         (self.from, self.at_least) = (0, 0);
@@ -166,26 +166,27 @@ impl Parser for StreamReceiver {
 struct Start {
     /// The layouts of these frames, in order.
     layouts: Vec<&'static Layout<'static>>,
-    /// The search for the delimiter of the only layout, if a delimiter ends its frames.
+    /// The search for the delimiter, if only one layout is possible and its frames end with a delimiter.
     search: Option<Search>,
 }
 
-/// Classifies a stream from each position on, and remembers sums and searches that may be needed again.
+/// Classifies a stream from any position on, and remembers sums and searches for later positions.
 #[derive(Clone, Debug)]
 struct Classifier {
     longest: usize,
-    /// The starts, indexed by the first byte.
+    /// The possible layouts, indexed by the frame's first byte.
     starts: Vec<Start>,
     sums: Sums,
     repetition: Repetition,
 }
 
-/// The search for a delimiter. The search from a later start on is a part of the search from an earlier one.
+/// A search for a delimiter. All starts share one search, so that bytes that were searched for an earlier start need
+/// not be searched again.
 #[derive(Clone, Default, Debug)]
 struct Search {
-    /// Rejected starts were searched up to this position.
+    /// Searches from rejected starts have reached this position.
     searched: usize,
-    /// The bytes from any start up to this position are incomplete.
+    /// A frame from any start is still incomplete at this position.
     incomplete: usize,
 }
 
@@ -206,8 +207,8 @@ impl Classifier {
         }
     }
 
-    /// Classifies the pending bytes, at least one, from position `at` of the stream on. If they are incomplete, the
-    /// error is the number of bytes that are needed.
+    /// Classifies the pending bytes, which begin at position `at` of the stream. At least one byte must be pending. If
+    /// the bytes are incomplete, the error is the number of bytes that are needed.
     #[inline]
     fn classify(&mut self, at: usize, pending: &[u8]) -> Result<Found<()>, usize> {
         let start = |byte: &u8| self.starts.get(usize::from(*byte));
@@ -216,7 +217,7 @@ impl Classifier {
         if run > 0 {
             return Ok(Found::discarded(run, DiscardReason::NoSync));
         }
-        // Where no wrong checksum has covered the bytes, false starts are rare.
+        // False starts are rare, as long as no wrong checksum has covered the bytes.
         if at < self.sums.covered {
             self.classify_covered(at, pending)
         } else {
@@ -224,7 +225,7 @@ impl Classifier {
         }
     }
 
-    /// Classifies bytes as [`classify_start`](Self::classify_start) does, or takes a known outcome.
+    /// Returns the known outcome if there is one. Otherwise does the same as [`classify_start`](Self::classify_start).
     #[inline(never)]
     fn classify_covered(&mut self, at: usize, pending: &[u8]) -> Result<Found<()>, usize> {
         if let Some(outcome) = self.repetition.outcome(at, self.longest) {
@@ -235,7 +236,7 @@ impl Classifier {
         Ok(outcome)
     }
 
-    /// Classifies pending bytes of which the first may begin a frame.
+    /// Classifies pending bytes whose first byte may begin a frame.
     #[inline]
     fn classify_start(&mut self, at: usize, pending: &[u8]) -> Result<Found<()>, usize> {
         let bytes = pending.get(..self.longest).unwrap_or(pending);
@@ -256,8 +257,8 @@ impl Classifier {
     }
 }
 
-/// Classifies bytes that only one layout may begin with. Bytes that were searched for an earlier start are searched
-/// again in small steps, to find the number of bytes that are incomplete.
+/// Classifies bytes if only one layout has such a first byte. Goes in small steps through bytes that an earlier start
+/// has already searched, to find how many of them are incomplete.
 fn classify_delimited(
     sums: &mut Sums,
     layouts: &[&'static Layout<'static>],
@@ -265,7 +266,7 @@ fn classify_delimited(
     at: usize,
     bytes: &[u8],
 ) -> Classification {
-    // The layout decides if it gets as many bytes as its longest frame has.
+    // A layout always decides when it gets as many bytes as its longest frame has.
     let longest = layouts.first().map(|layout| layout.longest());
     let bytes = longest
         .and_then(|longest| bytes.get(..longest))
@@ -296,14 +297,14 @@ fn classify_delimited(
 /// The running sums of a stream.
 #[derive(Clone, Default, Debug)]
 struct Sums {
-    /// Wrong checksums have covered bytes up to this position.
+    /// The end of the bytes that a wrong checksum has covered.
     covered: usize,
-    /// The running sums of each checksum, which the address of its algorithm identifies.
+    /// The running sums for each checksum. The address of the algorithm identifies the checksum.
     running: RefCell<Vec<(usize, RunningSums)>>,
 }
 
 impl Sums {
-    /// Classifies bytes by these layouts. Bytes that a wrong checksum has covered get running sums.
+    /// Classifies bytes by these layouts. Uses running sums for bytes that a wrong checksum has already covered.
     #[inline]
     fn ask(
         &mut self,
@@ -323,7 +324,7 @@ impl Sums {
         classification
     }
 
-    /// Records the position up to which the wrong checksums of these bytes reach.
+    /// Records how far the wrong checksums among these classifications reach.
     fn note_covered(&mut self, layouts: Layouts, at: usize, bytes: &[u8], seen: usize) {
         let end = Cell::new(self.covered);
         let _ = layouts.classify_with(bytes, seen, |algorithm, covered, extra| {
@@ -362,7 +363,7 @@ impl Sums {
     }
 }
 
-/// Returns the place of a slice in the bytes of which it is a part.
+/// Returns the offset of a slice inside the bytes of which it is a part.
 #[inline]
 fn offset(part: &[u8], bytes: &[u8]) -> usize {
     part.as_ptr().addr() - bytes.as_ptr().addr()

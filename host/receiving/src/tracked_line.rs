@@ -1,24 +1,24 @@
-//! A line that keeps its pending bytes, and reports the outcome of all other bytes.
+//! A line that keeps the pending bytes, and reports the outcome of all other bytes.
 
 use framelock::{Counters, DiscardReason, Found, LineEvent};
 
 use crate::any_line::AnyLine;
 
-/// Consecutive bytes with the same outcome: they are a frame, or were discarded together.
+/// Consecutive bytes with one outcome: a frame, or bytes that were discarded together.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Piece {
     /// The offset of the first byte in the stream.
     pub from: usize,
     /// The bytes, at least one.
     pub bytes: Vec<u8>,
-    /// The reason for which the bytes were discarded, or `None` if they are a frame.
+    /// The reason why the bytes were discarded, or `None` if they are a frame.
     pub discarded: Option<DiscardReason>,
 }
 
 /// A line that keeps its pending bytes.
 #[derive(Clone, Debug)]
 pub struct TrackedLine {
-    /// A copy of the line before the first byte.
+    /// A copy of the line before it received any byte.
     fresh: AnyLine,
     line: AnyLine,
     pending: Vec<u8>,
@@ -68,7 +68,8 @@ impl TrackedLine {
         pieces
     }
 
-    /// Returns the pending bytes, which may still become part of a frame. Their number is the receiver's state.
+    /// Returns the pending bytes, which may still become part of a frame. For frames of setpoints their number is the
+    /// receiver's state.
     #[must_use]
     pub fn pending(&self) -> &[u8] {
         &self.pending

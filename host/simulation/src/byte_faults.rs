@@ -1,5 +1,5 @@
-//! Faults of whole bytes after the UART: lost, altered, duplicated or inserted bytes, as USB
-//! adapters and full buffers cause them. No receiver is informed.
+//! Faults of whole bytes after the UART: bytes are lost, altered, duplicated or inserted, as by USB
+//! adapters and full buffers. Receivers get no report of these faults.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -60,8 +60,8 @@ impl ByteFaults {
         }
     }
 
-    /// Carries a byte. Returns the byte inserted before it, if any; the byte itself unless it is
-    /// lost; and the second copy if the byte is duplicated.
+    /// Carries a byte over the line. Returns the bytes that arrive: an inserted byte, the byte
+    /// itself unless it is lost, and the copy if the byte is duplicated.
     pub fn carry(&mut self, byte: u8) -> [Option<u8>; 3] {
         let number = self.counts.bytes;
         self.counts.bytes += 1;

@@ -31,8 +31,8 @@
 //! # }
 //! ```
 //!
-//! [`run`] runs one trial. To watch a trial byte by byte, step through a [`Trial`]. The feature
-//! `clap` lets frame formats, motions and axes be the values of command-line options.
+//! [`run`] runs one trial. To watch a trial byte by byte, step through a [`Trial`]. With the
+//! feature `clap`, frame formats, motions and axes can be values of command-line options.
 
 #![forbid(unsafe_code)]
 

@@ -1,8 +1,8 @@
 //! The sending end of the line. It sends characters bit by bit with the sender's own clock, and
 //! noise disturbs them.
 //!
-//! The [`Uart`] at the other end turns these levels into bytes. Noise is drawn in advance, so that
-//! a quiet line costs little.
+//! The [`Uart`] at the other end turns these levels into bytes. The next disturbance is drawn in
+//! advance, so that a line without noise costs little time.
 
 use std::time::Duration;
 
@@ -24,8 +24,8 @@ pub(crate) struct NoisyLine {
     noise: Noise,
     /// The length of one of the sender's bits, in time steps.
     bit: u64,
-    /// The time at which the sender's bit 0 begins. It is arbitrary because the two clocks are
-    /// independent.
+    /// The time at which the sender's bit 0 begins. The caller may choose any time, because the two
+    /// clocks are independent.
     phase: u64,
     /// Bits sent, including idle ones.
     pub(crate) sent: u64,
@@ -113,8 +113,8 @@ struct Noise {
     breaks: Occurrences,
     /// Draws the levels of the line during a burst.
     levels: ChaCha8Rng,
-    /// The result of the last search for a disturbed bit. No bit is disturbed from the start of
-    /// that search to this bit.
+    /// The start and the result of the last search for a disturbed bit. No bit between them is
+    /// disturbed.
     quiet_until: u64,
 }
 
@@ -173,7 +173,7 @@ pub fn time_on_line(bytes: usize, baud: u32) -> Duration {
 /// 1 / `steps`.
 ///
 /// # Errors
-/// The frames do not fit.
+/// Returns an error if the frames do not fit.
 #[expect(clippy::cast_precision_loss, reason = "frames are short")]
 pub fn check_rate(rate: f64, bytes: usize, byte_gap: u32, baud: u32, steps: f64) -> Result<()> {
     let (length, baud) = (bytes as f64, f64::from(baud));
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn frames_fit_up_to_the_last_bit_of_the_line() {
-        // 70 bits, and 6 * 5 idle bits between the bytes.
+        // A frame takes 70 bits, plus 6 * 5 idle bits between the bytes.
         for (byte_gap, fits, too_many, most) in [(0, 96.0, 97.0, "96"), (5, 67.2, 67.3, "67.2")] {
             assert!(check_rate(fits, 7, byte_gap, 6_720, 10.0).is_ok());
             let complaint = check_rate(too_many, 7, byte_gap, 6_720, 10.0);

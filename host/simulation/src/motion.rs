@@ -17,7 +17,7 @@ pub const LEVEL: Setpoint = Setpoint {
 };
 
 /// Smooth motion of pitch, roll and yaw from one random point to the next, as a motion PC sends it.
-/// Time is counted in slots of one frame each. Callers ask for every slot in order.
+/// Time is counted in slots of one frame each. Callers must ask for every slot, in order.
 #[derive(Debug)]
 pub struct SmoothMotion {
     random: ChaCha8Rng,
@@ -68,7 +68,7 @@ impl SmoothMotion {
     pub fn here(&self, slot: u64) -> Setpoint {
         let elapsed = (slot - self.begin).min(self.length);
         let part = (elapsed * 1024).checked_div(self.length).unwrap_or(1024) as f64 / 1024.0;
-        // The slope is 0 at both ends.
+        // This curve has slope 0 at both ends.
         between(self.from, self.to, part * part * (3.0 - 2.0 * part))
     }
 }

@@ -1,4 +1,4 @@
-//! The list of parameters, which determine a simulation completely.
+//! The parameters of a simulation, which determine its results completely.
 
 use std::ops::RangeInclusive;
 
@@ -9,8 +9,7 @@ use serde::Serialize;
 use crate::line::check_rate;
 use crate::payload::Payload;
 
-/// A numeric parameter. It has everything that a program needs to offer the parameter as an option
-/// or to sweep it.
+/// A numeric parameter, with all that a program needs to offer it as an option or to sweep it.
 #[derive(Debug)]
 pub struct Number {
     /// The parameter's name, with hyphens between words.
@@ -36,7 +35,7 @@ impl Number {
     /// Sets the parameter.
     ///
     /// # Errors
-    /// The value is out of its range or not a whole number where one is required.
+    /// Returns an error if the value is out of its range or not a whole number where one is required.
     pub fn set(&self, parameters: &mut Parameters, value: f64) -> Result<()> {
         self.check(value)?;
         (self.set)(parameters, value);
@@ -48,7 +47,7 @@ impl Number {
     /// Parses a value of this parameter.
     ///
     /// # Errors
-    /// The text is not a number, or the number is out of the parameter's range.
+    /// Returns an error if the text is not a number, or the number is out of the parameter's range.
     pub fn parse(&self, text: &str) -> Result<f64> {
         let (least, most) = (self.range.start(), self.range.end());
         let example = self.get(&Parameters::DEFAULT).unwrap_or(*least);
@@ -174,7 +173,7 @@ impl Parameters {
     /// line names its options.
     ///
     /// # Errors
-    /// A number is out of its range, or two parameters contradict each other.
+    /// Returns an error if a number is out of its range, or two parameters contradict each other.
     pub fn check(&self) -> Result<()> {
         for number in Self::NUMBERS {
             if let Some(value) = number.get(self) {

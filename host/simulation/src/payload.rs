@@ -25,12 +25,12 @@ pub enum Payload {
     /// frame.
     Random(u8, u8),
     /// Random bytes from the first to the second value, both included. They are drawn once per
-    /// trial, so that all its frames are the same.
+    /// trial, so that all frames of a trial are the same.
     Repeated(u8, u8),
     /// The same four bytes in every frame.
     Constant([u8; 4]),
-    /// One of the 512 payloads of clause N2. It is drawn once per trial, so that all its frames are
-    /// the same.
+    /// One of the 512 payloads of clause N2. The payload is drawn once per trial, so that all
+    /// frames of a trial are the same.
     Ambiguous,
     /// No frames at all. Each frame is replaced by the same number of random bytes.
     Noise,
@@ -66,7 +66,7 @@ impl FromStr for Payload {
 
 /// Parses exactly `COUNT` bytes of two digits each.
 fn hexadecimal<const COUNT: usize>(text: &str) -> Option<[u8; COUNT]> {
-    // The standard library would accept a sign, but a sign is not a digit.
+    // Reject a sign, which the standard library would accept.
     if text.len() != 2 * COUNT || text.starts_with('+') {
         return None;
     }

@@ -1,5 +1,5 @@
-//! A sent frame, and the bytes of it that really arrived. The simulation knows which bytes arrived,
-//! but no receiver does.
+//! A sent frame, and which of its bytes really arrived. The simulation knows this, but no receiver
+//! does.
 
 use crate::payload::Transmission;
 use crate::uart::BITS_PER_BYTE;
@@ -22,9 +22,11 @@ pub(crate) struct SentFrame {
     pub(crate) begin: u64,
     /// The number of its bytes that have been sent.
     pub(crate) sent: usize,
-    /// The last `arrived` bytes that arrived are the first bytes of this frame.
+    /// The number of this frame's bytes, from its first byte on, with which the received stream now
+    /// ends.
     pub(crate) arrived: usize,
-    /// Whether one of these bytes differs from the byte sent, or a line error came between them.
+    /// Whether one of these bytes differs from the byte sent, or a line error occurred between two
+    /// of them.
     pub(crate) is_broken: bool,
     /// Whether the whole frame has arrived unbroken.
     pub(crate) is_intact: bool,

@@ -113,8 +113,8 @@ pub struct Station {
     /// The number of the frame delivered last, and the time of its delivery.
     delivered: Option<(u64, u64)>,
     is_following: bool,
-    /// Present from the first frame that was not delivered until the next delivered one: the number
-    /// of intact frames lost, and the time at which the first of them began.
+    /// The current loss: the number of intact frames lost since the last delivered frame, and the
+    /// time at which the first of them began. `None` if the last frame was delivered.
     outage: Option<(u64, Option<u64>)>,
     tally: ReceiverTally,
 }
@@ -151,7 +151,7 @@ impl Station {
     /// Processes a byte. `ended` is the frame that the byte completes, if every byte of that frame
     /// arrived.
     pub(crate) fn push(&mut self, at: u64, byte: u8, ended: Option<&SentFrame>) -> Outcome {
-        // The receiver learns of a gap only when the next byte ends it.
+        // The receiver learns of a gap only when the next byte arrives.
         if at > self.idle_from {
             self.line_event(LineEvent::Idle);
         }
@@ -162,7 +162,8 @@ impl Station {
             let frame = (sent.number, sent.transmission.setpoint);
             self.check.arrived(arrived.clone(), frame);
         }
-        // All frames have the same length, so the receiver has decided all bytes before these.
+        // All frames have the same length, so the receiver has already decided about all earlier
+        // bytes.
         while self.check.missed(arrived.start).is_some() {}
         let mut committed = None;
         self.receiver.feed(&[byte], |found| {
@@ -244,8 +245,8 @@ impl Station {
         u64::from(self.is_following && !self.is_following(at, output))
     }
 
-    /// Returns true if the output equals the setpoint or approaches it, or if the first frame is
-    /// not late yet.
+    /// Returns true if the output equals the setpoint or approaches it. Also returns true until the
+    /// first frame is late.
     fn is_following(&self, at: u64, output: Output<u8, 3>) -> bool {
         microseconds(at, self.baud) < self.hold_after
             || matches!(output.phase, Phase::Live | Phase::Approach)
@@ -253,7 +254,7 @@ impl Station {
 
     /// Returns the output at this time.
     pub(crate) fn output(&self, at: u64) -> Output<u8, 3> {
-        // Polls a copy of the failsafe, so that repeated calls for one time return the same output.
+        // Poll a copy of the failsafe, so that this function does not change the station.
         { self.failsafe }.poll(self.ticks(at))
     }
 
@@ -274,8 +275,8 @@ impl Station {
         self.tally.longest_silence.max(silence)
     }
 
-    /// Records the outcome of a frame that began at the time `began` and of which no more bytes can
-    /// come. Frames must be passed in the order sent, each before the next one ends.
+    /// Records the outcome of a frame that began at the time `began`, when no more of its bytes can
+    /// come. Call this for frames in the order sent, and for each before the next one ends.
     pub(crate) fn settle(&mut self, frame: &SentFrame, began: u64) {
         let began = frame.is_intact.then_some(began);
         let Some(at) = self.delivery(frame) else {
@@ -286,7 +287,8 @@ impl Station {
             return;
         };
         self.tally.delivered += 1;
-        // A delivered frame that is not intact does not prove that the receiver is back.
+        // The delivery of a frame that is not intact does not prove that the receiver is in step
+        // again.
         if let Some((lost, since)) = self.outage.take()
             && let Some(since) = since.or(began)
         {

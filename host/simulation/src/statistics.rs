@@ -60,7 +60,7 @@ fn wilson(count: u64, of: u64) -> [f64; 3] {
     let width =
         DEVIATIONS * (value * (1.0 - value) / trials + square / (4.0 * trials * trials)).sqrt();
     let end = |place: f64| place / (1.0 + square / trials);
-    // These ends are exact. Rounding would leave a small difference.
+    // Set these ends exactly, because rounding would leave a small difference.
     let low = if count == 0 { 0.0 } else { end(middle - width) };
     let high = if count == of {
         1.0
@@ -70,8 +70,8 @@ fn wilson(count: u64, of: u64) -> [f64; 3] {
     [value, low, high]
 }
 
-/// Two quantities, `a` and `b`, summed over independent trials so that their ratio has a confidence
-/// interval: the number of trials and the sums of `a`, `b`, `a * a`, `a * b` and `b * b`.
+/// The number of independent trials, and the sums of `a`, `b`, `a * a`, `a * b` and `b * b` over
+/// the trials. These determine the ratio of `a` to `b`, and its confidence interval.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Ratio([u64; 6]);
 
@@ -152,7 +152,8 @@ mod tests {
         assert!((value - low - (high - value)).abs() < 1e-12);
         assert_eq!(Ratio([1, 10, 4, 30, 10, 4]).mean(), None);
         assert_eq!(Ratio([4, 10, 0, 30, 10, 4]).mean(), None);
-        // Two losses in each trial cost one frame each, so the interval is the single value 1.
+        // Each trial has two losses and two lost frames, so the ratio is 1 in every trial, and the
+        // interval has no width.
         let [value, low, high] = [1.0; 3];
         assert_eq!(
             Ratio([4, 8, 8, 16, 16, 16]).mean(),

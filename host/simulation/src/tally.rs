@@ -1,5 +1,5 @@
 //! The counts of a simulation, and the figures calculated from them. Counts are whole numbers, so
-//! that the sum of trials does not depend on their order.
+//! that their sums do not depend on the order of the trials.
 
 use std::collections::BTreeMap;
 
@@ -37,22 +37,20 @@ pub struct ReceiverTally {
     /// Deliveries that end with a frame's last byte and consist of that frame's bytes, but have
     /// another setpoint.
     pub wrong_setpoints: u64,
-    /// All other deliveries that are not a sent frame.
+    /// All other deliveries of something that is not a sent frame.
     pub false_frames: u64,
     /// Bytes that belong to no delivered frame.
     pub bytes_discarded: u64,
-    /// The number of recoveries of the receiver, by the number of intact frames lost before the
-    /// recovery.
+    /// A histogram of recoveries: the key is the number of intact frames lost before the recovery.
     pub back_by_frames: BTreeMap<u64, u64>,
-    /// The number of recoveries, by their duration in microseconds: from the beginning of the first
-    /// intact frame after a loss to the next delivery.
+    /// A histogram of recoveries: the key is the duration in microseconds, from the beginning of
+    /// the first lost intact frame to the next delivery.
     pub back_by_microseconds: BTreeMap<u64, u64>,
     /// How often the receiver was still losing intact frames when the trial ended.
     pub never_back: u64,
     /// The longest time without a delivery, in microseconds.
     pub longest_silence: u64,
-    /// How often the failsafe took over because frames stopped coming or none came from the
-    /// beginning.
+    /// How often the failsafe took over, because frames stopped coming or never came.
     pub engagements: u64,
     /// The largest difference of any axis between the failsafe's output and the setpoint sent last,
     /// in units of demand.
@@ -126,8 +124,8 @@ impl ReceiverTally {
         self.back_by_microseconds.values().sum()
     }
 
-    /// Returns the shortest measured time, in milliseconds, within which the receiver recovered in
-    /// `percent` per cent of all cases.
+    /// Returns a percentile of the recovery times, in milliseconds: `percent` per cent of all
+    /// recoveries took at most this long.
     #[must_use]
     pub fn back_within_ms(&self, percent: u64) -> Option<f64> {
         let (all, mut so_far) = (self.times_back(), 0);

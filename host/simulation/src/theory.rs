@@ -9,8 +9,8 @@ use framelock_receiving::FrameFormat;
 /// The bits of the sync and the terminator, the start and stop bits, and nine idle bits before the
 /// frame must arrive as they were sent. The bits of the setpoint must change in a way that the
 /// checksum does not notice. The formula omits cases in which two unlikely errors coincide. It also
-/// omits that a receiver which missed a start bit may be back in step two bytes later. Together
-/// these cases add less than a twentieth if at most one bit in a hundred is inverted.
+/// omits receivers that miss a start bit and are back in step two bytes later. If at most one bit
+/// in a hundred is inverted, the omitted cases together add less than a twentieth.
 #[must_use]
 pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
     let kept = |bits| (1.0 - flip).powi(bits);
@@ -25,9 +25,9 @@ pub fn wrong_setpoint(format: FrameFormat, flip: f64) -> f64 {
 /// Returns the probability that an error in payload and checksum goes unnoticed and changes the
 /// setpoint.
 ///
-/// A linear code does not notice errors that are code words. Their probability is the mean of (1 -
-/// 2 flip)^weight over the 256 words of the dual code (`MacWilliams`). Among these errors, 0 and
-/// those that change only the reserved byte and the checksum leave the setpoint unchanged.
+/// A linear code does not notice errors that are code words. Their probability is the mean of (1 - 2 flip)^weight over
+/// the 256 words of the dual code (`MacWilliams`). Some of these code words leave the setpoint unchanged: zero, and
+/// words that change only the reserved byte and the checksum.
 fn unnoticed(flip: f64) -> f64 {
     let crc = |payload: u32| u32::from(crc8(payload.to_be_bytes()) ^ crc8([0; 4]));
     let columns = (0..32)
@@ -85,10 +85,10 @@ mod tests {
         let flip = 1e-3_f64;
         let rare = f64::from(four) * flip.powi(4) * (1.0 - flip).powi(36);
         let theory = unnoticed(flip);
-        // The difference is errors of five bits and more.
+        // Errors of five bits and more cause the difference.
         assert!(rare < theory && theory < 1.02 * rare, "{rare} {theory}");
-        // If every bit is 0 or 1 with equal probability, one in 256 of all errors goes unnoticed,
-        // and 256 of the unnoticed ones are harmless.
+        // If each bit is inverted with probability 1/2, one in 256 errors goes unnoticed, and 256
+        // of the unnoticed errors are harmless.
         let expected = 1.0 / 256.0 - 256.0 * 0.5_f64.powi(40);
         assert!((unnoticed(0.5) / expected - 1.0).abs() < 1e-9);
     }

@@ -30,9 +30,9 @@ pub enum Event {
         /// The byte's position and its value when it was sent; `None` if it is not a byte of a
         /// frame.
         sent: Option<(Origin, u8)>,
-        /// The byte passed to the stations; `None` if it is lost.
+        /// The byte that the stations received; `None` if the byte was lost.
         received: Option<u8>,
-        /// The byte's effect on each station; empty if it is lost.
+        /// The byte's effect on each station; empty if the byte was lost.
         outcomes: Vec<Outcome>,
     },
     /// The last byte of a frame arrived or was lost. This event follows the event of that byte.
@@ -44,7 +44,7 @@ pub enum Event {
     },
     /// The outputs of the failsafes were compared with the demand.
     Look {
-        /// The time since the beginning.
+        /// The time since the beginning of the trial.
         microseconds: u64,
         /// The setpoint of the frame sent last.
         demand: Setpoint,
@@ -56,7 +56,7 @@ pub enum Event {
 /// Runs trial `number` to its end. If `is_watched`, the trial contains all its events.
 ///
 /// # Errors
-/// The parameters are out of their ranges or contradict each other.
+/// Returns an error if the parameters are out of their ranges or contradict each other.
 pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Trial> {
     let seed = Seed {
         seed: parameters.seed,
@@ -75,7 +75,7 @@ pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Tri
         trial.send(number.into(), frame);
     }
     trial.send_rest();
-    // Let the frames on the line arrive completely.
+    // Run until the last frames have arrived completely.
     trial.advance_to(trial.line.sent + 3 * BITS_PER_BYTE);
     Ok(trial)
 }
@@ -87,13 +87,13 @@ pub struct Trial {
     pub events: Option<Vec<Event>>,
     /// True if bytes suffer faults after the UART.
     pub is_faulty: bool,
-    /// A byte that is lost when it arrives.
+    /// The position of a byte that will be lost on arrival.
     pub lost: Option<Origin>,
     baud: u32,
-    /// The distance from the beginning of a byte to that of the next, in bits.
+    /// The distance between the beginnings of two consecutive bytes, in bits.
     byte_step: u64,
     line: NoisyLine,
-    /// The frames sent last whose outcome is still open, and the frame being sent.
+    /// The recent frames whose outcome is still open, including the frame being sent.
     frames: VecDeque<SentFrame>,
     faults: ByteFaults,
     stations: Vec<Station>,
@@ -112,7 +112,7 @@ impl Trial {
     /// after the UART.
     ///
     /// # Errors
-    /// The parameters are out of their ranges or contradict each other, or a station cannot receive
+    /// Returns an error if the parameters are out of their ranges or contradict each other, or a station cannot receive
     /// the frame format.
     pub fn new(
         parameters: &Parameters,

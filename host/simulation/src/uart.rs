@@ -26,7 +26,7 @@ pub(crate) const BITS_PER_BYTE: u64 = 10;
 
 const STOP_BIT: u64 = BITS_PER_BYTE - 1;
 
-/// The first tick of a bit that is sampled; the last one follows.
+/// The first and the last tick of a bit at which the UART samples the line.
 const FIRST_SAMPLE: u64 = 7;
 const LAST_SAMPLE: u64 = 9;
 
@@ -64,7 +64,7 @@ struct Character {
     low_since: u64,
 }
 
-/// The receiver, which begins at time 0.
+/// A receiving UART that starts at time 0.
 #[derive(Debug, Default)]
 pub(crate) struct Uart {
     state: State,
@@ -79,7 +79,8 @@ impl Uart {
         self.heard.pop_front()
     }
 
-    /// Advances to the time `until`. The line has `level` since the end of the last call.
+    /// Advances to the time `until`. From the end of the last call to `until`, the line has this
+    /// `level`.
     pub(crate) fn advance(&mut self, level: bool, until: u64) {
         let end = until.div_ceil(TICK);
         while self.tick < end {

@@ -13,7 +13,7 @@ use framelock_simulation::LEVEL;
 use serde::Serialize;
 
 /// Times are in milliseconds. The failsafe holds after three frames of silence and ramps after
-/// eight. An axis takes a second from one end to the other.
+/// eight. An axis takes a second to move from one end to the other.
 const FAILSAFE: FailsafeParameters<u8, 3> = FailsafeParameters {
     hold_after: 300,
     ramp_after: 800,
@@ -28,9 +28,9 @@ pub(crate) struct Tally {
     pub(crate) delivered: usize,
     /// Frames that arrived intact and were not delivered.
     missed: usize,
-    /// Deliveries that are not a frame that arrived intact.
+    /// Deliveries of bytes that are not an intact frame.
     pub(crate) wrong: usize,
-    /// Frames missed since the last correct delivery, and wrong deliveries since then.
+    /// The number of missed frames and wrong deliveries since the last correct delivery.
     pub(crate) missed_in_row: usize,
     pub(crate) wrong_in_row: usize,
     /// The time at which the first of these frames was missed.

@@ -19,14 +19,16 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
         }
         let mut names = names_of(kind, bytes, classification);
         if let Some(other) = &common {
-            // The bytes may belong to either kind, so keep only the names that both share.
+            // The bytes may belong to either kind, so keep only the names that are the same in
+            // both.
             names.truncate(other.len());
             let both = names.iter_mut().zip(other);
             both.filter(|(name, other)| *name != *other)
                 .for_each(|(name, _)| name.clear());
         }
         common = Some(names);
-        // An incomplete frame may still turn out to be of a later kind.
+        // If the first kind has not decided yet, the bytes may still turn out to be a frame of one
+        // of the following kinds.
         if matches!(classification, Classification::Frame(_)) {
             break;
         }

@@ -27,7 +27,7 @@ pub(crate) struct State {
     /// The time in milliseconds.
     pub(crate) now: u32,
     pub(crate) machines: Vec<Machine>,
-    /// The number of most recent bytes that arrived as they were sent.
+    /// How many bytes in a row, up to the latest, arrived as they were sent.
     as_sent: usize,
     /// The time from which the line counts as idle unless a byte arrives.
     idle_at: Option<u32>,
@@ -55,7 +55,7 @@ impl Run {
     /// send if the scenario sends a file.
     ///
     /// # Errors
-    /// The address is malformed, or it was made with a file of another length.
+    /// Returns an error if the address is malformed, or it was made with a file of another length.
     pub fn open(address: &str, file: &[u8]) -> Result<Run, String> {
         let scenario: Scenario = address.parse()?;
         let protocol = protocol(&scenario)?;
@@ -111,7 +111,7 @@ impl Run {
     /// Returns the address with some keys set to other values, such as `at=12&idle=on`.
     ///
     /// # Errors
-    /// There is no such key, or the key cannot have that value.
+    /// Returns an error if there is no such key, or the key cannot have that value.
     pub fn with(&self, pairs: &str) -> Result<String, String> {
         let mut scenario = self.scenario.clone();
         scenario.apply(pairs)?;

@@ -179,7 +179,7 @@ impl fmt::Display for Scenario {
 /// The user's edit of a byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Action {
-    /// The byte is lost. If it was lost already, it arrives again. An inserted byte is removed.
+    /// Loses the byte. If the byte was already lost, restores it. If the byte was inserted, removes it.
     Drop,
     /// These bits are inverted.
     Flip(u8),

@@ -133,7 +133,7 @@ fn kind(cell: &Cell) -> &'static str {
     }
 }
 
-/// Returns the names of a frame's bytes, with the pending bytes that have already arrived.
+/// Returns the names of a frame's bytes, and the bytes that have already arrived.
 fn window(description: &Description, bytes: &[u8]) -> Vec<Value> {
     let names = names(description, bytes);
     let slot = |place| {

@@ -23,7 +23,7 @@ use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-/// The page's example of a description.
+/// The description that the page shows as an example.
 const MOTOR: &str = include_str!("../page/motor.toml");
 
 fn decoded(address: &str) -> Run {
@@ -121,8 +121,8 @@ fn shown(view: &Value) -> Vec<Value> {
         .collect()
 }
 
-/// Compares for each machine the status and the numbers of intact frames delivered, of intact
-/// frames missed, and of delivered frames that nobody sent.
+/// Compares four things for each machine: the status, the number of intact frames delivered, the
+/// number of intact frames missed, and the number of delivered frames that nobody sent.
 #[test]
 fn each_preset_shows_what_it_says() {
     let expected = [
@@ -183,7 +183,7 @@ fn a_pause_between_frames_brings_both_machines_back() {
     }
 }
 
-/// The simulation and the page have the same seed, losses and payloads.
+/// The simulation uses the page's seed, losses and payloads.
 #[test]
 fn losses_cost_what_the_simulation_says() {
     for (lose, payload, seed) in [
@@ -275,7 +275,8 @@ fn silence_drops_what_is_pending_and_parks_the_actuators() {
     );
 }
 
-/// A long recording is decoded in pieces, and shown from saved states between them.
+/// The page decodes a long recording in pieces, and saves the machines' state after each piece. A
+/// view starts from a saved state.
 #[test]
 fn a_long_recording_is_shown_as_if_byte_by_byte() {
     let frame = b"AB\0AB\0\rAB\0\x10\x20\x30\rnoise\xC8\x04\x0B\0\xEC\xB7";

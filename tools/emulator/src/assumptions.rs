@@ -3,8 +3,8 @@
 
 /// Behaviour of the chip that is not known for certain. Firmware should work with every choice.
 ///
-/// A field `lost_…` or `doubled_…` counts how often this will still happen, across resets. [`u32::MAX`] means
-/// every time.
+/// A field `lost_…` or `doubled_…` is the number of events that will still be lost or doubled. It counts down, also
+/// across resets. [`u32::MAX`] means every event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
     clippy::struct_excessive_bools,
@@ -14,9 +14,9 @@ pub struct Assumptions {
     /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur
     /// before the corresponding data has been transferred to Data RAM", but not by how much.
     pub dma_lag: u64,
-    /// Cycles from the end of a byte until its RXDRDY, which always comes before the next byte. With `dma_lag`
-    /// or more cycles, unless both are 0, RXDRDY comes after the byte is stored and, if the transfer is full,
-    /// after its ENDRX. The specification only says "likely"; Renode's model raises ENDRX first.
+    /// Cycles from the end of a byte until its RXDRDY, which always comes before the next byte. If this is at least
+    /// `dma_lag` and not 0, RXDRDY comes after the byte is stored, and after the ENDRX of a full transfer. The
+    /// specification only says "likely"; Renode's model raises ENDRX first.
     pub ready_lag: u64,
     /// RXDRDY comes when a byte enters the FIFO. By default it comes when the byte reaches the FIFO's
     /// head, as a Nordic engineer says (Zephyr#27233).
@@ -25,18 +25,18 @@ pub struct Assumptions {
     pub ready_on_framing_error: bool,
     /// RXDRDY comes for a byte that is lost to an overrun. The specification does not say.
     pub ready_on_overrun: bool,
-    /// Number of RXDRDY events that do not come (Zephyr#49021 has a trace in which one is missing).
+    /// Number of RXDRDY events that are lost. A trace in Zephyr#49021 lacks one.
     pub lost_ready: u32,
     /// Number of RXDRDY events that come twice.
     pub doubled_ready: u32,
-    /// Number of ENDRX events of full transfers that do not come.
+    /// Number of ENDRX events of full transfers that are lost.
     pub lost_end: u32,
     /// Number of ENDRX events of full transfers that come twice.
     pub doubled_end: u32,
-    /// Cycles from an ENDRX until the doubled ENDRX.
+    /// Cycles from an ENDRX until its repetition.
     pub double_lag: u64,
-    /// The doubled ENDRX comes even if the firmware has read ERRORSRC or started another transfer since. By
-    /// default it then does not come.
+    /// The second ENDRX comes even if the firmware has read ERRORSRC or started another transfer since the first. By
+    /// default it does not come in this case.
     pub doubled_when_open: bool,
     /// Cycles from STARTRX to RXSTARTED, before which no byte goes to RAM.
     pub start_lag: u64,
@@ -54,20 +54,19 @@ pub struct Assumptions {
     pub any_write_clears: bool,
     /// RXTO also comes with each ENDRX (Zephyr#103578).
     pub causeless_timeout: bool,
-    /// Number of RXTO events after STOPRX that do not come.
+    /// Number of RXTO events after STOPRX that are lost.
     pub lost_timeout: u32,
-    /// STARTRX in the middle of a byte drops the byte, as in `BabbleSim`'s model. By default the receiver takes
-    /// the byte's next low bit for a start bit.
+    /// STARTRX in the middle of a byte drops the byte, as in `BabbleSim`'s model. By default the receiver mistakes the
+    /// byte's next low bit for a start bit.
     pub start_drops_byte: bool,
     /// STARTRX during a transfer is ignored, as in `BabbleSim`'s model. By default it is an error.
     pub start_twice_is_ignored: bool,
-    /// SEQSTART begins a new period of the PWM at once. By default the new period begins when the current one
-    /// is over.
+    /// SEQSTART begins a new period of the PWM at once. By default the new period begins at the end of the current one.
     pub start_cuts_period: bool,
-    /// A task that is triggered twice at the same instant acts once.
+    /// A task that is triggered twice at the same instant acts only once.
     pub twice_is_once: bool,
-    /// Cycles of each instruction, in per cent of the model's cycles, at least 100. Flash without the
-    /// instruction cache has wait states (section "NVMC"). Sleep is not stretched.
+    /// Cycles of each instruction, in per cent of the model's cycles, at least 100. Models wait states of flash without
+    /// the instruction cache (section "NVMC"). Does not lengthen sleep.
     pub slowness: u32,
 }
 
@@ -101,10 +100,10 @@ impl Default for Assumptions {
     }
 }
 
-/// The longest lag of EasyDMA, in cycles: less than four tenths of a byte time at 1 Mbaud. EasyDMA is not
-/// believed to be slower.
+/// The longest lag of EasyDMA, in cycles: less than four tenths of a byte time at 1 Mbaud. EasyDMA is probably never
+/// slower.
 const LONGEST_LAG: u64 = 190;
-/// The latest RXDRDY, in cycles: just before the next byte at 1 Mbaud.
+/// The longest lag of RXDRDY, in cycles: it comes just before the next byte at 1 Mbaud.
 const LATEST_READY: u64 = 639;
 
 impl Assumptions {
@@ -147,16 +146,16 @@ impl Assumptions {
         ]
     }
 
-    /// Returns the deviation of [`Self::each`] with this name.
+    /// Returns the deviation with this name: see [`Self::each`].
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let found = Self::each().into_iter().find(|(known, _)| *known == name);
         found.map(|(_, assumptions)| assumptions)
     }
 
-    /// Returns a random mix of all deviations, always the same for the same seed. Lags are at most those of
-    /// [`Assumptions::each`], there are at most three losses of each kind (except RXTO), and the core's
-    /// instructions take at most 1.5 times as long.
+    /// Returns a random mix of all deviations, always the same for the same seed. Lags are at most as long as in
+    /// [`Assumptions::each`]. At most three events of each kind are lost, and no RXTO. Instructions take at most 1.5
+    /// times as long.
     #[must_use]
     pub fn mixed(seed: u64) -> Self {
         let mut state = seed;
@@ -172,7 +171,7 @@ impl Assumptions {
         let longest_lag = if up_to(1) == 1 { 64 } else { LONGEST_LAG };
         let mut few = |most| u32::try_from(up_to(most)).unwrap_or_default();
         let (lost_ready, doubled_ready, slower) = (few(3), few(3), few(50));
-        // Only one mix in four loses an ENDRX, because bytes that are sent meanwhile may be lost.
+        // Only one mix in four loses an ENDRX, because each lost ENDRX may also lose bytes.
         let lost_end = few(3) / 3 * (1 + few(2));
         let doubled_end = few(1) * u32::MAX;
         Self {
@@ -195,7 +194,7 @@ impl Assumptions {
             lost_timeout: if up_to(3) == 0 { u32::MAX } else { 0 },
             start_drops_byte: up_to(1) == 1,
             start_twice_is_ignored: up_to(1) == 1,
-            // With this assumption, an ENDRX may cost a byte.
+            // With this assumption, a doubled ENDRX may lose a byte.
             doubled_when_open: false,
             start_cuts_period: up_to(1) == 1,
             twice_is_once: up_to(1) == 1,

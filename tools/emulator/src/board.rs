@@ -25,10 +25,10 @@ const LINE_PIN: u32 = 8;
 const STUCK: (u32, [u8; 2]) = (FLASH_SIZE - 2, [0xFE, 0xE7]);
 /// The program counter during lockup: Armv7-M Architecture Reference Manual, "Lockup".
 const LOCKED_UP: u32 = 0xFFFF_FFFE;
-/// A soft reset is noticed within this many steps of the core. Checking for it takes longer than a step, so the
-/// board does not check after every step.
+/// The number of steps of the core between two checks for a soft reset. A check takes longer than a step, so the board
+/// does not check after every step.
 const RESET_WITHIN: u32 = 32;
-/// The fewest cycles of a tail chain. A branch takes fewer.
+/// The fewest cycles that a tail chain takes. A branch takes fewer.
 const CHAIN: u64 = 7;
 
 /// A watched word in RAM.
@@ -46,13 +46,13 @@ pub struct Board {
     memory: Memory,
     image: Image,
     now: u64,
-    /// Before this instant, only the core acts.
+    /// The next instant at which a peripheral acts. Before it, only the core acts.
     quiet_until: u64,
     lines: u64,
-    /// The core's state after its last step. It is kept here because reading it from the core takes a lock.
+    /// A copy of the core's state after its last step, because reading the state from the core takes a lock.
     pc: u32,
     exception: u16,
-    /// Not 0 in an IT block.
+    /// The IT state, which is not 0 inside an IT block.
     it_state: u32,
     asleep: bool,
     booted: bool,
@@ -60,12 +60,12 @@ pub struct Board {
     instructions: u64,
     slept: u64,
     handlers: Handlers,
-    /// Instants at which the core is held off, and for how many cycles.
+    /// The interruptions to come: the instant and the duration of each, in cycles.
     hold_offs: VecDeque<(u64, u64)>,
     watches: Vec<Watch>,
     trace: Trace,
     faults_stop: bool,
-    /// The value of [`Assumptions::slowness`], and the hundredths of a cycle that are still to be added.
+    /// The value of [`Assumptions::slowness`], and the fraction of a cycle that is carried over, in hundredths.
     slowness: u32,
     owed: u64,
 }
@@ -74,7 +74,7 @@ impl Board {
     /// Creates a board at power-on, before its first instruction.
     ///
     /// # Errors
-    /// If the image does not fit the flash.
+    /// Returns an error if the image does not fit into the flash.
     pub fn new(image: Image) -> Result<Self> {
         let memory = Memory::new();
         image.load(&memory)?;
@@ -125,10 +125,10 @@ impl Board {
         self.slept
     }
 
-    /// Runs for `cycles`. It stops at the end of an instruction, at most a few cycles later.
+    /// Runs for `cycles`, and then to the end of the current instruction, a few cycles more at most.
     ///
     /// # Errors
-    /// If the firmware faults, or does something that is not modelled: [`Error`].
+    /// Returns an error if the firmware faults, or does something that is not modelled: see [`Error`].
     pub fn run_for(&mut self, cycles: u64) -> Result<()> {
         self.run_until(self.now + cycles)
     }
@@ -136,16 +136,16 @@ impl Board {
     /// Runs until the instant `at`, in cycles since power-on.
     ///
     /// # Errors
-    /// As [`Board::run_for`].
+    /// Returns the same errors as [`Board::run_for`].
     pub fn run_until(&mut self, at: u64) -> Result<()> {
         self.run(at, |_| false).map(|_| ())
     }
 
-    /// Runs until `stop` returns true, at most until the instant `until`. Asks `stop` after every instruction.
-    /// Returns whether it has returned true.
+    /// Runs until `stop` returns true, but at most until the instant `until`. Calls `stop` after every instruction.
+    /// Returns whether `stop` has returned true.
     ///
     /// # Errors
-    /// As [`Board::run_for`].
+    /// Returns the same errors as [`Board::run_for`].
     pub fn run(&mut self, until: u64, mut stop: impl FnMut(&Self) -> bool) -> Result<bool> {
         while self.now < until {
             self.step(until)?;
@@ -221,7 +221,7 @@ impl Board {
         let registers = self.core.regs();
         self.pc = registers.r.last().copied().unwrap_or_default();
         self.it_state = registers.xpsr & xpsr::IT_MASK;
-        // The mask leaves nine bits.
+        // The mask leaves nine bits, which fit.
         self.exception = u16::try_from(registers.xpsr & xpsr::EXCEPTION).unwrap_or_default();
         self.exception
     }
@@ -234,7 +234,7 @@ impl Board {
                 .with_sys(|sys| sys.is_active(Exception(exception)))
     }
 
-    /// Returns whether a handler returned and was entered again in the same step.
+    /// Returns whether a handler returned and then entered again in the same step.
     fn entered_again(&self, exception: u16, cycles: u64) -> bool {
         if exception == 0 || cycles < CHAIN {
             return false;
@@ -245,7 +245,7 @@ impl Board {
         entry.is_some_and(|entry| entry & !1 == self.pc)
     }
 
-    /// Handles the effects of a step: refusals, faults, lockup, changes of watched words, soft resets.
+    /// Handles the effects of a step: rejected accesses, faults, lockup, changes of watched words, soft resets.
     fn look(&mut self, pc: u32, before: u16, after: u16) -> Result<()> {
         if self.shared.touched.load(Relaxed)
             && let Some(refusal) = self.shared.chip().context.refusal.clone()
@@ -312,8 +312,7 @@ impl Board {
             return Ok(());
         }
         if self.it_state != 0 {
-            // rsemu forgets the condition if it is interrupted in an IT block, so the interrupt waits for the
-            // block's end.
+            // Let the interrupt wait until the IT block ends, because rsemu would forget the block's condition.
             self.quiet_until = self.now;
             return Ok(());
         }

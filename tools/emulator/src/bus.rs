@@ -10,15 +10,14 @@ use crate::chip::Chip;
 use crate::error::{Access, Refusal};
 use crate::memory::{Memory, RAM_START};
 
-/// The chip, shared by the core's accesses and the board. One thread uses both, so nobody ever
-/// waits for the lock; the core's interface requires it.
+/// The chip, shared by the core's accesses and the board. The core's interface requires the lock. One thread uses both,
+/// so nobody ever waits for it.
 #[derive(Debug)]
 pub(crate) struct Shared {
     chip: Mutex<Chip>,
     /// The instant at which the current instruction began.
     pub(crate) now: AtomicU64,
-    /// Whether the core has written a register, or was refused an access, since the board last
-    /// checked.
+    /// Whether the core has written a register, or an access was rejected, since the board's last check.
     pub(crate) touched: AtomicBool,
 }
 
@@ -94,11 +93,11 @@ impl Window {
     }
 
     fn address(&self, offset: u64) -> u32 {
-        // Cannot fail: offsets are inside the region, whose end fits into an address.
+        // Cannot fail: offsets are inside the region, and the region's end fits into an address.
         self.start + u32::try_from(offset).unwrap_or(u32::MAX)
     }
 
-    /// Refuses an access to less than a word. Registers are words.
+    /// Rejects an access to less than a word, because registers are words.
     fn not_a_word(&self, address: u32, access: Access) -> BusError {
         self.touch();
         self.chip().context.refuse(Refusal::Unmodelled {

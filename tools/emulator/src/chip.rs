@@ -15,7 +15,7 @@ use crate::timer::Timer;
 use crate::uarte::{Reception, Transmission};
 use crate::watchdog::Watchdog;
 
-/// The most events at one instant. More are taken for a loop.
+/// The limit on the number of events at one instant. More events count as a loop.
 const MOST_EVENTS: usize = 1000;
 
 /// Why the chip was reset.
@@ -47,7 +47,7 @@ pub(crate) struct Chip {
     pub(crate) context: Context,
     pub(crate) peripherals: Peripherals,
     pub(crate) nonvolatile: Nonvolatile,
-    /// Raised events whose shorts and PPI channels have not been followed yet: the peripheral's base, and
+    /// Raised events whose shorts and PPI channels have not taken effect yet. Each entry is the peripheral's base and
     /// the event.
     raised: VecDeque<(u32, u32)>,
     /// The last instant at which a task was triggered, and the tasks of that instant. Used only with
@@ -99,7 +99,7 @@ impl Chip {
         acted
     }
 
-    /// Keeps a refusal if `done` is `None`: the access is not modelled.
+    /// If `done` is `None`, records that the access is not modelled.
     fn check<T>(&mut self, done: Option<T>, access: Access, address: u32) -> Option<T> {
         if done.is_none() {
             let base = address & !0xFFF;
@@ -114,8 +114,8 @@ impl Chip {
         done
     }
 
-    /// Lets a peripheral act, and keeps the events that it raises in `raised`. Returns `None` if there is
-    /// no peripheral at `base`, or if the peripheral refuses.
+    /// Lets a peripheral act, and appends the events that it raises to `raised`. Returns `None` if there is no
+    /// peripheral at `base`, or if the peripheral does not model the action.
     fn act(
         &mut self,
         base: u32,
@@ -130,8 +130,7 @@ impl Chip {
         done
     }
 
-    /// Reads a register, as the firmware would. Returns `None` and keeps a refusal if the register is not
-    /// modelled.
+    /// Reads a register, as the firmware would. If the register is not modelled, records this and returns `None`.
     pub(crate) fn read(&mut self, address: u32) -> Option<u32> {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let value = match self.peripherals.at(base) {
@@ -142,14 +141,13 @@ impl Chip {
         self.check(value, Access::Read, address)
     }
 
-    /// Writes a register, as the firmware would. Returns `None` and keeps a refusal if the register is not
-    /// modelled.
+    /// Writes a register, as the firmware would. If the register is not modelled, records this and returns `None`.
     pub(crate) fn write(&mut self, address: u32, value: u32) -> Option<()> {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = match self.peripherals.at(base) {
             Some(unit) if unit.common.has_tasks && offset < 0x100 => {
                 if value & 1 == 1 {
-                    // `trigger` itself refuses unknown tasks.
+                    // `trigger` itself rejects unknown tasks.
                     self.trigger(address);
                 }
                 Some(())
@@ -173,7 +171,7 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
-        // An earlier refusal is kept, because it says more.
+        // Keep the first refusal, because it says more.
         self.check(done, Access::Task, address);
     }
 
@@ -206,8 +204,8 @@ impl Chip {
             .min_by_key(|(at, _)| *at)
     }
 
-    /// Lets the peripherals act up to and including the instant `to`. Returns the next instant at which
-    /// one acts without the core.
+    /// Lets the peripherals act up to and including the instant `to`. Returns the next instant at which a peripheral
+    /// acts by itself.
     pub(crate) fn advance(&mut self, to: u64) -> u64 {
         let mut next = u64::MAX;
         while let Some((at, base)) = self.due() {
@@ -215,7 +213,7 @@ impl Chip {
                 next = at;
                 break;
             }
-            // Noise can make an event due in the past; it happens now.
+            // Noise can make an event due in the past. Then the event happens now.
             self.context.now = self.context.now.max(at);
             self.act(base, |peripheral, context| {
                 peripheral.advance(context);

@@ -1,10 +1,9 @@
 //! The start of the clocks: nRF52840 Product Specification, section "CLOCK".
 //!
-//! CLOCK, POWER and APPROTECT share one block of registers and one interrupt, so one struct models
-//! them. RESETREAS belongs to POWER, and the debug port's protection is described in "Debug and
-//! trace". Only the start of the low-frequency clock is modelled: here, RTC1 and the watchdog run
-//! without this clock. On silicon only the watchdog needs no start, because it starts the clock
-//! itself.
+//! CLOCK, POWER and APPROTECT share one block of registers and one interrupt, so one struct models them. RESETREAS
+//! belongs to POWER, and the debug port's protection is described in "Debug and trace". Only the start of the
+//! low-frequency clock is modelled: here, RTC1 and the watchdog run without this clock. On silicon RTC1 needs a started
+//! clock, but the watchdog starts the clock itself.
 
 use crate::MICROSECOND;
 use crate::line::Line;
@@ -45,7 +44,7 @@ pub(crate) struct Clock {
     crystal_runs: bool,
     /// The instant at which the low-frequency clock will have started.
     low_runs_at: Option<u64>,
-    /// RESETREAS, whose bits add up. It survives every reset except power-on and a brown-out.
+    /// RESETREAS, in which bits accumulate. It survives every reset except power-on and a brown-out.
     pub(crate) reset_reason: u32,
     /// APPROTECT.DISABLE, and whether FORCEPROTECT overrides it until the next reset.
     protection: u32,
@@ -82,7 +81,7 @@ impl Peripheral for Clock {
         match offset {
             // "A field is cleared by writing '1' to it."
             RESETREAS => self.reset_reason &= !value,
-            // Only the RC oscillator is modelled. The other sources take other times to start.
+            // Only the RC oscillator is modelled. The start-up times of the other sources differ.
             LFCLKSRC if value == 0 => {}
             FORCEPROTECT => self.forces_protection |= value == 0,
             DISABLE => self.protection = value,

@@ -4,7 +4,7 @@
 /// A wrapping counter that counts at a fixed rate while it runs.
 #[derive(Clone, Debug)]
 pub(crate) struct Counter {
-    /// The rate: `counts` counts every `cycles` cycles of 64 MHz.
+    /// The rate: the counter advances by `counts` in `cycles` cycles of 64 MHz.
     pub(crate) counts: u64,
     pub(crate) cycles: u64,
     /// The highest count; 0 follows it.
@@ -13,7 +13,7 @@ pub(crate) struct Counter {
     /// The count at `since`, or the current count if the counter is stopped.
     pub(crate) count: u32,
     since: u64,
-    /// Counts reached up to this instant have been handled.
+    /// The instant up to which reached counts have been handled.
     pub(crate) seen: u64,
 }
 

@@ -10,11 +10,11 @@ pub enum Error {
     /// or that is not modelled.
     #[error("{refusal} (pc {pc:#010x}{function})")]
     Refused {
-        /// The refused action.
+        /// The rejected action.
         refusal: Refusal,
-        /// The address of the instruction that did it, or that ran at the time.
+        /// The address of the instruction that caused the action, or that was executing at the time.
         pc: u32,
-        /// Its function, if known: ", in NAME".
+        /// The instruction's function, if known, as in ", in NAME".
         function: String,
     },
     /// The core took a fault.
@@ -27,7 +27,7 @@ pub enum Error {
         exception: &'static str,
         /// The address of the instruction that faulted.
         pc: u32,
-        /// Its function, if known: ", in NAME".
+        /// The instruction's function, if known, as in ", in NAME".
         function: String,
         /// The Configurable Fault Status Register.
         cfsr: u32,

@@ -34,7 +34,7 @@ pub(crate) struct Gpio {
 struct Port {
     out: u32,
     dir: u32,
-    /// `PIN_CNF` without its lowest bit, which is DIR's.
+    /// `PIN_CNF` without its lowest bit, which is stored in DIR.
     configuration: [u32; 32],
 }
 
@@ -50,9 +50,8 @@ impl Default for Port {
 }
 
 impl Port {
-    /// Returns the value of IN. An output reads its own level, and an input the level of its
-    /// pull-up; both only if the input buffer is connected. The argument has the pins that
-    /// something outside the chip drives, and the levels of these pins.
+    /// Returns the value of IN. If its input buffer is connected, an output reads its own level, and an input reads the
+    /// level of its pull-up. The argument contains the pins that something outside the chip drives, and their levels.
     fn levels(&self, (driven, levels): (u32, u32)) -> u32 {
         let pins = |are: fn(u32) -> bool| {
             let configurations = (0..32).zip(self.configuration);
@@ -85,7 +84,7 @@ impl Port {
             DIR => self.dir = value,
             DIRSET => self.dir |= value,
             DIRCLR => self.dir &= !value,
-            // SENSE (bits 16 and 17) serves wake-up and GPIOTE, which are not modelled.
+            // SENSE (bits 16 and 17) is for wake-up and GPIOTE, which are not modelled.
             PIN_CNF..=PIN_CNF_LAST if value & 0x3_0000 == 0 => {
                 let pin = (offset - PIN_CNF) / 4;
                 *self.configuration.get_mut(pin as usize)? = value & !1;
@@ -143,7 +142,7 @@ fn pulls_up(configuration: u32) -> bool {
     configuration >> 2 & 3 == 3
 }
 
-/// Returns the port's number, and the offset as if it were P0.
+/// Returns the port's number, and the offset that the register has in P0.
 fn port(offset: u32) -> (usize, u32) {
     // P0's last register is at 0x77C, P1's first one at 0x804.
     if offset <= PIN_CNF_LAST {

@@ -20,10 +20,10 @@ pub struct Symbol {
     pub function: bool,
 }
 
-/// A firmware image, read from an ELF or made of machine code.
+/// A firmware image, read from an ELF or created from machine code.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
-    /// Physical addresses and the bytes to load there, as a flasher does.
+    /// The bytes to load, and their physical addresses, as for a flash programmer.
     segments: Vec<(u32, Vec<u8>)>,
     symbols: Vec<Symbol>,
 }
@@ -32,7 +32,7 @@ impl Image {
     /// Reads an ELF for a 32-bit little-endian machine.
     ///
     /// # Errors
-    /// If it is not a valid one.
+    /// Returns an error if the bytes are not such an ELF.
     pub fn parse(elf: &[u8]) -> Result<Self> {
         let unreadable = |error: object::Error| Error::Image(error.to_string());
         let file = ElfFile32::<Endianness>::parse(elf).map_err(unreadable)?;
@@ -64,17 +64,17 @@ impl Image {
         Ok(Self { segments, symbols })
     }
 
-    /// Makes an image of machine code that begins at address 0.
+    /// Creates an image from machine code that begins at address 0.
     #[must_use]
     pub fn of_code(code: Vec<u8>, symbols: Vec<Symbol>) -> Self {
         let segments = vec![(0, code)];
         Self { segments, symbols }
     }
 
-    /// Returns the symbol of this name, which is the symbol's entire name or the part after a `::`.
+    /// Returns the symbol with this name: either the symbol's entire name, or the part after a `::`.
     ///
     /// # Errors
-    /// If there is none, or if there are several at different addresses.
+    /// Returns an error if there is no such symbol, or if there are several at different addresses.
     pub fn symbol(&self, name: &str) -> Result<&Symbol> {
         let tail = format!("::{name}");
         let whole = self.symbols.iter().filter(|symbol| symbol.name == name);

@@ -39,9 +39,9 @@
 //! this section leaves open. `rsemu` provides the core, NVIC, SCB, SysTick and DWT's cycle counter.
 //!
 //! **An access to a register that is not modelled is an error**, which names address, peripheral and program counter.
-//! Such a register never silently reads as zero. This holds for the peripherals' address range only: `rsemu` answers
-//! for the core's own registers (`0xE000_0000`), and its unknown registers read as zero. An interrupt in an IT block
-//! waits until the block ends, at most four instructions, because `rsemu` would forget the block's condition.
+//! Such a register never silently reads as zero. This applies to the peripherals' address range only. `rsemu` models
+//! the core's own registers (`0xE000_0000`), and reads registers that it does not know as zero. An interrupt in an IT
+//! block waits until the block ends, at most four instructions, because `rsemu` would forget the block's condition.
 //!
 //! # Time
 //!
@@ -52,7 +52,7 @@
 //! **Cycle counts are those of the model, not of silicon.** Every instruction takes one cycle, plus one for each data
 //! access and two for a taken branch (`rsemu`'s table). Entering an exception takes 20 cycles and leaving it 18. The
 //! Cortex-M4's manual says 12 and 10 for memory without wait states; the model charges stacking twice. It has no flash
-//! wait states, no bus contention and no write buffer, so silicon may be slower. Only a board can show by how much;
+//! wait states, no bus contention and no write buffer, so silicon may be slower. Only a board can show how much slower.
 //! [`Assumptions::slowness`] makes the model slower. While the core sleeps, SysTick and the cycle counter stand still.
 //!
 //! For tests, also build `rsemu` and this crate with optimisation, and `rsemu` without debug assertions

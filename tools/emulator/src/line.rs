@@ -1,8 +1,8 @@
 //! The serial line as a level over time, and the sender at its other end.
 //!
-//! The sender has its own clock. Its baud rate has a resolution of a thousandth of a baud, and its bits follow
-//! each other without drift. The line stores the instants at which the level changes. So a receiver with another
-//! clock samples the same levels as on a wire.
+//! The sender has its own clock. Its baud rate has a resolution of a thousandth of a baud, and its bits follow each
+//! other without drift. The line stores the instants at which the level changes. So a receiver with its own clock
+//! samples the same levels as on a real wire.
 
 use std::collections::VecDeque;
 
@@ -36,7 +36,7 @@ pub enum Symbol {
 /// The line to the receiver. It is high while nothing is sent.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// The instants at which the level changes, in cycles, in order. Instants that the receiver has passed are
+    /// The instants at which the level changes, in cycles, in order. Instants that lie in the receiver's past are
     /// removed.
     toggles: VecDeque<u64>,
     /// The level before the first toggle.
@@ -48,8 +48,7 @@ pub struct Line {
     /// The instant at which the sender's bit 0 began, and the number of bits that it has sent since.
     origin: u64,
     bits: u64,
-    /// The beginnings and ends of the sender's characters, in order. Those that the receiver has passed are
-    /// removed.
+    /// The beginnings and ends of the sender's characters, in order. Characters in the receiver's past are removed.
     characters: VecDeque<(u64, u64)>,
     /// Whether nobody drives the line. Then the pin's pull-up sets the level.
     pub(crate) floats: bool,
@@ -72,13 +71,13 @@ impl Line {
         }
     }
 
-    /// Takes the sender away. The line is then high if the pin pulls it up, and otherwise low. A real
-    /// unconnected line picks up noise.
+    /// Disconnects the sender. The line is then high if the pin's pull-up is on, and otherwise low. A real unconnected
+    /// line picks up noise.
     pub fn unplug(&mut self) {
         self.floats = true;
     }
 
-    /// Sets the level of a line that nobody drives: high if its pin now pulls it up.
+    /// Sets the level of a line that nobody drives: high if the pin's pull-up is now on.
     pub(crate) fn float(&mut self, now: u64, high: bool) {
         if self.floats && self.level_at(now) != high {
             self.toggles.retain(|toggle| *toggle <= now);
@@ -89,7 +88,7 @@ impl Line {
     /// Sets the sender's baud rate in thousandths of a baud, from the next symbol on.
     ///
     /// # Panics
-    /// If it is 0.
+    /// Panics if the rate is 0.
     pub fn set_millibaud(&mut self, millibaud: u64) {
         assert!(millibaud > 0, "a sender has a baud rate");
         self.origin = self.free_at();
@@ -159,8 +158,8 @@ impl Line {
         self.bits += u64::from(bits);
     }
 
-    /// Inverts the line for `cycles` from the instant `at` on, as noise does. The receiver should not have
-    /// passed this instant.
+    /// Inverts the line for `cycles` from the instant `at` on, as noise does. The instant must not lie in the
+    /// receiver's past.
     pub fn invert(&mut self, at: u64, cycles: u64) {
         if cycles > 0 {
             self.toggle(at);
@@ -178,7 +177,7 @@ impl Line {
         }
     }
 
-    /// Returns the level at an instant that the receiver has not passed.
+    /// Returns the level at an instant that does not lie in the receiver's past.
     pub(crate) fn level_at(&self, at: u64) -> bool {
         let changes = self.toggles.iter().take_while(|toggle| **toggle <= at);
         self.level != (changes.count() % 2 == 1)

@@ -15,8 +15,8 @@ const CHANNELS: u32 = 24;
 const CHANNEL_SIZE: u32 = 24;
 
 impl Board {
-    /// Takes the bytes that the firmware has written to an RTT up-channel since the last call. Returns none if
-    /// the channel does not exist yet.
+    /// Takes the bytes that the firmware has written to an RTT up-channel since the last call. Returns no bytes if the
+    /// channel does not exist yet.
     pub fn take_rtt(&mut self, channel: u32) -> Vec<u8> {
         let memory = self.memory().clone();
         let control = self.image().symbol("_SEGGER_RTT").ok();
@@ -61,7 +61,7 @@ impl LogTable {
     /// Reads the texts from the ELF. Firmware without defmt has an empty table and no log.
     ///
     /// # Errors
-    /// If the ELF is broken, or was made with another version of defmt's format.
+    /// Returns an error if the ELF is invalid, or uses another version of defmt's format.
     pub fn parse(elf: &[u8]) -> Result<Self> {
         let table = Table::parse(elf).map_err(|error| Error::Image(format!("{error:#}")))?;
         Ok(Self { table })
@@ -76,7 +76,7 @@ impl LogTable {
     }
 }
 
-/// A decoder that makes log lines from bytes.
+/// Decodes bytes into log lines.
 pub struct LogDecoder<'table> {
     decoder: Option<Box<dyn StreamDecoder + Send + Sync + 'table>>,
 }
@@ -103,7 +103,7 @@ impl LogDecoder<'_> {
                 Err(DecodeError::UnexpectedEof) => break,
                 Err(DecodeError::Malformed) => {
                     lines.push("(log bytes that are no defmt frame)".to_owned());
-                    // Without separators between frames, the decoder cannot find the next frame.
+                    // This encoding has no separators between frames, so the decoder cannot find the next frame.
                     if lines.len() > bytes.len() {
                         break;
                     }

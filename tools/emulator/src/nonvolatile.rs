@@ -1,8 +1,8 @@
 //! FICR, UICR, NVMC and TEMP: nRF52840 Product Specification, the sections of these names.
 //!
-//! Writing words of UICR is modelled, but takes no time. Erasing UICR and writing flash are not modelled.
-//! TEMP has only its calibration, which firmware copies from FICR (erratum 66). No temperature is
-//! measured, so writing the calibration has no effect, and reading it is refused.
+//! Writing words of UICR is modelled, but takes no time. Erasing UICR and writing flash are not modelled. The model of
+//! TEMP contains only the calibration, which firmware copies from FICR (erratum 66). No temperature is measured, so
+//! writing the calibration has no effect, and reading it is an error.
 
 use std::collections::BTreeMap;
 
@@ -92,7 +92,7 @@ impl Nonvolatile {
                 context.refuse(Refusal::UicrNotWritable { address });
                 return None;
             }
-            // As in all flash, writing changes bits only from 1 to 0.
+            // In flash, writing changes bits only from 1 to 0.
             (UICR, ..=UICR_LAST) => {
                 self.uicr.insert(offset, self.word(offset) & value);
             }

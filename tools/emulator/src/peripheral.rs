@@ -12,18 +12,18 @@ use crate::line::Line;
 use crate::memory::Memory;
 use crate::pwm::Period;
 
-/// One peripheral's own behaviour. [`Common`] and the chip do the rest.
+/// The behaviour that differs between peripherals. [`Common`] and the chip implement the rest.
 pub(crate) trait Peripheral {
-    /// Returns the peripheral's name, events and shorts as they are after a reset.
+    /// Returns the peripheral's common state after a reset: name, events and shorts.
     fn common(&self) -> Common;
 
-    /// Reads a register; `None` if it is not modelled.
+    /// Reads a register. Returns `None` if the register is not modelled.
     fn read(&mut self, offset: u32, context: &Context) -> Option<u32>;
 
-    /// Writes a register; `None` if the register or this value of it is not modelled.
+    /// Writes a register. Returns `None` if the register or its value is not modelled.
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()>;
 
-    /// Triggers a task; `None` if it is not modelled.
+    /// Triggers a task. Returns `None` if the task is not modelled.
     fn task(&mut self, _offset: u32, _context: &mut Context) -> Option<()> {
         None
     }
@@ -37,7 +37,7 @@ pub(crate) trait Peripheral {
     fn advance(&mut self, _context: &mut Context) {}
 }
 
-/// The state that peripherals share, and the chip's surroundings. No reset changes it.
+/// The state that peripherals share, and the chip's surroundings. Resets do not change this state.
 #[derive(Debug)]
 pub(crate) struct Context {
     /// Cycles of 64 MHz since power-on.
@@ -47,7 +47,7 @@ pub(crate) struct Context {
     pub(crate) line: Line,
     /// The pin to which the line is wired: 32 * port + pin.
     pub(crate) line_pin: u32,
-    /// The pin that is wired to the line as well, for UARTE1 to send on.
+    /// A second pin that is wired to the line, on which UARTE1 sends.
     pub(crate) loopback_pin: Option<u32>,
     /// Cycles that the crystal takes to start; `None` if it never does.
     pub(crate) crystal_startup: Option<u64>,
@@ -84,18 +84,18 @@ impl Context {
         self.raised.push(event);
     }
 
-    /// Keeps the first refusal. Later ones are its consequences.
+    /// Records a refusal, unless one was recorded before: later ones are consequences of the first.
     pub(crate) fn refuse(&mut self, refusal: Refusal) {
         self.refusal.get_or_insert(refusal);
     }
 
-    /// Returns the value, or keeps the refusal.
+    /// Returns the value. If there is none, records the refusal.
     pub(crate) fn check<T>(&mut self, outcome: Result<T, Refusal>) -> Option<T> {
         outcome.map_err(|refusal| self.refuse(refusal)).ok()
     }
 }
 
-/// Registers that keep the value that was written: see [`registers!`].
+/// Registers that read back the value that was written: see [`registers!`].
 pub(crate) trait RegisterFile {
     /// Writes a register if there is a new value. Returns the register's value afterwards, or `None` if the
     /// register or its new value is not modelled.
@@ -110,9 +110,9 @@ pub(crate) trait RegisterFile {
     }
 }
 
-/// Declares the struct `Registers`, with a peripheral's registers that keep the value that was written. Each
-/// line has a register's offset, its field, its value after a reset, and its modelled values. An array has
-/// one register for each word.
+/// Declares the struct `Registers`, with those registers of a peripheral that read back the value that was written.
+/// Each line has a register's offset, its field, its value after a reset, and its modelled values. An array has one
+/// register for each word.
 macro_rules! registers {
     ($($(#[$doc:meta])* $offset:literal $field:ident: $type:ty = $reset:expr, $values:expr;)+) => {
         #[derive(Clone, Debug)]
@@ -245,7 +245,7 @@ impl Common {
         self.existing != 0 && matches!(offset, 0x100..=0x17C | 0x200 | 0x300 | 0x304 | 0x308)
     }
 
-    /// Reads one of these registers. Returns `None` if there is no such event.
+    /// Reads a common register. Returns `None` if there is no such event.
     pub(crate) fn read(&self, offset: u32) -> Option<u32> {
         match offset {
             0x100..=0x17C => {
@@ -257,7 +257,7 @@ impl Common {
         }
     }
 
-    /// Writes one of these registers. Returns `None` if there is no such event or short.
+    /// Writes a common register. Returns `None` if there is no such event or short.
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         let existing = value & !self.existing == 0;
         match offset {

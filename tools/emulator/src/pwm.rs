@@ -4,9 +4,8 @@
 //! SEQSTARTED, SEQEND, PWMPERIODEND, STOPPED. Not modelled, and refused: sequence 1, ENDDELAY, LOOP,
 //! the other loads, NEXTSTEP, up-and-down.
 //!
-//! Where the specification is silent, the model assumes the following. SEQSTART while the PWM runs
-//! takes effect at the end of the period. EasyDMA fetches a step when the step is loaded; the first
-//! step is loaded at SEQSTART.
+//! The specification leaves some points open. The model assumes the following. SEQSTART while the PWM runs takes effect
+//! at the end of the period. EasyDMA fetches a step when the step is loaded; the first step is loaded at SEQSTART.
 
 use crate::MICROSECOND;
 use crate::error::Refusal;
@@ -66,12 +65,12 @@ impl Period {
     }
 }
 
-/// The progress of the sequence that is played.
+/// The progress of a sequence.
 #[derive(Clone, Copy, Debug)]
 struct Played {
     /// The number of 16-bit values loaded so far.
     loaded: u32,
-    /// The number of further periods for the current step.
+    /// The number of periods that the current step still lasts.
     more_periods: u32,
 }
 
@@ -79,10 +78,10 @@ struct Played {
 pub(crate) struct Pwm {
     registers: Registers,
     values: [u16; 4],
-    /// The sequence that is played, until its last step is over.
+    /// The current sequence, until its last step is over.
     played: Option<Played>,
-    /// After a SEQSTART while running: the sequence that is played from the next period on, and its
-    /// first step.
+    /// After a SEQSTART while the PWM runs: the sequence that begins with the next period, and the sequence's first
+    /// step.
     queued: Option<(Played, [u16; 4])>,
     period_ends_at: Option<u64>,
     stopping: bool,

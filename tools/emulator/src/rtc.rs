@@ -64,8 +64,7 @@ impl Peripheral for Rtc {
         self.registers.write(offset, value)?;
         self.counter.cycles = CYCLES_PER_SECOND * (u64::from(self.registers.prescaler) + 1);
         if offset >= CC {
-            // A value that the count already has raises no event, because the count does not change to
-            // it.
+            // No event comes if the count already equals the new value, because the count does not change to it.
             self.counter.seen = context.now;
         }
         Some(())

@@ -29,7 +29,7 @@ pub(crate) struct Timer {
     name: &'static str,
     registers: Registers,
     running: bool,
-    /// Runs in timer mode only; in counter mode the COUNT task advances it.
+    /// The counter. It runs in timer mode only; in counter mode the COUNT task advances it.
     counter: Counter,
 }
 
@@ -87,8 +87,7 @@ impl Peripheral for Timer {
         };
         self.counter.cycles = (MICROSECOND / 16) << self.registers.prescaler;
         if offset >= CC {
-            // A value that the count already has raises no event, because the count does not change
-            // to it.
+            // No event comes if the count already equals the new value, because the count does not change to it.
             self.counter.seen = context.now;
         }
         Some(())

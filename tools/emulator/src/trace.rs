@@ -38,8 +38,7 @@ pub struct Reset {
     pub cause: ResetCause,
 }
 
-/// All events so far. The trace keeps growing; in a long run, take it now and then
-/// (`std::mem::take`).
+/// All events so far. The trace keeps growing. In a long run, empty it from time to time with `std::mem::take`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Trace {
     /// Changes of the watched words.
@@ -54,10 +53,10 @@ pub struct Trace {
     pub resets: Vec<Reset>,
 }
 
-/// A tracker of entries into handlers and returns from them.
+/// Tracks entries into handlers and returns from them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Handlers {
-    /// The running handler last, after the handlers that it preempted.
+    /// The active handlers: the running one last, after those that it preempted.
     active: Vec<Activation>,
 }
 
@@ -66,7 +65,7 @@ pub(crate) struct Step {
     /// The active exceptions before and after the step; 0 means none.
     pub(crate) before: u16,
     pub(crate) after: u16,
-    /// Whether `before` is an exception that is still active.
+    /// Whether the exception `before` is still active.
     pub(crate) before_active: bool,
     /// Whether the handler returned and was entered again in this step, so that the next instruction
     /// is its first.
@@ -118,7 +117,7 @@ impl Handlers {
         });
     }
 
-    /// Charges an instruction to the running handler, if any.
+    /// Adds an instruction to the running handler's count, if a handler is running.
     fn charge(&mut self, cycles: u64) {
         if let Some(running) = self.active.last_mut() {
             running.instructions += 1;

@@ -1,9 +1,8 @@
 //! The watchdog: nRF52840 Product Specification, section "WDT".
 //!
-//! The watchdog counts down from CRV at 32 768 Hz, and is reloaded when all enabled reload requests
-//! have come. Once started, it runs until a reset. It resets the chip two cycles of the 32.768 kHz
-//! clock after TIMEOUT. Only the setting "runs while the CPU sleeps" is modelled, which is the
-//! setting after a reset.
+//! The watchdog counts down from CRV at 32 768 Hz. It starts again from CRV when all enabled reload requests have come.
+//! Once started, it runs until a reset. It resets the chip two cycles of the 32.768 kHz clock after TIMEOUT. Only the
+//! setting "runs while the CPU sleeps" is modelled, which is the setting after a reset.
 
 use crate::CYCLES_PER_SECOND;
 use crate::error::Refusal;
@@ -37,7 +36,7 @@ fn low_frequency(cycles: u64) -> u64 {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watchdog {
     registers: Registers,
-    /// The reload requests that are still missing, while the watchdog runs.
+    /// If the watchdog runs: the reload requests that have not come yet.
     requested: u32,
     times_out_at: Option<u64>,
     bites_at: Option<u64>,

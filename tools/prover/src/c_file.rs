@@ -1,4 +1,4 @@
-//! Harnesses in C, and the functions in C that harnesses in Rust call.
+//! Reads C files, which contain harnesses in C, and functions that harnesses in Rust call.
 //!
 //! A harness in C is a function `void proof_NAME_BOUND(void)`, where no loop runs more than `BOUND - 1` times. A file
 //! writes it as `PROOF(NAME, BOUND)`. Each harness is checked twice: for an `int` of 32 bits and of 16 bits.
@@ -16,7 +16,7 @@ use crate::translate::END;
 
 const HARNESS: &str = "void proof_";
 
-/// A file of C after the preprocessor.
+/// A C file after the preprocessor.
 pub(crate) struct CFile {
     /// The file's name without its ending.
     name: String,
@@ -40,7 +40,7 @@ pub(crate) fn read(folder: Option<&Path>) -> Result<Vec<CFile>> {
 impl CFile {
     fn read(folder: &Path, path: &Path) -> Result<Self> {
         let name = path.file_stem().context("a file has a name")?;
-        // The system's headers are for an `int` of 32 bits.
+        // The system's headers assume an `int` of 32 bits.
         let int16 = ["-nostdinc", "-I", &folder.join("int16").to_string_lossy()].map(str::to_owned);
         let text = |more: &[String]| {
             let mut cc = Command::new("cc");
@@ -79,7 +79,7 @@ impl CFile {
     }
 }
 
-/// Returns the file with the name of one of the harness's modules.
+/// Returns the C file of a harness: one of the harness's modules has the same name.
 pub(crate) fn file_of<'a>(harness: &Harness, files: &'a [CFile]) -> Result<&'a CFile> {
     let mut modules = harness.name.split("::");
     let file = modules.find_map(|module| files.iter().find(|file| file.name == module));

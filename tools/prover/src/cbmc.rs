@@ -16,8 +16,8 @@ use crate::harness::{Harness, Language};
 use crate::proof_cache::ProofCache;
 use crate::translate::{COVER, END, INPUT};
 
-/// The checks of harnesses in C. Unsigned arithmetic must not wrap either, so that machines with another width of `int`
-/// compute the same.
+/// CBMC's checks for harnesses in C. Wrapping unsigned arithmetic is an error too, so that machines with another width
+/// of `int` compute the same.
 const CHECKS_OF_C: [&str; 6] = [
     "--signed-overflow-check",
     "--unsigned-overflow-check",
@@ -44,7 +44,7 @@ pub(crate) struct Answer {
     pub(crate) seconds: f64,
 }
 
-/// The outcome of a harness, the worst first.
+/// The outcomes of a harness, from the worst to the best.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
@@ -52,7 +52,7 @@ pub(crate) enum Verdict {
     Error,
     /// An assertion fails, or the program panics or has undefined behaviour.
     Failed,
-    /// A loop runs more often than `kani::unwind` allows.
+    /// A loop makes more iterations than `kani::unwind` allows.
     UnwindingTooSmall,
     CoverUnsatisfied,
     /// No input reaches the end of the harness.
@@ -86,7 +86,7 @@ struct Property {
     source_location: Place,
 }
 
-/// The place of a property. The places in translated Rust mean nothing to readers, and are in no file.
+/// The source position of a property. Positions in translated Rust have no file, because they mean nothing to readers.
 #[derive(Default, Deserialize)]
 struct Place {
     #[serde(default)]
@@ -118,7 +118,7 @@ impl Property {
         self.status == "FAILURE"
     }
 
-    /// Returns the description, and the place if it is in a header.
+    /// Returns the description, and the position if it is in a header.
     fn says(&self) -> String {
         let Place { file, line } = &self.source_location;
         if Path::new(file).parent() == Some(Path::new("")) {
@@ -193,7 +193,7 @@ fn classify(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>
             .iter()
             .any(|one| one.fails() && one.description == goal)
     };
-    // The covers of a harness in C are known only now.
+    // For a harness in C, only CBMC's answer names the covers.
     let covers = properties.iter().filter(|one| one.is_goal() && one.holds());
     for cover in covers.filter(|_| harness.language != Language::Rust) {
         if cover.description != END {
@@ -262,8 +262,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Returns the values of a counterexample. Each line has the type of a value, the place that
-    /// asked for it, and the numbers that it consists of.
+    /// Returns the values of a counterexample. Each line has a value's type, the source position that asked for it, and
+    /// the numbers of which the value consists.
     fn inputs(&self, property: &str) -> Result<Vec<String>> {
         let properties = self.properties(&["--trace", "--property", property])?;
         let properties = properties.into_iter().flatten();
@@ -288,10 +288,9 @@ impl Run<'_> {
         command
             .arg(self.source)
             .args(["--json-ui", "--object-bits", "16", "--unwinding-assertions"])
-            // The program itself contains Rust's own checks. CBMC additionally checks memory
-            // accesses.
+            // The translated program already contains Rust's own checks. CBMC adds checks of memory accesses.
             .args(["--no-standard-checks", "--pointer-check", "--bounds-check"])
-            // CBMC tracks the elements of arrays of up to this length one by one.
+            // Up to this length, CBMC tracks each element of an array separately.
             .args([
                 "--slice-formula",
                 "--max-field-sensitivity-array-size",

@@ -20,8 +20,8 @@ pub(crate) struct Cbmc {
     pub(crate) says: String,
 }
 
-/// Returns the CBMC in PATH if it has the right version. Otherwise returns Debian's, which it
-/// unpacks into `folder` if necessary.
+/// Returns the CBMC in PATH if it has the right version. Otherwise returns Debian's CBMC, and unpacks it into `folder`
+/// if necessary.
 pub(crate) fn find(folder: &Path) -> Result<Cbmc> {
     if let Ok(version) = version(Path::new("cbmc")) {
         if version.starts_with("6.") {

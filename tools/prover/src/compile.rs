@@ -12,13 +12,12 @@ use cargo_metadata::{Artifact, Message, MetadataCommand};
 use crate::child_processes::output;
 use crate::llvm::Module;
 
-/// The stand-in's manifest in the workspace. For a copy of the workspace with a seeded bug, this is
-/// the copy's own stand-in.
+/// The path of the stand-in's manifest in the workspace. A copy of the workspace with a seeded bug has its own
+/// stand-in.
 const STAND_IN: &str = "tools/prover/stand-in/Cargo.toml";
 
-/// The compiler's passes between reading Rust and writing LLVM's assembly. They inline calls and
-/// turn memory that needs no address into values. Loops stay as they are written, so that CBMC sees
-/// their counters as plain numbers.
+/// The compiler's passes between reading Rust and writing LLVM's assembly. They inline calls and turn memory that needs
+/// no address into values. They do not change loops, so that CBMC sees loop counters as plain numbers.
 const PASSES: &str = "-Cpasses=function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),\
     cgscc(inline,function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>)),\
     function(sroa,early-cse,simplifycfg,instcombine<no-verify-fixpoint>),globaldce";
@@ -64,7 +63,7 @@ impl<'a> Sources<'a> {
             "-Cpanic=abort",
             "-Ccodegen-units=1",
             "-Crelocation-model=static",
-            // With this mangling, names are readable and the same in both modules.
+            // With this name mangling, names are readable and the same in both modules.
             "-Csymbol-mangling-version=v0",
             "-Cllvm-args=-inline-threshold=100000",
             "-Cno-prepopulate-passes",
@@ -137,7 +136,7 @@ fn flags_for(manifest: &str, target: &Path) -> Result<Vec<String>> {
     };
     let kani = named("kani", ".rlib")?;
     let macros = named("kani_macros", std::env::consts::DLL_SUFFIX)?;
-    // Cargo recompiles when the flags change, so a flag contains the hash of the stand-in.
+    // A flag contains the hash of the stand-in, because cargo recompiles when the flags change.
     let mut hasher = DefaultHasher::new();
     fs::read(&kani)?.hash(&mut hasher);
     Ok(vec![

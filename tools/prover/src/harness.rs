@@ -14,23 +14,22 @@ use crate::translate::readable;
 /// The stand-in's function that all covers call.
 const COVER: &str = "cover";
 
-/// The beginning of a harness's symbol; the path of the function follows.
+/// The prefix of a harness's symbol, which is followed by the path of the function.
 const PREFIX: &str = "harness:";
 
 /// One harness.
 #[derive(Serialize)]
 pub(crate) struct Harness {
-    /// The modules and the function without the crate, as Kani names the harness too.
+    /// The path of the function without the crate. Kani uses the same name.
     pub(crate) name: String,
     /// The function's name in the compiled module.
     #[serde(skip)]
     pub(crate) symbol: String,
-    /// The bound on the iterations of its loops; none without `kani::unwind`.
+    /// The bound on the iterations of the harness's loops; `None` without `kani::unwind`.
     pub(crate) unwind: Option<u32>,
     /// The covers that the harness may reach, by the readable names of their functions.
     pub(crate) covers: BTreeSet<String>,
-    /// True if the last call of the harness is a cover. Only then does Kani show that its end is
-    /// reached.
+    /// True if the last call of the harness is a cover. Kani shows that the end is reached only for such harnesses.
     pub(crate) ends_with_cover: bool,
     #[serde(skip)]
     pub(crate) language: Language,
@@ -48,7 +47,7 @@ impl Harness {
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Language {
     Rust,
-    /// C for a machine whose `int` has 16 bits, or 32.
+    /// C, for a machine whose `int` has 16 or 32 bits.
     C {
         has_int16: bool,
     },
@@ -92,9 +91,9 @@ pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
     Ok(harnesses.into_values().collect())
 }
 
-/// Returns whether, on some path to the function's end, the last call is a cover or a function that
-/// itself ends with a cover, and only unconditional jumps follow this call. An input that satisfies
-/// the cover then reaches the end.
+/// Returns whether the function ends with a cover: on some path to its end, the last call is a cover, or a function
+/// that itself ends with a cover, and only unconditional jumps follow this call. Then an input that satisfies the cover
+/// reaches the end.
 fn ends_with_cover(module: &Module, graph: &DiGraphMap<&str, ()>, symbol: &str) -> Result<bool> {
     let Some(function) = module.functions.get(symbol) else {
         return Ok(false);

@@ -38,12 +38,12 @@ struct Arguments {
     #[arg(long = "package", short, required = true)]
     packages: Vec<String>,
 
-    /// Folder of C files: with harnesses, and with the functions that harnesses in Rust call
+    /// Folder of C files, which contain harnesses and functions that harnesses in Rust call
     #[arg(long = "c", value_name = "FOLDER")]
     c_folder: Option<PathBuf>,
 
-    /// Check only the harnesses with this name, with or without its modules; if there are none,
-    /// those whose names contain it
+    /// Check only the harnesses with this name, with or without its modules. If no harness has the name, check those
+    /// whose names contain it
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
 
@@ -109,7 +109,7 @@ fn run(arguments: &Arguments) -> Result<bool> {
 /// Returns the harnesses that the arguments choose.
 fn selected(sources: &Sources, files: &[CFile], arguments: &Arguments) -> Result<Vec<Harness>> {
     let mut harnesses = harnesses(&sources.as_written()?)?;
-    // The packages on which these depend have harnesses, too.
+    // Leave out the harnesses of packages on which these packages depend.
     harnesses.retain(|harness| {
         let mut packages = arguments.packages.iter();
         packages.any(|package| harness.is_in(&package.replace('-', "_")))

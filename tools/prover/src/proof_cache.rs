@@ -14,7 +14,7 @@ use crate::harness::Harness;
 pub(crate) struct ProofCache {
     harnesses: PathBuf,
     proofs: PathBuf,
-    /// The hash of this program and of CBMC. Proofs of another prover do not count.
+    /// The hash of this prover and of CBMC. Proofs by other versions do not count.
     prover: DefaultHasher,
 }
 
@@ -42,8 +42,8 @@ impl ProofCache {
         self.harnesses.join(format!("{name}.c"))
     }
 
-    /// Returns the path of the file whose existence shows that this program of the harness was
-    /// proved. The file contains the number of properties.
+    /// Returns the path of the file that records the proof of this program. If the file exists, the program was proved;
+    /// it contains the number of properties.
     pub(crate) fn proof(&self, program: &str, harness: &Harness) -> PathBuf {
         let mut hasher = self.prover.clone();
         (program, harness.unwind, &harness.covers, harness.language).hash(&mut hasher);

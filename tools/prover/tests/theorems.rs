@@ -1,4 +1,4 @@
-//! All theorems as one test. cargo-mutants needs a test, because it only notices failing tests.
+//! Checks all theorems in one test, because cargo-mutants notices only failing tests.
 
 use std::process::Command;
 

@@ -1,4 +1,4 @@
-//! The prover's verdicts on harnesses with known faults, and on some without.
+//! Tests the prover's answers about harnesses with and without known faults.
 
 #![expect(clippy::indexing_slicing, reason = "a missing element fails the test")]
 
@@ -22,7 +22,7 @@ fn prover(arguments: &[&str]) -> Command {
 
 /// Runs the prover. Returns its answers by the harnesses' names.
 fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
-    // One run at a time, because all runs build and unpack into the same folder.
+    // Run the prover only once at a time, because all runs build and unpack into the same folder.
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock();
     let output = prover(arguments).output().expect("the prover starts");
@@ -36,7 +36,7 @@ fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
     named.collect()
 }
 
-/// Harnesses with their expected verdict and a part of the expected message.
+/// Harnesses, each with the expected outcome and a part of the expected message.
 const FAULTS: [(&str, &str, &str); 18] = [
     (
         "bound_that_is_too_small",

@@ -26,7 +26,7 @@ impl Compiler {
         let sh = &Shell::new()?;
         let is_debian = !targets.iter().all(|target| has_core(sh, target))
             && cmd!(sh, "rustup target add {targets...}")
-                // Do not retry an unreachable server, because there is another way.
+                // Do not retry an unreachable server, because Debian's compiler is an alternative.
                 .env("RUSTUP_MAX_RETRIES", "0")
                 .env("RUSTUP_DOWNLOAD_TIMEOUT", "60")
                 // A backtrace would bury rustup's own short explanation.
@@ -58,14 +58,13 @@ impl Compiler {
         }
         let cargo = cargo
             .env("RUSTC", DEBIAN_RUSTC)
-            // Building `core` is an unstable feature of cargo. A stable cargo accepts it only with
-            // this variable.
+            // Building `core` is an unstable feature, which a stable cargo accepts only with this variable.
             .env("RUSTC_BOOTSTRAP", "1")
             .env("CARGO_UNSTABLE_BUILD_STD", "core")
-            // `cargo xtask` puts the libraries of rustup's toolchain here, which Debian's compiler
-            // must not use.
+            // `cargo xtask` puts the libraries of rustup's toolchain into this path, but Debian's compiler must not use
+            // them.
             .env_remove("LD_LIBRARY_PATH");
-        // Debian's compiler has no linker for these targets, so use the one of rustup's toolchain.
+        // Debian's compiler has no linker for these targets, so use the linker of rustup's toolchain.
         let libraries = cmd!(sh, "rustc --print target-libdir").quiet().read();
         let linker = libraries.map(|folder| Path::new(&folder).with_file_name("bin/rust-lld"));
         match linker {
@@ -77,8 +76,8 @@ impl Compiler {
     }
 }
 
-/// Returns whether the toolchain in PATH has `core` for the target. The folder alone is no proof,
-/// because an interrupted installation may have left it.
+/// Returns whether the toolchain in PATH has `core` for the target. The folder alone does not suffice, because an
+/// interrupted installation may have left it behind.
 fn has_core(sh: &Shell, target: &str) -> bool {
     let rustc = cmd!(sh, "rustc --print target-libdir --target {target}").quiet();
     let files = rustc.read().and_then(|folder| sh.read_dir(folder));
@@ -102,7 +101,7 @@ fn debians(sh: &Shell) -> Result<String> {
     version(rustc().arg("--version"))
 }
 
-/// Returns the name and the version, which are the first two words of the answer.
+/// Returns the compiler's name and version, which are the first two words of its answer.
 fn version(command: Cmd) -> Result<String> {
     let answer = command.quiet().read()?;
     let words: Vec<&str> = answer.split_whitespace().take(2).collect();

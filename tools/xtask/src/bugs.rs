@@ -1,6 +1,5 @@
-//! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. The harnesses or the
-//! test that the list names for this mistake must fail. A harness that no mistake breaks proves
-//! nothing.
+//! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. Then the harnesses or the test that the
+//! list names for this mistake must fail. A harness that no mistake breaks proves nothing.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +15,7 @@ use crate::workspace::Workspace;
 
 const PROOFS: &str = "proofs/seeded-bugs.toml";
 const FIRMWARE: &str = "firmware/seeded-bugs.toml";
-/// The bugs that the proofs about the receivers in C must find.
+/// The file with the bugs that the proofs about the receivers in C must find.
 const OF_C: &str = "c/seeded-bugs.toml";
 /// The folders and packages that are copied for the proofs.
 const PROOFS_FOLDERS: &[&str] = &[
@@ -37,7 +36,7 @@ const PROOFS_MEMBERS: &[&str] = &[
     "tools/prover/tests/harnesses",
     "formats",
     "firmware/reception",
-    // The core's tests depend on this package. They are not run here.
+    // Leave out this package. Only the core's tests depend on it, and they do not run here.
     "fuzz/oracles",
     "c/proofs",
 ];
@@ -51,15 +50,14 @@ pub(crate) struct Arguments {
     #[arg(long)]
     engine: Option<Engine>,
 
-    /// Only bugs whose mistake, file, harness or test contains one of these names. With the name
-    /// `checker`, also check that harnesses that must fail do fail with the engine. Without names,
-    /// check all bugs and `checker`
+    /// Only bugs whose mistake, file, harness or test contains one of these names. The name `checker` checks the engine
+    /// itself: it must reject harnesses that have a fault. Without names, check all bugs and `checker`
     names: Vec<String>,
 }
 
 #[derive(Deserialize)]
 struct Bugs {
-    /// Harnesses of statements that no mistake in the sources can break.
+    /// Harnesses that no mistake in the sources can break, because of what they state.
     #[cfg(test)]
     #[serde(default)]
     unbreakable: Vec<String>,
@@ -90,7 +88,7 @@ fn read(root: &Path, file: &str) -> Result<Bugs> {
 }
 
 impl Bug {
-    /// Returns the file's text without and with the mistake.
+    /// Returns two versions of the file: without and with the mistake.
     fn texts(&self, root: &Path) -> Result<(String, String)> {
         let right = fs::read_to_string(root.join(&self.file))?;
         let places = right.matches(&self.right).count();
@@ -113,7 +111,7 @@ impl Bug {
             .chain(&self.harnesses)
             .chain(&self.test);
         if names.is_empty() {
-            // The bugs in machine code have a stage of their own.
+            // Skip the bugs in machine code, which have a stage of their own.
             return self.test.as_deref() != Some(machine_code::NAME);
         }
         says.any(|says| names.iter().any(|name| says.contains(name.as_str())))
@@ -193,9 +191,8 @@ pub(crate) fn run(workspace: &Workspace, engine: Option<Engine>, names: &[String
     Ok(())
 }
 
-/// Returns the harnesses with an unexpected outcome. If the sources are `sound`, every harness must
-/// hold, except that those in `fails` must fail. If a bug is seeded, each harness must have the
-/// opposite outcome.
+/// Returns the harnesses with an unexpected outcome. In `sound` sources, the harnesses of the module `fails` must fail,
+/// and all others must hold. In sources with a seeded bug, each harness must have the opposite outcome.
 fn unexpected(prover: &Prover, harnesses: &[String], sound: bool) -> Result<Vec<String>> {
     let mut answers = prover.check(harnesses)?;
     for answer in &answers {
@@ -265,8 +262,8 @@ mod tests {
         }
     }
 
-    /// Returns the kind of a harness about C. Those of one kind differ in the header, the width of `int`, and the
-    /// number of pending bytes.
+    /// Returns the kind of a harness about C. Harnesses of one kind differ only in the header, the width of `int`, and
+    /// the number of pending bytes.
     fn kind(harness: &str) -> &str {
         let name = harness.rsplit("::").next().unwrap_or(harness);
         name.trim_end_matches("_int16")

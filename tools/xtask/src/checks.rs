@@ -15,7 +15,7 @@ use crate::stage_report::{Report, run_tests};
 use crate::workspace::{CORE, Workspace};
 use crate::{firmware, install, prove};
 
-/// The targets for which the core must compile: one without atomic compare-and-swap, one with a
+/// The targets for which the core must compile. They include one without atomic compare-and-swap, one with a
 /// floating-point unit, and one that is not Arm.
 const MICROCONTROLLERS: [&str; 3] = [
     "thumbv6m-none-eabi",
@@ -51,7 +51,7 @@ pub(crate) fn clippy(workspace: &Workspace, _: &mut Report) -> Result<()> {
     prove::clippy(workspace)
 }
 
-/// Installs the programs that the tests of generated C run, unless they are there.
+/// Installs the programs that the tests of generated C need, as far as they are missing.
 fn install_for_c(workspace: &Workspace) -> Result<()> {
     const COMMANDS: [&str; 5] = ["clang", "cmake", "arm-none-eabi-gcc", "avr-gcc", "simavr"];
     let sh = &workspace.shell()?;
@@ -84,7 +84,7 @@ const PACKAGES_FOR_C: [&str; 7] = [
 pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
     install_for_c(workspace)?;
     let mut cargo = workspace.cargo_test();
-    // The firmware's tests need its images and have a stage of their own.
+    // Leave out the firmware's tests: they need the images, and have a stage of their own.
     cargo.args([
         "--all-targets",
         "--no-fail-fast",
@@ -94,7 +94,7 @@ pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
     run_tests(&mut cargo, &mut report.tests)
 }
 
-/// Runs the simulator's tests with all trials, on which its findings are based.
+/// Runs the simulator's tests with the full number of trials.
 pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut cargo = workspace.cargo();
     cargo.args(["test", "--package", "framelock-simulation"]);
@@ -167,8 +167,7 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     // common folder compile again.
     let folder = workspace.target_directory.join("microcontrollers");
     for (index, features) in subsets.iter().enumerate() {
-        // With no features and with all features, check every microcontroller; otherwise check only
-        // one.
+        // Check every microcontroller with no features and with all features, and only one with the other subsets.
         let is_end = index == 0 || features.len() == workspace.core_features.len();
         let targets = if is_end {
             &MICROCONTROLLERS[..]
@@ -207,9 +206,9 @@ pub(crate) fn library_for_c(workspace: &Workspace, compiler: &Compiler) -> Resul
     Ok(folder.join(target).join("firmware/libframelock_c.a"))
 }
 
-/// Checks that the C library cannot panic. Every panic calls a function of `core::panicking`, and
-/// the compiler never inlines all of these. The library is optimised as a whole, so it is one
-/// object that contains everything it uses of Rust's `core`.
+/// Checks that the C library cannot panic. Every panic calls a function of `core::panicking`, and the compiler never
+/// inlines all of these functions. The library is optimised as a whole, so it is one object, which contains the parts
+/// of Rust's `core` that it uses.
 fn cannot_panic(library: &Path) -> Result<()> {
     let library = fs::read(library)?;
     let archive = ArchiveFile::parse(&*library)?;

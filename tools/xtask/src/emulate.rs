@@ -14,13 +14,12 @@ use crate::workspace::Workspace;
 #[derive(clap::Args)]
 #[command(disable_help_flag = true)]
 pub(crate) struct Arguments {
-    /// Arguments of the emulator's own command line; without `--elf`, the firmware is built and run
+    /// Arguments for the emulator. Without `--elf`, build the firmware and run it
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
 }
 
-/// Builds the firmware unless the arguments name an ELF, and then replaces this process by the
-/// emulator.
+/// Builds the firmware, unless the arguments name an ELF. Then replaces this process by the emulator.
 pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments) -> Result<()> {
     let mut emulator = Command::new("cargo");
     emulator

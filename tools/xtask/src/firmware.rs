@@ -19,12 +19,12 @@ pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 /// The package that tests the images.
 pub(crate) const TESTS: &str = "framelock-firmware-tests";
 
-/// One build: the image's name, the program, and the options for its features.
+/// A build: the image's name, the program, and the options that select its features.
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
-/// All images that the tests run. They share the dependencies of the first image, so each of the
-/// others takes only a second or two. `lecture` also leaves the debug port unchanged.
-/// `parser-steps` contains single steps of the parsers and is used to measure their costs.
+/// All images that the tests run. They have the same dependencies, so after the first one each takes only a second or
+/// two. `lecture` also leaves the debug port unchanged. `parser-steps` contains single steps of the parsers, to measure
+/// their costs.
 pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
@@ -125,9 +125,8 @@ pub(crate) fn random_streams(workspace: &Workspace, report: &mut Report) -> Resu
     stage_report::run_tests(each.args(["--", "--ignored"]), &mut report.tests)
 }
 
-/// Runs the stage of the examples for other frameworks. They must build without a warning from the
-/// compiler or clippy and pass their tests in the emulator, and the commands of their guide must
-/// work.
+/// Runs the stage of the examples for other frameworks. The examples must build without a warning from the compiler or
+/// clippy, and pass their tests in the emulator. The commands of their guide must work.
 pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let compiler = Compiler::of(&[TARGET])?;
     report.says = format!("by {}", compiler.says);
@@ -156,8 +155,8 @@ pub(crate) fn examples(workspace: &Workspace, report: &mut Report) -> Result<()>
     stage_report::run_tests(tests.env("FRAMELOCK_EXAMPLES", images), &mut report.tests)
 }
 
-/// Builds the example for the RP2040 without a warning from the compiler or clippy. Nothing here
-/// can run it.
+/// Builds the example for the RP2040 without a warning from the compiler or clippy. The example does not run, because
+/// there is no emulator for it.
 fn rp2040(workspace: &Workspace) -> Result<()> {
     let compiler = Compiler::of(&["thumbv6m-none-eabi"])?;
     let sh = &Shell::new()?;
@@ -174,14 +173,13 @@ fn rp2040(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Returns the build command with clippy. Clippy's build is optimised less, so the image must be
-/// built again afterwards.
+/// Returns the build command with clippy. The image must be built again without clippy, because clippy's build is less
+/// optimised.
 fn lint(build: Cmd) -> Cmd {
     build.args(CLIPPY).envs([NO_WARNINGS])
 }
 
-/// Returns whether this one test, which may be a slow one, passes on the images of the sources at
-/// `root`.
+/// Returns whether this test, fast or slow, passes on the images of the sources at `root`.
 pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
     let mut tests = tests(workspace, root)?;
     let mut count = TestCount::default();
@@ -263,7 +261,7 @@ fn cargo_build<'a>(
 ) -> Cmd<'a> {
     let build = ["build", "--locked", "--release", "--target", TARGET];
     let cargo = cmd!(sh, "cargo {build...} --target-dir {target} --bin {program}");
-    // The firmware's own flags apply, not those of the caller's environment.
+    // Use the firmware's own flags, not those of the caller's environment.
     let cargo = cargo.args(*features).env_remove("RUSTFLAGS");
     compiler.with(sh, cargo)
 }

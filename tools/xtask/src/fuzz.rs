@@ -19,8 +19,7 @@ Examples:
 New inputs are kept in fuzz/corpus-found, inputs that show a bug in fuzz/artifacts. The exit code is 1 \
 if an input shows a bug. The committed corpora are replayed by `cargo test -p framelock-fuzz-oracles`.";
 
-/// Search for inputs that contradict the proofs, by comparing with the reference on a fuzzer's
-/// inputs
+/// Search for inputs that contradict the theorems: a fuzzer makes inputs, and oracles check the outcomes
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -65,8 +64,7 @@ fn run(workspace: &Workspace, arguments: &Arguments) -> Result<usize> {
     Ok(targets.len())
 }
 
-/// cargo-fuzz with a nightly compiler, which it needs because coverage counters are unstable
-/// options.
+/// The cargo-fuzz command with a nightly compiler, because coverage counters need unstable compiler options.
 struct Fuzzer {
     sh: Shell,
 }
@@ -108,10 +106,9 @@ impl Fuzzer {
         Ok(list.lines().map(str::to_owned).collect())
     }
 
-    /// Runs a target without a sanitizer. The core and the code that checks it forbid `unsafe`, so
-    /// there is no memory error to find. Comparisons are not traced, because tracing takes more
-    /// than half of the time. The dictionary and the seeds contain the values that the receivers
-    /// compare with.
+    /// Runs a target without a sanitizer. The core and the oracles forbid `unsafe`, so there is no memory error to
+    /// find. Comparisons are not traced, because tracing would take more than half of the time. Instead, the dictionary
+    /// and the seeds contain the values with which the receivers compare bytes.
     fn run(&self, target: &str, seconds: u64, jobs: u32) -> Result<()> {
         let found = format!("fuzz/corpus-found/{target}");
         self.sh.create_dir(&found)?;

@@ -43,15 +43,15 @@ impl Workspace {
 }
 
 impl Workspace {
-    /// Returns a Python that has these packages of `PyPI`, each with its version. It is installed
-    /// into an environment in `target`.
+    /// Returns a Python interpreter with these versions of packages from `PyPI`. Installs them into an environment in
+    /// `target`.
     pub(crate) fn python_with(&self, packages: &[&str]) -> Result<PathBuf> {
         let sh = self.shell()?;
         let folder = self.tool("python").join(packages.join("_"));
         let stamp = folder.join("installed");
         if !stamp.exists() {
             let make = || cmd!(sh, "python3 -m venv --clear {folder}").run();
-            // Debian has the module `venv` in a package of its own.
+            // On Debian, the module `venv` is in a package of its own.
             if make().is_err() {
                 from_debian(&sh, &["python3", "python3-venv"])?;
                 make()?;
@@ -68,7 +68,7 @@ impl Workspace {
     }
 }
 
-/// Installs those of these Debian packages that are missing. Only root can do this.
+/// Installs the Debian packages in this list that are missing. Only root can do this.
 pub(crate) fn from_debian(sh: &Shell, packages: &[&str]) -> Result<()> {
     let state = "--showformat=${db:Status-Status},";
     let query = cmd!(sh, "dpkg-query --show {state} {packages...}");

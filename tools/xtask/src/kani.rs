@@ -16,8 +16,8 @@ use serde::Deserialize;
 use crate::theorems::{Answer, is_called};
 use crate::workspace::cargo_in;
 
-/// Returns Kani's name and version, or the reason why it cannot be used. The function only reads
-/// files, because any call of a `cargo kani` that is installed but not set up starts the setup.
+/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files: calling a `cargo kani` that
+/// is installed but not set up would start the setup.
 pub(crate) fn version() -> Result<String> {
     let path = env::var_os("PATH").unwrap_or_default();
     let mut programs = env::split_paths(&path).map(|folder| folder.join("cargo-kani"));
@@ -33,7 +33,7 @@ pub(crate) fn version() -> Result<String> {
     let files = fs::read_dir(home.unwrap_or_default()).into_iter().flatten();
     let names = files.filter_map(|file| file.ok()?.file_name().into_string().ok());
     let names: Vec<String> = names.collect();
-    // If a bundle is still there, it was not unpacked completely.
+    // A bundle that is still there was not unpacked completely.
     let unfinished = names.iter().any(|name| name.ends_with(".tar.gz"));
     let mut versions = names.iter().filter_map(|name| name.strip_prefix("kani-"));
     let version = versions.find(|version| !unfinished && content.contains(*version));
@@ -63,8 +63,8 @@ struct List {
     standard_harnesses: BTreeMap<String, Vec<String>>,
 }
 
-/// Lets Kani check the harnesses with these names. A name that no harness has selects all harnesses
-/// whose names contain it. Without names, all harnesses are checked.
+/// Lets Kani check the harnesses with these names. If no harness has a name, selects all harnesses whose names contain
+/// it. Without names, checks all harnesses.
 pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answer>> {
     command.env("NO_COLOR", "1");
     for name in names {
@@ -103,7 +103,7 @@ pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answe
     Ok(answers.into_values().collect())
 }
 
-/// Reads Kani's terse output. Several threads write it, and the first line of each report names the
+/// Reads Kani's terse output. Several of Kani's threads write this output, and the first line of each report names the
 /// thread.
 fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
     let mut answers = BTreeMap::<String, Answer>::new();
@@ -163,7 +163,7 @@ fn answers(lines: &[String]) -> BTreeMap<String, Answer> {
 fn lines_of_group(command: &mut Command) -> Result<Vec<String>> {
     static GROUP: Mutex<Option<Pid>> = Mutex::new(None);
     let group = || GROUP.lock().unwrap_or_else(PoisonError::into_inner);
-    // An error means that the group has already ended.
+    // An error means that the process group has already ended.
     let end = move || group().take().map(|group| killpg(group, Signal::SIGKILL));
     // An error means that there is already a handler.
     let _ = ctrlc::set_handler(move || {

@@ -1,9 +1,9 @@
 //! `cargo xtask mutants`: cargo-mutants changes one place of the sources at a time. For each
 //! change, some test or some harness of a theorem must fail.
 //!
-//! cargo-mutants compiles and tests for the computer, not for the chip. For the firmware's images,
-//! this command therefore takes only cargo-mutants' list of changes. It makes each change in a copy
-//! of the firmware, and some test of the copy's images in the emulator must fail.
+//! cargo-mutants compiles and tests only for the computer, not for the chip. So for the firmware's images, this command
+//! uses only cargo-mutants' list of changes. It makes each change in a copy of the firmware, and then some test of the
+//! copy's images in the emulator must fail.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -101,7 +101,7 @@ pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments)
         "cargo mutants --workspace --config {config} {tested...} --output {output} {more...}"
     );
     let status = Command::from(mutants).status()?;
-    // Exit code 3: the tests of some change do not end, which counts as noticed.
+    // Exit code 3 means that some change made tests run forever, which counts as noticed.
     ensure!(
         matches!(status.code(), Some(0 | 3)),
         "some changes are not noticed: see above"
@@ -109,7 +109,7 @@ pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments)
     Ok(())
 }
 
-/// Only the self-test contains these files, and only its tests can notice changes in them.
+/// Only the self-test contains these files, so only the self-test's tests can notice changes in them.
 const OF_SELF_TEST: [&str; 2] = ["src/self-test.rs", "src/loopback.rs"];
 
 /// A change from the output of `cargo mutants --list --json`.
@@ -118,12 +118,12 @@ struct Mutant {
     name: String,
     /// The changed file, relative to `firmware/`.
     file: String,
-    /// The change of this file.
+    /// The difference that the change makes to the file.
     diff: String,
 }
 
-/// Checks the firmware's changes, or those that the arguments `more` for cargo-mutants choose.
-/// Changes that an earlier run noticed are listed in a file in `output` and are not checked again.
+/// Checks the firmware's changes, or those that the arguments `more` for cargo-mutants choose. A file in `output` lists
+/// the changes that earlier runs have noticed; these changes are not checked again.
 fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) -> Result<()> {
     let config = "firmware/mutants.toml";
     let list = cmd!(
@@ -131,7 +131,7 @@ fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) 
         "cargo mutants --dir firmware --config {config} --list --json {more...}"
     );
     let mut mutants: Vec<Mutant> = serde_json::from_str(&list.read()?)?;
-    // Changes in code that both programs share are listed twice.
+    // cargo-mutants lists changes in code that both programs share twice.
     let mut listed = BTreeSet::new();
     mutants.retain(|mutant| listed.insert(mutant.name.clone()));
     fs::create_dir_all(output)?;
@@ -172,12 +172,12 @@ fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) 
     Ok(())
 }
 
-/// The firmware's tests, except those of figures. Every change alters the bytes and cycles that the
-/// firmware takes, so those tests would notice everything.
+/// The firmware's tests, except the tests of figures. Every change alters the bytes and cycles of the firmware, so the
+/// tests of figures would notice everything.
 struct Tests {
     program: PathBuf,
     images: PathBuf,
-    /// The names of the tests, the fastest first.
+    /// The names of the tests, from the fastest to the slowest.
     names: Vec<String>,
 }
 

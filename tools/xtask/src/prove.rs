@@ -20,7 +20,7 @@ pub(crate) const THEOREMS: &[&str] = &[
     "framelock-formats",
     "framelock-reception",
 ];
-/// The package with the proofs about the receivers in C, and its folder, which has harnesses in C, too.
+/// The package with the proofs about the receivers in C, and the package's folder, which also contains harnesses in C.
 pub(crate) const C_PROOFS: &str = "framelock-c-proofs";
 const C_FOLDER: &str = "c/proofs";
 pub(crate) const OFFLINE_PROVER: &str = "framelock-offline-prover";
@@ -33,11 +33,11 @@ pub(crate) struct Arguments {
     #[arg(long)]
     engine: Option<Engine>,
 
-    /// Only the harnesses with this name or, if there are none, those whose names contain it
+    /// Only the harnesses with this name. If no harness has the name, those whose names contain it
     #[arg(long = "harness", value_name = "NAME")]
     harnesses: Vec<String>,
 
-    /// The proofs about the receivers in C instead, by the offline prover
+    /// Check the proofs about the receivers in C instead, with the offline prover
     #[arg(long = "c", conflicts_with_all = ["engine", "list"])]
     of_c: bool,
 
@@ -143,7 +143,7 @@ pub(crate) fn clippy(workspace: &Workspace) -> Result<()> {
 #[derive(Clone)]
 pub(crate) struct Prover {
     pub(crate) engine: Engine,
-    /// The engine's name, and the reason for its choice.
+    /// The engine's name, and why it was chosen.
     says: String,
     timeout: u32,
     jobs: Option<usize>,
@@ -215,8 +215,8 @@ impl Prover {
                     .arg(format!("--harness-timeout={}s", self.timeout))
                     .arg("--jobs")
                     .args(self.jobs.map(|jobs| jobs.to_string()));
-                // The root's Cargo.toml already names the packages of the theorems, and Kani
-                // rejects a package named twice.
+                // Name no packages here, because the root's Cargo.toml already names them, and Kani rejects a package
+                // that is named twice.
                 let more = self.packages.iter().filter(|it| !THEOREMS.contains(it));
                 for package in more {
                     command.args(["--package", package]);
@@ -236,8 +236,7 @@ impl Prover {
         for name in names {
             command.args(["--harness", name]);
         }
-        // Hosted machines set CI. They keep the build folder between runs, but must still prove
-        // everything anew.
+        // Hosted machines set CI, and keep the build folder between runs. They must prove everything again.
         if env::var_os("CI").is_some() {
             command.arg("--anew");
         }

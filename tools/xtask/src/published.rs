@@ -1,4 +1,4 @@
-//! The published packages: checks of their public interface, and whether they can be published.
+//! Checks the published packages: their public interface, and whether they can be published.
 
 use std::fs;
 
@@ -20,8 +20,8 @@ const INTERFACE: &str = "PUBLIC-API.txt";
 /// is `overwrite`, writes it instead.
 pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    // Build in a separate folder, because allowing unstable features would make all dependencies in
-    // the common folder compile again.
+    // Build in a separate folder. In the common folder, allowing unstable features would make all dependencies compile
+    // again.
     let folder = workspace.target_directory.join("interface");
     let packages = names(workspace);
     cmd!(
@@ -76,7 +76,7 @@ pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()
     Ok(())
 }
 
-/// Compares the public interface with that of the baseline by the rules of semantic versioning.
+/// Compares the public interface with the baseline's, by the rules of semantic versioning.
 pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell_with("cargo-semver-checks", "0.51.0")?;
     let baseline = &workspace.semver_baseline;
@@ -114,7 +114,7 @@ pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
 pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
     let packages = names(workspace);
-    // Cargo orders the packages, and each may depend on those before it.
+    // Cargo lists the packages in an order in which each depends only on earlier ones.
     let cargo = cmd!(sh, "cargo publish --dry-run {packages...}");
     let output = cargo.ignore_status().output()?;
     let said = String::from_utf8_lossy(&output.stderr);
@@ -143,8 +143,8 @@ mod tests {
     use super::*;
     use crate::workspace::{files, links};
 
-    /// crates.io and docs.rs show these texts without the repository, so relative links would not
-    /// work. A link between items contains neither a slash nor a dot.
+    /// crates.io and docs.rs show these texts without the repository, so relative links to files would not work. Links
+    /// between items are allowed; they contain neither a slash nor a dot.
     #[test]
     fn published_texts_have_no_relative_links() {
         let workspace = Workspace::load().expect("cargo knows this workspace");

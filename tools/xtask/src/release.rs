@@ -8,7 +8,7 @@ use xshell::cmd;
 use crate::stage_report::Report;
 use crate::workspace::Workspace;
 
-/// Three frames of BIN.
+/// Three BIN frames.
 const FRAMES: [[u8; 7]; 3] = [
     *b"AB\x00\x01\x02\x03\r",
     *b"AB\x00\x04\x05\x06\r",

@@ -6,17 +6,17 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, Result, ensure};
 
-/// A stage's report about itself, which it fills in while it runs. The report is used even if the
-/// stage then fails.
+/// A stage's report about itself. The stage fills in the report while it runs, so the report is available even if the
+/// stage fails.
 #[derive(Default)]
 pub(crate) struct Report {
-    /// The tool that was used or the amount of work, if worth mentioning.
+    /// A remark, such as the tool that was used or the amount of work. May be empty.
     pub(crate) says: String,
     pub(crate) tests: TestCount,
 }
 
-/// Runs tests and counts them. The command's success is not enough, because a test that ends its
-/// program with exit code 0 prevents the remaining tests from running.
+/// Runs tests and counts them. The command's exit code does not suffice: a test that ends its program with exit code 0
+/// would prevent the remaining tests from running.
 pub(crate) fn run_tests(command: &mut Command, count: &mut TestCount) -> Result<()> {
     eprintln!("$ {command:?}");
     let mut child = command

@@ -1,5 +1,5 @@
-//! The table of theorems in `proofs/README.md`, the harnesses of each theorem, and a prover's
-//! answer about a harness.
+//! Reads the table of theorems in `proofs/README.md`, with the harnesses of each theorem, and a prover's answers about
+//! harnesses.
 
 use std::fs;
 use std::path::Path;
@@ -55,8 +55,8 @@ pub(crate) fn is_called(harness: &str, end: &str) -> bool {
 #[derive(Deserialize)]
 pub(crate) struct Harness {
     pub(crate) name: String,
-    /// True if the harness ends with a cover, which shows that its end is reached. Kani does not
-    /// require this.
+    /// True if the harness ends with a cover, which shows that some input reaches the end. Kani does not require such a
+    /// cover.
     #[cfg(test)]
     pub(crate) ends_with_cover: bool,
 }
@@ -76,8 +76,7 @@ impl Answer {
         self.verdict == "proved"
     }
 
-    /// Returns whether the engine has shown that the harness does not hold. A missing answer shows
-    /// nothing.
+    /// Returns whether the engine has shown that the harness fails. A missing answer does not count as a failure.
     pub(crate) fn is_refuted(&self) -> bool {
         !["proved", "error", "no_answer_in_time"].contains(&self.verdict.as_str())
     }

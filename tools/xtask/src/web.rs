@@ -16,7 +16,7 @@ use crate::workspace::Workspace;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// The version of the command, which must equal that of the library in `host/web/Cargo.toml`.
+/// The version of the command. It must equal the library's version in `host/web/Cargo.toml`.
 const WASM_BINDGEN: &str = "0.2.129";
 const WASM_BINDGEN_CLI: &str = "wasm-bindgen-cli";
 
@@ -46,7 +46,7 @@ pub(crate) fn web(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
             "windows" => "explorer",
             _ => "xdg-open",
         };
-        // Windows' explorer always reports a failure, so its status is ignored.
+        // Ignore the exit status, because Windows' explorer always reports a failure.
         let sh = Shell::new()?;
         cmd!(sh, "{browser} {page}").ignore_status().run()?;
     }
@@ -58,7 +58,7 @@ pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
     say_what_it_costs(workspace)?;
     let sh = &workspace.shell_with(WASM_BINDGEN_CLI, WASM_BINDGEN)?;
     let built = build(sh, workspace)?;
-    // The folder contains only the page, so that the folder can be published.
+    // Write only the page into this folder, so that the folder can be published.
     let folder = workspace.target_directory.join("web");
     sh.remove_path(&folder)?;
     sh.create_dir(&folder)?;

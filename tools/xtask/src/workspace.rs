@@ -13,10 +13,9 @@ use crate::browser;
 /// The package that microcontrollers use, in the folder `core`.
 pub(crate) const CORE: &str = "framelock";
 
-/// The option that makes any compiling command of cargo run clippy too. Clippy's compiler is rustc
-/// with more lints, and works only with its own toolchain. This is an option rather than a
-/// variable, because a program that cargo runs would pass the variable on to the cargo that this
-/// program runs.
+/// The option that makes any compiling command of cargo run clippy too. Clippy's compiler is rustc with more lints, and
+/// works only with its own toolchain. This is an option of cargo instead of an environment variable, because programs
+/// that cargo runs would inherit the variable.
 pub(crate) const CLIPPY: [&str; 2] = ["--config", "build.rustc-workspace-wrapper='clippy-driver'"];
 
 /// The variable that turns clippy's warnings into errors.
@@ -31,15 +30,15 @@ pub(crate) struct Workspace {
     pub(crate) core_features: Vec<String>,
     /// The packages whose manifests do not contain `publish = false`.
     pub(crate) published: Vec<Package>,
-    /// The commit with whose public interface the next version must be compatible.
+    /// The baseline commit: the next version's public interface must be compatible with this commit.
     pub(crate) semver_baseline: String,
 }
 
 impl Workspace {
     /// Loads the workspace by asking cargo.
     pub(crate) fn load() -> Result<Self> {
-        // Use the folder of this call of `cargo xtask`, not that at compile time. Cargo may have
-        // kept a program compiled in a copy of the workspace, which would then check that copy.
+        // Use the folder at run time, not the one at compile time. Cargo may have kept a program that was compiled in a
+        // copy of the workspace, and this program would then check the copy.
         let here = env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| ".".into());
         let metadata = MetadataCommand::new().current_dir(here).no_deps().exec()?;
         let core = metadata.packages.iter().find(|one| one.name == CORE);
@@ -67,10 +66,9 @@ impl Workspace {
         cargo_in(&self.root)
     }
 
-    /// Returns the command that tests all packages except the [browser's](browser::TESTS). All
-    /// stages give cargo the same packages, because cargo chooses the features of common
-    /// dependencies by them and would compile those dependencies again for other packages. Clippy
-    /// compiles the tests, as [`CLIPPY`] explains. Code that clippy has compiled need not be
+    /// Returns the command that tests all packages except the [browser's](browser::TESTS). All stages pass the same
+    /// packages to cargo. Cargo chooses the features of common dependencies by these packages, and would compile the
+    /// dependencies again for other packages. Clippy compiles the tests (see [`CLIPPY`]), so that they need not be
     /// compiled again to run.
     pub(crate) fn cargo_test(&self) -> Command {
         let mut cargo = self.cargo();

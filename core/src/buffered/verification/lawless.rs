@@ -1,7 +1,7 @@
 //! 13b, for a format whose answers may break every law.
 //!
-//! The invariant is [`fits`] for a place that `LONGEST` bytes decide. [`steps`](super::steps) proves without
-//! any law that `store`, `discard_what_starts_nothing` and `give_back` keep this invariant.
+//! The invariant is [`fits`], for a place about which only `LONGEST` bytes decide. [`steps`](super::steps) proves,
+//! without using any law, that `store`, `discard_what_starts_nothing` and `give_back` keep this invariant.
 
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::{any_up_to, any_verdict};
@@ -27,8 +27,7 @@ impl Format for Longest {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// `with_buffer` creates a receiver exactly if the memory holds the longest frame and this frame has at least
-/// one byte.
+/// `with_buffer` creates a receiver exactly if the longest frame has at least one byte and fits into the memory.
 #[kani::proof]
 fn memory_holds_the_longest_frame() {
     let longest = kani::any();
@@ -39,7 +38,7 @@ fn memory_holds_the_longest_frame() {
     kani::cover!(is_held, "it does");
 }
 
-/// A format that gives this answer about any bytes.
+/// A format that gives the same answer about any bytes.
 #[derive(Clone, Copy)]
 struct Says(Classification);
 
@@ -64,7 +63,7 @@ fn what_is_not_rejected_starts() {
     kani::cover!(starts, "it does");
 }
 
-/// `poll` finds a frame among the bytes that `push` has left undecided, called directly or by a line.
+/// `poll` finds a frame among the bytes that `push` has left undecided, whether called on the receiver or on a line.
 #[kani::proof]
 #[kani::unwind(3)]
 fn what_is_left_is_found() {
@@ -77,8 +76,8 @@ fn what_is_left_is_found() {
     kani::cover!(is_frame, "a frame");
 }
 
-/// `decide` decides about at least one byte, or waits for at least one more. It never waits with `LONGEST`
-/// bytes pending.
+/// `decide` decides about at least one byte, or demands at least one more byte. With `LONGEST` bytes pending it always
+/// decides.
 fn something_is_decided<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
@@ -111,7 +110,8 @@ fn something_is_decided<const L: usize, const N: usize>() {
 }
 for_longest!(decide, something_is_decided);
 
-/// After `push`, the bytes in events plus the pending bytes are as many as the bytes pending before plus the new byte.
+/// `push` loses no byte: the bytes in its events and the bytes pending afterwards are the bytes pending before and the
+/// new byte.
 fn pushed_byte_is_placed<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);

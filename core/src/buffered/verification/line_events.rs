@@ -56,7 +56,7 @@ fn first_place_is_ended<const L: usize, const N: usize>() {
 }
 for_longest!(end_first, first_place_is_ended: of_3 3 5 7 of_8 8 8 11);
 
-/// For any answers of the format, the iteration puts at least one byte into an event.
+/// Whatever the format answers, the iteration puts at least one byte into an event.
 fn a_byte_is_ended<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);

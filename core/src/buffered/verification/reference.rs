@@ -1,7 +1,7 @@
 //! 13d and 13e: which frames the reference delivers, and when.
 //!
-//! The reference depends only on its format's final classifications. So one [`Row`] per place stands for any lawful
-//! format on any stream.
+//! The reference depends only on the format's final classifications. So the harnesses give each place an arbitrary
+//! [`Row`], which together stand for any lawful format on any stream.
 
 use super::byte;
 use crate::any_format::{Row, any_up_to};
@@ -92,7 +92,8 @@ fn no_frame_is_passed_over_of_4() {
 
 const LONGEST: usize = 4;
 
-/// 0 is always a false start of the longest frame. 1 is a frame. No other byte starts a frame.
+/// A format in which the byte 0 looks like the start of a frame until `L` bytes have come, the byte 1 is a frame, and
+/// no other byte starts a frame.
 #[derive(Clone, Copy)]
 struct FalseStart<const L: usize>;
 
@@ -109,8 +110,8 @@ impl<const L: usize> Format for FalseStart<L> {
     fn decode(&self, _: &[u8]) {}
 }
 
-/// The bounds of 13e are reached. After a false start, `feed` delivers a frame of one byte when `LONGEST - 2` bytes
-/// have come after the frame. `push` delivers it one byte later.
+/// Some streams reach the bounds of 13e. After a false start, `feed` delivers a frame of one byte when `LONGEST - 2`
+/// bytes have come after the frame. `push` delivers it one byte later.
 #[kani::proof]
 #[kani::unwind(8)]
 fn latest_delivery() {
@@ -130,8 +131,8 @@ fn latest_delivery() {
     kani::cover!(fed.pending() == 0, "all is decided");
 }
 
-/// 13a, with the loop of `feed` executed. After a false start the bytes of a slice are decided one after another.
-/// Only the bytes after a 0 that may still begin a frame stay undecided.
+/// 13a, by running the loop of `feed`. After a false start the bytes of a slice are decided one after another. Only the
+/// bytes after a 0 that may still begin a frame stay undecided.
 #[kani::proof]
 #[kani::unwind(4)]
 fn feed_goes_on() {
@@ -150,8 +151,8 @@ fn feed_goes_on() {
     kani::cover!(receiver.pending() == 1, "another false start");
 }
 
-/// 13a: after a false start `next` continues past the bytes that it discards, to the next frame or to bytes that must
-/// wait. It takes only as many bytes from the slice as the decision needs, and leaves the rest.
+/// 13a: after a false start `next` discards bytes up to the next frame, or up to bytes that it cannot decide about yet.
+/// It takes only as many bytes from the slice as its decisions need, and leaves the rest.
 #[kani::proof]
 #[kani::unwind(4)]
 fn next_goes_on() {

@@ -130,9 +130,8 @@ fn places<const COUNT: usize>(from: usize) -> [u8; COUNT] {
     bytes
 }
 
-/// `take`, while nothing is pending: drops the places that start no frame, or delivers the frame at the
-/// first place, or drops that place. Otherwise it leaves the whole slice pending and waits for bytes that
-/// have not come.
+/// `take`, while nothing is pending, does one of four things: it drops the places that start no frame, delivers the
+/// frame at the first place, drops the first place, or stores the whole slice and waits for more bytes.
 fn slice_is_taken<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), 0);
@@ -184,8 +183,8 @@ fn slice_begins_where_the_pending_did<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
-    // `taken` bytes of the slice are taken: they are pending, or were pending. The rest of the slice
-    // follows them.
+    // The receiver has taken the first `taken` bytes of the slice. They are pending, or were pending. The rest of the
+    // slice follows them.
     let taken = any_up_to(L);
     let length = any_up_to(N);
     kani::assume(taken <= length);

@@ -7,19 +7,19 @@
 //!
 //! * Long division, by induction over the bits of the quotient ([`division_is_exact`]). The invariant, when the bits
 //!   from `bit` on are known, has two parts. First, the ticks of the counted units and the ticks left add up to the
-//!   time. Second, either the ticks left are fewer than `1 << bit` units take, or all known bits are 1, which is the
-//!   greatest distance that an axis can move. At the start no unit is counted and no bit is known. At the end every
-//!   unit for which the time suffices is counted, and no tick is lost.
-//! * An axis moves by this number of units, but no further than its target ([`axis_stops_at_its_target`]). For
-//!   less time than two units take, one harness checks the division and the move together
-//!   ([`axis_moves_at_its_rate`]).
+//!   time. Second, one of two conditions holds: the ticks left are fewer than `1 << bit` units take, or all known bits
+//!   are 1. In the latter case the quotient has reached the largest distance that an axis can move. The division starts
+//!   with no units counted and no bits known. It ends when every unit for which the time suffices is counted, and it
+//!   has lost no tick.
+//! * An axis moves by this number of units, but no further than its target ([`axis_stops_at_its_target`]). One harness
+//!   checks the division and the move together, for less time than two units take ([`axis_moves_at_its_rate`]).
 //! * Every axis is parked after `parked_after` ticks, for some rates ([`parked_in_time`]).
-//! * The ticks between two polls move the axis towards the demand until the hold begins, and towards park after the
-//!   ramp begins. The ticks between hold and ramp do not move it ([`ticks_are_shared_out`]). Each axis uses its own
-//!   rate and target ([`each_axis_has_its_rate`]).
+//! * Until the hold begins, ticks move the axis towards the demand. From the hold to the ramp, ticks do not move the
+//!   axis. From the ramp on, ticks move the axis towards park ([`ticks_are_shared_out`]). Each axis uses its own rate
+//!   and target ([`each_axis_has_its_rate`]).
 //!
-//! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands
-//! of 16 bits. No axis reads the state of another, so each behaves the same among any number of axes.
+//! Each part is proved for three axes with demands of 8 bits, as in a setpoint, and for two axes with demands of 16
+//! bits. No axis reads the state of another, so an axis behaves the same however many other axes there are.
 
 use super::{Axis, Demand, Failsafe, FailsafeParameters, NonZeroU32, Phase, division_step};
 
@@ -44,7 +44,7 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         }
     }
 
-    /// Returns the state in the same form, without the parameters.
+    /// Returns the failsafe's state, without the parameters.
     pub fn state(&self) -> ([u32; 2], [D; AXES], [(D, u32); AXES]) {
         let axes = self.axes.map(|axis| (axis.position, axis.since_unit));
         ([self.now, self.silence], self.demands, axes)
@@ -62,7 +62,7 @@ fn any_axis<D: Demand + kani::Arbitrary>(ticks_per_unit: NonZeroU32) -> Axis<D> 
     }
 }
 
-/// Returns a failsafe with these rates, in any state and with any other parameters.
+/// Returns a failsafe with these rates, in any state. All other parameters are arbitrary.
 fn any_failsafe<D: Demand + kani::Arbitrary, const AXES: usize>(
     ticks_per_unit: [NonZeroU32; AXES],
 ) -> Failsafe<D, AXES> {
@@ -216,8 +216,8 @@ for_demands!(
     moves_at_its_rate::<u16>()
 );
 
-/// Observes the ticks of one axis. Its rate is so slow that the ticks make no whole unit in either direction. All other
-/// axes are already at their targets.
+/// Observes how many ticks one axis receives. Its rate is so slow that the ticks never make a whole unit in either
+/// direction. All other axes are already at their targets.
 fn ticks_are_shared<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut failsafe = any_failsafe::<D, AXES>([NonZeroU32::MAX; AXES]);
     let first = failsafe.axes[0];
@@ -336,8 +336,8 @@ fn parked_is_parked() {
     kani::cover!(rate.get() > 1, "a slow axis");
 }
 
-/// Every axis is at park [`FailsafeParameters::parked_after`] ticks after a frame, from any demand and any output. If
-/// all axes began as far away as possible, they are not yet there one tick earlier, so the bound is exact.
+/// Every axis is at park [`FailsafeParameters::parked_after`] ticks after a frame, from any demand and any output. The
+/// bound is exact: axes that begin as far from park as possible are not yet at park one tick earlier.
 fn parks_in_time<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
     let rates = rates.map(|rate| NonZeroU32::new(rate.into()).unwrap());
     let mut failsafe = any_failsafe::<D, AXES>(rates);
@@ -369,7 +369,7 @@ for_demands!(
     parks_in_time::<u16, 1>([2])
 );
 
-/// Uses any parameters, states and times. `frame` calls `poll` first, so this covers `poll`.
+/// Nothing panics, for any parameters, states and times. `frame` calls `poll` first, so this covers `poll`.
 fn nothing_panics<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let parameters = FailsafeParameters::<D, AXES> {
         hold_after: kani::any(),
@@ -392,7 +392,7 @@ fn nothing_panics<D: Demand + kani::Arbitrary, const AXES: usize>() {
             since_unit: kani::any(),
         }),
     };
-    // Either at reset, or in any state.
+    // Start either at reset, or in any state.
     let mut failsafe = built.unwrap_or(state);
     if kani::any() {
         failsafe = state;

@@ -37,7 +37,7 @@ async fn main(_spawner: Spawner) {
     // TIMER1 counts the UARTE's errors.
     let errors = timer::Timer::new_counter(p.TIMER1);
     let error = unwrap!(NonNull::new(pac::UARTE0.events_error().as_ptr()));
-    // SAFETY: the address is that of a peripheral's event.
+    // SAFETY: the address belongs to an event of a peripheral.
     let error = unsafe { Event::new_unchecked(error) };
     let mut channel = Ppi::new_one_to_one(p.PPI_CH2, error, errors.task_count());
     channel.enable();

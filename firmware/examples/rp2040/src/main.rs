@@ -1,6 +1,6 @@
 //! framelock on another chip, an RP2040. It receives setpoints on UART0 and logs them.
 //!
-//! **This program was compiled. It has never run.**
+//! **This program compiles, but it has never run.**
 //!
 //! embassy-rp's `BufferedUartRx` receives by interrupt and implements `Read` of `embedded-io-async`, so `Reader` takes
 //! it directly. The driver reports each kind of error, after the bytes received before it. The program passes the error
@@ -41,10 +41,10 @@ async fn main(_spawner: Spawner) {
                     Error::Overrun => LineEvent::Overrun,
                     Error::Break => LineEvent::Break,
                     Error::Parity => LineEvent::Parity,
-                    // Framing errors, and kinds that later versions may add.
+                    // Framing errors, and kinds of errors that later versions may add.
                     _ => LineEvent::Framing,
                 };
-                // The pending bytes are discarded and counted. The next read goes on.
+                // The pending bytes are discarded and counted. The next read continues.
                 reader.line_mut().line_event(event, |_| ());
                 warn!("{}", event);
             }

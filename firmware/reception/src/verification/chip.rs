@@ -24,8 +24,8 @@ pub(super) struct Byte {
 pub(super) struct Chip {
     /// The number of the next byte on the line. Lost bytes have numbers too.
     pub(super) next: u8,
-    /// The number of bytes of two kinds in the FIFO. The first `old` bytes may be corrupted, or from before the last
-    /// error. The `new` bytes that follow are sound, and are the latest on the line.
+    /// The number of bytes in the FIFO, by kind. The first `old` bytes may be corrupted, or from before the last error.
+    /// The `new` bytes after them are sound, and are the latest bytes on the line.
     pub(super) old: u8,
     pub(super) new: u8,
     pub(super) open: bool,
@@ -50,12 +50,13 @@ pub(super) struct Chip {
     pub(super) may_owe: bool,
     pub(super) moves: bool,
     pub(super) ghost: bool,
-    /// `expected`: the number after that of the last byte handed on. `reported`: whether an event was reported since.
+    /// `expected`: the number of the last byte handed on, plus one. `reported`: whether an event was reported after
+    /// that byte.
     pub(super) expected: u8,
     pub(super) reported: bool,
     /// Whether ENDRX was late or lost when the handler last read it.
     pub(super) owed: bool,
-    /// The byte that the round read last. The following fields also record the actions of a round.
+    /// The byte that the round read last. This field and the next ones record the actions of a round.
     pub(super) looked_at: Option<Byte>,
     pub(super) pushed: u8,
     pub(super) idles: u8,
@@ -74,7 +75,7 @@ impl Chip {
     /// byte, because nothing opens another transfer.
     pub(super) fn moves(&mut self) {
         if self.stopping {
-            // The handler reads only the timer and RXTO, and all bytes that arrive are lost.
+            // While stopping, the handler reads only the timer and RXTO, and all bytes that arrive are lost.
             self.time = kani::any_where(|time| *time >= self.time && *time < TIMES);
             self.timeout |= kani::any::<bool>();
             return;
@@ -87,12 +88,12 @@ impl Chip {
             self.time_passes();
         }
         if self.owes_end {
-            // The ENDRX that is still due may come now.
+            // An ENDRX that is still due may come now.
             let is_late = self.memory.is_some_and(|byte| !byte.is_hidden) && kani::any();
             self.owes_end = !is_late;
             self.ended = is_late;
         } else if !self.open {
-            // ENDRX may come again.
+            // ENDRX may come a second time.
             self.ended |= kani::any::<bool>();
         }
     }
@@ -155,9 +156,9 @@ impl Chip {
         self.ended = !self.owes_end;
     }
 
-    /// Takes the chip's steps before an access. Each access that reads or changes the chip's state calls this
-    /// function. The other accesses need not call it: no step of the chip depends on them, so the chip can take its
-    /// steps before the next access that does.
+    /// Takes the chip's steps before an access. Every access that reads or changes the chip's state calls this
+    /// function. Other accesses need not call it: no step of the chip depends on them, so the steps can as well happen
+    /// before the next access that calls it.
     fn access(&mut self) {
         if self.moves {
             self.moves();
@@ -168,7 +169,7 @@ impl Chip {
         assert!(!self.open || self.ghost, "a transfer is open already");
         assert!(!self.owes_end, "the last transfer's ENDRX is to come");
         if let (true, None, Some(byte)) = (self.ghost, self.looked_at, self.memory) {
-            // L4: the byte in memory is overwritten.
+            // The case of L4: the next transfer may overwrite the byte in memory.
             self.expected = if byte.is_sound {
                 byte.number + 1
             } else {
@@ -203,8 +204,8 @@ impl Registers for Chip {
         self.error = false;
         self.access();
         let (failed, overran) = (self.failed, self.overran);
-        // An error that comes before the causes are cleared is cleared with them if it has the same cause. An error
-        // with another cause is cleared too if any write clears all causes.
+        // An error may come before the causes are cleared. It is cleared with them if it has the same cause, or if any
+        // write clears all causes.
         self.access();
         if !failed {
             return 0;

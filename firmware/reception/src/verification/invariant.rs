@@ -1,10 +1,11 @@
-//! The invariant of the chip and the reception. It holds between any two rounds and steps.
+//! The invariant of the chip and the reception. It holds before and after each round, each tick and each step of the
+//! chip.
 
 use super::Reception;
 use super::chip::{Byte, Chip, FIFO, TIMES};
 use crate::{ERRORS_A_TICK, SinceByte, State};
 
-/// Upper bound of the bytes' numbers at the start of a harness, so that they do not wrap within a round.
+/// The limit on the bytes' numbers at the start of a harness, so that they do not wrap within a round.
 const NUMBERS: u8 = 30;
 
 impl Chip {
@@ -54,10 +55,10 @@ impl Chip {
         !self.stopping
             && self.is_possible()
             && self.is_in_order()
-            // The report was made before any byte that follows the drain.
+            // An event was reported before any byte that follows the drain.
             && (!draining || self.reported)
             && (self.failed || draining || self.is_lost_and_hidden() || self.is_clean())
-            // When `NONE_WAITS` is over, the FIFO has been empty, so all bytes in it have come since.
+            // The FIFO was empty when `NONE_WAITS` passed, so all bytes that it holds now came after that moment.
             && (self.failed || !draining || !self.open || self.time == 0 || self.old == 0)
     }
 
@@ -70,15 +71,15 @@ impl Chip {
             && self.new < self.next + 1
             && self.time < TIMES
             && (self.failed || !self.overran)
-            // After an overrun, the FIFO keeps a byte until a transfer takes it, which by A1 happens soon.
+            // After an overrun, a byte stays in the FIFO until a transfer takes it, within the time of A1.
             && (!self.open || !self.overran || self.time == 0 && self.old + self.new > 0)
             && u8::from(self.open) + u8::from(self.ended) + u8::from(self.owes_end) == 1
             && self.open != self.memory.is_some()
             && self.memory.is_none_or(|byte| byte.number < self.next)
     }
 
-    /// Returns whether the bytes in memory and in the FIFO all follow the bytes handed on, so that no byte is handed on
-    /// again.
+    /// Returns whether all bytes in memory and in the FIFO come after the bytes that were handed on. So no byte is
+    /// handed on twice.
     fn is_in_order(&self) -> bool {
         let follows = match self.memory {
             Some(Byte {
@@ -89,8 +90,8 @@ impl Chip {
         self.expected < self.first_new() + 1 && follows
     }
 
-    /// Returns whether every error so far was reported: either the next byte to hand on follows the last one on
-    /// the line, or an event was reported since.
+    /// Returns whether every error so far was reported: either the next byte to hand on is the successor of the last
+    /// byte handed on, or an event was reported since.
     fn is_clean(&self) -> bool {
         let next = self.memory.map_or(self.first_new(), |byte| byte.number);
         self.old == 0
@@ -100,8 +101,8 @@ impl Chip {
             && (next == self.expected || self.reported)
     }
 
-    /// Returns whether a byte whose value is `NO_BYTE` lies in memory and its ENDRX is lost. No further byte is stored
-    /// until the FIFO has overrun.
+    /// Returns whether a byte with the value `NO_BYTE` lies in memory and its ENDRX is lost. In this state, no further
+    /// byte is stored until the FIFO has overrun.
     fn is_lost_and_hidden(&self) -> bool {
         self.owes_end && self.memory.is_some_and(|byte| byte.is_hidden)
     }

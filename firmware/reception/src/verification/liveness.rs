@@ -1,4 +1,5 @@
-//! L1 to L4: the reception makes progress. Except for L4, the chip does between two rounds only what A1 demands.
+//! L1 to L4: the reception makes progress. In the harnesses of L1 to L3, the chip takes only the steps between two
+//! rounds that A1 demands.
 
 use super::chip::{Chip, FIFO};
 use super::invariant::{any_reception, any_that_takes_bytes};
@@ -23,16 +24,16 @@ fn a_round_takes_what_has_come() {
     let (before, had_ended) = (reception, chip.ended);
     let (time, had_failed) = (chip.time, chip.failed);
     reception.service(&mut chip);
-    // L1: the round takes the byte, ...
+    // L1: the round takes the byte,
     assert!(!chip.ended && (chip.open || chip.owes_end));
     let dropped = reception.skipped.wrapping_sub(before.skipped);
     assert!(u32::from(chip.pushed) + dropped == u32::from(had_ended));
     assert!(dropped == 0 || chip.reported, "dropped after a report");
-    // ... and reports the gap and the error; ...
+    // reports the gap and the error,
     assert!(chip.idles == u8::from(time >= 2 && !before.since_byte.in_gap));
     assert!(!had_failed || chip.reported && reception.state != State::Receiving);
     assert!(had_ended || reception.since_byte.restarts >= before.since_byte.restarts);
-    // ... and clears an ERROR without a cause.
+    // and clears an ERROR that has no cause.
     assert!(!chip.error);
     kani::cover!(chip.pushed == 1);
     kani::cover!(dropped == 1 && had_failed);
@@ -44,7 +45,8 @@ fn after_the_last_error_it_hears_again() {
     let (mut reception, mut chip) = any_that_takes_bytes();
     chip.may_owe = false;
     kani::assume(!chip.owes_end);
-    // L2: one round for the error, one round for each byte in memory and in the FIFO, and one for `NONE_WAITS`.
+    // L2 needs one round for the error, one round for each byte in memory and in the FIFO, and one round for
+    // `NONE_WAITS`.
     for _ in 0..FIFO + 2 {
         reception.service(&mut chip);
         (chip.failed, chip.overran) = (false, false);
@@ -64,7 +66,7 @@ fn an_error_wakes_when_its_time_is_over() {
     kani::assume(chip.failed);
     reception.service(&mut chip);
     kani::assume(!chip.stopping);
-    // After too many errors, only the tick allows ERROR and the timer to wake the handler again.
+    // After too many errors, ERROR and the timer wake the handler again only after the tick.
     assert!(chip.wakes_by_timer == chip.wakes_by_error);
     if !chip.wakes_by_error {
         reception.tick(&mut chip);
@@ -81,7 +83,7 @@ fn a_lost_endrx_is_seen_by_the_second_tick() {
     kani::assume(chip.owes_end && !chip.failed);
     let hidden = chip.memory.is_some_and(|byte| byte.is_hidden);
     if hidden {
-        // L3: more bytes arrive, and the FIFO overruns.
+        // L3, if more bytes arrive and the FIFO overruns.
         (chip.failed, chip.overran) = (true, true);
         chip.time = chip.time.max(1);
         reception.service(&mut chip);
@@ -115,8 +117,8 @@ fn after_a_stop_it_hears_again() {
     kani::cover!(!chip.timeout);
 }
 
-/// Checks that each restart is counted. Only a byte that is read resets the count, so if no byte is read any more,
-/// the tick returns false after `MOST_RESTARTS`. The tick also returns false if there was no round.
+/// Checks that each restart is counted, and that only reading a byte resets the count. So if no more bytes are read,
+/// the tick returns false after `MOST_RESTARTS` restarts. The tick also returns false if there was no round.
 #[kani::proof]
 #[kani::unwind(6)]
 fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
@@ -136,7 +138,7 @@ fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
     kani::cover!(works);
 }
 
-/// Checks L2 without a bound on the number of rounds: it holds whatever happened before and however late the round is.
+/// Checks L2 for any number of rounds: it holds whatever happened before, and however late the round is.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_in_a_pause_ends_the_drain() {

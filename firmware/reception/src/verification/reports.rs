@@ -97,8 +97,8 @@ impl Registers for Uarte {
     fn push(&mut self, _: u8) {}
 }
 
-/// Checks that a round reports each cause in ERRORSRC once, and the gap. It stops the UARTE only if an overrun came before
-/// ENDRX although a transfer was open for long enough.
+/// Checks that a round reports the gap, and each cause in ERRORSRC once. The round stops the UARTE only if an overrun
+/// came without an ENDRX, although a transfer had been open for long enough.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_reports_what_has_happened() {
@@ -124,7 +124,7 @@ fn a_round_reports_what_has_happened() {
     kani::cover!(expected.restarts == 1);
 }
 
-/// Checks that a tick reports a lost ENDRX only if it is lost.
+/// Checks that a tick reports a lost ENDRX only if an ENDRX is lost.
 ///
 /// A byte that lies in memory at one tick may have just been stored. If it still lies there at the second tick, and no
 /// ENDRX came and no transfer was started between the ticks, its ENDRX was lost. Rounds between the ticks matter only

@@ -34,7 +34,7 @@ fn whatever_the_chip_does() {
     kani::cover!(chip.failed && chip.old == 1 && chip.new == 1);
 }
 
-/// Checks a round during which the chip takes any steps. `begins_with` restricts the state at its start.
+/// Checks a round during which the chip takes any steps. `begins_with` restricts the state at the start of the round.
 fn a_round(begins_with: fn(&Chip) -> bool) -> Chip {
     let (mut reception, mut chip) = any_that_takes_bytes();
     kani::assume(begins_with(&chip));

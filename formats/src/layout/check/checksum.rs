@@ -1,4 +1,4 @@
-//! The check of a layout's checksum.
+//! Checks a layout's checksum.
 
 use super::{get, reject_if};
 use crate::layout::{Algorithm, Checksum, Contradiction, Crc, Layout, Length, Part, Table, index};

@@ -1,4 +1,4 @@
-//! The check of a layout's content and of its other terminators.
+//! Checks a layout's content and its other terminators.
 
 use super::frame::{agrees_with_content, is_content};
 use super::{get, reject_if};
@@ -60,7 +60,8 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
     Ok(())
 }
 
-/// Checks that the parts of a frame of `length` bytes may be content, and are before the terminator.
+/// Checks that the parts of a frame of `length` bytes lie before the terminator, and that their values are allowed as
+/// content.
 pub(super) const fn check_content_of_parts(
     layout: &Layout,
     length: usize,
@@ -113,7 +114,7 @@ pub(super) const fn check_content_of_parts(
     Ok(())
 }
 
-/// Returns one of the terminators, the others last.
+/// Returns a terminator by its number. The other terminators are numbered after the terminators.
 const fn nth_terminator<'a>(layout: &Layout<'a>, number: usize) -> Option<&'a [u8]> {
     if is_other(layout, number) {
         return get(

@@ -57,7 +57,7 @@ struct Found {
     has_sync: bool,
     /// Whether a known message agrees with the other parts.
     has_message: bool,
-    /// The length of the shortest frame; the greatest number if there is none.
+    /// The length of the shortest frame. `usize::MAX` if there is no frame.
     length: usize,
 }
 
@@ -142,8 +142,7 @@ const fn shortest_length(
     Some(length as usize)
 }
 
-/// Returns the smallest number that is at least `from`, has no bits outside `bits`, and has these values in the known
-/// bits.
+/// Returns the smallest number that is at least `from`, has no bits outside `bits`, and agrees with the known bits.
 const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> {
     if from > u32::MAX as u64 {
         return None;
@@ -153,8 +152,8 @@ const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> 
     if from & !bits == 0 && from & known == values {
         return Some(from);
     }
-    // The number is greater than `from`. It has one bit that `from` lacks, the same bits above that bit, and the
-    // smallest possible bits below it.
+    // Otherwise the result is greater than `from`. It has a bit that `from` lacks. Above this bit it equals `from`, and
+    // below it has the smallest possible value.
     let mut bit = 1_u32;
     while bit != 0 {
         let below = bit.wrapping_sub(1);
@@ -169,8 +168,8 @@ const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> 
     None
 }
 
-/// Returns the bits of a byte that are the same in each frame of `length` bytes with this sync and message, and their
-/// values.
+/// Returns the mask and the values of those bits of a byte that are the same in each frame of `length` bytes with this
+/// sync and message.
 const fn known_bits(
     layout: &Layout,
     length: usize,
@@ -234,7 +233,7 @@ const fn message_agrees(
     message.number & !all_bits(number) == 0
 }
 
-/// Returns true if the bytes that are the same in each frame of `length` bytes contain a terminator before the last one.
+/// Returns true if each frame of `length` bytes must contain a terminator before its end.
 const fn ends_early(
     layout: &Layout,
     length: usize,
@@ -293,7 +292,7 @@ const fn ends_early_at(
     false
 }
 
-/// Returns true if a terminator agrees with the fixed bits in its place.
+/// Returns true if a terminator agrees with the fixed bits at the end of the frame.
 pub(super) const fn ends_with_a_terminator(layout: &Layout, length: usize) -> bool {
     let from = length.saturating_sub(layout.terminator.length);
     let mut terminators = layout.terminator.bytes;
@@ -340,7 +339,7 @@ pub(super) const fn is_content(layout: &Layout, byte: u8) -> bool {
     false
 }
 
-/// Returns true if the bits of `mask` in the byte at `at` of a frame of `length` bytes may have the values of `byte`.
+/// Returns true if the byte at `at` of a frame of `length` bytes may equal `byte` in the bits of `mask`.
 pub(super) const fn agrees_with_fixed(
     fixed: &[FixedBits],
     length: usize,
@@ -365,13 +364,13 @@ const fn is_at(bits: FixedBits, length: usize, at: usize) -> bool {
     }
 }
 
-/// Returns the byte of a number that the frame has at the index `byte` of this number.
+/// Returns the byte of the number that comes at index `byte` in the frame.
 const fn byte_of(number: &Number, value: u32, byte: usize) -> u8 {
     let [lowest, ..] = value.wrapping_shr(shift_of(number, byte)).to_le_bytes();
     lowest
 }
 
-/// Returns the position in the number of the lowest bit of this byte.
+/// Returns the bit position of this byte in the number.
 const fn shift_of(number: &Number, byte: usize) -> u32 {
     let below = match number.order {
         ByteOrder::Little => byte,

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::plot::{Axis, Band, Chart, Place, Series};
 
-/// A figure: its runs, and its chart, which has no values yet.
+/// A figure: its simulations, and its chart, still without values.
 #[derive(Deserialize)]
 pub(crate) struct Figure {
     pub(crate) name: String,
@@ -73,7 +73,7 @@ impl Figure {
         Ok((points, self.chart))
     }
 
-    /// Returns the setpoint that was sent and the failsafe's output, each time that the failsafe was polled.
+    /// Returns the sent setpoint and the failsafe's output at each poll of the failsafe.
     fn looks(&mut self, point: &Point) -> Result<Vec<Value>> {
         let trial = run(&point.parameters, 0, true)?;
         let looks = trial.events.iter().flatten().filter_map(|event| {
@@ -129,7 +129,7 @@ fn rows_of_run(run: usize, point: &Point) -> Vec<Value> {
     rows
 }
 
-/// Returns the time for which the sender sent, in hours.
+/// Returns how long the sender sent, in hours.
 #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
 fn hours(point: &Point) -> f64 {
     point.tally.line.frames_sent as f64 / point.parameters.rate / 3_600.0
@@ -178,8 +178,8 @@ fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
         .collect()
 }
 
-/// Returns the percentage of losses after which at most `x` intact frames are lost before a frame is
-/// delivered again, for each `x`.
+/// Returns the cumulative distribution of intact frames lost per loss: for each `x`, the percentage of losses that cost
+/// at most `x` intact frames.
 fn shares_by_frames_lost(back: &Value, most: f64) -> Vec<Place> {
     let counts = back["by_intact_frames_lost"].as_object();
     let counts: Vec<(f64, f64)> = counts

@@ -44,7 +44,7 @@ pub(crate) struct Axis {
     pub(crate) is_logarithmic: bool,
     /// The label at the start of a logarithmic axis, if zero is drawn there.
     zero: Option<String>,
-    /// Whether each value holds up to the middle between it and the next value.
+    /// Whether the series is a step function, with steps in the middle between two values.
     #[serde(default)]
     is_stepped: bool,
     /// The largest number of labels.
@@ -70,16 +70,16 @@ enum Mark {
 pub(crate) struct Series {
     colour: String,
     mark: Mark,
-    /// The path of the values in a row, if it differs from the axis's path.
+    /// The path of the values in a row of results, if it differs from the axis's path.
     pub(crate) value: Option<String>,
-    /// The values that a row of this series must have.
+    /// Selects the rows of this series: each path in the row must have this value.
     #[serde(flatten)]
     pub(crate) select: Map<String, Value>,
     #[serde(skip)]
     pub(crate) places: Vec<Place>,
 }
 
-/// Words in the chart. A label with a colour has a line of that colour before it.
+/// A text in the chart. If the label has a colour, a short line of this colour precedes the text.
 #[derive(Deserialize)]
 struct Label {
     at: (f64, f64),
@@ -119,7 +119,7 @@ pub(crate) struct Chart {
     labels: Vec<Label>,
     #[serde(skip)]
     pub(crate) bands: Vec<Band>,
-    /// The names of the values 0, 1, 2, ... of the x axis, if it has names instead of numbers.
+    /// If the x axis has names instead of numbers, the names of the values 0, 1, 2 and so on.
     #[serde(default)]
     places: Vec<String>,
 }
@@ -331,7 +331,8 @@ impl Label {
     }
 }
 
-/// Returns the font of a size in pixels. The factor compensates for the drawing library, which divides the size by 1.24.
+/// Returns a font with this size in pixels. The drawing library divides the size by 1.24, and the factor compensates
+/// for this.
 fn font(pixels: f64) -> FontDesc<'static> {
     FontDesc::new(FontFamily::SansSerif, pixels * 1.24, FontStyle::Normal)
 }

@@ -1,4 +1,5 @@
-//! Suggests what to check if a stream yields few frames. Each guess is tested on the first bytes before it is made.
+//! Suggests what to check if a stream yields few frames. Tests each guess on the stream's first bytes before suggesting
+//! it.
 
 use std::collections::HashMap;
 
@@ -7,10 +8,10 @@ use framelock_description::{Class, Field, Kind, SHIPPED, Type, hex};
 use framelock_formats::layout::Length;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
-/// The number of bytes on which guesses are tested.
+/// Guesses are tested on this number of bytes.
 pub(super) const TRIED: usize = 64 * 1024;
 
-/// Returns the likely reason why `stream`, the first bytes, yields few frames of `protocol`.
+/// Returns the likely reason why a stream yields few frames of `protocol`. `stream` contains the stream's first bytes.
 pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -> Option<String> {
     let own = in_frames(protocol, policy, stream);
     // The guess must explain most bytes, and many more bytes than the frames of `--frame`.
@@ -30,7 +31,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     }
     let fitting = |stream: &[u8]| {
         let fitting = shipped().filter(|other| fits(other, stream));
-        // If several fit equally well, the first one is used.
+        // If several shipped frames fit equally well, suggest the first one.
         let all: Vec<Protocol> = fitting.collect();
         let count = |other: &&Protocol| in_frames(other, Policy::Framelock, stream);
         all.iter().rev().max_by_key(count).cloned()
@@ -38,7 +39,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     if policy == Policy::Lecture && fits(protocol, stream) {
         return Some("--policy framelock finds frames".to_owned());
     }
-    // A description of the user with the same sync is a variant of a shipped one. Then a key of the description is
+    // If the user's own description has the same sync as a shipped one, it is probably a variant. Then a key in it is
     // wrong, not the choice of `--frame`.
     let is_shipped = SHIPPED.iter().any(|(name, _)| *name == protocol.name);
     if let Some(other) = fitting(stream).filter(|it| is_shipped || sync(it) != sync(protocol)) {
@@ -74,7 +75,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     if let Some(cause) = wrong_period(protocol, stream) {
         return Some(cause);
     }
-    // A start bit of a slower sender lasts for two bits or more.
+    // A slower sender's start bit lasts for two or more of the receiver's bits.
     let is_even = |byte: &&u8| **byte & 1 == 0;
     let is_steady = stream.iter().all(|byte| Some(byte) == stream.first());
     if stream.len() >= 64 && !is_steady && share(stream, is_even) > 0.98 {
@@ -101,7 +102,7 @@ fn shipped() -> impl Iterator<Item = Protocol> {
         .filter_map(|(name, _)| Protocol::named(name).ok())
 }
 
-/// Returns the bytes that a hex text stands for.
+/// Parses a text as hex. Returns its bytes.
 fn bytes_of_hex(stream: &[u8]) -> Option<Vec<u8>> {
     let text = std::str::from_utf8(stream).ok()?;
     // The last line may be incomplete.
@@ -109,7 +110,7 @@ fn bytes_of_hex(stream: &[u8]) -> Option<Vec<u8>> {
     hex::parse(&[whole]).ok().filter(|bytes| !bytes.is_empty())
 }
 
-/// Replaces each CR LF, LF or CR.
+/// Replaces each line end (CR LF, LF or CR).
 fn with_line_ends(stream: &[u8], end: &[u8]) -> Vec<u8> {
     let mut replaced = Vec::new();
     let mut before = 0;
@@ -136,7 +137,7 @@ fn sync(protocol: &Protocol) -> Option<&[u8]> {
     kind.layout.sync().each().next()
 }
 
-/// Returns a hint if the sync of frames with a fixed length repeats at a distance other than this length.
+/// Returns a hint if frames have a fixed length, but the sync repeats at another distance.
 fn wrong_period(protocol: &Protocol, stream: &[u8]) -> Option<String> {
     let kind = protocol.description.kinds.first()?;
     let sync =

@@ -3,13 +3,13 @@
 use framelock::DiscardReason;
 use framelock_receiving::Protocol;
 
-/// The number of bytes after which a hint may be given, if a tenth of them followed rejected headers.
+/// The smallest number of received bytes for a hint.
 const SOME: u64 = 200;
 
 /// The numbers of bytes that followed rejected headers, by reason.
 #[derive(Default)]
 pub(super) struct RejectedHeaders {
-    /// The reason for which the last header was rejected; `None` if a frame has followed it.
+    /// The reason why the last header was rejected; `None` if a frame has followed since.
     last: Option<DiscardReason>,
     bad_header: usize,
     too_long: usize,
@@ -34,7 +34,7 @@ impl RejectedHeaders {
         }
     }
 
-    /// Names the key to change, if more than a tenth of all bytes followed rejected headers.
+    /// If more than a tenth of all bytes followed rejected headers, returns a hint that names the key to change.
     pub(super) fn cause(&self, frame: &Protocol, bytes: u64) -> Option<String> {
         let longest = frame.longest();
         let causes = [

@@ -1,4 +1,4 @@
-//! Counters of 64 bits: a recording may be longer than the receiver's 32-bit counters can count.
+//! Counters of 64 bits, because the receiver's 32-bit counters may wrap in a long recording.
 
 use framelock::{Counters, Discarded};
 use serde::Serialize;
@@ -27,7 +27,7 @@ impl Totals {
         self.before = *now;
     }
 
-    /// Adds the increase in which the last pending bytes were discarded because the input had ended.
+    /// Adds the increase at the end of the input, at which the remaining pending bytes were discarded.
     pub(super) fn add_end(&mut self, now: &Counters) {
         let before = self.discarded.line_event;
         self.add(now);

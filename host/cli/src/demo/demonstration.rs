@@ -24,7 +24,7 @@ pub(super) struct Report {
     pub(super) tally: ReceiverTally,
     /// The number of frames whose setpoint was not committed with the frame's last byte.
     pub(super) lost: u64,
-    /// The number of commits that were not a frame's setpoint with the frame's last byte.
+    /// The number of other commits: with another setpoint, or not at a frame's last byte.
     pub(super) wrong: u64,
     /// The time since the receiver became deaf, if it is deaf.
     pub(super) deaf: Option<Duration>,
@@ -144,7 +144,7 @@ impl Demonstration {
         Duration::from_nanos(slot * 1_000_000_000 / u64::from(self.arguments.rate))
     }
 
-    /// Begins the slot of the next frame, and sends the frame unless the PC is silent.
+    /// Begins the next slot, and sends its frame unless the PC is silent.
     fn begin_slot(&mut self, slot: u64) {
         let setpoint = self.script.setpoint(slot, &mut self.motion);
         let passage = self.script.passage(slot).0;
@@ -174,7 +174,7 @@ impl Demonstration {
         self.now >= self.end()
     }
 
-    /// Returns the passage of the last frame that was due.
+    /// Returns the part of the demonstration to which the latest slot belongs.
     pub(super) fn passage(&self) -> Passage {
         self.script.passage(self.slot.saturating_sub(1)).0
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use framelock_simulation::Fate;
 
-/// The number of fates that are kept: more than any terminal has columns.
+/// The number of fates that are kept, which is more than the columns of any terminal.
 const KEPT: usize = 1000;
 
 /// The fates of the frames at one receiver, in the order in which the frames were due.
@@ -13,7 +13,7 @@ const KEPT: usize = 1000;
 pub(super) struct Lane {
     /// The fates; `None` for a slot in which no frame was sent.
     fates: VecDeque<Option<Fate>>,
-    /// The time of the first frame that the receiver missed since the last frame that it delivered.
+    /// The time of the first frame that the receiver has missed since its last delivery.
     deaf_since: Option<Duration>,
     longest_deafness: Duration,
 }

@@ -24,7 +24,7 @@ pub(super) enum Passage {
     Again,
 }
 
-/// The passages and their lengths, in parts of [`PARTS`].
+/// The parts of the demonstration and their lengths, in units of 1 / [`PARTS`] of the whole.
 const PASSAGES: [(Passage, u64); 4] = [
     (Passage::Still, 8),
     (Passage::Ride, 5),
@@ -35,7 +35,7 @@ const PASSAGES: [(Passage, u64); 4] = [
 /// The sum of all lengths.
 const PARTS: u64 = 20;
 
-/// The schedule of the passages. Time is counted in frames: slot `n` begins when frame `n` is due.
+/// The schedule of the demonstration's parts. Time is counted in slots: slot `n` begins when frame `n` is due.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Script {
     /// The number of slots.
@@ -43,7 +43,7 @@ pub(super) struct Script {
 }
 
 impl Script {
-    /// Returns the passage of a slot, the passage's first slot, and its number of slots.
+    /// Returns the part to which a slot belongs, the part's first slot, and the part's number of slots.
     pub(super) fn passage(self, slot: u64) -> (Passage, u64, u64) {
         let mut begin = 0;
         let mut parts_until = 0;

@@ -16,7 +16,7 @@ use crate::process::time_of_day;
 use crate::screen::quits;
 use crate::serial::Device;
 
-/// The number of names that are tried for a recording.
+/// The limit on the number of file names that are tried for a recording.
 const MOST_NAMES: u32 = 9_999;
 
 /// A recording in a file: the bytes of the line, or its frames with their times.
@@ -67,7 +67,7 @@ pub(super) struct MonitorSession {
     /// The name of the line, its settings, and the receiver.
     pub(super) title: String,
     watch: Watch,
-    /// A copy of the watch from the time when the view was paused.
+    /// A copy of the watch at the moment when the view was paused.
     frozen: Option<Watch>,
     /// The decoder of marks among the bytes, if the port reports line errors.
     pub(super) marks: Option<Marks>,
@@ -76,7 +76,7 @@ pub(super) struct MonitorSession {
     pub(super) recording: Option<Recording>,
     /// Messages about finished recordings and about the port.
     pub(super) notes: Vec<String>,
-    /// The directory of recordings without a given name.
+    /// The directory for recordings that the user starts without giving a name.
     directory: PathBuf,
     pub(super) has_help: bool,
     pub(super) has_ended: bool,
@@ -137,7 +137,7 @@ impl MonitorSession {
         self.record(|recording| recording.write(if wants_rows { &rows } else { bytes }));
     }
 
-    /// Makes the port mark line errors, if the operating system can.
+    /// Makes the port mark line errors, if the operating system supports it.
     pub(super) fn mark_errors(&mut self, device: Device, has_parity: bool) {
         self.marking = Marking::begin(device);
         self.marks = self.marking.as_ref().map(|_| Marks::new(has_parity));
@@ -175,7 +175,7 @@ impl MonitorSession {
     /// Handles a key. Returns false if the key quits.
     pub(super) fn key(&mut self, key: KeyEvent) -> bool {
         if quits(key) {
-            // The first time, this closes the help.
+            // If the help is open, the key only closes it.
             return std::mem::take(&mut self.has_help);
         }
         if key.modifiers.contains(KeyModifiers::CONTROL) {

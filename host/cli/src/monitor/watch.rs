@@ -56,7 +56,7 @@ pub(super) struct Watch {
     failsafe: Failsafe<u8, 3>,
     hold_after: Duration,
     idle_gap: Option<Duration>,
-    /// Discarded bytes, each with whether the byte before it was discarded too.
+    /// Discarded bytes, each with a flag that says whether the previous byte was discarded too.
     pub(super) discarded: VecDeque<(u8, bool)>,
     /// Whether the last byte with an outcome was discarded.
     is_in_loss: bool,
@@ -100,7 +100,7 @@ impl Watch {
     /// Advances to `time`. Ignores a time that goes back.
     pub(super) fn advance_to(&mut self, time: Duration) {
         let now = time.max(self.now.at);
-        // After a long stop, add no more samples than the history holds.
+        // After a long interruption, add no more samples than the history holds.
         let earliest = now.saturating_sub(SAMPLE_EVERY * u32::from(SAMPLES));
         self.next_sample = self.next_sample.max(earliest);
         while self.next_sample <= now {

@@ -41,8 +41,8 @@ pub(super) fn array<'a>(text: &str, columns: &'a [Column]) -> Vec<NumberedFields
     rows.collect()
 }
 
-/// Returns the message of an error without its line number, since the caller knows the row's line. The
-/// column is kept if the error is in the row's first line.
+/// Returns the message of an error without its line number, because the caller adds the row's line. Keeps the column if
+/// the error is in the row's first line.
 fn told(error: &serde_json::Error) -> String {
     let text = error.to_string();
     let what = text

@@ -11,7 +11,7 @@ use super::{Fields, NumberedFields, fill};
 /// Returns the delimiter: the comma, semicolon or tab, whichever is most frequent in the first line.
 pub(super) fn delimiter(first: &[u8]) -> u8 {
     let count = |&delimiter: &u8| first.split(|&byte| byte == delimiter).count();
-    // If counts are equal, `max_by_key` returns the last one, so the comma wins.
+    // If counts are equal, `max_by_key` returns the last delimiter, the comma.
     b"\t;,".iter().copied().max_by_key(count).unwrap_or(b',')
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Heard {
     latest: Option<(Setpoint, Instant)>,
     pub(super) count: u64,
     pub(super) bad: u64,
-    /// The error after which no more datagrams are received.
+    /// The error that ended reception.
     pub(super) failure: Option<String>,
 }
 

@@ -4,8 +4,8 @@ use std::num::NonZeroU32;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// The greatest lateness after which the next frames are sent sooner to catch up. If the lateness is greater, the
-/// process or the line was held up. Then the motion must not rush, so all deadlines move back.
+/// Up to this lateness, the next frames are sent sooner to catch up. A greater lateness means that the process or the
+/// line was held up. Then all deadlines move back, so that the motion does not rush.
 pub(super) const MOST_MADE_UP: Duration = Duration::from_millis(250);
 
 /// A number of frames per second.
@@ -69,7 +69,7 @@ impl<C: Clock> Pacer<C> {
         }
     }
 
-    /// Restarts the time now.
+    /// Starts the time again now.
     pub(super) fn restart(&mut self) {
         self.start = self.clock.now();
     }
@@ -114,7 +114,7 @@ impl Clock for RealClock {
         self.beginning.elapsed()
     }
 
-    /// Waits, but returns false at the first message. Later waits are for the parking and are not stopped.
+    /// Waits, but returns false at the first message. Later waits belong to the parking, and messages do not stop them.
     fn wait_until(&mut self, time: Duration) -> bool {
         let left = time.saturating_sub(self.now());
         if self.is_stopped {
@@ -130,7 +130,7 @@ impl Clock for RealClock {
 pub(super) mod tests {
     use super::*;
 
-    /// A clock that is late as the test wants, and never really waits.
+    /// A clock whose lateness the test chooses, and that never really waits.
     #[derive(Default)]
     pub(in super::super) struct TestClock {
         pub(in super::super) now: Duration,

@@ -37,8 +37,8 @@ impl Profile {
         self.times.is_some()
     }
 
-    /// Checks that the line is fast enough for the frames, by their times or else at `rate`. With `is_held`, each
-    /// frame is repeated until the next one is due. `time_of` returns the time that the line needs for a number of
+    /// Checks that the line is fast enough for the frames, at their times or, without times, at `rate`. With `is_held`,
+    /// each frame is repeated until the next one is due. `time_of` returns the time that the line needs for a number of
     /// bytes. Several frames may be due at once, as USB adapters deliver them, if the line catches up soon enough.
     pub(super) fn check_line_carries(
         &self,
@@ -119,7 +119,7 @@ mod tests {
 
     const RATE: Rate = Rate(NonZeroU32::new(100).unwrap());
 
-    /// Returns the due time of each frame, in milliseconds, and its pitch.
+    /// Returns for each frame the due time in milliseconds, and the pitch.
     fn frames(mut source: Source) -> Vec<(u128, u8)> {
         source
             .dues
@@ -131,7 +131,7 @@ mod tests {
     fn a_line_makes_up_for_frames_that_are_due_at_once() {
         let frame = Protocol::named("bin").unwrap();
         let time_of = |bytes| Duration::from_millis(bytes as u64);
-        // Each frame takes 7 ms. 36 frames at once, every second, are the most that stay within 250 ms.
+        // Each frame takes 7 ms. If 37 frames are due at once, the last one is 252 ms late, and the limit is 250 ms.
         for (count, is_carried) in [(36, true), (37, false)] {
             let rows = (0..2 * count).map(|row| format!("{},1,2,3\n", row / count));
             let rows = rows.collect::<Vec<_>>().concat();

@@ -9,7 +9,7 @@ use framelock_simulation::{ByteFaults, between};
 
 use super::pacer::{Clock, Pacer, Rate};
 
-/// The number of times that the park setpoint is sent, so that one arrives even if the line loses some.
+/// How often the park setpoint is sent: several times, in case the line loses frames.
 const PARK_FRAMES: u32 = 5;
 
 /// A source of frames.

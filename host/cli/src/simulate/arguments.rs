@@ -8,7 +8,7 @@ use framelock_simulation::{FrameFormat, Parameters, Payload};
 
 use super::sweep::{self, Sweep};
 
-/// The parameters of a simulation: one point, or all points of a sweep.
+/// The parameters of a simulation, or of all simulations of a sweep.
 pub(super) struct Experiment {
     parameters: Parameters,
     pub(super) sweeps: Vec<Sweep>,

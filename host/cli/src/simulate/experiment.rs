@@ -19,7 +19,7 @@ pub struct Point {
 /// Runs all points one after another, and shows the progress on a terminal.
 ///
 /// # Errors
-/// The parameters of a point contradict each other.
+/// Returns an error if the parameters of a point contradict each other.
 pub fn run_all(points: Vec<Parameters>) -> Result<Vec<Point>> {
     let trials = points.iter().map(|point| u64::from(point.trials)).sum();
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} trials, {eta} left");

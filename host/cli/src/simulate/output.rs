@@ -1,4 +1,4 @@
-//! Writes results as JSON, and as CSV and text, which are made from the JSON.
+//! Writes results as JSON, CSV or text. CSV and text are made from the JSON.
 
 use std::io::{self, Write};
 use std::slice;
@@ -55,7 +55,7 @@ fn result(point: &Point, receiver: &ReceiverTally) -> Value {
     })
 }
 
-/// Returns a row for each receiver of a point, with the point's parameters and line.
+/// Returns a row for each receiver of a point, with the point's parameters and the counts of its line.
 #[must_use]
 pub fn rows(point: &Point) -> Vec<Value> {
     let receivers = point.tally.receivers.iter();
@@ -105,7 +105,7 @@ const COLUMNS: &str = include_str!("tables/columns.txt");
 /// Writes a CSV row for each point and receiver, beginning with all parameters.
 ///
 /// # Errors
-/// The rows cannot be written.
+/// Returns an error if the rows cannot be written.
 pub fn write_csv(out: &mut impl Write, points: &[Point]) -> io::Result<()> {
     let numbers = Parameters::NUMBERS.iter().map(|number| number.name);
     let parameters = ["seed", "frame", "payload", "unreported"].into_iter();
@@ -182,8 +182,8 @@ pub(super) fn write_text(
     }
 }
 
-/// Writes a line for each line of `table`, which consists of a name and a path: the name, and the value
-/// of each row at that path.
+/// Writes a line for each line of `table`, which consists of a name and a path. The written line has the name, and each
+/// row's value at the path.
 fn write_table(
     out: &mut impl Write,
     table: &str,
@@ -200,8 +200,8 @@ fn write_table(
     Ok(())
 }
 
-/// Writes a line for each row, with the swept value and the most important results. With two sweeps, the
-/// first divides the table into parts.
+/// Writes a line for each row, with the swept value and the most important results. If there are two sweeps, writes a
+/// table for each value of the first sweep.
 fn write_many(out: &mut impl Write, sweeps: &[Sweep], rows: &[Value]) -> io::Result<()> {
     let columns = [
         ("delivered", 11, "/receiver/delivered %"),

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use anyhow::{Context, Result, bail, ensure};
 use framelock_simulation::{Number, Parameters};
 
-/// The limit on the number of points. More are most likely a mistake.
+/// The limit on the number of points. More points are most likely a mistake.
 const MOST_POINTS: usize = 10_000;
 
 /// A parameter and its values.

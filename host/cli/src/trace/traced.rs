@@ -15,7 +15,7 @@ const BIN_COLUMNS: &str = "   policy    state     temp      setpoint";
 /// The column of all other frames.
 const OTHER_COLUMNS: &str = "    pending";
 
-/// The separator before a second event of the same byte, which has a row of its own.
+/// The separator between events of the same byte. Each further event has a row of its own.
 const GOES_ON: &str = "\n                       ";
 
 /// The offset of pitch in a frame; roll and yaw follow.
@@ -43,7 +43,7 @@ struct BinTrace {
 pub(super) struct Step {
     offset: usize,
     byte: u8,
-    /// The number of pending bytes before the byte; `after` is the number after it.
+    /// The numbers of pending bytes before and after the byte.
     before: usize,
     after: usize,
     /// The frames and the discarded bytes that the byte decided.
@@ -319,7 +319,7 @@ mod tests {
                         let start = &stream[place.parse().unwrap()..=offset];
                         assert_eq!(step.after, start.len());
                         assert!(b"AB".starts_with(start) || start.starts_with(b"AB"));
-                        // The values of the incomplete frame are already stored.
+                        // The lecture's machine has already stored values of the incomplete frame.
                         for (&byte, stored) in start.iter().skip(3).zip(shown.temp) {
                             assert_eq!(stored, Some(byte));
                         }

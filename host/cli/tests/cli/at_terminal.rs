@@ -104,7 +104,8 @@ impl AtTerminal {
         (behind.to_owned(), code)
     }
 
-    /// Signals the program itself, which may be a child of `setsid`: `setsid --wait` forks if it leads a group.
+    /// Sends a signal to the program itself. The program may be a child of `setsid`, because `setsid --wait` forks if
+    /// it leads a process group.
     pub(crate) fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let children = format!("/proc/{id}/task/{id}/children");

@@ -26,7 +26,7 @@ fn frames_of_a_stream_have_times_and_frames_of_a_file_have_none() {
     assert!(child.wait().unwrap().success());
     assert!(times[1] - times[0] > 0.02, "{times:?}");
     assert!(times[1] - times[0] <= began.elapsed().as_secs_f64());
-    // Times since 1970, in the other formats.
+    // With `--timestamps=unix`, the other formats contain the time since 1970.
     let object = shown(&["decode", "--timestamps=unix"], CLEAN);
     let seconds = object.strip_prefix("{\"time\":").unwrap();
     let (seconds, _) = seconds.split_once(',').unwrap();
@@ -96,7 +96,7 @@ fn after_a_pause_whole_frames_that_follow_a_false_start_are_delivered() {
     input
         .write_all(b"\xB5\x62\x01\x07\x5C\x00\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38")
         .unwrap();
-    // The input is still open at this point.
+    // The rows arrive while the input is still open.
     assert!(rows.next().unwrap().unwrap().starts_with("{\"offset\":15,"));
     drop(input);
     assert!(child.wait().unwrap().success());
@@ -118,7 +118,7 @@ mod at_a_serial_port {
     /// A decoder that has already printed the header and a frame.
     struct Decoding {
         far_end: File,
-        /// The test holds this end open, since a pseudo-terminal without an open end counts as disconnected.
+        /// The test holds this end open, because a pseudo-terminal counts as disconnected when its other end is closed.
         near_end: File,
         port: String,
         child: Child,
@@ -229,7 +229,7 @@ mod at_a_serial_port {
         symlink(second_port, &name).unwrap();
         let back = told.next().unwrap().unwrap();
         assert!(back.ends_with("UTC: the port is back"), "{back}");
-        // The rest of the interrupted frame is not a frame.
+        // The second half of the interrupted frame must not complete the frame.
         second.write_all(&CLEAN[4..]).unwrap();
         second.write_all(&CLEAN).unwrap();
         assert_eq!(rows.next().unwrap().unwrap(), "20,127,200,74");

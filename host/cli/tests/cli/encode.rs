@@ -94,7 +94,7 @@ fn a_terminal_gets_frames_only_if_it_is_named() {
             assert!(complaint(output).contains("--output"));
         }
     }
-    // The error comes before any row is read.
+    // The error must come before any row is read.
     let (_user, near_end) = terminal(80, 24);
     let mut command = framelock(&["encode"]);
     let stream = near_end.try_clone().unwrap();

@@ -53,7 +53,7 @@ fn completions_and_manual_pages_have_every_command() {
         for command in commands {
             assert!(shown.contains(command), "{arguments:?}: {command}");
         }
-        // For the other shells, clap does not complete values.
+        // Clap completes no values in the other shells.
         let shell = arguments[arguments.len() - 1];
         let has_values = ["bash", "zsh", "fish"].contains(&shell);
         assert_eq!(shown.contains("mavlink1"), has_values, "{arguments:?}");

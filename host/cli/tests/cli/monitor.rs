@@ -50,7 +50,7 @@ fn a_port_that_comes_back_is_watched_again_and_no_frame_reaches_across_the_gap()
     let record = ["--record=capture.bin"];
     let mut monitor = watching_port(path, &mut far_end, directory.path(), &record);
     far_end.write_all(&CLEAN[..4]).unwrap();
-    // Only the changes of a drawing are sent to the terminal.
+    // The program sends only the changed cells to the terminal.
     monitor.wait_for(" frames 1");
     fs::remove_file(&name).unwrap();
     drop((far_end, near_end));
@@ -123,7 +123,7 @@ fn every_way_out_leaves_the_terminal_and_the_port_as_they_were() {
             key => monitor.type_key(key),
         }
         let (behind, code) = monitor.end();
-        // The counters up to this moment are printed.
+        // The program prints the counters up to this moment.
         assert!(
             behind.contains("bytes 7, frames 1, bytes discarded 0"),
             "{behind}"

@@ -9,7 +9,7 @@ use rustix::termios::{OptionalActions, Winsize, tcgetattr, tcsetattr, tcsetwinsi
 
 /// Opens a line. Returns both ends, and the name of the near end.
 ///
-/// The caller must hold the near end open, since a pseudo-terminal without an open end counts as disconnected.
+/// The caller must hold the near end open, because otherwise the pseudo-terminal counts as disconnected.
 pub(crate) fn line() -> (File, File, String) {
     let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
     let far_end = openpt(flags).unwrap();
@@ -28,7 +28,7 @@ pub(crate) fn line() -> (File, File, String) {
 
 /// Fills `bytes` from the line.
 ///
-/// Waits at most a minute, because the line is held open and does not end with its sender.
+/// Waits at most a minute. The test holds the line open, so the end of the sender does not end the line.
 pub(crate) fn read_exactly(far_end: &mut File, bytes: &mut [u8]) {
     let limit = Timespec {
         tv_sec: 60,

@@ -27,7 +27,7 @@ fn sent(arguments: &[&str], input: &str) -> (Vec<[u8; 3]>, String) {
     (received(output.stdout), told)
 }
 
-/// Returns a profile in which each axis has every value, including FF, CR and the sync bytes.
+/// Returns a profile in which each axis takes every value, including FF, CR and the sync bytes.
 fn profile() -> Vec<[u8; 3]> {
     (0..=255)
         .map(|demand| [demand, 255 - demand, 0x41])
@@ -98,7 +98,7 @@ fn ctrl_c_and_termination_park_first() {
         let setpoints = received(bytes);
         let motion = setpoints.len() - 105;
         assert_eq!(setpoints[..motion], vec![[228; 3]; motion]);
-        // Check the first tenth of the way, and its end.
+        // Check the first tenth of the way, and the end of the way.
         assert_eq!(setpoints[motion + 9], [206, 207, 208]);
         assert_eq!(setpoints[motion + 99..], [[10, 20, 30]; 6]);
     }
@@ -184,7 +184,7 @@ fn a_port_that_comes_back_is_sent_to_again_and_ctrl_c_ends_the_wait() {
     symlink(second_port, &name).unwrap();
     let back = told.next().unwrap().unwrap();
     assert!(back.ends_with(&format!(" UTC: {path} is back")), "{back}");
-    // Only whole frames arrive, from the first one on.
+    // Every byte after the reconnection must belong to a whole frame.
     let mut bytes = [0; 70];
     read_exactly(&mut second, &mut bytes);
     assert_eq!(received(bytes), [[228; 3]; 10]);
@@ -236,7 +236,7 @@ fn datagrams_of_every_form_arrive_as_frames() {
         (b"AB\0\x0D\x41\x42\r", [0x0D, 0x41, 0x42]),
     ] {
         socket.send_to(datagram, address).unwrap();
-        // The frame before may be repeated a few times.
+        // The previous frame may be repeated a few times.
         loop {
             let mut frame = [0; 7];
             output.read_exact(&mut frame).unwrap();
@@ -281,7 +281,7 @@ fn without_a_datagram_nothing_is_sent_and_an_address_in_use_is_an_error() {
     );
 }
 
-/// Two frames that arrived in one read have the same time, so sending the second one is late.
+/// Two frames that arrived in one read have the same time, so the second one is sent late.
 #[test]
 fn a_recording_with_equal_times_is_sent() {
     let frames = written(&["encode"], "1,2,3\n4,5,6\n7,8,9\n");
@@ -298,7 +298,7 @@ fn a_recording_with_equal_times_is_sent() {
     assert_eq!(arrived(&["--no-park"], rows, frames.len()), frames);
 }
 
-/// 40 frames of 130 bytes per second fit into 115 200 baud, although UBX frames may be longer.
+/// These 40 frames of 130 bytes per second fit into 115 200 baud, although the longest UBX frames would not.
 #[test]
 fn a_line_carries_frames_by_their_actual_length() {
     let rows = format!(

@@ -44,7 +44,7 @@ fn rows_are_written_as_the_bytes_arrive() {
     rows.next().unwrap().unwrap();
     for _ in 0..3 {
         input.write_all(b"A").unwrap();
-        // This would wait for ever if the row were held back.
+        // If the program held the row back, this read would never return.
         assert!(rows.next().unwrap().unwrap().contains("41 'A'"));
     }
     drop(input);

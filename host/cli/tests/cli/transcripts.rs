@@ -1,8 +1,8 @@
 //! Runs the commands of guides, help texts and `tests/cases` in a shell, and compares their output with the pages.
 //!
-//! `SNAPSHOTS=overwrite cargo test -p framelock-host` writes the current output into the pages. In a page, `[..]` stands
-//! for any part of a line. The cases have the form of trycmd. trycmd itself cannot be used, because it has no shell,
-//! and the guides write files and use pipes.
+//! `SNAPSHOTS=overwrite cargo test -p framelock-host` writes the current output into the pages. In a page, `[..]`
+//! stands for any part of a line. The cases have the format of the tool trycmd. The guides need a shell for files and
+//! pipes, which trycmd does not provide.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,14 +33,15 @@ const NOT_RUN: [(&str, &str); 7] = [
     ("chmod", "needs a release"),
 ];
 
-/// Shell commands that merge errors into the output, leave standard input empty, define `hex`, and replace viewers.
+/// Shell commands that run before each block. They merge errors into the output, leave standard input empty, define
+/// `hex`, and replace viewers.
 const PRELUDE: &str = "exec 2>&1 < /dev/null
 hex() { od -An -v -tx1 \"$@\" | xargs; }
 xxd() { cat; }
 less() { cat; }
 ";
 
-/// The ports of examples. They are replaced by a port that no computer has, so that no test moves a real board.
+/// The ports in examples. Tests replace them by a port that no computer has, so that no test moves a real board.
 const PORTS: [&str; 4] = [
     "/dev/ttyACM0",
     "/dev/ttyUSB0",
@@ -59,12 +60,12 @@ fn guides_and_cases_show_what_their_commands_print() {
         let folder = Folder::new();
         let page = fs::read_to_string(&path).unwrap();
         let (printed, count) = folder.print(&page);
-        // Backslashes in the output do not separate folders.
+        // In this output, backslashes do not separate folders.
         let compare = Assert::new().normalize_paths(false).action_env("SNAPSHOTS");
         compare.eq(printed, Data::read_from(&path, None));
         commands += count;
         if path.ends_with("own-frame.md") {
-            // The page's first block shows the bytes that its commands make.
+            // The first block of this page shows the bytes that the page's commands produce.
             let (_, block) = page.split_once("```text\n").unwrap();
             let (captured, _) = block.split_once("```").unwrap();
             let made = fs::read(folder.0.path().join("capture.bin")).unwrap();

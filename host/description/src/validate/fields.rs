@@ -13,7 +13,7 @@ use crate::kind::{Kind, LONGEST};
 use crate::positions::checksum_position;
 use crate::value::{Decimal, Scale};
 
-/// The names of the other columns in a row. No field may have one of these names.
+/// The names of other columns, which no field may have.
 const TAKEN: [&str; 3] = ["offset", "length", "time"];
 
 /// Checks that a name is valid for a column, and returns it.
@@ -132,8 +132,8 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     Ok(field)
 }
 
-/// Makes the fields that take the rest end before the last `from_end` bytes. These bytes hold the parts that are counted
-/// from the end.
+/// Ends each field that takes the rest before the last `from_end` bytes, which hold the parts that are counted from the
+/// end.
 pub(super) fn take_what_is_left(
     fields: &mut [Field],
     written: &FrameEntry,
@@ -157,7 +157,7 @@ pub(super) fn take_what_is_left(
     Ok(())
 }
 
-/// Returns the bits of fields that have the same value in every frame, and the index of each one's field.
+/// Returns the bits that are the same in every frame, and for each entry the index of its field.
 pub(super) fn fixed_bits(fields: &[Field]) -> (Vec<FixedBits>, Vec<usize>) {
     let (mut fixed, mut owners) = (Vec::new(), Vec::new());
     for (number, field) in fields.iter().enumerate() {
@@ -191,7 +191,7 @@ pub(super) fn check_positions(
     let whole = |bytes: Range<usize>| (8 * bytes.start..8 * bytes.end).collect();
     // For each part: its position in the text, its name, and the indexes of its bits.
     let mut claims: Vec<(Range<usize>, &str, Vec<usize>)> = Vec::new();
-    // A field may occupy the same bytes as several alternatives, to select one of them.
+    // If the terminator has several alternatives, a field may share its bytes, and selects one of them.
     let terminator = written
         .terminator
         .as_ref()
@@ -206,7 +206,7 @@ pub(super) fn check_positions(
     }
     for (field, entry) in kind.fields.iter().zip(&written.fields) {
         let entry = entry.get_ref();
-        // An item occupies the same bytes as its text.
+        // An item shares the bytes of its text.
         if field.item.is_some() {
             continue;
         }
@@ -218,7 +218,7 @@ pub(super) fn check_positions(
             (Some(bytes), _) => field.each_bit(bytes.len(), |bit, _, _| {
                 bits.push(8 * bytes.start + bit);
             }),
-            // A bit past the end.
+            // The index of a bit past the end of the frame.
             (None, Some(_)) => bits.push(8 * length),
             (None, None) => {}
         }

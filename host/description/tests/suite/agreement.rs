@@ -1,6 +1,6 @@
-//! Checks that the receiver of any description delivers the described frames, whatever surrounds them and however the
-//! stream is cut, and that encoding the values of a frame makes the same frame again. Random descriptions and the
-//! fuzzer's use these checks.
+//! Checks of a description. Its receiver must deliver the described frames, whatever bytes surround the frames and
+//! however the stream is cut. Encoding the values of a frame must make the same frame again. The tests with random
+//! descriptions and the fuzz target call these checks.
 
 use framelock::{BufferedReceiver, Classification, Format, Found, Frame, LineEvent};
 use framelock_description::Description;
@@ -14,8 +14,8 @@ use crate::drawn::{frames, noisy, values, with_any_end};
 /// The longest frame that is checked, because the reference is slow with longer frames.
 const LONGEST: usize = 300;
 
-/// Checks that a text is rejected with a position in the text, or that its frames are delivered. Returns the number of
-/// delivered frames, or `None` if the text is rejected.
+/// Checks a text: either the parser must reject it with a position, or its frames must be delivered. Returns the number
+/// of delivered frames, or `None` if the text is rejected.
 pub(crate) fn is_refused_or_agrees(text: &str) -> Option<usize> {
     match Description::parse("any.toml", text) {
         Ok(description) if description.format().longest() <= LONGEST => {
@@ -37,7 +37,7 @@ pub(crate) fn is_refused_or_agrees(text: &str) -> Option<usize> {
     }
 }
 
-/// The outcomes of the bytes of a stream. The message of a frame is the position at which it begins.
+/// The outcomes of the bytes of a stream. A frame's message is the position at which the frame begins.
 type Events = Vec<Found<usize>>;
 
 /// Returns the events of a receiver for a stream that is cut into random slices of up to `most` bytes.
@@ -74,8 +74,8 @@ fn one_by_one(events: &[Found<usize>]) -> Events {
     each.collect()
 }
 
-/// Asserts that the receiver has the same events as the reference for any stream and any cuts, and delivers each frame
-/// of a stream that consists of frames only. Returns the number of these frames.
+/// Asserts that the receiver has the same events as the reference, on a noisy stream with random cuts, and that it
+/// delivers each frame of a stream of only frames. Returns the number of these frames.
 pub(crate) fn agrees_with_the_reference(
     description: &Description,
     text: &str,

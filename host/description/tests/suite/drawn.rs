@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 
 /// Returns a row for a frame of one of the kinds, with arbitrary values of the fields' types.
 fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> {
-    // The value fits the smallest type.
+    // Small values, so that they fit the smallest type.
     let most = *[1, 1, 3, 7].choose(random).unwrap();
     let kind = description.kinds.choose(random).unwrap();
     let sync = kind.layout.sync().each().next().unwrap_or_default();
@@ -33,7 +33,8 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
             }
             (name, true) => {
                 let field = kind.fields.iter().find(|field| field.name == name);
-                // The shortest messages of MAVLink have few bytes, but some frames must be longer.
+                // Short payloads, because some MAVLink messages allow only a few bytes, and longer
+                // ones for other frames.
                 let rest = *[1, 2, 3, 21].choose(random).unwrap();
                 let count = field.and_then(|field| field.count).unwrap_or(rest);
                 let ranges = kind.layout.content();
@@ -41,7 +42,7 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
                 let all = (0..=u8::MAX).filter(|byte| ranges.is_empty() || is_content(byte));
                 let all: Vec<u8> = all.collect();
                 let mut bytes: Vec<u8> = (0..count).map(|_| *all.choose(random).unwrap()).collect();
-                // Trailing zeros would be left out if the message has a view.
+                // No zero at the end, because encoding may leave out trailing zeros.
                 bytes.last_mut().into_iter().for_each(|byte| *byte |= 1);
                 let mut text = hex::glued(&bytes);
                 if field.is_some_and(|field| field.kind == Type::Text) {
@@ -87,7 +88,7 @@ pub(crate) fn frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<
     rows.filter_map(Result::ok).collect()
 }
 
-/// Returns a frame that ends with any of its terminators, instead of the first.
+/// Returns the frame, or the same frame with another terminator.
 pub(crate) fn with_any_end(
     description: &Description,
     frame: &[u8],
@@ -103,7 +104,7 @@ pub(crate) fn with_any_end(
 }
 
 /// Returns a stream of frames with noise between them. The noise consists of pieces of these
-/// frames.
+/// frames, and of random bytes.
 pub(crate) fn noisy(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for bytes in frames {

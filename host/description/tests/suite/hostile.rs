@@ -9,10 +9,11 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drawn::{description, frames, noisy};
 
-/// A piece of a stream, or a line event after it.
+/// A piece of a stream, and whether a line event follows it.
 type Step = (Vec<u8>, bool);
 
-/// The bytes of frames and the reasons of discarded bytes, one by one; the pending bytes after each step; the counters.
+/// The results to compare: the bytes of each frame and the reason for each discarded byte, the number of pending bytes
+/// after each step, and the counters.
 type Outcome = (
     Vec<Result<Vec<u8>, framelock::DiscardReason>>,
     Vec<usize>,
@@ -41,7 +42,7 @@ fn received<P: Parser>(
     (outcomes, pending, *line.counters())
 }
 
-/// Returns repeated beginnings of frames, with frames between them.
+/// Returns the starts of frames, repeated many times, with frames between them.
 fn hostile(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for _ in 0..random.random_range(1..5) {

@@ -1,4 +1,4 @@
-//! Shows the meaning of each key of a description with a frame.
+//! Shows the meaning of each key of a description by an example frame.
 
 use framelock::{Classification, Format as _};
 use framelock_description::{Description, hex};
@@ -16,7 +16,7 @@ fn shown(description: &Description, frame: &[u8]) -> String {
     fields.collect::<Vec<_>>().join(", ")
 }
 
-/// Descriptions, the values in the order of the columns, the frame in hex, and its displayed text.
+/// Each entry: a description, values in the order of the columns, the frame in hex, and the displayed text.
 #[test]
 fn each_key_means_what_it_is_called() {
     for (text, values, frame, expected) in [
@@ -33,7 +33,7 @@ fn each_key_means_what_it_is_called() {
             "speed 2152, start 324.27 deg, points \
              xE000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5, end 334.70 deg, at 6714 ms",
         ),
-        // Graupner's SUMD: the length counts words.
+        // Graupner's SUMD, whose length field counts words.
         (
             "sync = 'A8'\nlength_field = { at = 2, type = 'u8', factor = 2, plus = 5 }\nlongest = 69
              checksum = { name = 'CRC-16/XMODEM', type = 'u16be', at = -2 }
@@ -80,7 +80,7 @@ fn each_key_means_what_it_is_called() {
             "24 FE 5F 83",
             "low -2, high 5, even 3",
         ),
-        // One of several terminators, and the field at the beginning of the frame.
+        // A field selects one of several terminators. Another field is at the beginning of the frame.
         (
             "sync = 'C8 | EE'\nterminator = '00 | 04'\nlength = 4\nfields = [
              { name = 'to', at = 0, type = 'u8' }, { name = 'end', at = -1, type = 'u8' }]",
@@ -95,7 +95,7 @@ fn each_key_means_what_it_is_called() {
             "31 2E 35 2C 32 0D 0A",
             "line 1.5,2",
         ),
-        // The first of several terminators is written. Content precedes it.
+        // Encoding writes the first of several terminators, after the content.
         (
             "sync = '23'\ncontent = '20-7E except 23'\nterminator = '0D 0A | 0A | 0D 0D 0A'\nlongest = 40
              checksum = { name = 'xor', type = 'hex8', at = -4, from = 1 }
@@ -104,7 +104,7 @@ fn each_key_means_what_it_is_called() {
             "23 61 62 20 63 3B 37 42 0D 0A",
             "text ab c",
         ),
-        // Messages with numbers, a checksum that covers a byte that is not sent, and a trailer after the frame.
+        // Numbered messages, a checksum that covers an additional byte that is not sent, and a trailer after the frame.
         (
             "sync = 'FD'\nlength_field = { at = 1, type = 'u8', plus = 4 }\nlongest = 20
              messages = { at = 2, type = 'u8', known = [[7], [9, 1], [8, 2, 3]] }
@@ -124,7 +124,8 @@ fn each_key_means_what_it_is_called() {
     }
 }
 
-/// Positions are counted from the end of the content, whichever terminator follows. Other bytes are not content.
+/// Positions are counted from the end of the content, whichever terminator follows. Bytes outside the content's ranges
+/// are not allowed.
 #[test]
 fn a_frame_may_end_in_several_ways() {
     let text = "sync = '23'\ncontent = '20-7E except 23'\nterminator = '0D 0A | 0A | 0D 0D 0A'\nlongest = 40
@@ -144,7 +145,7 @@ fn a_frame_may_end_in_several_ways() {
             "{text}"
         );
     }
-    // The text would combine with the terminator to form another terminator.
+    // The end of this text and the terminator would together form another terminator.
     let line = "content = '20-7E'\nterminator = '0D 0A | 0D 0D 0A'\nlongest = 40
         fields = [{ name = 'text', at = 0, type = 'text' }]";
     let line = Description::parse("my.toml", line).unwrap();

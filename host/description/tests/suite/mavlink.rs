@@ -43,7 +43,7 @@ fn messages_of_both_definitions_with_all_their_extensions() {
     for frame in all {
         assert!(is_received(&shipped, frame) && is_received(&common, frame));
     }
-    // A list and rows. A row replaces the message of the list.
+    // A dialect and rows. A row replaces the dialect's message with the same number.
     for (known, received) in [
         ("[[436, 193, 9]]", [false, false, false, true, false]),
         ("['common', [436, 193, 9]]", [true; 5]),
@@ -76,7 +76,7 @@ fn zeros_that_the_sender_leaves_out() {
              { name = 'pitchspeed', at = 30, type = 'f32le' }, { name = 'yawspeed', at = 34, type = 'f32le' }",
             ["0.5", "0.125", "0.0", "0.0"],
         ),
-        // Half of a big-endian number, an array, and bits.
+        // Left-out zeros in the middle of a big-endian number, in an array, and in bits.
         (
             "FD 03 00 00 00 01 01 07 00 00 01 02 03 83 41",
             "{ name = 'a', at = 12, type = 'u16be' }, { name = 'b', at = 12, type = 'u8', count = 3 },
@@ -149,7 +149,7 @@ fn messages_of_a_dialect_have_names() {
         ("'common'", 2, "SYSTEM_TIME"),
         ("'ardupilotmega'", 436, "CURRENT_MODE"),
         ("['common', [436, 193, 9]]", 436, "CURRENT_MODE"),
-        // Other definitions than the dialect's.
+        // Rows that give other definitions than the dialect.
         ("['common', [436, 194]]", 436, "my.toml"),
         ("['common', [12345, 7]]", 12345, "my.toml"),
     ] {
@@ -157,7 +157,7 @@ fn messages_of_a_dialect_have_names() {
         assert!(description.has_kinds());
         let frame = encoded(&description, name, number).unwrap();
         assert_eq!(description.name(&frame), Some(name), "{known}");
-        // The name of the kind stands for any message.
+        // The name of the kind is accepted for any message.
         assert_eq!(encoded(&description, "my.toml", number).unwrap(), frame);
     }
     assert!(!of("[[436, 193]]").has_kinds());
@@ -168,7 +168,7 @@ fn messages_of_a_dialect_have_names() {
     );
 }
 
-/// Newer senders may send more of a message than its view shows. The row has the name and the whole payload.
+/// A newer sender may send a longer message than the view knows. Then the row contains the name and the whole payload.
 #[test]
 fn a_named_message_that_its_view_does_not_show_has_its_payload() {
     let shipped = Description::parse("mavlink", shipped("mavlink").unwrap()).unwrap();

@@ -1,5 +1,5 @@
-//! Compares the receiver with the reference on random descriptions, on random frames of the shipped descriptions, and on the
-//! fuzzer's corpus.
+//! Compares the receiver with the reference, for random descriptions, for the shipped descriptions
+//! with random frames, and for the fuzzer's corpus.
 
 use std::fs;
 use std::path::Path;
@@ -38,14 +38,14 @@ fn shipped_frames_keep_the_laws() {
         let description = Description::parse(name, text).unwrap();
         let mut bytes = frames(&description, &mut random).swap_remove(0);
         bytes.push(bytes[0]);
-        // Longer streams would take long. They are compared with the reference above.
+        // Long streams would take too much time here. The reference above covers them.
         bytes.truncate(14);
         check_laws(&description.format(), &mut bytes)
             .unwrap_or_else(|broken| panic!("{name}: {broken}"));
     }
 }
 
-/// For any description, receiver and reference agree, the laws hold, and frames are delivered.
+/// For random descriptions, receiver and reference agree, the laws hold, and frames are delivered.
 #[test]
 fn described_frames_come_out_and_their_values_make_them_again() {
     let (mut right, mut without_sync, mut in_all) = (0, 0, 0);

@@ -1,10 +1,10 @@
-//! Mistakes in descriptions. Each error names the position of the mistake, and no description takes forever to read.
+//! Mistakes in descriptions. Each error names the position of the mistake, and parsing always ends in reasonable time.
 
 use std::path::Path;
 
 use framelock_description::{Description, read};
 
-/// Descriptions, in which `\n` stands for a line break, and their errors after `=>`.
+/// One description per line, with `\n` for a line break, and its error after `=>`.
 const WRONG: &str = r#"
     sync = "2G" => 1:8: word 1, '2G', has 'G', which is no hex digit
     sync = "" => 1:8: no bytes: leave the key out

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Receives a line that consists of pieces. Each piece is a level and its length in the sender's
+/// Receives a line that consists of pieces: each is a level, and how long it lasts in the sender's
 /// bits.
 fn heard(pieces: &[(bool, f64)], bit: f64, phase: u64) -> Vec<Heard> {
     let mut uart = Uart::default();
@@ -57,9 +57,9 @@ fn every_byte_is_read_as_it_was_sent() {
     }
 }
 
-/// A pause follows each byte. The receiver sees the start bit's edge up to one tick late, and two
-/// of the three samples must lie in their bit. A fast sender's last data bit satisfies this up to
-/// 144 / 137, 5.1 %. A slow sender's stop bit satisfies it up to 144 / 152, 5.3 %.
+/// A pause follows each byte. The receiver sees the start bit's edge up to one tick late, and two of the three samples
+/// must lie in their bit. If the sender is fast, its last data bit is the first to miss this condition, beyond 144 /
+/// 137, 5.1 %. If the sender is slow, its stop bit is the first to miss it, beyond 144 / 152, 5.3 %.
 #[test]
 fn beyond_five_per_cent_bytes_are_misread() {
     let read = |error: f64| {
@@ -78,9 +78,8 @@ fn beyond_five_per_cent_bytes_are_misread() {
     }
 }
 
-/// The receiver decides a stop bit at its 154th tick and looks for the next start bit only then. A
-/// sender that is more than 160 / 154, 3.9 %, fast and never pauses therefore runs away from the
-/// receiver.
+/// The receiver decides a stop bit at its 154th tick and looks for the next start bit only then. So
+/// if a sender without pauses is faster by more than 160 / 154, 3.9 %, the receiver falls behind.
 #[test]
 fn without_a_pause_a_sender_must_not_be_four_per_cent_fast() {
     let pieces = character(0x0F).repeat(100);

@@ -96,8 +96,8 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
 }
 
 /// Finding 3 with repeated payloads of bytes from 40 to 43, in runs of 40 frames. Some trials never
-/// recover, so the loss depends on how many frames are still to come. With 18 frames to come, after
-/// the middle of the run, 3.3 are lost.
+/// recover, so the loss depends on how many frames follow the lost byte. If 18 frames follow, 3.3
+/// are lost on average.
 #[test]
 fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
     for (frame, at_least, finding) in [(0, 6.0, None), (21, 3.0, Some(3.3))] {
@@ -123,9 +123,9 @@ fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
 
 const RUN: u32 = 40;
 
-/// Returns the exact mean number of frames that the lecture's machine loses, calculated with the
-/// naive reference over all 256 payloads of bytes from 40 to 43 and all seven positions of the byte
-/// lost in that frame.
+/// Returns the exact mean number of frames that the lecture's machine loses. Calculates it with the
+/// naive reference, over all 256 payloads of bytes from 40 to 43, and all seven positions of the
+/// lost byte.
 fn lost_of_repeated_frames(lost_in: usize) -> f64 {
     let mut lost = 0;
     let mut cases = 0;
@@ -156,7 +156,7 @@ fn lost_of_repeated_frames(lost_in: usize) -> f64 {
 
 /// Finding 4: neither receiver notices an inverted bit in pitch, roll or yaw. An inverted bit in
 /// the reserved byte does no harm. Any other inverted bit costs the frame. Wrong setpoints are as
-/// frequent as theory predicts, with the checksum too.
+/// frequent as theory predicts, without and with the checksum.
 #[test]
 fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
     for (frame, bit_flip, trials) in [
@@ -183,8 +183,8 @@ fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
     }
 }
 
-/// Finding 4, counted: one in four of the corrupted frames that neither receiver notices is
-/// corrupted only in the reserved byte, and its setpoint is right.
+/// Finding 4 in numbers: in one of four unnoticed corrupted frames only the reserved byte is wrong,
+/// so the setpoint is right.
 #[test]
 fn one_in_four_unnoticed_errors_does_no_harm() {
     let trials = trials(10, 100);

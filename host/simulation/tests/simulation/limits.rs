@@ -56,7 +56,7 @@ fn on_a_line_without_faults_nothing_is_lost() {
     }
 }
 
-/// Beyond this difference nothing is received. A fast sender leaves less margin; see the UART's own
+/// Beyond this difference nothing arrives. The limit is lower for a fast sender: see the UART's own
 /// tests.
 #[test]
 fn clocks_may_differ_by_four_to_five_per_cent() {
@@ -165,8 +165,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
     }
 }
 
-/// Framelock's receiver delivers every frame that arrives intact unless an earlier delivery ends
-/// inside this frame. Such an earlier delivery is a false frame and ends inside no other frame.
+/// Framelock's receiver delivers every frame that arrives intact, unless a false frame was
+/// delivered that ends inside this frame. Each false frame ends inside at most one intact frame.
 #[test]
 fn the_receiver_loses_an_intact_frame_only_to_a_false_one() {
     for parameters in lines() {
@@ -254,7 +254,7 @@ fn a_burst_drives_the_output_to_park_and_back() {
     };
     assert_eq!(framelock.engagements, 1);
     assert_eq!(framelock.never_back, 0);
-    // 1.5 s of burst, and at most one frame before it and one after it.
+    // The burst of 1.5 s, plus at most one frame before and one after the burst.
     assert!(
         (1_500_000..1_545_000).contains(&framelock.longest_silence),
         "{}",

@@ -1,9 +1,9 @@
 //! Tests that the simulation measures what is known about the protocol.
 //!
-//! Seeds are fixed, so a test passes always or never. A measurement fails only if its probability,
-//! given the expected value, is less than one in a thousand million. Another seed or another order
-//! of the random numbers therefore passes too. A commit runs few trials.
-//! `FRAMELOCK_STATISTICS=full` runs many, which takes minutes.
+//! Seeds are fixed, so a test always passes or always fails. A measurement fails only if its
+//! probability, given the expected value, is less than one in a thousand million. So the tests also
+//! pass with another seed or another order of the random numbers. For each commit the tests run few
+//! trials. With `FRAMELOCK_STATISTICS=full` they run many trials, which takes minutes.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod findings;
@@ -30,7 +30,7 @@ fn receiver(tally: &Tally, policy: Policy, has_idle_gap: bool) -> &ReceiverTally
         .unwrap()
 }
 
-/// Returns the number of trials: `commit` for a commit, `full` for a full run.
+/// Returns the number of trials: `full` if `FRAMELOCK_STATISTICS` is `full`, otherwise `commit`.
 fn trials(commit: u32, full: u32) -> u32 {
     match std::env::var("FRAMELOCK_STATISTICS").as_deref() {
         Ok("full") => full,

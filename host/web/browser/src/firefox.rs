@@ -158,8 +158,8 @@ impl Firefox {
         });
     }
 
-    /// Returns the warnings and errors in Firefox's console that the page caused, including those
-    /// of its security policy.
+    /// Returns the warnings and errors that the page caused in Firefox's console, including violations of its security
+    /// policy.
     pub(crate) fn complaints(&self, page: &str) -> Vec<String> {
         let told = self.in_the_browser(&format!(
             "return Services.console.getMessageArray().map(String).filter((text) => text.includes('{page}'))"

@@ -19,12 +19,12 @@ use serde_json::{Value, json};
 
 use firefox::Firefox;
 
-/// A timeout that is longer than any operation here takes. No test depends on the speed of the
-/// machine.
+/// A timeout that is longer than any operation here takes, so that no test depends on the speed of
+/// the machine.
 const LONG: Duration = Duration::from_secs(120);
 
-/// The last text that a test writes to the console. All earlier complaints have arrived before this
-/// text.
+/// The last text that a test writes to the console. When it arrives, all earlier complaints have
+/// arrived.
 const END: &str = "the test is over";
 
 /// A JavaScript function for scripts. It moves the slider to a position and returns the page's
@@ -326,7 +326,7 @@ fn wait_until(what: &str, is_so: impl Fn() -> bool) {
 }
 
 /// Returns the text of a warning or an error in the browser's console. The page's own script writes
-/// nothing to the console, so any text of a script counts.
+/// nothing to the console, so any text from a script counts as a complaint.
 fn complaint(event: &Event) -> Option<String> {
     match event {
         Event::LogEntryAdded(event) => {

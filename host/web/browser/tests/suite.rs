@@ -101,7 +101,7 @@ fn policy(machine: &Value) -> &'static str {
     }
 }
 
-/// Compares the counts of bytes and frames on the page with those of `decode --summary`.
+/// Compares the counts of bytes and frames on the page with the output of `decode --summary`.
 fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
     for machine in list(&state["machines"]) {
         let policy = policy(machine);

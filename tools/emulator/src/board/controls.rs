@@ -1,4 +1,4 @@
-//! Functions with which tests send to the board and change it.
+//! Functions for tests: they send bytes to the board, and change the board and its line.
 
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -36,7 +36,7 @@ impl Board {
         })
     }
 
-    /// Sets the chip's behaviour where it is not known for certain, from now on.
+    /// Sets the uncertain parts of the chip's behaviour, from now on.
     pub fn assume(&mut self, assumptions: Assumptions) {
         self.slowness = assumptions.slowness;
         self.shared.chip().context.assumptions = assumptions;
@@ -47,8 +47,8 @@ impl Board {
         self.shared.chip().context.line_pin = pin;
     }
 
-    /// Also wires `pin` to the line, so that UARTE0 receives the bytes that UARTE1 sends there. The wire takes
-    /// the sender's place: the sender should be silent.
+    /// Also wires `pin` to the line, so that UARTE0 receives the bytes that UARTE1 sends there. The wire replaces the
+    /// sender, so the sender should be silent.
     pub fn wire_loopback(&mut self, pin: u32) {
         self.shared.chip().context.loopback_pin = Some(pin);
     }
@@ -58,8 +58,8 @@ impl Board {
         self.shared.chip().context.crystal_startup = None;
     }
 
-    /// Holds the firmware off for `cycles` from the instant `at` on, as if a handler of the highest priority
-    /// ran meanwhile. The peripherals go on. A core that sleeps stays asleep meanwhile.
+    /// Interrupts the firmware for `cycles` from the instant `at` on, as a long handler of the highest priority would.
+    /// During this time the peripherals go on, and a sleeping core stays asleep.
     pub fn hold_off(&mut self, at: u64, cycles: u64) {
         let place = self.hold_offs.partition_point(|(other, _)| *other <= at);
         self.hold_offs.insert(place, (at, cycles));
@@ -96,7 +96,7 @@ impl Board {
     /// Overwrites flash or RAM, including code, as a debugger does.
     ///
     /// # Errors
-    /// If the range is in neither.
+    /// Returns an error if the range is neither in flash nor in RAM.
     pub fn patch(&mut self, address: u32, bytes: &[u8]) -> Result<()> {
         let outside = || Error::Image(format!("nothing to patch at {address:#010x}"));
         self.memory.write(address, bytes).ok_or_else(outside)
@@ -106,7 +106,7 @@ impl Board {
     /// to check the watchdog. If the core sleeps, this takes effect when an interrupt wakes it.
     ///
     /// # Errors
-    /// As [`Board::run_for`], because it runs until no handler is active.
+    /// Returns the same errors as [`Board::run_for`], because the board runs until no handler is active.
     pub fn stick_main_loop(&mut self) -> Result<()> {
         let (address, code) = STUCK;
         self.patch(address, &code)?;

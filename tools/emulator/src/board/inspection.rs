@@ -26,7 +26,7 @@ impl Board {
     /// Reads a peripheral's register, as the firmware would now.
     ///
     /// # Errors
-    /// If it is not modelled.
+    /// Returns an error if the register is not modelled.
     pub fn register(&mut self, address: u32) -> Result<u32> {
         self.access(|chip| chip.read(address))
     }
@@ -34,7 +34,7 @@ impl Board {
     /// Writes a peripheral's register, as the firmware would now. It is for tests without firmware.
     ///
     /// # Errors
-    /// If it is not modelled.
+    /// Returns an error if the register is not modelled.
     pub fn set_register(&mut self, address: u32, value: u32) -> Result<()> {
         self.access(|chip| chip.write(address, value))
     }
@@ -64,7 +64,7 @@ impl Board {
     /// Returns the word at a symbol.
     ///
     /// # Errors
-    /// If there is no such symbol.
+    /// Returns an error if there is no such symbol.
     pub fn word(&self, symbol: &str) -> Result<u32> {
         let address = self.image.symbol(symbol)?.address;
         let nowhere = || Error::Image(format!("`{symbol}` is not in memory"));
@@ -74,7 +74,7 @@ impl Board {
     /// Watches the word at a symbol from now on. Returns its number in [`Trace::changes`].
     ///
     /// # Errors
-    /// If there is no such symbol.
+    /// Returns an error if there is no such symbol.
     pub fn watch(&mut self, symbol: &str) -> Result<usize> {
         let address = self.image.symbol(symbol)?.address;
         let value = self.word(symbol)?;
@@ -94,10 +94,9 @@ impl Board {
         self.shared.chip().nonvolatile.caches()
     }
 
-    /// Returns whether a debugger has access on a chip of build code F or later. It has if
-    /// UICR.APPROTECT was 0x5A at the last reset and the firmware has written 0x5A to
-    /// APPROTECT.DISABLE since. See section "Debug and trace", "Access port protection controlled
-    /// by hardware and software".
+    /// Returns whether a debugger has access on a chip of build code F or later. A debugger has access if
+    /// UICR.APPROTECT was 0x5A at the last reset and the firmware has since written 0x5A to APPROTECT.DISABLE. See
+    /// section "Debug and trace", "Access port protection controlled by hardware and software".
     #[must_use]
     pub fn debug_port_is_open(&self) -> bool {
         self.shared.chip().debug_port_is_open()

@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_parser = seconds)]
     pub(crate) seconds: Option<f64>,
 
-    /// Show the changes of a word in RAM, given by its symbol. NAMEs are shown for its bytes, the
+    /// Show each change of a word in RAM, given by its symbol. With NAMEs, show the word's bytes under these names, the
     /// lowest address first
     #[arg(long, value_name = "SYMBOL[=NAME,..]", value_parser = watch)]
     pub(crate) watch: Vec<Watch>,
@@ -99,7 +99,7 @@ fn probability(text: &str) -> Result<f64, String> {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    // Nobody waits for more than a day of emulated time.
+    // The limit is a day of emulated time.
     number(text, |number| number > 0.0 && number <= 86_400.0)
         .ok_or_else(|| "seconds must be more than 0 and at most a day (86400)".to_owned())
 }

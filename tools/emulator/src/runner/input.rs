@@ -32,7 +32,7 @@ impl Input {
     fn of(mut from: impl Read + Send + 'static, is_live: bool) -> Self {
         // The channel holds one piece, so that a sender that is faster than the line has to wait.
         let (to, pieces) = sync_channel(1);
-        // Nothing waits for this thread. It ends with the program.
+        // No code joins this thread. It ends with the program.
         std::thread::spawn(move || {
             let mut buffer = [0; 4096];
             loop {
@@ -51,8 +51,7 @@ impl Input {
         }
     }
 
-    /// Returns the next bytes. Returns none at the end, or if the input is live and no bytes have
-    /// arrived yet.
+    /// Returns the next bytes. Returns no bytes at the end, or if the input is live and none have arrived yet.
     pub(crate) fn next(&mut self) -> Result<Vec<u8>> {
         let received = if self.is_live {
             self.pieces.try_recv()

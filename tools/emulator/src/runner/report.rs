@@ -86,7 +86,7 @@ fn object(at: u64, event: &Event) -> Value {
     }
 }
 
-/// Returns the word's bytes with their names, or the entire word if they have none.
+/// Returns the word's bytes with their names, or the entire word if its bytes have no names.
 fn fields((_, names): &Watch, value: u32) -> Vec<(&str, u32)> {
     if names.is_empty() {
         return vec![("value", value)];

@@ -18,9 +18,9 @@ use crate::report::{self, Event};
 
 /// The cycles of a slice. The board's events are read after each slice.
 const SLICE: u64 = MILLISECOND;
-/// The cycles that the firmware gets to boot before bytes are sent.
+/// The time to boot before bytes are sent, in cycles.
 const BOOT: u64 = 5 * MILLISECOND;
-/// The most that emulated time may lag behind real time. A larger lag is never caught up.
+/// The largest lag behind real time that the emulation catches up.
 const LATE: Duration = Duration::from_millis(20);
 
 /// Emulates until the end or Ctrl-C.

@@ -32,7 +32,7 @@ const PARITY: u32 = 1 << 1;
 const FRAMING: u32 = 1 << 2;
 const BREAK: u32 = 1 << 3;
 
-/// Character times from STOPRX to RXTO. The receiver takes up to four more bytes in this time.
+/// The time from STOPRX to RXTO, in characters. The receiver takes up to four more bytes in this time.
 const STOP_AFTER: u64 = 5;
 
 #[derive(Clone, Debug)]
@@ -41,14 +41,14 @@ pub(crate) struct Reception {
     error_source: u32,
     sampler: Sampler,
     transfer: Option<Transfer>,
-    /// Bytes, each with the instant from which EasyDMA may take it.
+    /// The FIFO: bytes, each with the instant from which EasyDMA may take it.
     fifo: VecDeque<(u64, u8)>,
     /// The instant of the pending RXDRDY.
     ready_at: Option<u64>,
     stops_at: Option<u64>,
     /// The instant of the pending RXSTARTED.
     started_at: Option<u64>,
-    /// The instant at which a doubled ENDRX comes again.
+    /// The instant at which a doubled ENDRX comes the second time.
     again_at: Option<u64>,
 }
 
@@ -189,7 +189,7 @@ impl Reception {
         context.raise(ERROR);
     }
 
-    /// Lets the sampler act, and handles the byte or error that it finds.
+    /// Lets the sampler act. Handles the byte or the error that the sampler finds.
     fn listen(&mut self, context: &mut Context) {
         let due = self.sampler.next(&context.line);
         let was_between = self.sampler.is_between();
@@ -280,8 +280,8 @@ impl Reception {
         context.raise(ENDRX);
     }
 
-    /// Stops the receiver and raises RXTO. First moves bytes from the FIFO into the open transfer while
-    /// there is room, and ends the transfer, full or not.
+    /// Stops the receiver and raises RXTO. Before that, moves bytes from the FIFO into the open transfer as far as they
+    /// fit, and ends the transfer.
     fn stopped(&mut self, context: &mut Context) {
         while self.transfer.is_some() && !self.fifo.is_empty() {
             self.transfer_byte(context);
@@ -296,8 +296,8 @@ impl Reception {
     }
 }
 
-/// Returns whether an event is lost or doubled. `count` is the number of events that still will be, and is
-/// counted down; [`u32::MAX`] means every event.
+/// Returns whether this event is lost or doubled. `count` is the number of events that still will be, and this function
+/// counts it down. [`u32::MAX`] means every event.
 fn lost(count: &mut u32) -> bool {
     let lost = *count > 0;
     if *count < u32::MAX {

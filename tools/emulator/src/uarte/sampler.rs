@@ -1,9 +1,9 @@
 //! Samples the line bit by bit, and turns its levels into bytes and errors.
 //!
-//! The product specification (section "UARTE", "Reception" and "Error conditions") defines the
-//! errors, but not how the line is sampled. The model samples as UARTs usually do. It sees the
-//! start bit's edge with a resolution of a sixteenth of a bit. It samples each bit once, in its
-//! middle by the receiver's own clock. A start bit that is high in its middle is ignored as noise.
+//! The product specification (section "UARTE", "Reception" and "Error conditions") defines the errors, but not how the
+//! line is sampled. The model samples as UARTs usually do. It sees the start bit's edge with a resolution of a
+//! sixteenth of a bit. By the receiver's own clock, it samples each bit once, in the middle. It ignores a start bit
+//! that is high in the middle as noise.
 
 use crate::line::Line;
 
@@ -114,8 +114,7 @@ impl Sampler {
     fn end_of_character(&mut self, start: u64, now: u64, line: &Line) -> Option<Heard> {
         let sample = |bit| line.level_at(self.middle(start, bit));
         if sample(0) {
-            // This was noise, no start bit. The sampler has looked for the next start bit from here
-            // on.
+            // This low level was noise, not a start bit. From here on the sampler looks for the next start bit.
             let since = self.middle(start, 0);
             self.state = State::Hunting { since };
             return None;

@@ -54,8 +54,7 @@ impl Transmission {
         context.memory.dma_read(address, &mut byte)?;
         let [byte] = byte;
         let (bit, parity) = (self.settings.bit(), u64::from(self.settings.has_parity()));
-        // The start bit, the byte, and the parity bit if any. The line is high unless a bit pulls it
-        // low.
+        // The start bit, the byte, and the parity bit, if any. The line is high except during bits that are 0.
         let character = u32::from(byte) << 1 | (byte.count_ones() & 1) << 9;
         let [_, txd, ..] = self.settings.registers.pins;
         if context.loopback_pin == Some(txd) {

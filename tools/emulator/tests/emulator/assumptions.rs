@@ -17,7 +17,7 @@ fn assuming(size: u32, change: impl FnOnce(&mut Assumptions)) -> Board {
     let mut assumptions = Assumptions::default();
     change(&mut assumptions);
     board.assume(assumptions);
-    // TIMER1 counts RXDRDY. CC[0] has the current count, CC[1] the count at ENDRX.
+    // TIMER1 counts RXDRDY events. CC[0] holds the current count, CC[1] the count at ENDRX.
     board.set(TIMER1 + 0x504, 1);
     board.set(TIMER1, 1);
     let channels = [(RXDRDY, COUNT), (RXDRDY, CAPTURE), (ENDRX, CAPTURE + 4)];
@@ -29,7 +29,7 @@ fn assuming(size: u32, change: impl FnOnce(&mut Assumptions)) -> Board {
     board
 }
 
-/// Returns the number of RXDRDY so far.
+/// Returns the number of RXDRDY events so far.
 fn ready(board: &mut Board) -> u32 {
     board.set(CAPTURE, 1);
     board.get(CC)

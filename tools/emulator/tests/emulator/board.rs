@@ -72,7 +72,7 @@ fn an_interrupt_wakes_the_core_and_its_handler_is_accounted_for() {
     assert_eq!(activations.len(), 10);
     for activation in activations {
         assert_eq!(activation.exception, TIMER0_EXCEPTION);
-        // Two constants are loaded, with two instructions each.
+        // Loads two constants, with two instructions each.
         assert_eq!(activation.instructions, 10);
         // Ten instructions, three of them with a data access. Entry takes 12 cycles and return 10,
         // and stacking and unstacking eight words takes 8 more each.
@@ -139,7 +139,7 @@ fn a_core_that_is_held_off_runs_its_handler_late() {
         .iter()
         .map(|c| (c.at - began) / MICROSECOND)
         .collect();
-    // The ticks at 400 and 500 us become one, when the core runs again at 550.
+    // The core runs again at 550 us, so it handles the ticks at 400 and 500 us as one.
     assert_eq!(at, [100, 200, 300, 550, 600, 700, 800, 900, 1_000]);
 }
 
@@ -176,7 +176,7 @@ fn a_stuck_main_loop_still_takes_interrupts_and_never_sleeps() {
     board.wait(150 * MICROSECOND);
     board.stick_main_loop().unwrap();
     let before = board.word("TICKS").unwrap();
-    // The core may still be in its last sleep until the next interrupt.
+    // The core may sleep once more, until the next interrupt.
     board.wait(100 * MICROSECOND);
     let slept = board.slept();
     board.wait(MILLISECOND);

@@ -21,8 +21,7 @@ const PSEL_OUT0: u32 = PWM + 0x560;
 const WDT: u32 = 0x4001_0000;
 const RESETREAS: u32 = 0x4000_0400;
 
-/// Returns a value, with the polarity bit, for a pulse that is high for `counts` counts and then
-/// low.
+/// Returns the compare value, with the polarity bit, for a pulse that is high for `counts` counts and then low.
 fn pulse(counts: u16) -> u16 {
     counts + 0x8000
 }

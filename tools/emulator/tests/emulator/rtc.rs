@@ -54,7 +54,7 @@ fn a_compare_comes_when_the_count_becomes_its_value_if_its_interrupt_is_enabled(
     assert!(!board.take_event(COMPARE0));
     board.run_until(start + count(200)).unwrap();
     assert!(board.take_event(COMPARE0));
-    // The count already has this value, so no event comes.
+    // The count already equals this value, so no event comes.
     board.set(CC0, 200);
     board.wait(MILLISECOND);
     assert!(!board.take_event(COMPARE0));

@@ -36,7 +36,7 @@ fn prepare(board: &mut Board, bytes: &[u8]) {
     board.set(TXD_MAXCNT, u32::try_from(bytes.len()).unwrap());
 }
 
-/// Returns a board where UARTE0 receives at 1 Mbaud, and UARTE1 is ready to send these bytes to it.
+/// Returns a board on which UARTE0 receives at 1 Mbaud, and UARTE1 is ready to send these bytes to UARTE0.
 fn wired(bytes: &[u8]) -> Board {
     let mut board = receiving(8);
     board.wire_loopback(PIN);

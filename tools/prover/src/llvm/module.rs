@@ -7,8 +7,8 @@ use anyhow::{Context as _, Result, bail, ensure};
 use super::parser::{Cursor, Type};
 use super::token::{Token, tokens};
 
-/// The definitions of all modules. Functions and constants are kept as text. They are parsed only
-/// if a harness reaches them, so only then is an unmodelled one an error.
+/// The definitions of all modules. Functions and constants are kept as text, and are parsed only if a harness reaches
+/// them. So an unmodelled function is an error only if a harness reaches it.
 #[derive(Debug, Default)]
 pub(crate) struct Module {
     pub(crate) types: HashMap<String, Type>,
@@ -50,7 +50,7 @@ pub(crate) struct Constant {
 impl Module {
     /// Adds the definitions in this text.
     pub(crate) fn add(&mut self, text: &str) -> Result<()> {
-        // Every module numbers its vtables from the same number on, so make the names unique.
+        // The numbers of vtables begin anew in every module, so make the names unique.
         self.modules += 1;
         let text = &text.replace("@vtable.", &format!("@vtable.{}.", self.modules));
         let noreturn = noreturn_attributes(text);
@@ -154,7 +154,7 @@ impl Function {
                 continue;
             }
             let block = blocks.last_mut().context("a statement before any label")?;
-            // The cases of a switch are on lines of their own.
+            // Each case of a switch is on a line of its own.
             let goes_on = line.starts_with("    ") || *first == Token::Sign(']');
             match block.statements.last_mut() {
                 Some(statement) if goes_on => statement.tokens.extend(tokens),

@@ -1,5 +1,5 @@
-//! Translates calls of the program's own functions, of LLVM's, of the stand-in for Kani's library,
-//! and of functions that panic.
+//! Translates calls of functions: the program's own functions, LLVM's intrinsics, the functions of the stand-in for
+//! Kani's library, and functions that panic.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use super::writer::{FunctionWriter, Operand};
 use super::{COVER, INPUT, readable};
 use crate::llvm::{Cursor, Module, Token, Type};
 
-/// The beginning of the names of functions that are written in C.
+/// The prefix of functions that are written in C.
 const FOREIGN: &str = "c_";
 
 struct Call<'a> {
@@ -59,8 +59,7 @@ impl FunctionWriter<'_, '_> {
         self.stand_in(&call, to)
     }
 
-    /// Returns the message of a call that panics. `given` contains the known values of names that
-    /// the call uses.
+    /// Returns the message of a call that panics. `given` contains the known values of the call's arguments.
     pub(super) fn panic_message(
         &mut self,
         statement: &[Token],
@@ -82,7 +81,7 @@ impl FunctionWriter<'_, '_> {
             }
             ("assume", [condition]) => self.line(&format!("__CPROVER_assume({});", condition.text)),
             ("cover", [condition]) => {
-                // The surrounding function is unique for each cover.
+                // Each cover has a surrounding function of its own.
                 let (hit, place) = (&condition.text, readable(self.symbol));
                 self.line(&format!("__CPROVER_assert(!{hit}, \"{COVER}{place}\");"))
             }
@@ -137,7 +136,7 @@ impl FunctionWriter<'_, '_> {
                 Ok(())
             }
             (name, [first, ..]) => {
-                // The last part of the name is the type.
+                // The last part of the intrinsic's name is the type.
                 let name = name.rsplit_once('.').map_or(name, |(name, _)| name);
                 let bits = first.of.bits()?;
                 let operation = operation(name)?;
@@ -160,9 +159,9 @@ impl Call<'_> {
     }
 }
 
-/// Returns a message for a call that panics. It consists of the call's text argument (an address
-/// and a length) or, without one, the name of the called function, followed by the source position
-/// among the arguments. The message is escaped for a C string.
+/// Returns a message for a call that panics, escaped for a C string. The message begins with the call's text argument
+/// (an address and a length), or with the name of the called function if there is no text. The source position among
+/// the arguments follows.
 fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> String {
     let mut says = readable(call.function);
     let mut place = String::new();

@@ -14,7 +14,7 @@ use crate::llvm::{Block, Cursor, Token, Type};
 struct Phi<'a> {
     to: &'a str,
     of: Type,
-    /// The values by the labels of the blocks they come from.
+    /// The values, by the labels of the blocks from which the jump can come.
     incoming: Vec<(&'a str, Operand<'a>)>,
 }
 
@@ -128,7 +128,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         Ok(Some(Phi { to, of, incoming }))
     }
 
-    /// Assigns the value that the jump to this block stored in the variable `…_next`.
+    /// Assigns the value from the variable `…_next`, in which the jump to this block has stored it.
     pub(super) fn phi(&mut self, tokens: &[Token]) -> Result<()> {
         let phi = self.read_phi(tokens)?.context("this is not a phi")?;
         let name = self.declare(phi.to, &phi.of)?;
@@ -198,8 +198,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.line(&format!("if ({condition}) {{ {yes} }} else {{ {no} }}"))
     }
 
-    /// Returns the panic message of a block that only panics, if it is reached from the block
-    /// `from`.
+    /// If the block only panics, returns the message of this panic when the block is reached from `from`.
     fn panic_of(&mut self, label: &str, from: usize, graph: &Graph) -> Result<Option<String>> {
         let [before @ .., call, end] = graph.block(label)?.1.statements.as_slice() else {
             return Ok(None);

@@ -1,5 +1,5 @@
-//! Writes a harness and every function that it reaches as one C program for CBMC, with a C
-//! statement for each of LLVM's. A statement that is not modelled is an error and is never omitted.
+//! Writes a harness and every function that it reaches as one C program for CBMC, with a C statement for each of
+//! LLVM's. A statement that is not modelled is an error. No statement is ever left out.
 
 mod calls;
 mod function;
@@ -22,13 +22,13 @@ const PRELUDE: &str = include_str!("llvm.h");
 /// The assertion at the end of the harness. It must fail, because a harness whose end is never
 /// reached proves nothing.
 pub(crate) const END: &str = "end of harness";
-/// The prefix of a cover's name. Its assertion must fail too.
+/// The prefix of a cover's name. A cover's assertion must fail, too.
 pub(crate) const COVER: &str = "cover: ";
-/// The prefix of a note that names the type and the place of the input values that follow.
+/// The prefix of a note before input values. The note names the values' type and source position.
 pub(crate) const INPUT: &str = "input: ";
 
-/// Returns the C program that runs the harness. If the harness calls functions of C, the program begins with their
-/// file.
+/// Returns the C program that runs the harness. If the harness calls C functions, the program begins with the file that
+/// contains them.
 pub(crate) fn program(module: &Module, harness: &Harness, files: &[CFile]) -> Result<String> {
     let mut program = Program {
         module,
@@ -66,8 +66,8 @@ pub(crate) fn readable(symbol: &str) -> String {
     format!("{:#}", rustc_demangle::demangle(symbol))
 }
 
-/// The parts of the C program that the translated functions need. The maps contain the C names of
-/// all functions and constants reached so far.
+/// The state of the translation: the parts of the C program that the translated functions need. The maps contain the C
+/// names of all functions and constants reached so far.
 struct Program<'a> {
     module: &'a Module,
     functions: BTreeMap<String, String>,
@@ -96,7 +96,7 @@ impl Program<'_> {
             return Ok(known.clone());
         }
         let constant = if self.module.functions.contains_key(name) {
-            // The address of a function. Calls through it are not modelled.
+            // The address of a function. Calls through function pointers are not modelled.
             Constant::default()
         } else {
             let constant = self.module.constant(name)?;
@@ -132,8 +132,8 @@ impl Program<'_> {
         })
     }
 
-    /// Returns the declarations of types and constants, and for each type a function that returns
-    /// any of its values.
+    /// Returns the declarations of types and constants. For each type there is also a function that returns an
+    /// arbitrary value.
     fn declarations(&mut self) -> Result<String> {
         let mut structures = String::new();
         for (place, of) in self.structures.clone().iter().enumerate() {
@@ -171,7 +171,7 @@ impl Program<'_> {
         for (name, constant) in self.constants.values() {
             let Constant { bytes, addresses } = constant;
             if bytes.is_empty() {
-                // CBMC must assume that the constant holds any value.
+                // CBMC must assume an arbitrary value for this constant.
                 writeln!(declared, "extern const u8 {name}[1];")?;
             } else if addresses.is_empty() {
                 let (list, length) = (list(bytes), bytes.len());
@@ -207,7 +207,7 @@ impl Program<'_> {
                 followed.insert(name);
                 for target in addresses.into_values() {
                     if self.constant_name(&target).is_err() {
-                        // It is not modelled, so it holds any value.
+                        // This constant is not modelled, so it has an arbitrary value.
                         let unknown = format!("c{}", self.constants.len());
                         let unknown = (unknown, Constant::default());
                         self.constants.insert(target, unknown);

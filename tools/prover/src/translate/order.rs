@@ -1,10 +1,9 @@
 //! The order in which a function's blocks are written.
 //!
-//! CBMC follows a program in the order of its text. At each label it merges the values that it
-//! knows from all paths to this label. Every jump that does not repeat a loop must therefore go
-//! forward, the blocks of a loop must be contiguous, and each loop must be repeated from one place.
-//! With two such places, CBMC would merge the loop's counter from different iterations and would no
-//! longer know its value.
+//! CBMC follows a program in the order of its text. At each label it merges what it knows about values on all paths to
+//! this label. So three rules must hold. Every jump goes forward, unless it repeats a loop. The blocks of a loop are
+//! contiguous. Each loop is repeated from only one place: with two such places, CBMC would merge the loop's counter
+//! from different iterations, and would no longer know the counter's value.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -34,8 +33,7 @@ pub(super) fn order(blocks: usize, jumps: &[(usize, usize)]) -> Order {
     order
 }
 
-/// Places the blocks in `among`, following the jumps between them that do not repeat a surrounding
-/// loop.
+/// Orders the blocks in `among`. Ignores jumps that repeat a surrounding loop.
 fn place(jumps: &[(usize, usize)], among: &BTreeSet<usize>, order: &mut Order) {
     let mut graph = DiGraphMap::<usize, ()>::new();
     for &block in among {
@@ -49,7 +47,7 @@ fn place(jumps: &[(usize, usize)], among: &BTreeSet<usize>, order: &mut Order) {
     for &(from, to) in &forward {
         graph.add_edge(from, to, ());
     }
-    // Tarjan's algorithm returns the component that is reached first as the last one.
+    // Tarjan's algorithm returns the components in reverse order.
     for component in tarjan_scc(&graph).into_iter().rev() {
         if let [only] = component.as_slice()
             && !graph.contains_edge(*only, *only)

@@ -114,9 +114,9 @@ impl FunctionWriter<'_, '_> {
         self.assign(to, &into, &text)
     }
 
-    /// Writes a load byte by byte, least significant first, because CBMC tracks arrays of bytes
-    /// best in this form. A volatile or atomic load is not modelled: it is an error because the
-    /// word `volatile` or `atomic` is not a type.
+    /// Writes a load byte by byte, least significant first, because CBMC tracks arrays of bytes best in this form. A
+    /// volatile or atomic load is not modelled. Parsing it fails, because the word `volatile` or `atomic` is not a
+    /// type.
     fn load(&mut self, at: &mut Cursor, to: &str) -> Result<()> {
         let of = at.of_type()?;
         at.sign(',')?;

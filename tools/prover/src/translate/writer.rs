@@ -119,7 +119,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
                     format!("((pointer){})", address.text)
                 }
                 "getelementptr" => {
-                    // Only an offset in bytes from a constant.
+                    // Only an offset in bytes from a constant is modelled.
                     while !at.try_sign('(') {
                         at.next()?;
                     }
@@ -176,7 +176,7 @@ impl Type {
     pub(super) fn bits(&self) -> Result<u32> {
         match self {
             Self::Integer(bits) => Ok(*bits),
-            // Pointers are compared as numbers.
+            // Compare pointers as numbers.
             Self::Pointer => Ok(64),
             other => bail!("arithmetic on {other:?} is not modelled"),
         }

@@ -61,7 +61,7 @@ impl Arbitrary for bool {
 impl<T: Arbitrary> Arbitrary for Option<T> {
     #[inline]
     fn any() -> Self {
-        // Always draw both, so that every input consists of the same number of values.
+        // Always draw both values, so that every input consists of the same number of values.
         let (is_some, value) = (bool::any(), T::any());
         is_some.then_some(value)
     }

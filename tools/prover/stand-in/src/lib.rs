@@ -4,7 +4,7 @@
 //! kani` never uses this crate, because the offline prover gives it to the compiler as the crate
 //! `kani`.
 //!
-//! The checker itself interprets these functions, which are declared here and defined nowhere:
+//! These functions are only declared here. The checker itself interprets them:
 //!
 //! | function | meaning |
 //! |---|---|
@@ -70,9 +70,8 @@ macro_rules! cover {
     };
 }
 
-/// The function that [`cover!`] calls. Each place, and each instance of a generic function, has its
-/// own type of `_place`. Each therefore has its own instance of this function, and the prover
-/// checks every instance.
+/// The function that [`cover!`] calls. Each place in the source, and each instance of a generic function, has its own
+/// type of `_place`. So each has its own instance of this function, and the prover checks every instance.
 #[doc(hidden)]
 #[inline(never)]
 pub fn cover_in_line<const LINE: u32, Place: FnOnce()>(condition: bool, _place: Place) {

@@ -1,7 +1,7 @@
 //! Receivers of other crates, and one that does nothing. An adapter uses its crate as the crate's documentation shows,
 //! and adds nothing.
 
-/// A receiver that does nothing. Its cost is subtracted from that of the others.
+/// A receiver that does nothing. The benchmark subtracts its cost from the cost of the others.
 #[cfg(feature = "nothing")]
 mod nothing {
     use core::hint::black_box;
@@ -288,7 +288,7 @@ mod mavlink_core {
         }
     }
 
-    /// The byte that has arrived, if it has not been read.
+    /// The byte that has arrived, or `None` if the crate has already read it.
     struct Source(Option<u8>);
 
     impl ErrorType for Source {
@@ -314,7 +314,7 @@ mod mavlink_core {
         fn take(&mut self, byte: u8) -> u32 {
             self.0.get_mut().0 = Some(byte);
             let mut frames = 0;
-            // The loop ends with the error that the source has no more bytes.
+            // The loop ends when the crate returns the source's error at the end of the bytes.
             while let Ok(raw) = self
                 .0
                 .read_raw_message_with_dialect(&Known, MavlinkVersion::V2)

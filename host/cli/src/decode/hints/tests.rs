@@ -1,4 +1,4 @@
-//! Each hint, and streams without one.
+//! Tests each hint, and streams that must give no hint.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -34,7 +34,7 @@ fn cause(frame: &str, stream: &[u8]) -> String {
     hint(frame, stream).0.unwrap_or_default()
 }
 
-/// Returns two hundred frames of a motion's setpoints.
+/// Returns two hundred frames with the setpoints of a motion.
 fn motion(frame: impl Fn([u8; 3]) -> Vec<u8>) -> Vec<u8> {
     let setpoints = (0..200_u32).map(|step| {
         let demand = |speed: u32| u8::try_from(128 + step * speed % 90).unwrap();
@@ -138,7 +138,7 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
         let cause = cause(frame, &stream);
         assert!(cause.contains(told), "{frame}, {told}: {cause}");
     }
-    // For noise, no cause is certain, except that it is none of the frames.
+    // Noise must give only the hint that the bytes are none of the known frames.
     sbus.iter_mut().enumerate().for_each(|(at, byte)| {
         *byte = byte
             .wrapping_mul(77)
@@ -232,7 +232,7 @@ fn streams_of_shipped_frames_get_no_hint_even_with_some_noise() {
     }
 }
 
-/// The fuzzer's inputs, as streams of every shipped frame.
+/// Decodes the fuzzer's inputs as each shipped frame.
 #[test]
 fn streams_of_the_corpora_that_decode_well_get_no_hint() {
     let corpora = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");

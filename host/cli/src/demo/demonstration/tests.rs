@@ -58,7 +58,7 @@ fn broken(demonstration: &Demonstration) -> u64 {
     line.frames_sent - line.frames_intact
 }
 
-/// Calls the test with lines from good to hopeless, some without pauses, each with several seeds.
+/// Calls the test for lines from good to hopeless, some of them without pauses, with several seeds each.
 fn lines() -> impl Iterator<Item = Arguments> {
     let rates = [
         (0.004, 0.0005),
@@ -102,7 +102,7 @@ fn without_faults_nothing_is_lost_wrong_or_discarded() {
                 assert_eq!((report.lost, report.wrong), (0, 0), "{arguments:?}");
                 assert_eq!(report.tally.lost_intact, 0);
                 assert_eq!(report.tally.bytes_discarded, 0);
-                // At one frame per second, the silence is exactly as long as the failsafe waits.
+                // At one frame per second, the silence lasts exactly as long as the failsafe waits.
                 assert!(report.tally.engagements == 1 || rate == 1);
                 assert_eq!(report.longest_deafness, Duration::ZERO);
             }
@@ -124,7 +124,7 @@ fn the_results_depend_only_on_the_arguments() {
     assert_ne!(finished(other).report(), at_once.report());
 }
 
-/// The marks of the lanes equal the counts of the simulation, and no byte is left out.
+/// The numbers of marks in the lanes equal the simulation's counts, and the view shows every byte.
 #[test]
 fn every_frame_and_every_byte_is_accounted_for() {
     for arguments in lines() {
@@ -153,8 +153,8 @@ fn every_frame_and_every_byte_is_accounted_for() {
             let bytes = 7 * commits(report) + tally.bytes_discarded + pending as u64;
             assert_eq!(line.bytes_delivered, bytes, "{arguments:?}");
         }
-        // A frame that arrives whole is committed, unless an earlier commit ends inside it. That commit
-        // is wrong, and it ends inside no other frame.
+        // A frame that arrives whole is committed, unless a wrong commit ends inside it. Each wrong commit ends inside
+        // at most one whole frame.
         let [_, framelock] = reports(&demonstration);
         assert!(framelock.tally.lost_intact <= framelock.wrong);
         assert!(commits(&framelock) >= line.frames_intact, "{arguments:?}");
@@ -198,7 +198,7 @@ fn one_lost_byte_makes_the_lectures_machine_deaf_and_the_receiver_not() {
         let [lecture, framelock] = reports(&demonstration);
         assert_eq!(commits(&lecture), heard[0], "seed {seed}");
         assert_eq!(lecture.output.phase, Phase::Parked);
-        // Deaf since the frame after the broken one, which was due at 2.1 s.
+        // The machine has been deaf since the frame after the broken one. That frame was due at 2.1 s.
         assert_eq!(lecture.deaf, Some(Duration::from_millis(5_850)));
         assert_eq!(lecture.longest_deafness, Duration::from_millis(5_850));
         assert_eq!(commits(&framelock), heard[1] + sent, "seed {seed}");

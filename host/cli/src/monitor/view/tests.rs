@@ -38,7 +38,7 @@ fn screen(session: &mut MonitorSession, width: u16, height: u16) -> Vec<String> 
         .collect()
 }
 
-/// Checks that rows contain texts. Each line of `expected` has a row's number and its text.
+/// Checks the rows of the screen. Each line of `expected` has the number of a row and a text that the row must contain.
 fn shows(session: &mut MonitorSession, width: u16, expected: &str) {
     let rows = screen(session, width, 24);
     for line in expected.lines().filter(|line| !line.trim().is_empty()) {

@@ -26,7 +26,7 @@ const PARKING: Parking = Parking {
     rate: RATE,
 };
 
-/// The pitches of parking from a pitch of 9: the way, then the park position.
+/// The pitches while parking from pitch 9: first those on the way, then the park position.
 const PARKED: [u8; 10] = [27, 45, 64, 82, 100, 100, 100, 100, 100, 100];
 
 fn named(name: &str) -> Protocol {
@@ -89,7 +89,7 @@ fn each_frame_is_sent_when_it_is_due_or_not_at_all() {
     let due: Vec<Duration> = RATE.dues().take(10).collect();
     assert_eq!(clock.waits, due);
     assert_eq!(counts, [7, 3, 0]);
-    // A length ends the transmission before the source does.
+    // The transmission ends after its length, although the source has more frames.
     let length = Some(Duration::from_millis(60));
     assert_eq!(
         run(

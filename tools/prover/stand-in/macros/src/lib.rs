@@ -45,7 +45,7 @@ pub fn solver(_name: TokenStream, harness: TokenStream) -> TokenStream {
     harness
 }
 
-/// Derives `Arbitrary`: any value of each field and, for an enum, any variant.
+/// Derives `Arbitrary`. Each field gets an arbitrary value, and an enum an arbitrary variant.
 #[proc_macro_derive(Arbitrary)]
 pub fn arbitrary(item: TokenStream) -> TokenStream {
     let item = parse_macro_input!(item as DeriveInput);
@@ -76,7 +76,7 @@ pub fn arbitrary(item: TokenStream) -> TokenStream {
     .into()
 }
 
-/// Returns an expression for a struct, or a variant of an enum, with any fields.
+/// Returns an expression for a struct, or for a variant of an enum, with arbitrary fields.
 fn any_fields(name: &Ident, variant: Option<&Ident>, fields: &Fields) -> proc_macro2::TokenStream {
     let variant = variant.map(|variant| quote!(::#variant));
     let members = fields.members();

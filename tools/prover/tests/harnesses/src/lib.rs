@@ -1,6 +1,5 @@
-//! Harnesses that test the prover: a prover that calls everything proved is worthless. Each harness
-//! in `fails` has one fault of a kind that no proof may have. The harnesses in `holds` have no
-//! fault.
+//! Harnesses that test the prover. Each harness in `fails` has one fault, which the prover must find: a prover that
+//! calls everything proved would be worthless. The harnesses in `holds` have no fault.
 #![no_std]
 #![cfg_attr(
     kani,

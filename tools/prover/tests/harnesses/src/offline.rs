@@ -12,7 +12,7 @@ enum Phase {
 #[kani::proof]
 fn value_that_the_enum_does_not_have() {
     let byte: u8 = kani::any_where(|&byte| byte <= 4);
-    // This is unsound, because no variant has the value 4. The prover must find that.
+    // This conversion is undefined behaviour, because no variant has the value 4. The prover must find it.
     let phase: Phase = unsafe { core::mem::transmute(byte) };
     let ticks: u8 = match phase {
         Phase::Live => kani::any_where(|&ticks| ticks > 10),
