@@ -229,7 +229,7 @@ impl<F: FrameBytes> Window<F> {
             discarded(DiscardReason::ChecksumMismatch);
         }
         // The oldest pending byte has been discarded. The other pending bytes and `byte` lie at the top of `bytes`.
-        // Discard them up to the first with which a frame can begin.
+        // Discard bytes from their front until a frame can begin with the rest.
         let mut count = Self::MOST.wrapping_sub(room);
         let mut bytes = with_byte.up(F::Word::BYTES.wrapping_sub(count));
         while count > 0 {
@@ -280,7 +280,7 @@ impl<F: FrameBytes> Window<F> {
         check: impl Fn(F::Word) -> bool,
         mut found: impl FnMut(Found<F::Word>),
     ) {
-        // Some pending bytes came before the slice. Take bytes one by one until none of those is pending.
+        // Some pending bytes came before the slice. Take bytes of the slice one by one until the earlier ones are decided.
         let mut at = 0_usize;
         while at < Self::MOST && self.pending(shape) > 0 {
             let Some(&byte) = bytes.get(at) else {

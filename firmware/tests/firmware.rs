@@ -278,7 +278,7 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
     commits.iter().all(|commit| rest.any(|one| one == commit))
 }
 
-/// A time, in cycles, in which a gap ends the earlier bytes, and the counters show the gap.
+/// After this many cycles of silence, the firmware has noticed the gap, and its counters show it.
 pub(crate) const GAP: u64 = 8 * MILLISECOND;
 
 /// A time, in cycles, in which the firmware notices a lost ENDRX, restarts the UARTE, and sees a gap.

@@ -56,8 +56,8 @@ impl embedded_io_async::Read for Driver<'_> {
     }
 }
 
-/// Checks that the reader returns the reference's setpoints and the driver's errors, each before it reads any later
-/// byte. An error must lose no byte, except that the test reports an overrun to the reader as a line event. The same
+/// Checks that the reader returns the reference's setpoints and the driver's errors. It must return each of them before
+/// it reads another byte. An error must lose no byte, except that the test reports an overrun to the reader as a line event. The same
 /// must hold for any buffer size, and for the blocking and the async reader.
 ///
 /// # Panics

@@ -184,8 +184,8 @@ fn length(written: &FrameEntry) -> Result<Length, Problem> {
     }
 }
 
-/// Returns the lengths of the shortest and the longest frame. Unless all frames have the same length, each frame has at
-/// least `least` bytes, for the header and the parts that are counted from the end.
+/// Returns the lengths of the shortest and the longest frame. If frames vary in length, each has at least `least` bytes:
+/// the header, and the parts that are counted from the end.
 fn bounds(written: &FrameEntry, least: usize) -> Result<(usize, usize), Problem> {
     let has_bounds = written.shortest.is_some() || written.longest.is_some();
     let (place, shortest, longest) = match (&written.length, &written.longest) {

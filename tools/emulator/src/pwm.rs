@@ -80,8 +80,7 @@ pub(crate) struct Pwm {
     values: [u16; 4],
     /// The current sequence, until its last step is over.
     played: Option<Played>,
-    /// After a SEQSTART while the PWM runs: the sequence that begins with the next period, and the sequence's first
-    /// step.
+    /// The sequence that begins with the next period, and its first step. Set by a SEQSTART while the PWM runs.
     queued: Option<(Played, [u16; 4])>,
     period_ends_at: Option<u64>,
     stopping: bool,

@@ -20,7 +20,7 @@ fn prover(arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs the prover. Returns its answers by the harnesses' names.
+/// Runs the prover. Returns the answer for each harness, by name.
 fn answers(arguments: &[&str]) -> serde_json::Map<String, Value> {
     // Run the prover only once at a time, because all runs build and unpack into the same folder.
     static ONE: Mutex<()> = Mutex::new(());

@@ -16,7 +16,7 @@ use crate::workspace::Workspace;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// The version of the command. It must equal the library's version in `host/web/Cargo.toml`.
+/// The version of `wasm-bindgen`. It must equal the library's version in `host/web/Cargo.toml`.
 const WASM_BINDGEN: &str = "0.2.129";
 const WASM_BINDGEN_CLI: &str = "wasm-bindgen-cli";
 

@@ -69,7 +69,7 @@ impl<C: Clock> Pacer<C> {
         }
     }
 
-    /// Starts the time again now.
+    /// Restarts the clock at zero, so that times are counted from now.
     pub(super) fn restart(&mut self) {
         self.start = self.clock.now();
     }
@@ -136,7 +136,7 @@ pub(super) mod tests {
         pub(in super::super) now: Duration,
         /// The lateness of each wait, in order. Further waits are on time.
         pub(in super::super) late: std::collections::VecDeque<Duration>,
-        /// The number of waits after which there is a reason to stop.
+        /// After this number of waits, the test asks to stop.
         pub(in super::super) stop_after: Option<usize>,
         pub(in super::super) waits: Vec<Duration>,
     }
