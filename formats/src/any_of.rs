@@ -32,8 +32,7 @@ use crate::layout::{Algorithm, Layout};
 /// ```
 #[derive(PartialEq, Eq, Debug)]
 pub struct AnyOf<'a, L = Layout<'a>>(
-    /// The layouts, in the order in which they are tried. Each element is a layout, or contains one, as the memory of
-    /// the C library does.
+    /// The layouts, in the order in which they are tried. Each element is a layout or a reference to one.
     pub &'a [L],
 );
 

@@ -1,4 +1,4 @@
-//! The layout of a protocol's frames: a constant in Rust, a struct in C, a file for the command line.
+//! The layout of a protocol's frames: a constant in Rust, or a description file for the command line.
 
 mod builder;
 pub(crate) mod check;

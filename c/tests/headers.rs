@@ -1,7 +1,7 @@
 //! Tests that the headers in `c/headers` equal the output of `framelock generate`, and that no compiler warns about
 //! them.
 //!
-//! `FRAMELOCK_WRITE_HEADERS=1 cargo test -p framelock-c --test plain headers` writes them.
+//! `FRAMELOCK_WRITE_HEADERS=1 cargo test -p framelock-c headers` writes them.
 
 use std::fmt::Write as _;
 use std::fs;
