@@ -15,6 +15,7 @@ mod drawn;
 mod engine;
 mod failsafe;
 mod generated;
+mod guide;
 mod headers;
 mod lecture;
 mod lecture_in_rust;
