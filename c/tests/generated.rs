@@ -90,6 +90,7 @@ impl Case {
                 _ => vec![byte],
             });
         let stream: Vec<u8> = faulty.collect();
+        assert!(!stream.is_empty(), "no frames of {name}:\n{text}");
         let expected = expected(name, &description, &stream);
         Self {
             name: name.replace('-', "_"),
