@@ -1,4 +1,4 @@
-/* Frames of bin_crc8. Made by `framelock generate --frame bin-crc8 --language c`; do not edit.
+/* Frames of bin_crc8. Made by `framelock generate --frame bin-crc8 --language c`, version 0.1.0; do not edit.
  * SPDX-License-Identifier: 0BSD
  * You may use, change and ship this file without conditions.
  *

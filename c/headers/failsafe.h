@@ -1,5 +1,6 @@
 /* A failsafe between a receiver and actuators: it moves the actuators safely when frames stop coming, and when they come
  * again.
+ * This is version 0.1.0 of framelock.
  * SPDX-License-Identifier: 0BSD
  * You may use, change and ship this file without conditions.
  *

@@ -1,4 +1,4 @@
-/* Frames of sbus. Made by `framelock generate --frame sbus --language c`; do not edit.
+/* Frames of sbus. Made by `framelock generate --frame sbus --language c`, version 0.1.0; do not edit.
  * SPDX-License-Identifier: 0BSD
  * You may use, change and ship this file without conditions.
  *

@@ -1,4 +1,4 @@
-/* Frames of six_axes_be. Made by `framelock generate --frame six-axes-be --language c`; do not edit.
+/* Frames of six_axes_be. Made by `framelock generate --frame six-axes-be --language c`, version 0.1.0; do not edit.
  * SPDX-License-Identifier: 0BSD
  * You may use, change and ship this file without conditions.
  *

@@ -1,73 +1,90 @@
-//! The programs in `docs/c-library.md` behave like the same programs in Rust, on this computer and on the emulated chip.
+//! The programs of `docs/c.md` do the same as programs in Rust, on faulty streams.
 
-use std::fmt::Write;
+use std::fs;
 use std::num::NonZeroU32;
+use std::process::Command;
 
 use framelock::motion::{Bin, Failsafe, FailsafeParameters};
-use framelock::{BufferedReceiver, Format, Found, Frame, Line, LineEvent, Receiver};
-use framelock_formats::layout::{Algorithm, Checksum, Crc, Layout, Length, LengthField, Patterns};
-use framelock_formats::{classify_by, crsf};
+use framelock::{
+    BufferedReceiver, Counters, Encode, EncodeInto, Format, Found, Line, LineEvent, Receiver,
+};
+use framelock_description::{Description, SHIPPED};
+use framelock_formats::crsf::{self, Crsf};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use tempfile::TempDir;
 
-use crate::pages::{IN_C, blocks, faulty_stream};
-use crate::steps::Program;
+use crate::compilers::{GCC, assert_same, beside, succeeds};
+use crate::delivery::{PAGE, blocks};
+use crate::{drawn, headers};
+
+/// The kinds of a step of `guide.c`: a received byte, and another event.
+const BYTE: u8 = 0;
+const EVENT: u8 = 1;
+
+/// Asserts that the page's program with this number has the expected output. `guide.c` has the rest of the program, for
+/// this `option`.
+fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("page.c"), blocks(PAGE, "c")[program]).unwrap();
+    let executable = folder.path().join("program");
+    let page = format!("-I{}", folder.path().display());
+    let include = format!("-I{}", headers::folder().display());
+    GCC.compile_with_sanitizers(&beside("guide.c"), &[&page, &include, option], &executable);
+    assert_same(
+        &succeeds(&mut Command::new(executable), steps, ""),
+        expected,
+    );
+}
+
+/// Returns the last line of the output. Demands that frames are lost and received again.
+fn summary(counters: &Counters) -> String {
+    let Counters {
+        frames,
+        bytes,
+        resynchronisations,
+        ..
+    } = counters;
+    assert!(*frames > 500 && *resynchronisations > 50, "{counters:?}");
+    format!("{frames} frames of {bytes} bytes, the first after others: {resynchronisations}\n")
+}
+
+fn hex(bytes: &[u8]) -> String {
+    let digits: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+    digits.concat() + "\n"
+}
+
+/// Loses one byte in 300, and changes another one.
+fn with_faults(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
+    bytes.retain(|_| random.random_range(0..300) != 0);
+    for byte in &mut bytes {
+        if random.random_range(0..300) == 0 {
+            *byte = random.random();
+        }
+    }
+    bytes
+}
 
 #[test]
-fn the_guides_programs_do_what_it_says() {
-    programs(5000).iter().for_each(Program::check_here);
-}
+fn interrupt_handler_with_failsafe() {
+    let random = &mut ChaCha8Rng::seed_from_u64(1);
+    let mut steps = Vec::new();
+    for _ in 0..3000 {
+        let payload = [(); 3].map(|()| b"AAB\r\x80"[random.random_range(0..5)]);
+        let frame = Bin::encode(payload.into());
+        for byte in with_faults(frame.to_vec(), random) {
+            let is_wrong = random.random_range(0..200) == 0;
+            steps.extend([if is_wrong { EVENT } else { BYTE }, byte]);
+            if is_wrong {
+                *steps.last_mut().unwrap() = 0;
+            }
+        }
+        let is_silent = random.random_range(0..100) == 0;
+        for _ in 0..if is_silent { 300 } else { 1 } {
+            steps.extend([EVENT, random.random_range(1..20)]);
+        }
+    }
 
-/// Returns the page's programs, with streams of about `frames` frames.
-pub(crate) fn programs(frames: usize) -> [Program; 4] {
-    let [platform, crsf, gnss, motor] = blocks(IN_C, "c")[..] else {
-        panic!("the page has four programs");
-    };
-    // The stream ends with noise, an error within a frame, and silence.
-    let mut stream = faulty_stream(frames);
-    stream.extend(b"AB\0\xFFxyz\rAB\0xyz\r");
-    stream.extend([0; 3000]);
-    let crsf_steps = steps(&crsf::LAYOUT, 26, frames, (2, 0x16), &[0xC8, 62]);
-    let motor_steps = steps(&MOTOR, 11, frames, (3, 1), &[0xAA, 0x55, 16]);
-    [
-        Program {
-            page: Some(platform),
-            source: "guide_platform.c",
-            options: &[],
-            expected: driven(&stream),
-            steps: stream,
-        },
-        Program {
-            page: Some(crsf),
-            source: "guide_layouts.c",
-            options: &[],
-            expected: received(Any(&crsf::LAYOUT), &crsf_steps, |frame| {
-                (frame.len() == 26 && frame[2] == 0x16).then(|| frame[3..25].to_vec())
-            }),
-            steps: crsf_steps,
-        },
-        Program {
-            page: Some(gnss),
-            source: "guide_start.c",
-            options: &[],
-            steps: vec![0],
-            expected: "it starts\n".to_owned(),
-        },
-        Program {
-            page: Some(motor),
-            source: "guide_layouts.c",
-            options: &["-DMOTOR"],
-            expected: received(Any(&MOTOR), &motor_steps, |frame| {
-                (frame.len() == 11 && frame[3] == 1)
-                    .then(|| [5, 4, 7, 6, 8].map(|at| frame[at]).to_vec())
-            }),
-            steps: motor_steps,
-        },
-    ]
-}
-
-/// Returns the setpoint of the actuators after each millisecond.
-fn driven(stream: &[u8]) -> String {
     let mut line = Line::new(Receiver::<Bin>::new());
     let parameters = FailsafeParameters {
         hold_after: 100,
@@ -76,142 +93,175 @@ fn driven(stream: &[u8]) -> String {
         ticks_per_unit: [NonZeroU32::new(10).unwrap(); 3],
     };
     let mut failsafe = Failsafe::new(parameters, 0).unwrap();
-    let mut text = String::new();
-    for (now, &byte) in (0..).zip(stream) {
-        if byte == 0xFF {
-            line.line_event(LineEvent::Framing, |_| ());
-        } else if let Some(setpoint) = line.push(byte) {
-            failsafe.frame(now, setpoint);
-        }
-        let [pitch, roll, yaw] = failsafe.poll(now).axes;
-        writeln!(text, "{pitch} {roll} {yaw}").unwrap();
-    }
-    assert!(text.ends_with("128 128 128\n"), "it parks");
-    text
-}
-
-/// The page's motor, from its captured bytes and `docs/own-frame.md`.
-const MOTOR: Layout = Layout::builder()
-    .sync(Patterns::one(&[0xAA, 0x55]))
-    .length(Length::Field(LengthField::byte(2).plus(5)))
-    .shortest(6)
-    .longest(21)
-    .checksum(
-        Checksum::at_the_end(2)
-            .algorithm(Algorithm::Crc(
-                Crc::new(16, 0x8005).initial(0xFFFF).reflected(),
-            ))
-            .from(2),
-    )
-    .build_const();
-
-/// A format whose message is the frame itself, for any layout.
-#[derive(Clone, Copy)]
-struct Any(&'static Layout<'static>);
-
-impl Format for Any {
-    classify_by!(MOTOR.to_builder().longest(64).build_const(), |format| {
-        format.0
-    });
-    type Message<'a> = &'a [u8];
-
-    fn decode<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
-        frame
-    }
-}
-
-/// Returns frames with `byte` at index `at`, most of them with `length` bytes. Some are broken. Some follow a false
-/// start and precede an idle line.
-fn steps(
-    layout: &Layout,
-    length: usize,
-    frames: usize,
-    (at, byte): (usize, u8),
-    beginning: &[u8],
-) -> Vec<u8> {
-    let random = &mut ChaCha8Rng::seed_from_u64(5);
-    let mut steps = Vec::new();
-    for _ in 0..frames {
-        let is_usual = random.random_range(0..8) > 0;
-        let length = if is_usual {
-            length
-        } else {
-            layout.shortest() + 3
-        };
-        let mut frame: Vec<u8> = (0..length).map(|_| random.random()).collect();
-        frame[at] = byte;
-        assert!(layout.seal(&mut frame));
-        let is_late = random.random_range(0..20) == 0;
-        let beginning = if is_late { beginning } else { &[] };
-        for byte in [beginning, &frame].concat() {
-            match random.random_range(0..400) {
-                0 => {}
-                1 => steps.extend([b'b', !byte]),
-                2 => steps.extend([b'e', byte]),
-                _ => steps.extend([b'b', byte]),
+    let (mut now, mut text) = (0, String::new());
+    for step in steps.chunks_exact(2) {
+        match *step {
+            [BYTE, byte] => {
+                if let Some(setpoint) = line.push(byte) {
+                    failsafe.frame(now, setpoint);
+                }
             }
-        }
-        match random.random_range(0..20) {
-            _ if is_late => steps.push(b'i'),
-            0 => steps.extend([b's', random.random()]),
-            _ => {}
+            [_, 0] => line.line_event(LineEvent::Framing, |_| ()),
+            [_, milliseconds] => {
+                now += u32::from(milliseconds);
+                text.push_str(&hex(&failsafe.poll(now).axes));
+            }
+            _ => panic!("half a step"),
         }
     }
-    steps.push(b'i');
+    let is_parked = |line: &&str| *line == "808080";
+    assert!(text.lines().filter(is_parked).count() > 100, "it parks");
+    check(
+        0,
+        "-DINTERRUPT",
+        &steps,
+        &(text + &summary(line.counters())),
+    );
+}
+
+/// The programs with a buffered receiver.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Buffer {
+    Dma,
+    Ring,
+    Queue,
+}
+
+/// Returns the expected output for the frames of which `say` returns a text.
+fn expected(
+    buffer: Buffer,
+    description: &Description,
+    steps: &[u8],
+    say: impl Fn(&[u8]) -> Option<String>,
+) -> String {
+    let format = description.format();
+    let receiver = BufferedReceiver::with_buffer(format, vec![0; 2 * format.longest()]);
+    let mut line = Line::new(receiver.unwrap());
+    let mut text = String::new();
+    let mut waiting = Vec::new();
+    let (mut has_overrun, mut overruns, mut at_events) = (false, 0, 0);
+    for step in steps.chunks_exact(2) {
+        if step[0] == BYTE {
+            if buffer == Buffer::Ring && (has_overrun || waiting.len() == 63) {
+                has_overrun = true;
+            } else {
+                waiting.push(step[1]);
+            }
+            continue;
+        }
+        for byte in waiting.drain(..) {
+            let said = line.push(byte).and_then(|frame| say(frame.bytes()));
+            text.push_str(&said.unwrap_or_default());
+        }
+        let event = match buffer {
+            Buffer::Dma => (step[1] == 1).then_some(LineEvent::Idle),
+            Buffer::Ring => has_overrun.then_some(LineEvent::Overrun),
+            Buffer::Queue => Some(LineEvent::Idle),
+        };
+        overruns += u32::from(has_overrun);
+        has_overrun = false;
+        let before = text.len();
+        if let Some(event) = event {
+            line.line_event(event, |found| {
+                if let Found::Frame { message, .. } = found {
+                    text.push_str(&say(message.bytes()).unwrap_or_default());
+                }
+            });
+        }
+        while buffer == Buffer::Ring
+            && let Some(frame) = line.poll()
+        {
+            text.push_str(&say(frame.bytes()).unwrap_or_default());
+        }
+        at_events += u32::from(text.len() > before);
+    }
+    // A wrong NMEA sentence ends before the next one begins, so no sentence waits.
+    assert!(
+        at_events > 0 || buffer == Buffer::Ring,
+        "no event delivers a frame"
+    );
+    assert_eq!(overruns > 0, buffer == Buffer::Ring, "{overruns} overruns");
+    text + &summary(line.counters())
+}
+
+/// Returns steps with the frames, some of them faulty. An event follows some of the frames, and at most `most` bytes.
+fn steps(
+    frames: impl IntoIterator<Item = Vec<u8>>,
+    most: usize,
+    random: &mut ChaCha8Rng,
+) -> Vec<u8> {
+    let (mut steps, mut count) = (Vec::new(), 0);
+    for frame in frames {
+        for byte in with_faults(frame, random) {
+            if count == most {
+                steps.extend([EVENT, u8::from(random.random_range(0..8) == 0)]);
+                count = random.random_range(0..most);
+            }
+            steps.extend([BYTE, byte]);
+            count += 1;
+        }
+        if random.random_range(0..4) == 0 {
+            steps.extend([EVENT, 1]);
+            count = 0;
+        }
+    }
+    steps.extend([EVENT, 1]);
     steps
 }
 
-/// Returns the program's expected output: the bytes that `say` returns for the received frames.
-fn received(format: Any, steps: &[u8], say: impl Fn(&[u8]) -> Option<Vec<u8>>) -> String {
-    let sends = format.0 == &MOTOR;
-    let mut line = Line::new(BufferedReceiver::<_, [u8; 128]>::new(format));
-    let (mut text, mut at_events) = (String::new(), 0);
-    let mut steps = steps.iter().copied();
-    while let Some(step) = steps.next() {
-        let mut event = |line: &mut Line<_>, event, text: &mut String| {
-            Line::<BufferedReceiver<Any, [u8; 128]>>::line_event(
-                line,
-                event,
-                |found: Found<Frame<'_, Any>>| {
-                    if let Some(said) = found.message().and_then(|frame| say(frame.bytes())) {
-                        hex(text, &said);
-                        at_events += 1;
-                    }
-                },
-            );
-        };
-        match step {
-            b'i' => event(&mut line, LineEvent::Idle, &mut text),
-            b'e' => {
-                steps.next();
-                event(&mut line, LineEvent::Framing, &mut text);
-            }
-            b's' => {
-                let mut frame = [0, 0, 0, 2, steps.next().unwrap(), 0, 0];
-                if sends {
-                    assert!(MOTOR.seal(&mut frame));
-                    hex(&mut text, &frame);
-                }
-            }
-            _ => {
-                if let Some(said) = line
-                    .push(steps.next().unwrap())
-                    .and_then(|frame| say(frame.bytes()))
-                {
-                    hex(&mut text, &said);
-                }
-            }
-        }
-    }
-    // Frames were received, some of them at an event, and other frames were lost.
-    assert!(text.lines().count() * 3 > line.counters().frames as usize && at_events > 0);
-    assert!(line.counters().resynchronisations > 0);
-    text
+fn shipped(name: &str) -> Description {
+    let (_, text) = SHIPPED.iter().find(|it| it.0 == name).unwrap();
+    Description::parse(name, text).unwrap()
 }
 
-pub(crate) fn hex(text: &mut String, bytes: &[u8]) {
-    for byte in bytes {
-        write!(text, "{byte:02X}").unwrap();
-    }
-    text.push('\n');
+#[test]
+fn dma() {
+    let random = &mut ChaCha8Rng::seed_from_u64(2);
+    let frames = (0..3000).map(|number| {
+        let payload: [u8; 22] = random.random();
+        let message = crsf::Message {
+            address: 0xC8,
+            kind: if number % 8 == 0 { 0x14 } else { 0x16 },
+            payload: &payload,
+        };
+        Crsf.encode_into(message, &mut [0; 64]).unwrap().to_vec()
+    });
+    let frames: Vec<Vec<u8>> = frames.collect();
+    let steps = steps(frames, 60, random);
+    let channels = |frame: &[u8]| (frame[2] == 0x16).then(|| hex(&frame[3..frame.len() - 1]));
+    let expected = expected(Buffer::Dma, &shipped("crsf"), &steps, channels);
+    check(1, "-DDMA", &steps, &expected);
+}
+
+#[test]
+fn main_loop_with_ring_buffer() {
+    let random = &mut ChaCha8Rng::seed_from_u64(3);
+    let description = shipped("nmea");
+    let frames: Vec<Vec<u8>> = (0..200)
+        .flat_map(|_| drawn::frames(&description, random))
+        .collect();
+    let steps = steps(frames, 70, random);
+    let sentence = |frame: &[u8]| {
+        let star = frame.iter().rposition(|byte| *byte == b'*');
+        Some(hex(&frame[1..star.unwrap()]))
+    };
+    let expected = expected(Buffer::Ring, &description, &steps, sentence);
+    check(2, "-DRING", &steps, &expected);
+}
+
+#[test]
+fn task_with_queue() {
+    let random = &mut ChaCha8Rng::seed_from_u64(4);
+    let description = shipped("mavlink2");
+    let frames: Vec<Vec<u8>> = (0..200)
+        .flat_map(|_| drawn::frames(&description, random))
+        .collect();
+    let steps = steps(frames, usize::MAX, random);
+    let message = |frame: &[u8]| {
+        let number = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
+        let payload = &frame[10..][..usize::from(frame[1])];
+        Some(format!("{number} {}", hex(payload)))
+    };
+    let expected = expected(Buffer::Queue, &description, &steps, message);
+    check(3, "-DQUEUE", &steps, &expected);
 }

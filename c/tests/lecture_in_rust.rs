@@ -17,10 +17,11 @@ impl Platform {
 }
 
 #[test]
-fn the_rust_is_this_files() {
-    use crate::pages::{FROM_THE_LECTURE, blocks};
+fn the_page_shows_this_file() {
+    use crate::delivery::blocks;
+    use crate::lecture::PAGE;
 
-    let [code] = blocks(FROM_THE_LECTURE, "rust")[..] else {
+    let [code] = blocks(PAGE, "rust")[..] else {
         panic!("the page has one block of Rust");
     };
     assert!(include_str!("lecture_in_rust.rs").contains(code));

@@ -1,4 +1,5 @@
-//! Tests of the header, the library and the pages about them with a C compiler.
+//! Tests that the receivers and the failsafe in C, compiled by several compilers, behave like those in Rust, and that
+//! they are delivered as `docs/c.md` says.
 #![cfg(unix)]
 #![allow(
     clippy::unwrap_used,
@@ -6,11 +7,16 @@
     reason = "tests: a panic is a failure"
 )]
 
-mod compiler;
+mod compilers;
+mod delivery;
+mod difference;
+#[path = "../../host/description/tests/suite/drawn.rs"]
+mod drawn;
+mod engine;
+mod failsafe;
+mod generated;
 mod guide;
-mod header;
-mod layouts;
+mod headers;
+mod lecture;
 mod lecture_in_rust;
-mod pages;
-mod receiving;
-mod steps;
+mod machines;

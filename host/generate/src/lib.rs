@@ -52,6 +52,8 @@ struct Program {
     /// The name of the module, or the prefix of a header's names.
     name: String,
     command: String,
+    /// The version of framelock.
+    version: &'static str,
     /// The number of bytes in the longest frame.
     longest: usize,
     has_kinds: bool,
@@ -149,6 +151,7 @@ impl Program {
         Self {
             name: module(name),
             command: one_line(command),
+            version: env!("CARGO_PKG_VERSION"),
             longest: description.format().longest(),
             has_kinds,
             kinds: kinds.collect(),

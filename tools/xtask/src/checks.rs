@@ -1,13 +1,8 @@
 //! The stages that check sources, tests and documentation on this machine.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context as _, Result, ensure};
-use object::Endianness;
-use object::read::archive::ArchiveFile;
-use object::read::elf::ElfFile32;
-use object::{Object as _, ObjectSymbol as _};
 use xshell::cmd;
 
 use crate::bare_metal::Compiler;
@@ -24,7 +19,6 @@ const MICROCONTROLLERS: [&str; 3] = [
 ];
 
 const FORMATS: &str = "framelock-formats";
-pub(crate) const FOR_C: &str = "framelock-c";
 const HOST: &str = "framelock-host";
 
 /// Checks that rustfmt has formatted the sources.
@@ -126,13 +120,7 @@ pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
 pub(crate) fn generated(workspace: &Workspace, report: &mut Report) -> Result<()> {
     install_for_c(workspace)?;
     let mut cargo = workspace.cargo_test();
-    cargo.args([
-        "--test",
-        "plain",
-        "--",
-        "--ignored",
-        "many_random_descriptions",
-    ]);
+    cargo.args(["--test", "c", "--", "--ignored", "many_random_descriptions"]);
     run_tests(&mut cargo, &mut report.tests)
 }
 
@@ -156,8 +144,7 @@ pub(crate) fn docs(workspace: &Workspace, report: &mut Report) -> Result<()> {
 }
 
 /// Checks that the core compiles for microcontrollers without a warning under every subset of its
-/// features. The formats and the C library, which have no features, must compile too. The C library
-/// must also have no way to panic.
+/// features. The formats, which have no features, must compile too.
 pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let compiler = Compiler::of(&MICROCONTROLLERS)?;
     let subsets = subsets(&workspace.core_features);
@@ -175,7 +162,7 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
             &[firmware::TARGET]
         };
         let targets = targets.iter().flat_map(|target| ["--target", target]);
-        let others = (index == 0).then_some(["--package", FORMATS, "--package", FOR_C]);
+        let others = (index == 0).then_some(["--package", FORMATS]);
         let others = others.iter().flatten();
         let features = features.join(",");
         let cargo = cmd!(
@@ -186,60 +173,6 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
             .with(&sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
             .run()?;
     }
-    library_for_c(workspace, &compiler).and_then(|library| cannot_panic(&library))
-}
-
-/// Builds the C library for the firmware's processor. Returns its path.
-pub(crate) fn library_for_c(workspace: &Workspace, compiler: &Compiler) -> Result<PathBuf> {
-    let sh = workspace.shell()?;
-    let (target, folder) = (
-        firmware::TARGET,
-        workspace.target_directory.join("microcontrollers"),
-    );
-    let cargo = cmd!(
-        sh,
-        "cargo build --package {FOR_C} --profile firmware --target {target} --target-dir {folder}"
-    );
-    compiler
-        .with(&sh, cargo.env("RUSTFLAGS", "-Dwarnings"))
-        .run()?;
-    Ok(folder.join(target).join("firmware/libframelock_c.a"))
-}
-
-/// Checks that the C library cannot panic. Every panic calls a function of `core::panicking`, and the compiler never
-/// inlines all of these functions. The library is optimised as a whole, so it is one object, which contains the parts
-/// of Rust's `core` that it uses.
-fn cannot_panic(library: &Path) -> Result<()> {
-    let library = fs::read(library)?;
-    let archive = ArchiveFile::parse(&*library)?;
-    let mut names = Vec::new();
-    for member in archive.members() {
-        let member = member?;
-        if member.name().starts_with(b"framelock_c-") {
-            // Copy the object, because an archive aligns its members to two bytes only.
-            let object = member.data(&*library)?.to_vec();
-            let object = ElfFile32::<Endianness>::parse(&*object)?;
-            for symbol in object.symbols() {
-                names.push(symbol.name()?.to_owned());
-            }
-        }
-    }
-    for function in [
-        "framelock_receiver_push",
-        "framelock_layout_receiver_push",
-        "framelock_seal",
-    ] {
-        ensure!(
-            names.iter().any(|name| name == function),
-            "the C library has no {function}"
-        );
-    }
-    names.retain(|name| name.contains("panicking"));
-    ensure!(
-        names.is_empty(),
-        "the C library can panic, because it contains {}",
-        names.join(", ")
-    );
     Ok(())
 }
 

@@ -11,7 +11,6 @@ use xshell::{Cmd, Shell, cmd};
 use crate::bare_metal::Compiler;
 use crate::stage_report::{self, Report, TestCount};
 use crate::workspace::{CLIPPY, NO_WARNINGS, Workspace};
-use crate::{checks, install};
 
 /// The nRF52840's processor: a Cortex-M4F.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
@@ -81,20 +80,10 @@ pub(crate) fn every_build(workspace: &Workspace, report: &mut Report) -> Result<
     Ok(())
 }
 
-/// Runs the stage that tests the release images and the C programs in the emulator.
+/// Runs the stage that tests the release images in the emulator, and compares the formats' costs on the chip.
 pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let mut tests = tests(workspace, &workspace.root)?;
     stage_report::run_tests(&mut tests, &mut report.tests)?;
-    let sh = &workspace.shell()?;
-    if cmd!(sh, "arm-none-eabi-gcc --version")
-        .quiet()
-        .ignore_stdout()
-        .run()
-        .is_err()
-    {
-        install::from_debian(sh, &["gcc-arm-none-eabi"]).context("arm-none-eabi-gcc is missing")?;
-    }
-    let library = checks::library_for_c(workspace, &Compiler::of(&[TARGET])?)?;
     let mut formats = workspace.cargo_test();
     formats.args([
         "--bench",
@@ -108,9 +97,7 @@ pub(crate) fn in_the_emulator(workspace: &Workspace, report: &mut Report) -> Res
         compared.success(),
         "the formats' costs differ from formats/FIGURES.txt: see above"
     );
-    let mut in_c = workspace.cargo_test();
-    in_c.args(["--test", "c", "--", "--ignored", "a_chip_does"]);
-    stage_report::run_tests(in_c.env("FRAMELOCK_C_ON_CHIP", library), &mut report.tests)
+    Ok(())
 }
 
 /// Runs the stage that tests the images with many more random streams and combinations of the

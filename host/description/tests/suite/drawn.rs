@@ -34,8 +34,9 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
             (name, true) => {
                 let field = kind.fields.iter().find(|field| field.name == name);
                 // Short payloads, because some MAVLink messages allow only a few bytes, and longer
-                // ones for other frames.
-                let rest = *[1, 2, 3, 21].choose(random).unwrap();
+                // ones for other frames. No frame may be shorter than the layout allows.
+                let long = kind.layout.shortest().max(21);
+                let rest = *[1, 2, 3, long].choose(random).unwrap();
                 let count = field.and_then(|field| field.count).unwrap_or(rest);
                 let ranges = kind.layout.content();
                 let is_content = |byte: &u8| ranges.iter().any(|(a, b)| (a..=b).contains(&byte));

@@ -9,12 +9,12 @@ use tempfile::TempDir;
 use crate::compilers::{AVR, CLANGXX, GCC, M4, succeeds};
 use crate::headers;
 
-const PAGE: &str = include_str!("../../../docs/c.md");
-const LECTURE: &str = include_str!("../../../docs/from-the-lecture.md");
+pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
 
-/// Returns the page's programs in C.
-fn programs(page: &'static str) -> Vec<&'static str> {
-    let blocks = page.split("\n```c\n").skip(1);
+/// Returns the page's blocks of code in this language.
+pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
+    let fence = format!("\n```{language}\n");
+    let blocks = page.split(&fence).skip(1);
     blocks
         .map(|block| block.split_once("```\n").unwrap().0)
         .collect()
@@ -24,7 +24,7 @@ fn programs(page: &'static str) -> Vec<&'static str> {
 fn programs_of_the_page_compile() {
     let here = TempDir::new().unwrap();
     let include = format!("-I{}", headers::folder().display());
-    let programs = programs(PAGE);
+    let programs = blocks(PAGE, "c");
     assert_eq!(programs.len(), 4);
     for program in programs {
         let source = here.path().join("page.c");
@@ -36,18 +36,6 @@ fn programs_of_the_page_compile() {
                 &here.path().join("page.o"),
             );
         }
-    }
-}
-
-/// Tests that the page about the lecture shows the functions of the header for BIN.
-#[test]
-fn the_lectures_page_shows_the_receiver() {
-    let header = fs::read_to_string(headers::folder().join("bin.h")).unwrap();
-    for function in ["bin_outcome bin_classify(", "bool bin_push("] {
-        let shown = LECTURE.split_once(function).unwrap().1;
-        let shown = shown.split_once("\n}\n").unwrap().0;
-        let is_there = header.contains(&format!("{function}{shown}\n}}\n"));
-        assert!(is_there, "the page has another {function}");
     }
 }
 

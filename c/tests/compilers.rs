@@ -120,6 +120,14 @@ pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> St
 /// Returns the path of a file in the folder of these tests.
 pub(crate) fn beside(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/plain")
+        .join("tests")
         .join(name)
+}
+
+/// Shows the first line that differs.
+pub(crate) fn assert_same(found: &str, expected: &str) {
+    for (number, (found, expected)) in found.lines().zip(expected.lines()).enumerate() {
+        assert_eq!(found, expected, "line {number}");
+    }
+    assert_eq!(found.lines().count(), expected.lines().count());
 }

@@ -1,7 +1,7 @@
-//! Tests that the headers in `c/headers` equal the output of `framelock generate`, and that no compiler warns about
-//! them.
+//! Tests that the headers in `c/headers` equal the output of `framelock generate`, that all files for users state the
+//! version of the workspace, and that no compiler warns about the headers.
 //!
-//! `FRAMELOCK_WRITE_HEADERS=1 cargo test -p framelock-c --test plain headers` writes them.
+//! `FRAMELOCK_WRITE_HEADERS=1 cargo test -p framelock-c headers` writes the headers and the version.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -23,23 +23,45 @@ pub(crate) fn header_name(name: &str) -> String {
     name.replace('-', "_")
 }
 
+/// Asserts that the file has this text, or writes the text.
+fn check(path: &Path, text: &str) {
+    if std::env::var_os("FRAMELOCK_WRITE_HEADERS").is_some() {
+        fs::write(path, text).unwrap();
+    }
+    let is_same = fs::read_to_string(path).unwrap_or_default() == text;
+    let path = path.display();
+    assert!(
+        is_same,
+        "{path} differs: FRAMELOCK_WRITE_HEADERS=1 writes it"
+    );
+}
+
 #[test]
 fn headers_are_what_generate_writes() {
-    let is_written = std::env::var_os("FRAMELOCK_WRITE_HEADERS").is_some();
     for (name, text) in SHIPPED {
         let description = Description::parse(name, text).unwrap();
         let command = format!("framelock generate --frame {name} --language c");
         let header = c(&description, name, &command, CrcTable::Nibbles);
-        let path = folder().join(header_name(name) + ".h");
-        if is_written {
-            fs::write(&path, &header).unwrap();
-        }
-        let written = fs::read_to_string(&path).unwrap_or_default();
-        assert!(
-            written == header,
-            "{} differs: FRAMELOCK_WRITE_HEADERS=1 writes it",
-            path.display()
-        );
+        check(&folder().join(header_name(name) + ".h"), &header);
+    }
+}
+
+#[test]
+fn failsafe_and_arduino_library_state_the_version() {
+    for (file, before, after) in [
+        (
+            "headers/failsafe.h",
+            " * This is version ",
+            " of framelock.",
+        ),
+        ("arduino/library.properties", "version=", ""),
+    ] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let text = fs::read_to_string(&path).unwrap();
+        let (first, rest) = text.split_once(before).unwrap();
+        let (_, last) = rest.split_once(&format!("{after}\n")).unwrap();
+        let version = env!("CARGO_PKG_VERSION");
+        check(&path, &format!("{first}{before}{version}{after}\n{last}"));
     }
 }
 

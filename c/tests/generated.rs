@@ -14,7 +14,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
-use crate::compilers::{CLANGXX, GCC, beside, succeeds};
+use crate::compilers::{CLANGXX, GCC, assert_same, beside, succeeds};
 use crate::drawn;
 
 /// A description, the code generated from it, and the expected output of this code for a stream.
@@ -90,6 +90,7 @@ impl Case {
                 _ => vec![byte],
             });
         let stream: Vec<u8> = faulty.collect();
+        assert!(!stream.is_empty(), "no frames of {name}:\n{text}");
         let expected = expected(name, &description, &stream);
         Self {
             name: name.replace('-', "_"),
@@ -361,14 +362,6 @@ fn in_c(cases: &[Case]) {
         let found = succeeds(&mut Command::new(&program), &input(cases), "");
         check(&found, cases);
     }
-}
-
-/// Shows the first line that differs.
-fn assert_same(found: &str, expected: &str) {
-    for (number, (found, expected)) in found.lines().zip(expected.lines()).enumerate() {
-        assert_eq!(found, expected, "line {number}");
-    }
-    assert_eq!(found.lines().count(), expected.lines().count());
 }
 
 fn hex(text: &mut String, bytes: &[u8]) {

@@ -3,11 +3,11 @@
 #include <stdio.h>
 #include <stdint.h>
 
-static int byte;
+static int received;
 
 uint8_t uart_read(void)
 {
-    return (uint8_t)byte;
+    return (uint8_t)received;
 }
 
 void receive_interrupt(void);
@@ -26,7 +26,7 @@ extern volatile uint8_t pitch, roll, yaw;
 int main(void)
 {
     start();
-    while ((byte = getchar()) != EOF) {
+    while ((received = getchar()) != EOF) {
         receive_interrupt();
         printf("%d %d %d\n", SETPOINT);
     }

@@ -31,7 +31,7 @@ pub(crate) const SHORT_UBX: &str = "
 fn build_for_m4(case: &Case, program: &str, folder: &Path) -> Vec<u8> {
     case.write(folder);
     let output = folder.join("program.elf");
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs/chip.ld");
+    let script = beside("chip.ld");
     let include = format!("-I{}", folder.display());
     let options = [
         &include,

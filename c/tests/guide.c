@@ -1,0 +1,170 @@
+/* The part that the programs of docs/c.md leave to the firmware. Reads steps of two bytes from standard input: {0, byte}
+ * is a received byte, and {1, number} is another event. Prints what the program does, and at the end its frames and
+ * discarded bytes. */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "page.c"
+
+static void say(const uint8_t *bytes, uint32_t count)
+{
+    uint32_t i;
+
+    for (i = 0U; i < count; i++) {
+        printf("%02X", bytes[i]);
+    }
+    printf("\n");
+}
+
+/* Reads the next step. Returns whether there is one. */
+static bool next(int *kind, uint8_t *number)
+{
+    *kind = getchar();
+    *number = (uint8_t)getchar();
+    return *kind != EOF;
+}
+
+#if defined(INTERRUPT)
+static uint32_t now;
+static uint8_t in_uart;
+static bool is_wrong;
+
+bool uart_has_error(void)
+{
+    return is_wrong;
+}
+
+uint8_t uart_read(void)
+{
+    return in_uart;
+}
+
+uint32_t milliseconds(void)
+{
+    return now;
+}
+
+void drive(const uint8_t *output)
+{
+    say(output, FAILSAFE_AXES);
+}
+
+/* {1, 0} is a byte with an error, {1, n} are n milliseconds. */
+static void run(void)
+{
+    int kind;
+    uint8_t number;
+
+    if (!start()) {
+        abort();
+    }
+    while (next(&kind, &number)) {
+        if ((kind == 1) && (number > 0U)) {
+            now += number;
+            timer_interrupt();
+        } else {
+            in_uart = number;
+            is_wrong = kind == 1;
+            uart_interrupt();
+        }
+    }
+}
+#elif defined(DMA)
+volatile uint8_t dma_buffer[DMA_SIZE];
+static uint8_t position;
+
+uint8_t dma_position(void)
+{
+    return position;
+}
+
+void set_channels(const uint8_t *packed)
+{
+    say(packed, 22U);
+}
+
+/* {1, 0} is the interrupt of the DMA, {1, 1} that of the idle line. */
+static void run(void)
+{
+    int kind;
+    uint8_t number;
+
+    start();
+    while (next(&kind, &number)) {
+        if (kind == 0) {
+            dma_buffer[position] = number;
+            position = (uint8_t)((position + 1U) % DMA_SIZE);
+        } else if (number == 0U) {
+            dma_interrupt();
+        } else {
+            idle_line_interrupt();
+        }
+    }
+}
+#elif defined(RING)
+static uint8_t in_uart;
+
+uint8_t uart_read(void)
+{
+    return in_uart;
+}
+
+void use_sentence(const uint8_t *sentence, uint16_t length)
+{
+    say(sentence, length);
+}
+
+/* {1, any} is a turn of the main loop. */
+static void run(void)
+{
+    int kind;
+
+    start();
+    while (next(&kind, &in_uart)) {
+        if (kind == 0) {
+            uart_interrupt();
+        } else {
+            main_loop();
+        }
+    }
+}
+#else
+static void finish(void);
+
+/* {1, any} is a pause. */
+bool queue_take(uint8_t *byte, uint32_t wait)
+{
+    int kind;
+
+    (void)wait;
+    if (!next(&kind, byte)) {
+        finish();
+    }
+    return kind == 0;
+}
+
+void use_message(uint32_t number, const uint8_t *payload, uint16_t length)
+{
+    printf("%lu ", (unsigned long)number);
+    say(payload, length);
+}
+
+static void run(void)
+{
+    receive_task();
+}
+#endif
+
+static void finish(void)
+{
+    printf("%lu frames of %lu bytes, the first after others: %lu\n", (unsigned long)receiver.counters.frames,
+        (unsigned long)receiver.counters.bytes, (unsigned long)receiver.counters.resynchronisations);
+    exit(0);
+}
+
+int main(void)
+{
+    run();
+    finish();
+    return 0;
+}
