@@ -75,11 +75,11 @@ pub(crate) fn wheel(workspace: &Workspace, report: &mut Report) -> Result<()> {
 /// Checks the licences, duplicates and sources of all dependencies by the rules in `deny.toml`. The hosted workflow
 /// also checks for security advisories, which change without a commit.
 pub(crate) fn licences(workspace: &Workspace, _: &mut Report) -> Result<()> {
-    let sh = workspace.shell_with("cargo-deny", "0.18.3")?;
+    let sh = workspace.shell_with("cargo-deny", "0.20.2")?;
     for manifest in ["Cargo.toml", "firmware/Cargo.toml", "fuzz/Cargo.toml"] {
         cmd!(
             sh,
-            "cargo deny --manifest-path {manifest} --all-features check --config deny.toml licenses bans sources"
+            "cargo deny --manifest-path {manifest} --all-features --config deny.toml check licenses bans sources"
         )
         .run()?;
     }
