@@ -39,6 +39,12 @@ pub(crate) fn wheel(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let version = cmd!(sh, "{framelock} --version").read()?;
     let expected = format!("framelock {}", workspace.version);
     ensure!(version == expected, "--version prints {version}");
+    let arduino = sh.read_file("c/arduino/library.properties")?;
+    let line = format!("version={}", workspace.version);
+    ensure!(
+        arduino.lines().any(|it| it == line),
+        "c/arduino/library.properties has another version than Cargo.toml: write {line}"
+    );
 
     // Decode from a file to a file, and from a pipe to a pipe. Two bytes of noise follow each frame.
     let stream = FRAMES.map(|frame| [&frame[..], b"??"].concat()).concat();
