@@ -27,7 +27,7 @@ pub(crate) struct Tally {
     /// Frames that arrived intact and were delivered.
     pub(crate) delivered: usize,
     /// Frames that arrived intact and were not delivered.
-    missed: usize,
+    pub(crate) missed: usize,
     /// Deliveries that are not a frame that arrived intact.
     pub(crate) wrong: usize,
     /// Frames missed since the last correct delivery, and wrong deliveries since then.
