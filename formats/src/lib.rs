@@ -32,7 +32,11 @@
 //! use framelock_formats::crsf::{self, Crsf};
 //!
 //! # enum Uart { Byte(u8), Idle }
-//! fn on_interrupt(line: &mut Line<crsf::Receiver>, uart: Uart, mut receive: impl FnMut(crsf::Message)) {
+//! fn on_interrupt(
+//!     line: &mut Line<crsf::Receiver>,
+//!     uart: Uart,
+//!     mut receive: impl FnMut(crsf::Message),
+//! ) {
 //!     match uart {
 //!         Uart::Byte(byte) => {
 //!             if let Some(frame) = line.push(byte) {
@@ -49,7 +53,8 @@
 //!
 //! let (mut line, mut received) = (Line::new(crsf::Receiver::new(Crsf)), 0);
 //! for byte in *b"noise\xC8\x04\x0B\x00\xEC\xB7" {
-//!     on_interrupt(&mut line, Uart::Byte(byte), |message| received += usize::from(message.kind == 0x0B));
+//!     let receive = |message: crsf::Message| received += usize::from(message.kind == 0x0B);
+//!     on_interrupt(&mut line, Uart::Byte(byte), receive);
 //! }
 //! on_interrupt(&mut line, Uart::Idle, |_| ());
 //! assert_eq!((received, line.counters().discarded.total()), (1, 5));

@@ -146,6 +146,8 @@ struct Decoder<W> {
     policy: Policy,
     /// Whether only some kinds of frames are written.
     is_partial: bool,
+    /// The number of frames of these kinds.
+    wanted: u64,
     /// The first bytes of the stream, for the hint.
     beginning: Vec<u8>,
     is_hinted: bool,
@@ -173,6 +175,7 @@ impl<W: Write> Decoder<W> {
             rejected: RejectedHeaders::default(),
             policy,
             is_partial: false,
+            wanted: 0,
             beginning: Vec::new(),
             is_hinted: false,
             is_live: false,
@@ -234,6 +237,7 @@ impl<W: Write> Decoder<W> {
             if self.is_partial && !self.frame.is_wanted(bytes) {
                 return;
             }
+            self.wanted += 1;
             let offset = self.settled - 1;
             let place = Place { offset, time };
             self.format
@@ -330,6 +334,13 @@ impl<W: Write> Decoder<W> {
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
         self.print_hint();
+        if self.is_partial && self.wanted == 0 && self.totals.frames > 0 && !self.is_hinted {
+            let (frames, only) = (self.totals.frames, self.frame.only.join(" or "));
+            let protocol = &self.frame.protocol;
+            note(&format!(
+                "frames of {protocol}: {frames}, but none of them is {only}"
+            ));
+        }
         if let Some(mut output) = self.summary.take() {
             writeln!(output, "{}", serde_json::to_string(&self.summary())?)?;
         }

@@ -71,7 +71,7 @@ pub(crate) struct FrameWriter {
     columns: Vec<Column>,
     has_kinds: bool,
     /// The names of the selected messages, if not all are selected.
-    only: Vec<String>,
+    pub(crate) only: Vec<String>,
     /// Whether text for people has numbers in hex.
     pub(crate) is_hex: bool,
 }

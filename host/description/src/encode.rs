@@ -5,7 +5,7 @@ use serde_json::Value as Json;
 
 use crate::field::{Class, Field};
 use crate::kind::Kind;
-use crate::text::quote;
+use crate::text::{no_such, quote};
 use crate::{Description, KIND};
 use framelock_formats::layout::index;
 
@@ -55,9 +55,12 @@ impl Description {
         }
         outcome.map_err(|why| {
             why.unwrap_or_else(|| {
-                let kinds = self.kinds.iter().flat_map(Kind::with_views);
-                let names: Vec<&str> = kinds.map(|kind| &*kind.name).collect();
-                format!("kind {} is none of {}", quote(wanted), names.join(", "))
+                let kinds = || self.kinds.iter().flat_map(Kind::with_views);
+                let messages =
+                    kinds().flat_map(|kind| kind.message_names.iter().map(|(_, name)| *name));
+                let names = kinds().map(|kind| &*kind.name).chain(messages);
+                let wanted = wanted.as_str().map_or(wanted.to_string(), str::to_owned);
+                format!("kind: {}", no_such(&wanted, &names.collect::<Vec<_>>()))
             })
         })
     }

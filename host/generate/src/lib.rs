@@ -162,10 +162,9 @@ impl Program {
 impl KindItem {
     fn new(kind: &Kind, name: String, language: &Language) -> Self {
         let is_fixed = kind.layout.length() == Length::Fixed;
-        let is_truncated = kind.has_truncated_zeros && language.reads_truncated_zeros;
         let is_cut = |field: &Field| {
             let is_alone = !field.is_appended && field.length().is_some();
-            is_truncated && is_alone && kind.shortest_with(field).is_some()
+            kind.has_truncated_zeros && is_alone && kind.shortest_with(field).is_some()
         };
         let start = if is_fixed {
             kind.layout.longest()

@@ -14,8 +14,6 @@ pub(crate) struct Language {
     /// The template of a program, and the helper functions that a program may call.
     pub(crate) template: &'static str,
     pub(crate) helpers: &'static str,
-    /// Whether programs read left-out bytes as zero. Otherwise the field with these bytes is missing.
-    pub(crate) reads_truncated_zeros: bool,
 }
 
 #[rustfmt::skip]
@@ -31,7 +29,6 @@ pub(crate) const RUST: Language = Language {
     message: "Message",
     template: include_str!("../templates/module.rs.j2"),
     helpers: include_str!("../templates/helpers.rs"),
-    reads_truncated_zeros: true,
 };
 
 /// C and C++.
@@ -51,7 +48,6 @@ pub(crate) const C: Language = Language {
     message: "message",
     template: include_str!("../templates/header.h.j2"),
     helpers: include_str!("../templates/helpers.h"),
-    reads_truncated_zeros: false,
 };
 
 impl Language {

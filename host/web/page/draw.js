@@ -100,7 +100,8 @@ function drawFates(room) {
 function drawStatus(node, machine) {
   node.className = 'status ' + machine.status.split(' ')[0];
   const mark = { LISTENING: '✓ ', 'NO FRAME YET': '' }[machine.status] ?? '✕ ';
-  const since = ['DEAF', 'MISREADING'].includes(machine.status) ? ` for ${machine.status_seconds.toFixed(1)} s` : '';
+  const lasts = ['DEAF', 'MISREADING'].includes(machine.status) && machine.status_seconds >= 0.1;
+  const since = lasts ? ` for ${machine.status_seconds.toFixed(1)} s` : '';
   say(node, mark + machine.status + since);
 }
 
@@ -128,7 +129,7 @@ function makeMachine() {
   Object.assign(card, { axes: element('div', { className: 'axes' }, card.values, legs), fields: element('table', { className: 'given' }) });
   const caption = element('small', { textContent: 'Pending bytes, and the parts of a frame that they may be' });
   card.given = element('div', {}, element('small', { textContent: 'The last delivered frame' }), card.fields);
-  card.append(title, card.diagram, caption, card.window, card.axes, card.given, card.counts);
+  card.append(title, card.axes, card.diagram, caption, card.window, card.given, card.counts);
   return card;
 }
 

@@ -48,6 +48,7 @@ async function open(address) {
   position = page.position();
   closeEditor();
   draw();
+  sayPlay();
   showSettings();
   remember();
 }
@@ -115,16 +116,19 @@ function showSettings() {
 function go(to) {
   position = Math.max(0, Math.min(to, view.positions));
   draw();
+  sayPlay();
   if (!playing || performance.now() - written > 1000) remember();
 }
 
 function play() {
   if (playing) return pause();
   if (position >= view.positions) position = 0;
-  // Playing stops after the last byte. A second click plays the silence that follows.
-  const end = position < view.bytes ? view.bytes : view.positions;
+  // Playing stops after the first fault, after the first missed frame, and after the last byte. Another click
+  // continues, at last with the silence that follows.
+  const stops = [...view.holds, view.bytes, view.positions];
+  const end = stops.find((stop) => stop > position);
   playing = true;
-  say($('play'), 'Pause');
+  sayPlay();
   // While playing, a screen reader would announce every step.
   $('sentence').setAttribute('aria-live', 'off');
   let last = performance.now();
@@ -145,10 +149,14 @@ function play() {
 function pause() {
   if (!playing) return;
   playing = false;
-  say($('play'), 'Play');
+  sayPlay();
   $('sentence').setAttribute('aria-live', 'polite');
   say($('sentence'), '');
   if (view) go(position);
+}
+
+function sayPlay() {
+  say($('play'), playing ? 'Pause' : view?.holds.includes(position) ? 'Continue' : 'Play');
 }
 
 function stop(at) {
@@ -188,12 +196,19 @@ function focusCell(node) {
   node.focus();
 }
 
+/** Sends these bytes instead of frames, and plays. */
+async function sendBytes(text) {
+  const before = page;
+  await change(`edits=&at=0&bytes=${text}`);
+  if (page !== before) play();
+}
+
 async function send(chosen) {
   file = new Uint8Array(await chosen.arrayBuffer());
   if (file.length === 0) return complain(`${chosen.name} is empty`);
   const waits = new URLSearchParams(wanted).get('file');
   if (Number(waits) === file.length) return open(wanted);
-  if (file.length <= 1024) return change(`edits=&at=0&bytes=${[...file].map(hex).join('')}`);
+  if (file.length <= 1024) return sendBytes([...file].map(hex).join(''));
   return open(page.with(`edits=&bytes=&at=0&file=${file.length}`));
 }
 
@@ -235,7 +250,7 @@ function listen() {
     };
   }
   $('description').oninput = describe;
-  $('send').onclick = () => change(`edits=&at=0&bytes=${$('own').value}`);
+  $('send').onclick = () => sendBytes($('own').value);
   $('own').onkeydown = (event) => void (event.key === 'Enter' && $('send').click());
   $('again').onclick = () => change('bytes=&edits=&at=0');
   const take = (files) => files.length && send(files[0]).catch(complain);

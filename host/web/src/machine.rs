@@ -27,7 +27,7 @@ pub(crate) struct Tally {
     /// Frames that arrived intact and were delivered.
     pub(crate) delivered: usize,
     /// Frames that arrived intact and were not delivered.
-    missed: usize,
+    pub(crate) missed: usize,
     /// Deliveries of bytes that are not an intact frame.
     pub(crate) wrong: usize,
     /// The number of missed frames and wrong deliveries since the last correct delivery.

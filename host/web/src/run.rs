@@ -43,6 +43,8 @@ pub struct Run {
     start: State,
     /// The state after each decoded piece of [`KEPT_EVERY`] bytes.
     kept: Vec<State>,
+    /// The position after the first frame that arrived intact and that a machine did not deliver.
+    pub(crate) first_missed: Option<usize>,
 }
 
 #[wasm_bindgen]
@@ -77,6 +79,7 @@ impl Run {
                 idle_at: None,
             },
             kept: Vec::new(),
+            first_missed: None,
         })
     }
 
@@ -88,6 +91,10 @@ impl Run {
         let mut state = self.kept_before(done);
         while state.position < until {
             self.step(&mut state);
+            let mut machines = state.machines.iter();
+            if self.first_missed.is_none() && machines.any(|machine| machine.tally.missed > 0) {
+                self.first_missed = Some(state.position);
+            }
         }
         self.kept.push(state);
         until

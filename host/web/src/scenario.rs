@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use framelock_description::shipped;
+use framelock_description::{hex, shipped};
 use framelock_simulation::Payload;
 use percent_encoding::{NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 
@@ -95,9 +95,11 @@ impl Scenario {
             "idle" if matches!(value, "on" | "off") => self.idle = value == "on",
             "idle" => return Err("expected on or off".to_owned()),
             "bytes" => {
-                let own = hexadecimal(value).filter(|own| own.len() <= 4_096);
-                self.own = own.ok_or("expected up to 4096 bytes of two hexadecimal digits each")?;
-                self.file = 0;
+                let own = hex::parse(&[value])?;
+                if own.len() > 4_096 {
+                    return Err("expected up to 4096 bytes".to_owned());
+                }
+                (self.own, self.file) = (own, 0);
             }
             "file" => self.file = number(value, 0..=1 << 25)?,
             "edits" => {
@@ -119,17 +121,6 @@ where
     let number = text.parse().ok().filter(|number| range.contains(number));
     let (least, most) = range.into_inner();
     number.ok_or_else(|| format!("expected a number from {least} to {most}"))
-}
-
-/// Parses bytes of two digits each. Blanks are ignored.
-fn hexadecimal(text: &str) -> Option<Vec<u8>> {
-    let digits = text.chars().filter(|digit| !digit.is_whitespace());
-    let digits = digits.map(|digit| digit.to_digit(16).and_then(|digit| digit.try_into().ok()));
-    let digits: Vec<u8> = digits.collect::<Option<_>>()?;
-    let (pairs, []) = digits.as_chunks() else {
-        return None;
-    };
-    Some(pairs.iter().map(|[high, low]| high << 4 | low).collect())
 }
 
 impl FromStr for Scenario {
@@ -201,7 +192,7 @@ impl fmt::Display for Action {
 fn edit(text: &str) -> Option<(usize, Action)> {
     let (place, action) = text.split_at(text.find(['d', 'f', 'i'])?);
     let (action, byte) = action.split_at(1);
-    let action = match (action, &hexadecimal(byte)?[..]) {
+    let action = match (action, &hex::parse(&[byte]).ok()?[..]) {
         ("d", []) => Action::Drop,
         ("f", &[bits]) => Action::Flip(bits),
         ("i", &[byte]) => Action::Insert(byte),

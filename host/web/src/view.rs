@@ -12,6 +12,12 @@ use crate::machine::{Fate, Machine};
 use crate::places::{MOST, names};
 use crate::run::Run;
 
+/// The reasons why a machine misses a frame that arrived whole.
+const MISSED_BY_LECTURE: &str = "misses it: when the frame began, this machine still waited for the \
+    rest of an earlier frame, and took the first bytes for that rest";
+const MISSED_BY_FRAMELOCK: &str =
+    "misses it, because a frame that it delivered has used some of its bytes";
+
 impl Run {
     /// Returns the view of a position, with these places on the line.
     pub(crate) fn seen(&self, position: usize, places: Range<usize>) -> Value {
@@ -55,8 +61,19 @@ impl Run {
         json!({
             "position": position, "positions": self.positions(), "bytes": self.cells.len(),
             "seconds": f64::from(state.now) / 1e3, "sentence": self.sentence(position, &machines),
-            "cells": cells, "machines": machines,
+            "holds": self.holds(), "cells": cells, "machines": machines,
         })
+    }
+
+    /// Returns the positions at which the page stops to play until the user continues: after the first byte that the
+    /// line loses, alters or inserts, and after the first intact frame that a machine misses.
+    fn holds(&self) -> Vec<usize> {
+        let mut cells = self.cells.iter();
+        let fault = cells.position(|cell| kind(cell) != "as sent");
+        let fault = fault.map(|place| place + 1);
+        let mut holds: Vec<usize> = fault.into_iter().chain(self.first_missed).collect();
+        holds.sort_unstable();
+        holds
     }
 
     /// Describes the last step in a sentence.
@@ -67,16 +84,31 @@ impl Run {
             None => return "No byte has arrived yet.".to_owned(),
             Some(None) => "The line is silent.".to_owned(),
             Some(Some(cell)) => match kind(cell) {
-                "lost" => return format!("{} is lost on the line.", byte(cell.sent)),
+                "lost" => {
+                    return format!(
+                        "{} is lost on the line. Nothing arrives, so no machine can notice it yet.",
+                        byte(cell.sent)
+                    );
+                }
                 "altered" => format!("{} arrives as {}.", byte(cell.sent), byte(cell.received)),
                 "inserted" => format!("{} arrives, but nobody sent it.", byte(cell.received)),
                 _ => format!("{} arrives.", byte(cell.received)),
             },
         };
+        let is_first_missed = self.first_missed == Some(position);
+        if is_first_missed {
+            sentence.push_str(" A whole frame has arrived.");
+        }
         for machine in machines {
             let said = ["name", "what"].map(|key| machine[key].as_str());
             let [name, what] = said.map(Option::unwrap_or_default);
-            sentence = format!("{sentence} {name} {what}.");
+            let has_missed = is_first_missed && machine["tally"]["missed"] != 0;
+            let what = match (has_missed, machine["state"].is_null()) {
+                (false, _) => what,
+                (true, false) => MISSED_BY_LECTURE,
+                (true, true) => MISSED_BY_FRAMELOCK,
+            };
+            sentence = format!("{sentence} {} {what}.", name.replacen("the", "The", 1));
         }
         sentence
     }
@@ -109,7 +141,7 @@ impl Run {
             })
         });
         json!({
-            "name": if lecture.is_some() { "lecture" } else { "framelock" },
+            "name": if lecture.is_some() { "the lecture's machine" } else { "framelock" },
             "state": lecture.map(|lecture| lecture.state.to_string()),
             "window": window(description, bytes),
             "pending": bytes.len(),

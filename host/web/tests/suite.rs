@@ -567,13 +567,58 @@ fn a_malformed_address_says_what_is_wrong() {
         ("edits=21", "edits=21: expected edits such as"),
         ("edits=21d4", "edits=21d4: expected edits such as"),
         ("edits=1i4\u{e4}", "expected edits such as"),
-        ("bytes=4", "bytes=4: expected up to 4096 bytes"),
+        (
+            "bytes=4",
+            "bytes=4: word 1, '4', is not a whole number of bytes",
+        ),
         ("at=-1", "at=-1: expected a number"),
         ("colour=red", "colour=red: the address has no such key"),
         ("deaf", "deaf: the address has no such key"),
     ] {
         let error = Run::open(address, &[]).err().unwrap();
         assert!(error.contains(complaint), "{address}: {error}");
+    }
+}
+
+#[test]
+fn the_first_fault_and_the_first_missed_frame_hold_the_page_and_are_explained() {
+    let run = decoded("frame=bin&payload=00414200&edits=21d");
+    let held = view(&run, 0, 0..0)["holds"].clone();
+    assert_eq!(held, json!([22, 35]));
+    let sentence = |position| {
+        let view = view(&run, position, 0..0);
+        view["sentence"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(
+        sentence(22),
+        "41 is lost on the line. Nothing arrives, so no machine can notice it yet."
+    );
+    let missed = sentence(35);
+    assert!(missed.contains("A whole frame has arrived. The lecture's machine misses it: "));
+    assert!(missed.contains("framelock delivers a frame: pitch 65"));
+    assert!(!sentence(42).contains("misses"), "only the first one");
+
+    // Nobody can know whether the bytes of this payload are two frames.
+    let ambiguous = decoded("frame=bin&payload=0D414280&edits=21d");
+    let held = view(&ambiguous, 0, 0..0)["holds"].clone();
+    let position = usize::try_from(held[1].as_u64().unwrap()).unwrap();
+    let told = view(&ambiguous, position, 0..0)["sentence"].clone();
+    assert!(
+        told.as_str()
+            .unwrap()
+            .contains("framelock misses it, because"),
+        "{told}"
+    );
+
+    let perfect = decoded("frame=bin&payload=00414200");
+    assert_eq!(view(&perfect, 0, 0..0)["holds"], json!([]));
+}
+
+#[test]
+fn bytes_may_be_spelled_in_the_usual_ways() {
+    for bytes in ["0x41,0x42", "4142", "41 42", "41:42"] {
+        let run = decoded(&format!("bytes={bytes}"));
+        assert_eq!(arrivals(&run), [Some(0x41), Some(0x42)], "{bytes}");
     }
 }
 

@@ -39,6 +39,12 @@ pub(crate) fn wheel(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let version = cmd!(sh, "{framelock} --version").read()?;
     let expected = format!("framelock {}", workspace.version);
     ensure!(version == expected, "--version prints {version}");
+    let arduino = sh.read_file("c/arduino/library.properties")?;
+    let line = format!("version={}", workspace.version);
+    ensure!(
+        arduino.lines().any(|it| it == line),
+        "c/arduino/library.properties has another version than Cargo.toml: write {line}"
+    );
 
     // Decode from a file to a file, and from a pipe to a pipe. Two bytes of noise follow each frame.
     let stream = FRAMES.map(|frame| [&frame[..], b"??"].concat()).concat();
@@ -75,11 +81,11 @@ pub(crate) fn wheel(workspace: &Workspace, report: &mut Report) -> Result<()> {
 /// Checks the licences, duplicates and sources of all dependencies by the rules in `deny.toml`. The hosted workflow
 /// also checks for security advisories, which change without a commit.
 pub(crate) fn licences(workspace: &Workspace, _: &mut Report) -> Result<()> {
-    let sh = workspace.shell_with("cargo-deny", "0.18.3")?;
+    let sh = workspace.shell_with("cargo-deny", "0.20.2")?;
     for manifest in ["Cargo.toml", "firmware/Cargo.toml", "fuzz/Cargo.toml"] {
         cmd!(
             sh,
-            "cargo deny --manifest-path {manifest} --all-features check --config deny.toml licenses bans sources"
+            "cargo deny --manifest-path {manifest} --all-features --config deny.toml check licenses bans sources"
         )
         .run()?;
     }

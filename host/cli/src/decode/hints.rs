@@ -19,6 +19,13 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
         let count = in_frames(protocol, Policy::Framelock, stream);
         2 * count > stream.len() && count > 2 * own
     };
+    if is_utf_16(stream) {
+        return Some(
+            "the input is UTF-16 text, as > writes it in Windows PowerShell: give the program that \
+             made it an output file, or use cmd /c"
+                .to_owned(),
+        );
+    }
     let hex = bytes_of_hex(stream);
     if let Some(bytes) = hex
         .as_ref()
@@ -58,11 +65,18 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     }
     let delimited = |kind: &Kind| kind.layout.length() == Length::Delimiter;
     let is_text = |byte: &&u8| matches!(byte, b' '..=b'~' | b'\t' | b'\r' | b'\n');
-    if share(stream, is_text) > 0.95 && !protocol.description.kinds.iter().any(delimited) {
+    if stream.len() >= 8
+        && share(stream, is_text) > 0.95
+        && !protocol.description.kinds.iter().any(delimited)
+    {
         let digits = share(stream, |byte| byte.is_ascii_digit());
         return Some(match hex {
             Some(_) if share(stream, |byte| byte.is_ascii_hexdigit()) > digits => {
                 "the input looks like text in hex: give --input hex".to_owned()
+            }
+            None if is_hex_dump(stream) => {
+                "the input looks like a hex dump: convert it to bytes, for example by xxd -r"
+                    .to_owned()
             }
             _ if digits > 0.3 => {
                 "the input looks like decimal text, such as AB128127128: have the sender write \
@@ -108,6 +122,27 @@ fn bytes_of_hex(stream: &[u8]) -> Option<Vec<u8>> {
     // The last line may be incomplete.
     let whole = text.rsplit_once('\n').map_or(text, |(lines, _)| lines);
     hex::parse(&[whole]).ok().filter(|bytes| !bytes.is_empty())
+}
+
+/// Returns whether most words are two or four hex digits, some of them letters, as in the output of hexdump and xxd.
+fn is_hex_dump(stream: &[u8]) -> bool {
+    let is_hex =
+        |word: &&[u8]| matches!(word.len(), 2 | 4) && word.iter().all(u8::is_ascii_hexdigit);
+    let words = stream
+        .split(u8::is_ascii_whitespace)
+        .filter(|word| !word.is_empty());
+    let (hex, others): (Vec<&[u8]>, Vec<_>) = words.partition(is_hex);
+    hex.len() > 2 * others.len() && hex.concat().iter().any(u8::is_ascii_alphabetic)
+}
+
+/// Returns whether the bytes begin with a byte order mark, and every second byte is 0.
+fn is_utf_16(stream: &[u8]) -> bool {
+    let (pairs, _) = stream.as_chunks::<2>();
+    match pairs {
+        [[0xFF, 0xFE], rest @ ..] => rest.iter().all(|[_, high]| *high == 0),
+        [[0xFE, 0xFF], rest @ ..] => rest.iter().all(|[high, _]| *high == 0),
+        _ => false,
+    }
 }
 
 /// Replaces each line end (CR LF, LF or CR).
@@ -165,6 +200,10 @@ fn wrong_period(protocol: &Protocol, stream: &[u8]) -> Option<String> {
     };
     let guess = match (bytes_of(1), bytes_of(2)) {
         (small @ 1.., _) if distance == length + small => ": are its values 16 bits wide?",
+        (small @ 1.., _) if distance + 1 == length + small => {
+            ": are its values 16 bits wide, and is a byte missing?"
+        }
+        _ if distance + 1 == length => ": is a byte missing?",
         (_, large @ 1..) if distance + large / 2 == length => ": are its values 8 bits wide?",
         _ => "",
     };

@@ -44,10 +44,11 @@ pub(super) fn run(demonstration: &mut Demonstration, out: &mut impl Write) -> io
 const COLUMNS: &str = "    lost        deaf  failsafe";
 
 fn columns(report: &Report) -> String {
-    let deaf = report.deaf.map_or_else(
-        || "-".to_owned(),
-        |time| format!("{:.1} s", time.as_secs_f64()),
-    );
+    let deaf = match report.deaf {
+        None => "-".to_owned(),
+        Some(time) if time < Duration::from_millis(100) => "<0.1 s".to_owned(),
+        Some(time) => format!("{:.1} s", time.as_secs_f64()),
+    };
     let phase = report.output.phase;
     format!("{:>8}{deaf:>12}  {phase:<8}", report.lost)
 }

@@ -3,6 +3,8 @@
 //! The layout is for 80 columns and 24 rows. A terminal with fewer rows omits the bytes first, then the
 //! seats.
 
+use std::time::Duration;
+
 use framelock_simulation::Fate;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Margin};
@@ -69,7 +71,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
 
     let (line, reports) = demonstration.report();
     let broken = line.frames_sent - line.frames_intact;
-    let names = ["lecture", "framelock"];
+    let names = ["the lecture's machine", "framelock"];
     let receivers = reports.iter().zip(&demonstration.lanes).zip(names);
     for (((report, lane), name), area) in receivers.zip([lecture, framelock]) {
         let lines = vec![
@@ -99,6 +101,7 @@ fn ends(mut left: Vec<Span<'static>>, right: Vec<Span<'static>>, width: u16) -> 
 
 fn status(name: &'static str, report: &Report, width: u16) -> Line<'static> {
     let status = match report.deaf {
+        Some(time) if time < Duration::from_millis(100) => " DEAF ".fg(VERMILLION),
         Some(time) => format!(" DEAF for {:.1} s ", time.as_secs_f64()).fg(VERMILLION),
         None => " LISTENING ".fg(BLUE),
     };

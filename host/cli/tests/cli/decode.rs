@@ -49,6 +49,21 @@ fn frames_of_a_stream_have_times_and_frames_of_a_file_have_none() {
 }
 
 #[test]
+fn if_only_other_kinds_of_frames_arrive_a_line_says_so() {
+    let ack = b"\xB5\x62\x05\x01\x02\x00\x06\x01\x0F\x38";
+    let only = |names| {
+        let output = run(&["decode", "--frame=ubx", "--only", names], ack);
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert_eq!(
+        only("NAV-PVT,ACK-NAK"),
+        "framelock: frames of ubx: 1, but none of them is NAV-PVT or ACK-NAK\n"
+    );
+    assert_eq!(only("ACK-ACK"), "");
+}
+
+#[test]
 fn offsets_count_from_the_beginning_of_the_stream() {
     // The stream is longer than any buffer, and frames cross the ends of buffers.
     let frames = 200_000;

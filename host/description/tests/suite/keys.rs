@@ -213,7 +213,7 @@ fn a_description_may_have_several_kinds() {
     for (values, told) in [
         (
             json!(["satte", 2, null, 3, "on"]),
-            "kind \"satte\" is none of measurement, state",
+            "kind: there is no satte, is it state: there are measurement, state",
         ),
         (json!([null, 2, null, 3, "on"]), "missing field `kind`"),
         (

@@ -70,7 +70,39 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
         .iter()
         .flat_map(|&byte| [lowest(byte << 1), lowest(byte >> 3)])
         .collect();
+    let wide_and_short =
+        |[pitch, roll, yaw]: [u8; 3]| vec![b'A', b'B', 1, pitch, 2, roll, 3, yaw, b'\r'];
+    let short = |[pitch, roll, yaw]: [u8; 3]| vec![b'A', b'B', pitch, roll, yaw, b'\r'];
+    let (mut dump, mut pairs) = (String::new(), String::new());
+    for (row, bytes) in good.chunks(16).enumerate() {
+        let offset = 16 * row;
+        let words: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let print = |&byte: &u8| {
+            if byte.is_ascii_graphic() {
+                char::from(byte)
+            } else {
+                '.'
+            }
+        };
+        let text: String = bytes.iter().map(print).collect();
+        dump += &format!("{offset:08x}  {}  |{text}|\n", words.join(" "));
+        let words: Vec<String> = words.chunks(2).map(<[String]>::concat).collect();
+        pairs += &format!("{offset:08x}: {}  {text}\n", words.join(" "));
+    }
+    let utf_16: Vec<u8> = "\u{FEFF}AB\0\u{1}\u{2}\u{3}\r\n"
+        .encode_utf16()
+        .flat_map(u16::to_le_bytes)
+        .collect();
     for (frame, stream, told) in [
+        ("bin", dump.into_bytes(), "hex dump"),
+        ("bin", pairs.into_bytes(), "hex dump"),
+        ("bin", utf_16, "UTF-16"),
+        (
+            "bin",
+            motion(wide_and_short),
+            "has 7: are its values 16 bits wide, and is a byte missing?",
+        ),
+        ("bin", motion(short), "has 7: is a byte missing?"),
         ("bin", motion(text), "decimal text"),
         ("bin", b"AB128127128\r".repeat(100), "decimal text"),
         (

@@ -12,6 +12,9 @@ use ratatui::backend::TestBackend;
 use super::super::demonstration::tests::DEFAULT;
 use super::*;
 
+/// The name in the row of the status. A row of the story may begin with the same words.
+const LECTURE: &str = "the lecture's machine  ";
+
 fn demonstration(milliseconds: u64) -> Demonstration {
     let mut demonstration = Demonstration::new(DEFAULT).unwrap();
     demonstration.advance_to(Duration::from_millis(milliseconds));
@@ -47,7 +50,7 @@ fn within_five_seconds_one_receiver_is_deaf_and_the_other_listens() {
     let heading = &screen[row(&screen, "ONE LOST BYTE")];
     assert!(heading.trim_end().ends_with("4.5 of 20 s"), "{heading}");
 
-    let lecture = &screen[row(&screen, "lecture  ")..];
+    let lecture = &screen[row(&screen, LECTURE)..];
     assert!(lecture[0].contains(" DEAF for 2.4 s "), "{}", lecture[0]);
     assert!(lecture[0].contains("failsafe RAMP"), "{}", lecture[0]);
     let (heard, missed) = ("●".repeat(20), "○".repeat(24));
@@ -62,6 +65,20 @@ fn within_five_seconds_one_receiver_is_deaf_and_the_other_listens() {
     assert!(framelock[0].contains("failsafe LIVE"), "{}", framelock[0]);
     assert_eq!(framelock[1].trim(), format!("{heard}×{}", "●".repeat(24)));
     assert!(framelock[2].contains("● 44 delivered  ○ 0 missed though whole"));
+}
+
+/// The frame of 2.1 s is the first that the lecture's machine misses.
+#[test]
+fn a_time_that_would_be_rounded_to_zero_is_not_shown() {
+    for (milliseconds, status) in [
+        (2_110, " DEAF  "),
+        (2_190, " DEAF  "),
+        (2_210, " DEAF for 0.1 s "),
+    ] {
+        let screen = screen(&demonstration(milliseconds), 80, 24);
+        let lecture = &screen[row(&screen, LECTURE)];
+        assert!(lecture.contains(status), "{milliseconds}: {lecture}");
+    }
 }
 
 #[test]
@@ -88,7 +105,7 @@ fn the_seats_show_the_outputs_of_the_failsafes() {
     let screen = screen(&demonstration(7_000), 80, 24);
     let seat = |name| &screen[row(&screen, name) + 3];
     let blocks = |row: &str| row.matches('█').count();
-    let [lecture, framelock] = ["lecture  ", "framelock  "].map(seat);
+    let [lecture, framelock] = [LECTURE, "framelock  "].map(seat);
     assert!(lecture.contains("pitch ███┃"), "{lecture}");
     assert!(framelock.contains("pitch ███┃"), "{framelock}");
     assert!(
@@ -108,7 +125,7 @@ fn every_story_is_told_to_its_end_on_every_terminal_that_has_room() {
         let end = story.text.split_whitespace().next_back().unwrap();
         for (width, height) in [(60, 16), (79, 24), (80, 16), (80, 24), (300, 100)] {
             let screen = screen(&demonstration, width, height);
-            let told = &screen[..row(&screen, "lecture  ")];
+            let told = &screen[..row(&screen, LECTURE)];
             let mut rows = told.iter().rev().map(|row| row.trim());
             let last = rows.find(|row| !row.is_empty()).unwrap();
             assert!(last.ends_with(end), "{width}x{height}: {last}");
