@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use framelock_proofs::reference::{Format, whole_buffer};
+use framelock_proofs::reference::{NaiveFormat, whole_buffer};
 use nrf52840_emulator::{
     Assumptions, Board, Image, LineSymbol, LogTable, MICROSECOND, MILLISECOND, ResetCause,
 };
@@ -264,7 +264,7 @@ pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
 pub(crate) type Reference = fn(&[u8]) -> Vec<Setpoint>;
 
 /// Returns the setpoints that the receiver must commit.
-pub(crate) fn reference<F: Format>(bytes: &[u8]) -> Vec<Setpoint> {
+pub(crate) fn reference<F: NaiveFormat>(bytes: &[u8]) -> Vec<Setpoint> {
     let mut commits = Vec::new();
     whole_buffer::<F>(bytes, |found| {
         commits.extend(found.message());

@@ -443,7 +443,7 @@ fn a_long_break_is_counted_once_with_its_length() {
 #[test]
 fn an_unconnected_pin_is_a_quiet_line() {
     let mut firmware = Firmware::at_power_on("default");
-    firmware.board.line(nrf52840_emulator::Line::unplug);
+    firmware.board.line(nrf52840_emulator::SerialLine::unplug);
     firmware.run_for(100 * MILLISECOND);
     assert_eq!(firmware.counter("framing"), 0);
     assert_eq!(firmware.counter("bytes"), 0);

@@ -1,7 +1,7 @@
 //! Checks that the firmware commits the reference's setpoints for every stream.
 
 use crate::firmware::{Firmware, GAP, PAUSE, RESTART, Reference, frame, frames, reference};
-use framelock_proofs::reference::{Bin, BinCrc8, Format as _, Lecture};
+use framelock_proofs::reference::{Bin, BinCrc8, Lecture, NaiveFormat as _};
 use nrf52840_emulator::MILLISECOND;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

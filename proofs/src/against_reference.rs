@@ -24,7 +24,7 @@ use crate::states::{OfSetpoints, any_setpoint, setpoint_of};
 fn rescan<F, R, const N: usize>()
 where
     F: FixedFormat<Frame = [u8; N], Message = Setpoint>,
-    R: reference::Format,
+    R: reference::NaiveFormat,
     [u8; N]: FrameBytes,
 {
     let bytes: [u8; N] = kani::any();
@@ -78,7 +78,7 @@ fn discard_by_the_lectures_machine() {
     while length <= 7 {
         if failed.is_none() {
             committed = machine.push(bytes[length - 1]);
-            failed = <reference::Bin as reference::Format>::fails_at(&bytes[..length]);
+            failed = <reference::Bin as reference::NaiveFormat>::fails_at(&bytes[..length]);
             let is_over = failed.is_some() || length == 7;
             assert!(failed.is_none_or(|place| place == length - 1));
             assert!(machine.pending() == if is_over { 0 } else { length });
@@ -95,7 +95,7 @@ fn discard_by_the_lectures_machine() {
 fn whole_streams<P, F, const N: usize>(mut parser: P)
 where
     P: OfSetpoints,
-    F: reference::Format,
+    F: reference::NaiveFormat,
 {
     let bytes: [u8; N] = kani::any();
     let mut expected = [None; N];

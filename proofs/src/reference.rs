@@ -13,7 +13,7 @@
 use framelock::{Classification, DiscardReason, Found};
 
 /// A frame format, as a rule about bytes.
-pub trait Format {
+pub trait NaiveFormat {
     /// Bytes in a frame.
     const LENGTH: usize;
 
@@ -33,7 +33,7 @@ pub trait Format {
 #[derive(Clone, Copy, Debug)]
 pub enum Bin {}
 
-impl Format for Bin {
+impl NaiveFormat for Bin {
     const LENGTH: usize = 7;
 
     fn fails_at(bytes: &[u8]) -> Option<usize> {
@@ -53,7 +53,7 @@ impl Format for Bin {
 #[derive(Clone, Copy, Debug)]
 pub enum Lecture {}
 
-impl Format for Lecture {
+impl NaiveFormat for Lecture {
     const LENGTH: usize = Bin::LENGTH;
 
     fn fails_at(bytes: &[u8]) -> Option<usize> {
@@ -69,7 +69,7 @@ impl Format for Lecture {
 #[derive(Clone, Copy, Debug)]
 pub enum BinCrc8 {}
 
-impl Format for BinCrc8 {
+impl NaiveFormat for BinCrc8 {
     const LENGTH: usize = 8;
 
     fn fails_at(bytes: &[u8]) -> Option<usize> {
@@ -110,7 +110,7 @@ pub fn crc8(payload: &[u8]) -> u8 {
 
 /// Reports every frame of the stream with its pitch, roll and yaw, and every discarded byte, in order. Returns the
 /// number of bytes at the end that may still become a frame.
-pub fn whole_buffer<F: Format>(bytes: &[u8], mut report: impl FnMut(Found<[u8; 3]>)) -> usize {
+pub fn whole_buffer<F: NaiveFormat>(bytes: &[u8], mut report: impl FnMut(Found<[u8; 3]>)) -> usize {
     let mut free = 0;
     for i in 0..bytes.len() {
         if i < free {

@@ -41,7 +41,7 @@ impl Answer {
     }
 
     /// Returns the answer of the naive reference.
-    pub(crate) fn of_reference<F: reference::Format>(bytes: &[u8]) -> Self {
+    pub(crate) fn of_reference<F: reference::NaiveFormat>(bytes: &[u8]) -> Self {
         let mut answer = Self::default();
         let mut behind = 0;
         reference::whole_buffer::<F>(bytes, |found| {

@@ -69,7 +69,7 @@ pub(crate) fn line_feed<M: Machine>(bytes: &[u8]) -> Answer {
 }
 
 /// Runs the naive reference, which needs the whole stream.
-pub(crate) fn reference<F: reference::Format>(bytes: &[u8]) -> Answer {
+pub(crate) fn reference<F: reference::NaiveFormat>(bytes: &[u8]) -> Answer {
     Answer::of_reference::<F>(bytes)
 }
 

@@ -36,7 +36,7 @@ fn after<F: FixedFormat>(history: &[u8]) -> Receiver<F> {
 fn step_by_the_rule<F, R>(history: &[u8])
 where
     F: FixedFormat<Message = Setpoint>,
-    R: reference::Format,
+    R: reference::NaiveFormat,
 {
     for byte in 0..=u8::MAX {
         let mut receiver = after::<F>(history);

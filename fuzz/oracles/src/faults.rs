@@ -199,7 +199,7 @@ pub fn faults(line: &FaultyLine) {
 fn commits<P, F>(line: &[Received]) -> Vec<(usize, Setpoint)>
 where
     P: OfSetpoints,
-    F: reference::Format,
+    F: reference::NaiveFormat,
 {
     let mut parser = P::default();
     let mut commits = Vec::new();

@@ -2,7 +2,7 @@
 
 use framelock::motion::Setpoint;
 use framelock::{Counters, DiscardReason, Found, LineEvent};
-use framelock_proofs::reference::{Format, whole_buffer};
+use framelock_proofs::reference::{NaiveFormat, whole_buffer};
 
 /// The result that a parser must report for a stream after a reset.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -15,7 +15,7 @@ pub(crate) struct Outcome {
 
 impl Outcome {
     /// Returns the reference's result.
-    pub(crate) fn expected<F: Format>(bytes: &[u8]) -> Self {
+    pub(crate) fn expected<F: NaiveFormat>(bytes: &[u8]) -> Self {
         let mut outcome = Self::default();
         outcome.pending = whole_buffer::<F>(bytes, |found| {
             outcome.add(found.map(Setpoint::from));

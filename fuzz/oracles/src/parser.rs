@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{DiscardReason, Line, Parser, Receiver};
-use framelock_proofs::reference::{self, Format};
+use framelock_proofs::reference::{self, NaiveFormat};
 
 use crate::outcome::{Counted, Outcome, as_counter};
 use crate::stream::{Stream, StreamStep, bytes_of};
@@ -33,7 +33,7 @@ impl<P: for<'a> Parser<Message<'a> = Setpoint> + Default + 'static> OfSetpoints 
 fn check<P, F>(Stream(steps): &Stream)
 where
     P: OfSetpoints + Copy + PartialEq + Debug,
-    F: Format,
+    F: NaiveFormat,
 {
     // Long slices are fed, or in some cases pulled with `messages`. Short slices are pushed byte by
     // byte.
@@ -90,7 +90,7 @@ where
 fn push<P, F>(bytes: &[u8], expected: &Outcome) -> P
 where
     P: OfSetpoints + PartialEq + Debug,
-    F: Format,
+    F: NaiveFormat,
 {
     let (mut parser, mut reporting) = (P::default(), P::default());
     let mut frames = Vec::new();

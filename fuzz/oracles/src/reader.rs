@@ -9,7 +9,7 @@ use embedded_io::{ErrorKind, ErrorType};
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Counters, DiscardReason, LineEvent, Reader, Receiver};
-use framelock_proofs::reference::{self, Format};
+use framelock_proofs::reference::{self, NaiveFormat};
 
 use crate::outcome::{Counted, Outcome};
 use crate::parser::OfSetpoints;
@@ -74,7 +74,7 @@ type Answer = Result<Option<Setpoint>, ErrorKind>;
 fn check<P, F, const N: usize>(Stream(steps): &Stream)
 where
     P: OfSetpoints + Debug,
-    F: Format,
+    F: NaiveFormat,
 {
     let (expected, counters) = expected::<F>(steps);
     for read in [
@@ -98,7 +98,7 @@ where
 
 /// Returns the reader's expected answers, including two at the end of the source, and the expected
 /// counters.
-fn expected<F: Format>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
+fn expected<F: NaiveFormat>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     let mut answers = Vec::new();
     let mut counted = Counted::default();
     let ends = |step: &StreamStep| matches!(step, StreamStep::Event(event) if error(*event) == ErrorKind::Other);

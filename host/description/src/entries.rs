@@ -388,13 +388,13 @@ pub(crate) struct MessagesEntry {
 )]
 pub(crate) enum KnownMessages {
     Dialect(Dialect),
-    List(Vec<Known>),
+    List(Vec<KnownEntry>),
 }
 
 /// A dialect, or a row for one message.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(untagged)]
-pub(crate) enum Known {
+pub(crate) enum KnownEntry {
     Dialect(Dialect),
     Row(Row),
 }

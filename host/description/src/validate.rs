@@ -12,8 +12,8 @@ use toml::Spanned;
 
 use crate::checksum::tabled;
 use crate::entries::{
-    Alternatives, Dialect, FieldEntry, FrameEntry, Known, KnownMessages, Problem, Unsigned, Values,
-    at, missing, wrong,
+    Alternatives, Dialect, FieldEntry, FrameEntry, KnownEntry, KnownMessages, Problem, Unsigned,
+    Values, at, missing, wrong,
 };
 use crate::field::Type;
 use crate::kind::{Kind, LONGEST};
@@ -268,12 +268,12 @@ fn known(messages: &KnownMessages) -> &'static [KnownMessage] {
         KnownMessages::List(list) => list,
     };
     let rows = list.iter().filter_map(|known| match known {
-        Known::Row(row) => Some(row.message()),
-        Known::Dialect(_) => None,
+        KnownEntry::Row(row) => Some(row.message()),
+        KnownEntry::Dialect(_) => None,
     });
     let mut all: Vec<KnownMessage> = rows.collect();
     for known in list {
-        if let Known::Dialect(dialect) = known {
+        if let KnownEntry::Dialect(dialect) = known {
             let taken: HashSet<u32> = all.iter().map(|message| message.number).collect();
             let others = dialect.messages().iter();
             all.extend(others.filter(|message| !taken.contains(&message.number)));
@@ -289,8 +289,8 @@ fn message_names(messages: &KnownMessages) -> Vec<(u32, &'static str)> {
         KnownMessages::Dialect(dialect) => vec![*dialect],
         KnownMessages::List(list) => {
             let dialects = list.iter().filter_map(|known| match known {
-                Known::Dialect(dialect) => Some(*dialect),
-                Known::Row(_) => None,
+                KnownEntry::Dialect(dialect) => Some(*dialect),
+                KnownEntry::Row(_) => None,
             });
             dialects.collect()
         }

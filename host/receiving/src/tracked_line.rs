@@ -134,7 +134,7 @@ mod tests {
 
     /// Compares the outcome of every byte with the reference. The counters are set to zero at a random byte. A line
     /// event ends the stream.
-    fn agrees<F: reference::Format>(name: &str, policy: Policy) {
+    fn agrees<F: reference::NaiveFormat>(name: &str, policy: Policy) {
         let protocol = Protocol::named(name).unwrap();
         let format = protocol.setpoints.unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -11,7 +11,7 @@ use crate::payload::Payload;
 
 /// A numeric parameter, with all that a program needs to offer it as an option or to sweep it.
 #[derive(Debug)]
-pub struct Number {
+pub struct NumericParameter {
     /// The parameter's name, with hyphens between words.
     pub name: &'static str,
     /// The parameter's help text.
@@ -25,7 +25,7 @@ pub struct Number {
     set: fn(&mut Parameters, f64),
 }
 
-impl Number {
+impl NumericParameter {
     /// Returns the parameter's value, if it has one.
     #[must_use]
     pub fn get(&self, parameters: &Parameters) -> Option<f64> {
@@ -104,7 +104,7 @@ macro_rules! parameters {
                 clippy::cast_sign_loss,
                 reason = "all are within their ranges"
             )]
-            pub const NUMBERS: &[Number] = &[$($(Number {
+            pub const NUMBERS: &[NumericParameter] = &[$($(NumericParameter {
                 name: $name,
                 help: concat!($($help),+),
                 unit: $unit,

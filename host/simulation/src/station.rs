@@ -18,14 +18,14 @@ use crate::uart::{BIT, BITS_PER_BYTE};
 
 /// A kind of station: the policy of its receiver, and whether it has an idle-gap rule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Kind {
+pub struct StationKind {
     /// The receiver's policy.
     pub policy: Policy,
     /// True if a pause longer than the idle gap drops the current frame.
     pub has_idle_gap: bool,
 }
 
-impl Kind {
+impl StationKind {
     /// Returns all stations that receive the format. For BIN these are the lecture's machine and
     /// then framelock's receiver. Each of them comes twice: first without an idle-gap rule, then
     /// with one.
@@ -120,7 +120,7 @@ pub struct Station {
 }
 
 impl Station {
-    pub(crate) fn new(parameters: &Parameters, kind: Kind) -> Result<Self> {
+    pub(crate) fn new(parameters: &Parameters, kind: StationKind) -> Result<Self> {
         // Receiving the byte that ends the gap takes one byte time.
         let limit = (u64::from(parameters.idle_gap) + 1) * BITS_PER_BYTE * BIT;
         let receiver = AnyLine::of_setpoints(parameters.frame, kind.policy);

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::station::Kind;
+use crate::station::StationKind;
 use crate::statistics::{Mean, Ratio};
 
 /// Counts of events on the line.
@@ -29,7 +29,7 @@ pub struct LineTally {
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct ReceiverTally {
     /// The kind of the station.
-    pub kind: Kind,
+    pub kind: StationKind,
     /// Frames whose setpoint the receiver delivered with the frame's own last byte.
     pub delivered: u64,
     /// Frames that arrived intact and that the receiver did not deliver.

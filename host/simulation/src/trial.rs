@@ -14,7 +14,7 @@ use crate::parameters::Parameters;
 use crate::payload::{Transmission, frames};
 use crate::random::{Purpose, Seed, whole};
 use crate::sent_frame::{Origin, SentFrame};
-use crate::station::{Fate, Kind, Outcome, Station, microseconds};
+use crate::station::{Fate, Outcome, Station, StationKind, microseconds};
 use crate::tally::{LineTally, Tally};
 use crate::uart::{BITS_PER_BYTE, Heard, TICK};
 
@@ -67,7 +67,7 @@ pub fn run(parameters: &Parameters, number: u64, is_watched: bool) -> Result<Tri
         duplicate: parameters.duplicate,
         ..FaultRates::default()
     };
-    let mut trial = Trial::new(parameters, seed, rates, &Kind::of(parameters.frame))?;
+    let mut trial = Trial::new(parameters, seed, rates, &StationKind::of(parameters.frame))?;
     trial.events = is_watched.then(Vec::new);
     let bits_per_frame = f64::from(parameters.baud) / parameters.rate;
     for (number, frame) in (0..parameters.frames).zip(frames(parameters, seed)) {
@@ -118,7 +118,7 @@ impl Trial {
         parameters: &Parameters,
         seed: Seed,
         rates: FaultRates,
-        stations: &[Kind],
+        stations: &[StationKind],
     ) -> Result<Self> {
         parameters.check()?;
         let mut once = seed.random(Purpose::Once);

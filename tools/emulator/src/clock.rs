@@ -6,7 +6,7 @@
 //! clock, but the watchdog starts the clock itself.
 
 use crate::MICROSECOND;
-use crate::line::Line;
+use crate::line::SerialLine;
 use crate::nonvolatile::UNPROTECTED;
 use crate::peripheral::{Common, Context, Peripheral};
 
@@ -108,7 +108,7 @@ impl Peripheral for Clock {
         Some(())
     }
 
-    fn next(&self, _: &Line) -> Option<u64> {
+    fn next(&self, _: &SerialLine) -> Option<u64> {
         let starts = [self.crystal_runs_at, self.low_runs_at];
         starts.into_iter().flatten().min()
     }

@@ -86,7 +86,7 @@ pub use chip::ResetCause;
 pub use error::{Access, Error, Refusal, Result};
 pub use gpio::Pins;
 pub use image::{Image, Symbol};
-pub use line::{Line, Parity, Symbol as LineSymbol};
+pub use line::{Parity, SerialLine, Symbol as LineSymbol};
 pub use log::{LogDecoder, LogTable};
 pub use memory::{FLASH_SIZE, Memory, RAM_SIZE, RAM_START};
 pub use pwm::Period;

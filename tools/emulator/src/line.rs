@@ -35,7 +35,7 @@ pub enum Symbol {
 
 /// The line to the receiver. It is high while nothing is sent.
 #[derive(Clone, Debug)]
-pub struct Line {
+pub struct SerialLine {
     /// The instants at which the level changes, in cycles, in order. Instants that lie in the receiver's past are
     /// removed.
     toggles: VecDeque<u64>,
@@ -54,7 +54,7 @@ pub struct Line {
     pub(crate) floats: bool,
 }
 
-impl Line {
+impl SerialLine {
     /// Creates a quiet line with a sender at 115200 baud, 8N1.
     #[must_use]
     pub fn new() -> Self {
@@ -216,7 +216,7 @@ impl Line {
     }
 }
 
-impl Default for Line {
+impl Default for SerialLine {
     fn default() -> Self {
         Self::new()
     }

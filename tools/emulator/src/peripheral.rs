@@ -8,7 +8,7 @@ use crate::assumptions::Assumptions;
 use crate::clock::HFXO_STARTUP;
 use crate::error::Refusal;
 use crate::gpio::Pins;
-use crate::line::Line;
+use crate::line::SerialLine;
 use crate::memory::Memory;
 use crate::pwm::Period;
 
@@ -29,7 +29,7 @@ pub(crate) trait Peripheral {
     }
 
     /// Returns the next instant at which the peripheral acts by itself, in cycles.
-    fn next(&self, _line: &Line) -> Option<u64> {
+    fn next(&self, _line: &SerialLine) -> Option<u64> {
         None
     }
 
@@ -44,7 +44,7 @@ pub(crate) struct Context {
     pub(crate) now: u64,
     pub(crate) memory: Memory,
     pub(crate) assumptions: Assumptions,
-    pub(crate) line: Line,
+    pub(crate) line: SerialLine,
     /// The pin to which the line is wired: 32 * port + pin.
     pub(crate) line_pin: u32,
     /// A second pin that is wired to the line, on which UARTE1 sends.
@@ -68,7 +68,7 @@ impl Context {
             now: 0,
             memory,
             assumptions: Assumptions::default(),
-            line: Line::new(),
+            line: SerialLine::new(),
             line_pin,
             loopback_pin: None,
             crystal_startup: Some(HFXO_STARTUP),

@@ -9,7 +9,7 @@
 
 use crate::MICROSECOND;
 use crate::error::Refusal;
-use crate::line::Line;
+use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
 
 const STOP: u32 = 0x004;
@@ -230,7 +230,7 @@ impl Peripheral for Pwm {
         }
     }
 
-    fn next(&self, _: &Line) -> Option<u64> {
+    fn next(&self, _: &SerialLine) -> Option<u64> {
         self.period_ends_at
     }
 

@@ -9,7 +9,7 @@
 
 use crate::CYCLES_PER_SECOND;
 use crate::counter::Counter;
-use crate::line::Line;
+use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
 
 const START: u32 = 0x000;
@@ -79,7 +79,7 @@ impl Peripheral for Rtc {
         Some(())
     }
 
-    fn next(&self, _: &Line) -> Option<u64> {
+    fn next(&self, _: &SerialLine) -> Option<u64> {
         self.counter.next(self.registers.compare.iter().chain(&[0]))
     }
 

@@ -5,7 +5,7 @@
 
 use crate::MICROSECOND;
 use crate::counter::Counter;
-use crate::line::Line;
+use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, Short, registers};
 
 const START: u32 = 0x000;
@@ -127,7 +127,7 @@ impl Peripheral for Timer {
         Some(())
     }
 
-    fn next(&self, _: &Line) -> Option<u64> {
+    fn next(&self, _: &SerialLine) -> Option<u64> {
         self.counter.next(self.registers.compare.iter())
     }
 

@@ -6,7 +6,7 @@
 
 use crate::CYCLES_PER_SECOND;
 use crate::error::Refusal;
-use crate::line::Line;
+use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
 
 const START: u32 = 0x000;
@@ -99,7 +99,7 @@ impl Peripheral for Watchdog {
         Some(())
     }
 
-    fn next(&self, _: &Line) -> Option<u64> {
+    fn next(&self, _: &SerialLine) -> Option<u64> {
         let due = [self.times_out_at, self.bites_at];
         due.into_iter().flatten().min()
     }

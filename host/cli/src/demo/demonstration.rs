@@ -5,8 +5,8 @@ use std::time::Duration;
 use anyhow::Result;
 use framelock::motion::{Output, Setpoint};
 use framelock_simulation::{
-    Event, FaultRates, FrameFormat, Kind, LineTally, Origin, Parameters, Policy, ReceiverTally,
-    Seed, SmoothMotion, Transmission, Trial, check_rate,
+    Event, FaultRates, FrameFormat, LineTally, Origin, Parameters, Policy, ReceiverTally, Seed,
+    SmoothMotion, StationKind, Transmission, Trial, check_rate,
 };
 
 use super::Arguments;
@@ -70,7 +70,7 @@ impl Demonstration {
         };
         let (seed, trial) = (arguments.seed, 0);
         let seed = Seed { seed, trial };
-        let stations = [Policy::Lecture, Policy::Framelock].map(|policy| Kind {
+        let stations = [Policy::Lecture, Policy::Framelock].map(|policy| StationKind {
             policy,
             has_idle_gap: arguments.idle_gap.is_some(),
         });

@@ -4,7 +4,7 @@ use std::iter;
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail, ensure};
-use framelock_simulation::{Number, Parameters};
+use framelock_simulation::{NumericParameter, Parameters};
 
 /// The limit on the number of points. More points are most likely a mistake.
 const MOST_POINTS: usize = 10_000;
@@ -12,7 +12,7 @@ const MOST_POINTS: usize = 10_000;
 /// A parameter and its values.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
-    pub(super) number: &'static Number,
+    pub(super) number: &'static NumericParameter,
     pub(super) values: Vec<f64>,
 }
 

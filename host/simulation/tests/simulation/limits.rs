@@ -3,7 +3,8 @@
 use framelock::motion::{Output, Phase, Setpoint};
 
 use framelock_simulation::{
-    Event, FaultRates, FrameFormat, Kind, Parameters, Payload, Policy, Seed, Tally, Trial, run,
+    Event, FaultRates, FrameFormat, Parameters, Payload, Policy, Seed, StationKind, Tally, Trial,
+    run,
 };
 
 use super::{receiver, simulated};
@@ -366,7 +367,7 @@ fn the_lectures_machine_receives_bin_only() {
         &parameters,
         seed,
         rates,
-        Kind::of(FrameFormat::Bin).as_slice(),
+        StationKind::of(FrameFormat::Bin).as_slice(),
     );
     let complaint = trial.err().unwrap().to_string();
     assert!(

@@ -9,7 +9,7 @@
 mod findings;
 mod limits;
 
-use framelock_simulation::{Kind, Parameters, Policy, ReceiverTally, Tally, run};
+use framelock_simulation::{Parameters, Policy, ReceiverTally, StationKind, Tally, run};
 
 fn simulated(parameters: &Parameters) -> Tally {
     (0..parameters.trials)
@@ -19,7 +19,7 @@ fn simulated(parameters: &Parameters) -> Tally {
 
 /// Returns the tally of the receiver with this policy.
 fn receiver(tally: &Tally, policy: Policy, has_idle_gap: bool) -> &ReceiverTally {
-    let kind = Kind {
+    let kind = StationKind {
         policy,
         has_idle_gap,
     };

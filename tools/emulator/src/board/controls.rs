@@ -8,12 +8,12 @@ use super::{Board, STUCK, core};
 use crate::assumptions::Assumptions;
 use crate::chip::ResetCause;
 use crate::error::{Error, Result};
-use crate::line::{Line, Symbol};
+use crate::line::{SerialLine, Symbol};
 use crate::trace::Reset;
 
 impl Board {
     /// Changes the line or its sender: baud rate, parity, noise.
-    pub fn line<T>(&mut self, change: impl FnOnce(&mut Line) -> T) -> T {
+    pub fn line<T>(&mut self, change: impl FnOnce(&mut SerialLine) -> T) -> T {
         self.shared.touched.store(true, Relaxed);
         change(&mut self.shared.chip().context.line)
     }

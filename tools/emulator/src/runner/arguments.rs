@@ -33,8 +33,8 @@ pub(crate) struct Arguments {
     pub(crate) watch: Vec<Watch>,
 
     /// Print text for people, or one JSON object per line
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    pub(crate) format: Format,
+    #[arg(long, value_enum, default_value_t = ReportFormat::Text)]
+    pub(crate) format: ReportFormat,
 
     /// Probability that a byte's stop bit is low: a framing error
     #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = probability)]
@@ -68,7 +68,7 @@ standard input or the pseudo-terminal are sent in real time. The times shown are
 the model's cycles, without flash wait states.";
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
+pub(crate) enum ReportFormat {
     Text,
     Json,
 }

@@ -5,7 +5,7 @@ use std::io::Write;
 use nrf52840_emulator::{MILLISECOND, Pins, ResetCause};
 use serde_json::{Value, json};
 
-use crate::arguments::{Format, Watch};
+use crate::arguments::{ReportFormat, Watch};
 
 /// LED1 to LED4 of the nRF52840-DK, at P0.13 to P0.16. They are lit when low.
 const LEDS: [u32; 4] = [13, 14, 15, 16];
@@ -31,11 +31,11 @@ pub(crate) fn leds(pins: Pins) -> [bool; 4] {
 /// Prints one event.
 pub(crate) fn print(
     out: &mut impl Write,
-    format: Format,
+    format: ReportFormat,
     at: u64,
     event: &Event,
 ) -> std::io::Result<()> {
-    if format == Format::Json {
+    if format == ReportFormat::Json {
         return writeln!(out, "{}", object(at, event));
     }
     let (whole, part) = (at / MILLISECOND, at % MILLISECOND * 1_000 / MILLISECOND);
@@ -99,7 +99,7 @@ fn fields((_, names): &Watch, value: u32) -> Vec<(&str, u32)> {
 mod tests {
     use super::*;
 
-    fn printed(format: Format, names: &[&str]) -> String {
+    fn printed(format: ReportFormat, names: &[&str]) -> String {
         let names = names.iter().map(|name| (*name).to_owned()).collect();
         let watch = ("SETPOINT".to_owned(), names);
         let mut out = Vec::new();
@@ -112,15 +112,15 @@ mod tests {
     fn a_watched_word_is_shown_by_its_bytes_names_or_as_a_whole() {
         let names = ["pitch", "roll", "yaw"];
         assert_eq!(
-            printed(Format::Text, &names),
+            printed(ReportFormat::Text, &names),
             "       1.500 ms  SETPOINT  pitch 127  roll 200  yaw  74\n"
         );
         assert_eq!(
-            printed(Format::Json, &names),
+            printed(ReportFormat::Json, &names),
             "{\"cycles\":96000,\"event\":\"SETPOINT\",\"pitch\":127,\"roll\":200,\"yaw\":74}\n"
         );
         assert_eq!(
-            printed(Format::Text, &[]),
+            printed(ReportFormat::Text, &[]),
             "       1.500 ms  SETPOINT  value 21678207\n"
         );
     }

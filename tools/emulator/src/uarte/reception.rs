@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use super::sampler::{Heard, Sampler};
 use super::{CONFIG_PARITY, ENABLE, RXD, Settings, Transfer};
 use crate::error::Refusal;
-use crate::line::Line;
+use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral};
 
 const STARTRX: u32 = 0x000;
@@ -136,7 +136,7 @@ impl Reception {
     }
 
     /// Returns the pending actions. If several are due, the first in this list is done first.
-    fn deadlines(&self, line: &Line) -> [Deadline; 6] {
+    fn deadlines(&self, line: &SerialLine) -> [Deadline; 6] {
         let stores = self.transfer.is_some() && self.started_at.is_none();
         let byte = self.fifo.front().filter(|_| stores);
         [
@@ -360,7 +360,7 @@ impl Peripheral for Reception {
         Some(())
     }
 
-    fn next(&self, line: &Line) -> Option<u64> {
+    fn next(&self, line: &SerialLine) -> Option<u64> {
         self.deadlines(line).iter().filter_map(|(at, _)| *at).min()
     }
 

@@ -5,7 +5,7 @@
 //! sixteenth of a bit. By the receiver's own clock, it samples each bit once, in the middle. It ignores a start bit
 //! that is high in the middle as noise.
 
-use crate::line::Line;
+use crate::line::SerialLine;
 
 /// A byte or an error that the sampler found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +72,7 @@ impl Sampler {
     }
 
     /// Returns the next instant at which the sampler must act.
-    pub(super) fn next(&self, line: &Line) -> Option<u64> {
+    pub(super) fn next(&self, line: &SerialLine) -> Option<u64> {
         match self.state {
             State::Off => None,
             State::Hunting { since } => line.reaches(false, since),
@@ -85,7 +85,7 @@ impl Sampler {
     }
 
     /// Acts at `at`, the instant that [`Sampler::next`] returned.
-    pub(super) fn advance(&mut self, at: u64, line: &mut Line) -> Option<Heard> {
+    pub(super) fn advance(&mut self, at: u64, line: &mut SerialLine) -> Option<Heard> {
         match self.state {
             State::Off => None,
             State::Hunting { .. } => {
@@ -111,7 +111,7 @@ impl Sampler {
         }
     }
 
-    fn end_of_character(&mut self, start: u64, now: u64, line: &Line) -> Option<Heard> {
+    fn end_of_character(&mut self, start: u64, now: u64, line: &SerialLine) -> Option<Heard> {
         let sample = |bit| line.level_at(self.middle(start, bit));
         if sample(0) {
             // This low level was noise, not a start bit. From here on the sampler looks for the next start bit.

@@ -5,7 +5,7 @@
 
 use super::{CONFIG_PARITY, CONFIG_TWO_STOP_BITS, ENABLE, Settings, TXD, Transfer};
 use crate::error::Refusal;
-use crate::line::Line;
+use crate::line::SerialLine;
 use crate::peripheral::{Common, Context, Peripheral};
 
 const STARTTX: u32 = 0x008;
@@ -101,7 +101,7 @@ impl Peripheral for Transmission {
         Some(())
     }
 
-    fn next(&self, _: &Line) -> Option<u64> {
+    fn next(&self, _: &SerialLine) -> Option<u64> {
         self.sending.map(|(_, ends_at)| ends_at)
     }
 

@@ -267,7 +267,7 @@ fn an_unconnected_line_is_as_the_pull_up_has_it() {
     const PIN_CNF_8: u32 = 0x5000_0720;
     for (configuration, error) in [(0xC, 0), (0, FRAMING | BREAK)] {
         let mut board = asleep();
-        board.line(nrf52840_emulator::Line::unplug);
+        board.line(nrf52840_emulator::SerialLine::unplug);
         board.set(PIN_CNF_8, configuration);
         start_receiving(&mut board, BAUD_1M, 4);
         board.wait(100 * MICROSECOND);
