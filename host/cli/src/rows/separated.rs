@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 
 use csv::{ByteRecord, ReaderBuilder, StringRecord, Terminator, Trim};
-use framelock_description::text::no_such;
+use framelock_description::text::{nearest, quoted};
 use framelock_description::{Column, Description};
 use serde_json::{Number, Value};
 
@@ -79,20 +79,16 @@ fn fields<'a>(
     let time = (reads_times && record.len() == plain.len() + 1).then_some("time");
     let header = header.get_or_insert_with(|| time.into_iter().chain(names()).collect());
     if record.len() != header.len() {
-        let is_name = |text: &&str| {
-            text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.parse::<f64>().is_err()
-        };
-        let unknown = record
-            .iter()
-            .filter(|_| is_first)
-            .find(is_name)
-            .map(|name| {
-                let columns: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
-                format!("{}; ", no_such(name, &columns))
-            });
+        // The first row may be a header with misspelt names.
+        let all: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
+        let mut resembling = record.iter().filter_map(|name| {
+            let nearest =
+                Some(nearest(name, &all)).filter(|nearest| is_first && !nearest.is_empty());
+            Some(format!("there is no column {}{}; ", quoted(name), nearest?))
+        });
         return Some(Err(format!(
             "{}columns: {}, expected: {}; columns other than {} need a header that names all columns",
-            unknown.unwrap_or_default(),
+            resembling.next().unwrap_or_default(),
             record.len(),
             header.len(),
             names().collect::<Vec<_>>().join(",")
