@@ -1,8 +1,10 @@
 #!/bin/bash -eu
-# Builds the fuzz targets as ClusterFuzzLite expects them: programs, seed corpora, dictionaries.
+# Builds the fuzz targets for ClusterFuzzLite and OSS-Fuzz: programs, seed corpora, dictionaries.
 cd "$SRC/framelock"
-for target in $(cargo fuzz list); do
-    cargo fuzz build --release --debug-assertions "$target"
+cargo fuzz build --release --debug-assertions
+# Not `cargo fuzz list`: for coverage, the image runs `cargo build` instead of every `cargo fuzz`.
+for source in fuzz/fuzz_targets/*.rs; do
+    target=$(basename "$source" .rs)
     cp "fuzz/target/x86_64-unknown-linux-gnu/release/$target" "$OUT/"
     zip --junk-paths --quiet --recurse-paths "$OUT/${target}_seed_corpus.zip" "fuzz/corpus/$target"
     if [ -f "fuzz/$target.dict" ]; then
