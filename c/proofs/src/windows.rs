@@ -42,7 +42,8 @@ fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
 }
 
 /// Returns a line, and puts the receiver in C into the related state: these bytes are pending, and bytes have been
-/// discarded before them, or none.
+/// discarded before them, or none. The window of the Rust receiver also holds older bytes, which cannot begin a frame: here
+/// at most one.
 fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Receiver<F>> {
     let mut line = Line::new(Receiver::new());
     if kani::any() {
