@@ -25,8 +25,8 @@ Examples:
   cargo xtask web                      build target/web/index.html, for any web server
   cargo xtask web --open               build it and show it in the browser
 
-The build takes a minute or two. The first build also downloads a rustup target and compiles
-wasm-bindgen, which takes some more minutes. The command announces this before it begins.";
+On two idle cores the build takes a minute. The first build also downloads a rustup target and compiles
+wasm-bindgen, which takes three to five more minutes. The command announces this before it begins.";
 
 /// Build the page that shows the machines in a browser
 #[derive(clap::Args)]
@@ -73,7 +73,7 @@ pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
 fn say_what_it_costs(workspace: &Workspace) -> Result<()> {
     let sh = workspace.shell()?;
     let targets = cmd!(sh, "rustup target list --installed").quiet().read()?;
-    println!("The page is compiled to WebAssembly, which takes a minute or two.");
+    println!("The page is compiled to WebAssembly, which takes about a minute on two idle cores.");
     if !targets.lines().any(|target| target == TARGET) {
         println!(
             "First build only: rustup downloads its target {TARGET} (about 20 MB, 90 MB on disk)."
@@ -81,7 +81,7 @@ fn say_what_it_costs(workspace: &Workspace) -> Result<()> {
     }
     if !workspace.has_tool(WASM_BINDGEN_CLI, WASM_BINDGEN) {
         println!(
-            "First build only: {WASM_BINDGEN_CLI} {WASM_BINDGEN} (170 crates) is compiled into {}, which takes some minutes.",
+            "First build only: {WASM_BINDGEN_CLI} {WASM_BINDGEN} (170 crates) is compiled into {}, which takes three to five minutes on two idle cores.",
             workspace.target_directory.join("tools").display()
         );
     }
