@@ -56,7 +56,22 @@ fn recorded(wanted: &str) -> Vec<u8> {
         .collect()
 }
 
+/// Returns the bytes as hexdump (a word for each byte) or xxd (a word for two bytes) print them.
+fn hex_dump(bytes: &[u8], bytes_in_word: usize) -> String {
+    let line = |(row, bytes): (usize, &[u8])| {
+        let hex: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let words: Vec<String> = hex.chunks(bytes_in_word).map(<[_]>::concat).collect();
+        let text = bytes.iter().map(|&byte| char::from(byte));
+        let text: String = text
+            .map(|sign| if sign.is_ascii_graphic() { sign } else { '.' })
+            .collect();
+        format!("{:08x}: {}  |{text}|\n", 16 * row, words.join(" "))
+    };
+    bytes.chunks(16).enumerate().map(line).collect()
+}
+
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table with one row for each cause")]
 fn a_bad_stream_gets_a_hint_that_names_the_cause() {
     let good = motion(bin);
     let text = |[pitch, roll, yaw]: [u8; 3]| format!("AB{pitch}{roll}{yaw}\r").into_bytes();
@@ -73,22 +88,7 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
     let wide_and_short =
         |[pitch, roll, yaw]: [u8; 3]| vec![b'A', b'B', 1, pitch, 2, roll, 3, yaw, b'\r'];
     let short = |[pitch, roll, yaw]: [u8; 3]| vec![b'A', b'B', pitch, roll, yaw, b'\r'];
-    let (mut dump, mut pairs) = (String::new(), String::new());
-    for (row, bytes) in good.chunks(16).enumerate() {
-        let offset = 16 * row;
-        let words: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        let print = |&byte: &u8| {
-            if byte.is_ascii_graphic() {
-                char::from(byte)
-            } else {
-                '.'
-            }
-        };
-        let text: String = bytes.iter().map(print).collect();
-        dump += &format!("{offset:08x}  {}  |{text}|\n", words.join(" "));
-        let words: Vec<String> = words.chunks(2).map(<[String]>::concat).collect();
-        pairs += &format!("{offset:08x}: {}  {text}\n", words.join(" "));
-    }
+    let [dump, pairs] = [1, 2].map(|bytes_in_word| hex_dump(&good, bytes_in_word));
     let utf_16: Vec<u8> = "\u{FEFF}AB\0\u{1}\u{2}\u{3}\r\n"
         .encode_utf16()
         .flat_map(u16::to_le_bytes)
