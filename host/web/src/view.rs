@@ -102,7 +102,8 @@ impl Run {
         for machine in machines {
             let said = ["name", "what"].map(|key| machine[key].as_str());
             let [name, what] = said.map(Option::unwrap_or_default);
-            let has_missed = is_first_missed && machine["tally"]["missed"] != 0;
+            let has_missed =
+                is_first_missed && machine.pointer("/tally/missed").is_some_and(|it| *it != 0);
             let what = match (has_missed, machine["state"].is_null()) {
                 (false, _) => what,
                 (true, false) => MISSED_BY_LECTURE,
