@@ -102,15 +102,8 @@ impl Run {
         for machine in machines {
             let said = ["name", "what"].map(|key| machine[key].as_str());
             let [name, what] = said.map(Option::unwrap_or_default);
-<<<<<<< HEAD
-            let has_missed = is_first_missed
-                && machine
-                    .pointer("/tally/missed")
-                    .is_some_and(|missed| *missed != 0);
-=======
             let has_missed =
                 is_first_missed && machine.pointer("/tally/missed").is_some_and(|it| *it != 0);
->>>>>>> 87278c993ec0ef5d3d67087ac208b72e303c09e0
             let what = match (has_missed, machine["state"].is_null()) {
                 (false, _) => what,
                 (true, false) => MISSED_BY_LECTURE,
