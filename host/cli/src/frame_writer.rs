@@ -93,18 +93,12 @@ impl FrameWriter {
 
     /// Limits the output to the kinds of frames and the messages with these names, and to their columns.
     pub(crate) fn only(&mut self, names: &[String]) -> Result<(), String> {
-        let kinds = || self.protocol.description.shown();
+        let description = &self.protocol.description;
         for name in names {
-            if !kinds().any(|kind| kind.has_name(|own| own.eq_ignore_ascii_case(name))) {
-                let messages = kinds().flat_map(|kind| &kind.message_names);
-                let all = kinds().map(|kind| &*kind.name);
-                let mut names: Vec<&str> = Vec::new();
-                for name in all.chain(messages.map(|(_, name)| *name)) {
-                    if !names.contains(&name) {
-                        names.push(name);
-                    }
-                }
-                return Err(format!("--only {name}: {}", no_such(name, &names)));
+            let is_it = |own: &str| own.eq_ignore_ascii_case(name);
+            if !description.shown().any(|kind| kind.has_name(is_it)) {
+                let why = no_such(name, &description.kind_names());
+                return Err(format!("--only {name}: {why}"));
             }
         }
         self.only = names.to_vec();

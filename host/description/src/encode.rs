@@ -55,12 +55,8 @@ impl Description {
         }
         outcome.map_err(|why| {
             why.unwrap_or_else(|| {
-                let kinds = || self.kinds.iter().flat_map(Kind::with_views);
-                let messages =
-                    kinds().flat_map(|kind| kind.message_names.iter().map(|(_, name)| *name));
-                let names = kinds().map(|kind| &*kind.name).chain(messages);
                 let wanted = wanted.as_str().map_or(wanted.to_string(), str::to_owned);
-                format!("kind: {}", no_such(&wanted, &names.collect::<Vec<_>>()))
+                format!("kind: {}", no_such(&wanted, &self.kind_names()))
             })
         })
     }

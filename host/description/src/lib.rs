@@ -167,6 +167,20 @@ impl Description {
         self.kinds.iter().flat_map(Kind::with_views)
     }
 
+    /// Returns the names of all kinds, views and messages.
+    #[must_use]
+    pub fn kind_names(&self) -> Vec<&str> {
+        let messages = self.shown().flat_map(|kind| &kind.message_names);
+        let kinds = self.shown().map(|kind| &*kind.name);
+        let mut names = Vec::new();
+        for name in kinds.chain(messages.map(|(_, name)| *name)) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
     /// Returns the columns of a table without a header. If there is only one kind, these are its columns, without the
     /// columns of its views. Otherwise these are all columns.
     #[must_use]

@@ -25,11 +25,9 @@ fn each_preset(page: &Page, mut check: impl FnMut(&str)) {
     for (nth, name) in names.iter().enumerate() {
         let button = format!("document.querySelectorAll('#presets button')[{nth}]");
         page.run(&format!("{button}.click()"));
-        // The preset begins to play.
-        page.wait_for(&format!(
-            "{button}.ariaPressed === 'true' && JSON.parse(framelock()).playing"
-        ));
-        page.run("document.getElementById('play').click()");
+        page.wait_for(&format!("{button}.ariaPressed === 'true'"));
+        // The preset plays, or already holds its first fault.
+        page.run("if (JSON.parse(framelock()).playing) document.getElementById('play').click()");
         check(name.as_str().expect("a name"));
     }
 }
@@ -111,8 +109,7 @@ fn compare_counts(name: &str, state: &Value, bytes: &[u8]) {
         let summary = framelock(&[decode, which].concat(), bytes);
         // When the command line's input ends, the pending bytes belong to no frame.
         let mut counters = machine["counters"].clone();
-        let discarded = &mut counters["discarded"]["line_event"];
-        *discarded = json!(number(discarded) + number(&machine["pending"]));
+        counters["discarded"]["end_of_input"] = machine["pending"].clone();
         for (counted, expected) in [
             (&counters["bytes"], &summary["bytes"]),
             (&counters["frames"], &summary["frames"]),
@@ -320,7 +317,7 @@ fn playing_holds_the_fault_and_the_missed_frame_until_the_user_continues() {
             );
         }
         // The lost byte is still on the page.
-        let lost = page.run("document.querySelectorAll('.cell.lost').length");
+        let lost = page.run("document.querySelectorAll('#cells .lost').length");
         assert_eq!(lost, 1);
         page.press(" ");
         page.wait_for("JSON.parse(framelock()).position === JSON.parse(framelock()).bytes");
@@ -479,7 +476,10 @@ fn reduced_motion_stops_playback_and_animation() {
     for (wish, moves) in [("no-preference", true), ("reduce", false)] {
         page.prefer("prefers-reduced-motion", wish);
         page.open("");
-        assert_eq!(page.state()["playing"], moves, "{wish}");
+        // Playing may already hold the first fault.
+        let state = page.state();
+        let has_begun = state["playing"] == true || number(&state["position"]) > 0;
+        assert_eq!(has_begun, moves, "{wish}");
         assert_eq!(page.run(moving), moves, "{wish}");
     }
 }
