@@ -3,4 +3,6 @@
 
 use framelock_fuzz_oracles::{FaultyLine, faults};
 
-libfuzzer_sys::fuzz_target!(|input: FaultyLine| faults(&input));
+libfuzzer_sys::fuzz_target!(|input: FaultyLine| {
+    faults(&input);
+});

@@ -3,4 +3,6 @@
 
 use framelock_fuzz_oracles::{FormatLine, formats};
 
-libfuzzer_sys::fuzz_target!(|input: FormatLine| formats(&input));
+libfuzzer_sys::fuzz_target!(|input: FormatLine| {
+    formats(&input);
+});

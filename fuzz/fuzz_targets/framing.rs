@@ -3,4 +3,6 @@
 
 use framelock_fuzz_oracles::{AnyFormat, framing};
 
-libfuzzer_sys::fuzz_target!(|input: AnyFormat| framing(&input));
+libfuzzer_sys::fuzz_target!(|input: AnyFormat| {
+    framing(&input);
+});

@@ -3,4 +3,6 @@
 
 use framelock_fuzz_oracles::{Stream, parser};
 
-libfuzzer_sys::fuzz_target!(|input: Stream| parser(&input));
+libfuzzer_sys::fuzz_target!(|input: Stream| {
+    parser(&input);
+});

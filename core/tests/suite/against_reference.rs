@@ -1,9 +1,11 @@
 //! Compares the receivers with the naive reference, on every short stream and on random streams.
 //! Also compares the reference itself with regular expressions.
 
+use std::sync::Mutex;
+
 use framelock::motion::Bin;
 use framelock::{Counters, Line, LineEvent, Receiver};
-use framelock_fuzz_oracles::{Stream, StreamStep, parser, reader};
+use framelock_fuzz_oracles::{AnyFormat, Occurred, Stream, StreamStep, framing, parser, reader};
 use framelock_proofs::reference::{self, whole_buffer};
 use proptest::prelude::*;
 
@@ -101,12 +103,34 @@ fn ends<F: reference::NaiveFormat>(bytes: &[u8]) -> Vec<usize> {
     ends
 }
 
+/// The outcomes in the random streams: of the machines with and without a checksum, and of any formats.
+static OF_MACHINES: [Mutex<Occurred>; 3] = [const { Mutex::new(Occurred::NOTHING) }; 3];
+static OF_FORMATS: [Mutex<Occurred>; 4] = [const { Mutex::new(Occurred::NOTHING) }; 4];
+
+fn count(occurred: &[Mutex<Occurred>], counters: &[Counters]) {
+    for (occurred, counters) in occurred.iter().zip(counters) {
+        occurred
+            .lock()
+            .expect("no count panics")
+            .count_all(counters);
+    }
+}
+
+fn missing<const N: usize>(occurred: &[Mutex<Occurred>; N]) -> [Vec<&'static str>; N] {
+    occurred
+        .each_ref()
+        .map(|it| it.lock().expect("no count panics").missing())
+}
+
 proptest! {
-    #[test]
-    fn any_stream_cut_anywhere_with_line_events(steps in steps()) {
+    fn any_stream(steps in steps()) {
         let stream = Stream(steps);
-        parser(&stream);
+        count(&OF_MACHINES, &parser(&stream));
         reader(&stream);
+    }
+
+    fn any_format(seed: u32, patience: u8, steps in steps()) {
+        count(&OF_FORMATS, &framing(&AnyFormat { seed, patience, stream: Stream(steps) }));
     }
 
     /// Regular expressions are a second, independent oracle. One match stands for the bytes that the lecture's machine
@@ -126,6 +150,29 @@ proptest! {
             .collect();
         prop_assert_eq!(ends::<reference::Lecture>(&bytes), found);
     }
+}
+
+#[test]
+fn any_stream_cut_anywhere_with_line_events() {
+    any_stream();
+    let without_checksum = [
+        "bad header",
+        "checksum mismatch",
+        "too long",
+        "unknown message",
+    ];
+    let with_checksum = ["bad header", "too long", "unknown message"];
+    let expected = [&without_checksum[..], &without_checksum, &with_checksum];
+    assert_eq!(missing(&OF_MACHINES), expected);
+}
+
+/// Frames of any length in formats whose classifications are random.
+#[test]
+fn any_format_cut_anywhere_with_line_events() {
+    any_format();
+    // A frame of one byte is never pending.
+    let expected = [&["discarded by a line event"][..], &[], &[], &[]];
+    assert_eq!(missing(&OF_FORMATS), expected);
 }
 
 /// A resynchronisation is a frame delivered after a loss. Each loss ends with one resynchronisation.

@@ -1,9 +1,10 @@
 //! Compares the failsafe with the model in its oracle, and with known outputs at some times.
 
 use std::num::NonZeroU32;
+use std::sync::Mutex;
 
 use framelock::motion::{Failsafe, FailsafeError, Output, Phase, Setpoint};
-use framelock_fuzz_oracles::{Schedule, ScheduleStep, failsafe};
+use framelock_fuzz_oracles::{Occurred, Schedule, ScheduleStep, failsafe};
 use proptest::prelude::*;
 
 type FailsafeParameters = framelock::motion::FailsafeParameters<u8, 3>;
@@ -78,22 +79,21 @@ fn resumed_it_begins_at_the_output_and_moves_at_its_rate() {
     assert_eq!((parked.axes, parked.phase), (PARK.into(), Phase::Parked));
 }
 
+/// Demands, most of them so close to each other that an axis soon reaches the next one.
+fn demands() -> impl Strategy<Value = [u8; 3]> {
+    prop_oneof![any::<[u8; 3]>(), [100..103_u8, 100..103, 100..103]]
+}
+
 fn any_parameters() -> impl Strategy<Value = FailsafeParameters> {
     let rate = || (1..12_u32).prop_map(ticks);
-    (
-        1..40_u32,
-        0..40_u32,
-        any::<[u8; 3]>(),
-        [rate(), rate(), rate()],
+    (1..40_u32, 0..40_u32, demands(), [rate(), rate(), rate()]).prop_map(
+        |(hold_after, more, park, ticks_per_unit)| FailsafeParameters {
+            hold_after,
+            ramp_after: hold_after + more,
+            park,
+            ticks_per_unit,
+        },
     )
-        .prop_map(
-            |(hold_after, more, park, ticks_per_unit)| FailsafeParameters {
-                hold_after,
-                ramp_after: hold_after + more,
-                park,
-                ticks_per_unit,
-            },
-        )
 }
 
 fn long_parameters() -> impl Strategy<Value = FailsafeParameters> {
@@ -114,11 +114,20 @@ fn long_parameters() -> impl Strategy<Value = FailsafeParameters> {
         })
 }
 
+/// The phases of the random schedules.
+static PHASES: Mutex<Occurred> = Mutex::new(Occurred::NOTHING);
+
+#[test]
+fn goes_as_the_model_does() {
+    any_schedule();
+    let missing = PHASES.lock().expect("no count panics").missing();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
 proptest! {
     /// The failsafe gives the same outputs as the oracle's model, for frames and polls at any times, short and long, also
     /// across the wrap of the clock.
-    #[test]
-    fn goes_as_the_model_does(
+    fn any_schedule(
         parameters in prop_oneof![any_parameters(), long_parameters()],
         start in prop_oneof![any::<u32>(), u32::MAX - 500..=u32::MAX],
         steps in prop::collection::vec(
@@ -126,12 +135,22 @@ proptest! {
                 (0..90_u32).prop_map(ScheduleStep::Wait),
                 any::<u16>().prop_map(|ticks| ScheduleStep::Wait(ticks.into())),
                 any::<u32>().prop_map(ScheduleStep::Wait),
-                any::<[u8; 3]>().prop_map(ScheduleStep::Frame),
+                demands().prop_map(ScheduleStep::Frame),
             ],
             0..60,
         ),
     ) {
-        failsafe(&Schedule { parameters, start, steps });
+        let phases = failsafe(&Schedule { parameters, start, steps }).expect("no contradiction");
+        let mut occurred = PHASES.lock().expect("no count panics");
+        for (name, phase) in [
+            ("live", Phase::Live),
+            ("approach", Phase::Approach),
+            ("hold", Phase::Hold),
+            ("ramp", Phase::Ramp),
+            ("parked", Phase::Parked),
+        ] {
+            occurred.count(name, phases.iter().filter(|it| **it == phase).count() as u64);
+        }
     }
 }
 

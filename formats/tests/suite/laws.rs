@@ -4,7 +4,8 @@
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{Classification, DiscardReason, Encode as _, Format};
 use framelock_formats::layout::{
-    FixedBits, KnownMessage, Layout, LayoutBuilder, Length, LengthField, Messages, Number, Patterns,
+    ByteOrder, FixedBits, KnownMessage, Layout, LayoutBuilder, Length, LengthField, Messages,
+    Number, Patterns,
 };
 use framelock_formats::{
     AnyOf, check_laws,
@@ -195,6 +196,46 @@ fn what_is_not_of_the_length_stays_as_it_is() {
     let mut frame = [0, 0x95, 1, 2, 3];
     assert!(LAYOUT.seal(&mut frame));
     assert_eq!(frame, [0x24, 0x85, 1, 2, 3]);
+}
+
+/// Numbers of each size are read highest byte first or lowest byte first, as the layout says. Sealing writes them in the
+/// same order.
+#[test]
+fn numbers_in_the_header_have_a_size_and_an_order() {
+    for (bytes, order) in
+        (1..=4).flat_map(|bytes| [(bytes, ByteOrder::Big), (bytes, ByteOrder::Little)])
+    {
+        let mut number: Vec<u8> = (1..).take(bytes).collect();
+        let value = number
+            .iter()
+            .fold(0, |value, byte| value << 8 | u32::from(*byte));
+        if order == ByteOrder::Little {
+            number.reverse();
+        }
+        let (frame, length) = ([b"$", &*number].concat(), 1 + bytes);
+        let (at, whole) = (Number::new(1, bytes, order), Classification::Frame(length));
+        let any = Layout::builder().sync(Patterns::one(b"$")).longest(length);
+
+        let plus = i32::try_from(length).expect("a few") - value.cast_signed();
+        let counted = built(&any.length(Length::Field(LengthField::new(at).plus(plus))));
+        assert_eq!(counted.classify(&frame), whole, "{counted:?}");
+        let mut unsealed = vec![0; length];
+        assert!(counted.seal(&mut unsealed));
+        assert_eq!(unsealed, frame);
+
+        let known = [KnownMessage::new(value)];
+        let numbered = built(&any.messages(Messages::new(at, &known)));
+        assert_eq!(numbered.classify(&frame), whole, "{numbered:?}");
+    }
+}
+
+/// The longest frame may belong to any of several layouts.
+#[test]
+fn the_longest_frame_of_several_layouts_may_be_of_any_of_them() {
+    let layout = |longest| built(&Layout::builder().sync(Patterns::one(b"$")).longest(longest));
+    for lengths in [[3, 5, 4], [5, 3, 4], [3, 4, 5]] {
+        assert_eq!(AnyOf(&lengths.map(layout)).longest(), 5);
+    }
 }
 
 /// If several layouts reject the bytes, the reason comes from the layout that found its error latest in the frame.

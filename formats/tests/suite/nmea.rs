@@ -103,6 +103,17 @@ fn the_shortest_sentence_has_a_character() {
 }
 
 #[test]
+fn the_checksum_may_have_lower_case_letters() {
+    for (frame, count) in [("$J*4A", 1), ("$J*4a", 1), ("$J*4b", 0), ("$J*4j", 0)] {
+        assert_eq!(
+            received(format!("{frame}\n").as_bytes()).len(),
+            count,
+            "{frame}"
+        );
+    }
+}
+
+#[test]
 fn sentences_are_written_with_cr_lf() {
     let text = sentence(GNRMC);
     assert_eq!(

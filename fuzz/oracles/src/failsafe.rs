@@ -75,11 +75,15 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 /// frame. The output must not depend on how often it is read. Uses three axes of eight bits, and six axes of sixteen
 /// bits, which take the three demands of a frame twice.
 ///
+/// Returns the phase after each step with three axes.
+///
+/// # Errors
+/// Returns the error with which contradictory parameters were rejected.
+///
 /// # Panics
 /// Panics if the schedule shows a bug.
-pub fn failsafe(schedule: &Schedule) {
+pub fn failsafe(schedule: &Schedule) -> Result<Vec<Phase>, FailsafeError> {
     let parameters = schedule.parameters;
-    check(schedule, parameters, |demands| demands);
     let [pitch, roll, yaw] = parameters.ticks_per_unit;
     let wide = |[a, b, c]: [u8; 3]| {
         [a, b, c, c, a, b].map(|demand| u16::from(demand).wrapping_mul(0x1_01) ^ 0x2C)
@@ -90,15 +94,17 @@ pub fn failsafe(schedule: &Schedule) {
         park: wide(parameters.park),
         ticks_per_unit: [pitch, roll, yaw, pitch, roll, yaw],
     };
-    check(schedule, six_axes, wide);
+    let _ = check(schedule, six_axes, wide);
+    check(schedule, parameters, |demands| demands)
 }
 
 /// Checks the schedule with these axes. `demands` converts a frame's demands to those of the axes.
+/// Returns the phases of the outputs.
 fn check<D: Demand + Into<u16>, const AXES: usize>(
     schedule: &Schedule,
     parameters: FailsafeParameters<D, AXES>,
     demands: impl Fn([u8; 3]) -> [D; AXES],
-) {
+) -> Result<Vec<Phase>, FailsafeError> {
     let rejection = if parameters.hold_after == 0 {
         Some((FailsafeError::HoldAtOnce, "hold_after"))
     } else if parameters.ramp_after < parameters.hold_after {
@@ -111,22 +117,24 @@ fn check<D: Demand + Into<u16>, const AXES: usize>(
             let (expected, named) = rejection.unwrap_or_else(|| panic!("{error}: {parameters:?}"));
             assert_eq!(error, expected, "{parameters:?}");
             assert!(error.to_string().contains(named), "{error}");
+            Err(error)
         }
         Ok(failsafe) => {
             assert_eq!(rejection, None, "{parameters:?}");
-            run(failsafe, schedule, parameters, demands);
+            Ok(run(failsafe, schedule, parameters, demands))
         }
     }
 }
 
 /// Reads the output of one failsafe at every step. Reads the output of another only at frames, and before the clock
-/// wraps.
+/// wraps. Returns the phase after each step.
 fn run<D: Demand + Into<u16>, const AXES: usize>(
     failsafe: Failsafe<D, AXES>,
     schedule: &Schedule,
     parameters: FailsafeParameters<D, AXES>,
     demands: impl Fn([u8; 3]) -> [D; AXES],
-) {
+) -> Vec<Phase> {
+    let mut phases = Vec::new();
     let (mut often, mut seldom, mut unasked) = (failsafe, failsafe, 0_u32);
     let mut model = Model::new(parameters);
     let assert_is_the_models = |output: Output<D, AXES>, model: &Model<D, AXES>| {
@@ -168,7 +176,9 @@ fn run<D: Demand + Into<u16>, const AXES: usize>(
         if model.silence >= parameters.parked_after() {
             assert_eq!(model.phase(), Phase::Parked, "{schedule:?}");
         }
+        phases.push(model.phase());
     }
+    phases
 }
 
 /// A model of the protocol's rules (S1, S2, S3), whose ticks do not wrap.

@@ -181,17 +181,20 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
 /// * If a committed setpoint is sent again, it is committed again.
 /// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not committed.
 ///
+/// Returns the number of frames of each sort: intact and committed, intact but with a commit within
+/// them, and with one to three wrong bits in payload and checksum.
+///
 /// # Panics
 /// Panics if the line shows a bug.
-pub fn faults(line: &FaultyLine) {
+pub fn faults(line: &FaultyLine) -> [usize; 3] {
     let received = line.received();
     if line.has_checksum {
         let commits = commits::<Receiver<BinCrc8>, reference::BinCrc8>(&received);
-        check::<BinCrc8>(&received, &commits);
+        check::<BinCrc8>(&received, &commits)
     } else {
         commits::<Lecture, reference::Lecture>(&received);
         let commits = commits::<Receiver<Bin>, reference::Bin>(&received);
-        check::<Bin>(&received, &commits);
+        check::<Bin>(&received, &commits)
     }
 }
 
@@ -225,10 +228,11 @@ where
     commits
 }
 
-fn check<F>(line: &[Received], commits: &[(usize, Setpoint)])
+fn check<F>(line: &[Received], commits: &[(usize, Setpoint)]) -> [usize; 3]
 where
     F: Encode<Message = Setpoint>,
 {
+    let [mut whole, mut interrupted, mut wrong_bits] = [0; 3];
     for &(_, setpoint) in commits {
         let mut again = Vec::new();
         let frame = F::encode(setpoint);
@@ -237,7 +241,7 @@ where
     }
 
     for (start, frame) in line.windows(F::Frame::LENGTH).enumerate() {
-        let Some(wrong) = wrong_bits(frame) else {
+        let Some(wrong) = wrong_bits_of(frame) else {
             continue;
         };
         let end = start + frame.len() - 1;
@@ -251,15 +255,22 @@ where
             let before: Vec<usize> = within.map(|(index, _)| index - start).collect();
             let delivered = delivered.map(|&(_, setpoint)| setpoint);
             check_whole(frame, start == 0, &before, delivered);
+            *if before.is_empty() {
+                &mut whole
+            } else {
+                &mut interrupted
+            } += 1;
         } else if F::CHECK.is_some() && all <= 3 && checked == all {
             assert_eq!(delivered, None, "{all} wrong bits at {start}: {frame:02X?}");
+            wrong_bits += 1;
         }
     }
+    [whole, interrupted, wrong_bits]
 }
 
 /// Returns the number of wrong bits in each byte, if the bytes are all bytes of one frame with
 /// nothing between them.
-fn wrong_bits(frame: &[Received]) -> Option<Vec<u32>> {
+fn wrong_bits_of(frame: &[Received]) -> Option<Vec<u32>> {
     let (number, ..) = frame.first()?.sent?;
     let places = frame.iter().enumerate();
     let wrong = places.map(|(place, received)| match received.sent {
@@ -364,7 +375,7 @@ mod tests {
         assert_eq!(received.len(), 21);
         let whole = received
             .windows(7)
-            .filter(|frame| wrong_bits(frame).is_some());
+            .filter(|frame| wrong_bits_of(frame).is_some());
         assert_eq!(whole.count(), 2);
     }
 }

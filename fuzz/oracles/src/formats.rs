@@ -2,7 +2,7 @@
 //! is cut into slices anywhere.
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{Classification, FixedFormat, Format, Found, LineEvent, Receiver};
+use framelock::{Classification, Counters, FixedFormat, Format, Found, LineEvent, Receiver};
 use framelock_formats::{
     classify_by,
     crsf::Crsf,
@@ -97,9 +97,11 @@ impl<'a> Arbitrary<'a> for FormatStep {
 /// with fed slices. At each position of the stream, the format must find a frame exactly if the independent definition
 /// in `protocol.rs` does.
 ///
+/// Returns the receiver's counters.
+///
 /// # Panics
 /// Panics if the line shows a bug.
-pub fn formats(line: &FormatLine) {
+pub fn formats(line: &FormatLine) -> Counters {
     let steps = &line.steps;
     match line.protocol {
         Protocol::Sbus => check::<_, 25>(Sbus, Protocol::Sbus, steps),
@@ -111,8 +113,8 @@ pub fn formats(line: &FormatLine) {
         Protocol::Nmea => check::<_, 515>(Nmea, Protocol::Nmea, steps),
         Protocol::Rtcm => check::<_, 1029>(Rtcm, Protocol::Rtcm, steps),
         Protocol::SixAxes => {
-            check::<_, 16>(SixAxesByLayout, Protocol::SixAxes, steps);
             six_axes_by_the_small_receiver(steps);
+            check::<_, 16>(SixAxesByLayout, Protocol::SixAxes, steps)
         }
     }
 }
@@ -121,7 +123,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
     format: F,
     protocol: Protocol,
     steps: &[FormatStep],
-) {
+) -> Counters {
     let mut stream = Vec::new();
     for step in steps {
         stream.extend(step.slices(protocol).into_iter().map(StreamStep::Slice));
@@ -134,7 +136,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
     for stretch in stretches(steps, protocol) {
         begins_where_the_protocol_says(&format, protocol, &stretch);
     }
-    as_the_reference::<_, N>(|| Frames(format), &Stream(stream), || 0);
+    as_the_reference::<_, N>(|| Frames(format), &Stream(stream), || 0)
 }
 
 /// Returns the bytes between silences.

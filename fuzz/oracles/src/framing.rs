@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use arbitrary::{Arbitrary, Unstructured};
-use framelock::{BufferedReceiver, Classification, DiscardReason, Format, Found, Line};
+use framelock::{BufferedReceiver, Classification, Counters, DiscardReason, Format, Found, Line};
 use framelock_proofs::reference::framed;
 
 use crate::outcome::{Counted, add, as_counter};
@@ -12,10 +12,12 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 /// A random format, and a stream.
 #[derive(Debug)]
 pub struct AnyFormat {
-    seed: u32,
-    /// How many of 16 beginnings are classified as incomplete, on average.
-    patience: u8,
-    stream: Stream,
+    /// The seed of the format's classifications.
+    pub seed: u32,
+    /// The number of beginnings, out of 16, that are classified as incomplete.
+    pub patience: u8,
+    /// The stream.
+    pub stream: Stream,
 }
 
 impl<'a> Arbitrary<'a> for AnyFormat {
@@ -31,23 +33,27 @@ impl<'a> Arbitrary<'a> for AnyFormat {
 /// Checks for lawful formats that the receiver reports the same as the naive reference, both with pushed bytes and with
 /// fed slices. Checks for unlawful formats that every byte is still counted once.
 ///
+/// Returns the counters of the lawful formats, one for each longest frame: 1, 2, 5 and 9 bytes.
+///
 /// # Panics
 /// Panics if the input shows a bug.
-pub fn framing(input: &AnyFormat) {
-    lengths::<1, 1>(input);
-    lengths::<2, 3>(input);
-    lengths::<5, 5>(input);
-    lengths::<9, 16>(input);
+pub fn framing(input: &AnyFormat) -> [Counters; 4] {
+    [
+        lengths::<1, 1>(input),
+        lengths::<2, 3>(input),
+        lengths::<5, 5>(input),
+        lengths::<9, 16>(input),
+    ]
 }
 
-fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) {
+fn lengths<const LONGEST: usize, const N: usize>(input: &AnyFormat) -> Counters {
     let format = |is_lawful| Drawn::<LONGEST> {
         seed: input.seed,
         patience: input.patience % 16,
         is_lawful,
     };
-    as_the_reference::<_, N>(|| format(true), &input.stream, || QUESTIONS.take());
     accounted_for::<LONGEST, N>(|| format(false), &input.stream);
+    as_the_reference::<_, N>(|| format(true), &input.stream, || QUESTIONS.take())
 }
 
 /// The findings in order. Consecutive bytes discarded for the same reason are one finding.
@@ -81,11 +87,13 @@ fn reference<F: Format>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<u
 /// Checks that a receiver of the format finds and counts the same as the reference. One receiver is fed the slices of
 /// the stream, and another gets every byte by `push`. `questions` returns the number of classifications since its last
 /// call, without calls of `starts`.
+/// Returns the counters.
 pub(crate) fn as_the_reference<F, const N: usize>(
     format: impl Fn() -> F,
     Stream(steps): &Stream,
     questions: impl Fn() -> usize,
-) where
+) -> Counters
+where
     F: for<'a> Format<Message<'a> = &'a [u8]> + 'static,
 {
     let mut fed = BufferedReceiver::<_, [u8; N]>::new(format());
@@ -177,9 +185,10 @@ pub(crate) fn as_the_reference<F, const N: usize>(
             "every byte is counted once: {steps:02X?}"
         );
         if !matches!(stretch.last(), Some(StreamStep::Event(_))) {
-            return;
+            break;
         }
     }
+    counted.counters
 }
 
 /// A format whose messages are the frames themselves.

@@ -10,6 +10,10 @@
     clippy::indexing_slicing,
     reason = "a panic is a finding of the oracle"
 )]
+#![allow(
+    clippy::must_use_candidate,
+    reason = "a fuzzer needs only the panics of a check"
+)]
 
 mod failsafe;
 mod faults;
@@ -26,6 +30,7 @@ pub use failsafe::{Schedule, ScheduleStep, failsafe};
 pub use faults::{FaultyLine, faults};
 pub use formats::{Fault, FormatLine, FormatStep, formats};
 pub use framing::{AnyFormat, framing};
+pub use outcome::Occurred;
 pub use parser::parser;
 pub use protocol::Protocol;
 pub use reader::reader;
@@ -34,8 +39,9 @@ pub use terminal::{LINES, is_harmless, terminal};
 
 use arbitrary::{Arbitrary, Unstructured};
 
-/// A fuzz target as a function of the fuzzer's bytes.
-pub type Target = fn(&[u8]);
+/// A fuzz target as a function of the fuzzer's bytes. Returns false if the bytes are too few for an
+/// input.
+pub type Target = fn(&[u8]) -> bool;
 
 /// All targets by name, except `terminal` and `description`. They depend on the command line and on
 /// descriptions, which are compiled only for their own tests.
@@ -48,11 +54,10 @@ pub const TARGETS: [(&str, Target); 6] = [
     ("formats", |bytes| structured(bytes, formats)),
 ];
 
-/// Runs a check like `libfuzzer_sys::fuzz_target!`. Ignores inputs that have too few bytes.
-fn structured<'a, Input: Arbitrary<'a>>(bytes: &'a [u8], check: fn(&Input)) {
-    if let Ok(input) = Input::arbitrary_take_rest(Unstructured::new(bytes)) {
-        check(&input);
-    }
+/// Runs a check like `libfuzzer_sys::fuzz_target!`. Returns false if the bytes are too few.
+fn structured<'a, Input: Arbitrary<'a>, T>(bytes: &'a [u8], check: fn(&Input) -> T) -> bool {
+    let input = Input::arbitrary_take_rest(Unstructured::new(bytes));
+    input.map(|input| check(&input)).is_ok()
 }
 
 /// Returns values until the bytes are too few for another one.

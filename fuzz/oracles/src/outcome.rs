@@ -1,6 +1,8 @@
 //! The naive reference's result for a stream, in the core's types.
 
 use framelock::motion::Setpoint;
+use std::collections::BTreeMap;
+
 use framelock::{Counters, DiscardReason, Found, LineEvent};
 use framelock_proofs::reference::{NaiveFormat, whole_buffer};
 
@@ -35,6 +37,56 @@ impl Outcome {
             found.message().map(|setpoint| (end - 1, setpoint))
         };
         self.found.iter().filter_map(frame).collect()
+    }
+}
+
+/// The number of times that each outcome occurred in a test with random inputs.
+#[derive(Debug, Default)]
+pub struct Occurred(BTreeMap<&'static str, u64>);
+
+impl Occurred {
+    /// No outcome has occurred yet.
+    pub const NOTHING: Self = Self(BTreeMap::new());
+
+    /// Counts an outcome.
+    pub fn count(&mut self, outcome: &'static str, times: impl Into<u64>) {
+        *self.0.entry(outcome).or_default() += times.into();
+    }
+
+    /// Counts the outcomes that a line has counted.
+    pub fn count_all(&mut self, counters: &Counters) {
+        let (discarded, events) = (&counters.discarded, &counters.events);
+        for (outcome, times) in [
+            ("frame", counters.frames),
+            ("resynchronisation", counters.resynchronisations),
+            ("no sync", discarded.no_sync),
+            ("broken sync", discarded.broken_sync),
+            ("bad header", discarded.bad_header),
+            ("too long", discarded.too_long),
+            ("unknown message", discarded.unknown_message),
+            ("checksum mismatch", discarded.checksum_mismatch),
+            ("wrong terminator", discarded.wrong_terminator),
+            ("discarded by a line event", discarded.line_event),
+            ("framing error", events.framing),
+            ("parity error", events.parity),
+            ("overrun", events.overrun),
+            ("break", events.line_break),
+            ("idle gap", events.idle),
+        ] {
+            self.count(outcome, times);
+        }
+    }
+
+    /// Returns the outcomes that occurred, in alphabetical order.
+    pub fn present(&self) -> Vec<&'static str> {
+        let present = self.0.iter().filter(|(_, times)| **times > 0);
+        present.map(|(outcome, _)| *outcome).collect()
+    }
+
+    /// Returns the outcomes that were counted, but never occurred, in alphabetical order.
+    pub fn missing(&self) -> Vec<&'static str> {
+        let missing = self.0.iter().filter(|(_, times)| **times == 0);
+        missing.map(|(outcome, _)| *outcome).collect()
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{DiscardReason, Line, Parser, Receiver};
+use framelock::{Counters, DiscardReason, Line, Parser, Receiver};
 use framelock_proofs::reference::{self, NaiveFormat};
 
 use crate::outcome::{Counted, Outcome, as_counter};
@@ -14,12 +14,16 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 /// the reasons. Pushed bytes and fed slices must give the same result, wherever the stream is cut. No frame may contain
 /// bytes from both sides of a line event. Every byte and every event must be counted once.
 ///
+/// Returns the counters of each machine.
+///
 /// # Panics
 /// Panics if the stream shows a bug.
-pub fn parser(stream: &Stream) {
-    check::<Receiver<Bin>, reference::Bin>(stream);
-    check::<Lecture, reference::Lecture>(stream);
-    check::<Receiver<BinCrc8>, reference::BinCrc8>(stream);
+pub fn parser(stream: &Stream) -> [Counters; 3] {
+    [
+        check::<Receiver<Bin>, reference::Bin>(stream),
+        check::<Lecture, reference::Lecture>(stream),
+        check::<Receiver<BinCrc8>, reference::BinCrc8>(stream),
+    ]
 }
 
 /// A machine whose messages are setpoints.
@@ -30,7 +34,7 @@ pub(crate) trait OfSetpoints:
 
 impl<P: for<'a> Parser<Message<'a> = Setpoint> + Default + 'static> OfSetpoints for P {}
 
-fn check<P, F>(Stream(steps): &Stream)
+fn check<P, F>(Stream(steps): &Stream) -> Counters
 where
     P: OfSetpoints + Copy + PartialEq + Debug,
     F: NaiveFormat,
@@ -83,6 +87,7 @@ where
             "every byte is counted once: {steps:02X?}"
         );
     }
+    counted.counters
 }
 
 /// Pushes the bytes one at a time, with and without reports of discarded bytes. Checks that each

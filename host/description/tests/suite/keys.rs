@@ -50,6 +50,14 @@ fn each_key_means_what_it_is_called() {
             "7E 94 01 02",
             "flags 9, rest x0102",
         ),
+        // The length has three bytes, the highest first, and counts one byte more than the frame has.
+        (
+            "sync = '7E'\nlength_field = { at = 1, type = 'u24be', plus = -1 }\nlongest = 15
+             fields = [{ name = 'rest', at = 4, type = 'bytes' }]",
+            json!(["0102"]),
+            "7E 00 00 07 01 02",
+            "rest x0102",
+        ),
         // A sum, written in hexadecimal digits.
         (
             "sync = '3A'\nterminator = '0A'\nlongest = 20\nchecksum = { name = 'sum', type = 'hex8', at = -3, from = 1 }
@@ -121,6 +129,44 @@ fn each_key_means_what_it_is_called() {
         let encoded = description.encode(&values.collect::<Vec<_>>()).unwrap_or_else(|why| panic!("{text}: {why}"));
         assert_eq!(hex::glued(&encoded), frame.replace(' ', ""), "{text}");
         assert_eq!(shown(&description, &encoded), expected, "{text}");
+    }
+}
+
+/// Numbers of each size, with and without a sign, are read and written in each byte order.
+#[test]
+fn numbers_have_a_size_a_sign_and_an_order() {
+    for (bytes, order) in [1, 2, 3, 4, 8]
+        .into_iter()
+        .flat_map(|bytes| [(bytes, "be"), (bytes, "le")])
+    {
+        let mut number: Vec<u8> = (0x81..).take(bytes).collect();
+        let unsigned = number
+            .iter()
+            .fold(0, |value, byte| value << 8 | i128::from(*byte));
+        let signed = unsigned - (1 << (8 * bytes));
+        let name = match (bytes, order) {
+            (1, _) => "8".to_owned(),
+            (2.., "le") => {
+                number.reverse();
+                format!("{}le", 8 * bytes)
+            }
+            _ => format!("{}be", 8 * bytes),
+        };
+        let frame = [b"$", &*number].concat();
+        for (class, value) in [("u", unsigned), ("i", signed)] {
+            let text = format!(
+                "sync = '24'\nlength = {}\nfields = [{{ name = 'it', at = 1, type = '{class}{name}' }}]",
+                frame.len()
+            );
+            let description = Description::parse("my.toml", &text).unwrap();
+            let json = serde_json::from_str(&value.to_string()).unwrap();
+            assert_eq!(
+                description.encode(&[Some(json)]).as_ref(),
+                Ok(&frame),
+                "{text}"
+            );
+            assert_eq!(shown(&description, &frame), format!("it {value}"), "{text}");
+        }
     }
 }
 
