@@ -1,5 +1,6 @@
 //! Arbitrary starting points for harnesses: any stream so far, any state, any setpoint.
 
+use framelock::any_format::part;
 use framelock::lecture::{Lecture, State};
 use framelock::motion::Setpoint;
 use framelock::{FixedFormat, FrameBytes, LineEvent, Parser, Receiver};
@@ -37,27 +38,17 @@ impl<const N: usize> History<N> {
         self
     }
 
-    /// Returns the receiver after this stream. A delivered frame leaves it in its state at reset. Of
-    /// the bytes since then, only the last `N - 1` matter, where a frame has `N`. (Theorem 4 shows
-    /// this: `commits` in the engine's proofs.)
+    /// Returns the receiver after this stream. A delivered frame leaves it in its state at reset. Of the bytes since
+    /// then, only the last `N - 1` matter, where a frame has `N` (`commits` in the engine's proofs).
     ///
-    /// It took the last byte by `push` or by `push_with`: only the last byte decides whether its state has a note
-    /// (`one_byte` in the engine's proofs).
-    pub(crate) fn receiver<F: FixedFormat>(&self) -> Receiver<F> {
-        let has_note: bool = kani::any();
-        let mut receiver = Receiver::new();
-        let mut place = 1;
-        while place < N {
-            if place + usize::from(self.since) >= N {
-                if has_note && place == N - 1 {
-                    Parser::push_with(&mut receiver, self.last[place], |_| ());
-                } else {
-                    receiver.push(self.last[place]);
-                }
-            }
-            place += 1;
-        }
-        receiver
+    /// The receiver took the last byte by `push` or by `push_with`: only the last byte decides whether its state has a
+    /// note (`one_byte` in the engine's proofs).
+    pub(crate) fn receiver<F: FixedFormat<Frame = [u8; N]>>(&self) -> Receiver<F>
+    where
+        [u8; N]: FrameBytes,
+    {
+        let count = usize::from(self.since).min(N - 1);
+        Receiver::holding(&self.last, count, kani::any())
     }
 }
 
@@ -101,7 +92,7 @@ pub(crate) fn is_bin(frame: [u8; 7]) -> bool {
 pub(crate) fn is_bin_crc8(frame: [u8; 8]) -> bool {
     frame[0] == b'A'
         && frame[1] == b'B'
-        && frame[6] == crate::reference::crc8(&frame[2..6])
+        && frame[6] == crate::reference::crc8(part(&frame, 2, 6))
         && frame[7] == b'\r'
 }
 
