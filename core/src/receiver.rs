@@ -153,6 +153,17 @@ impl<F: FixedFormat> Clone for Receiver<F> {
 
 impl<F: FixedFormat> Copy for Receiver<F> {}
 
+#[cfg(kani)]
+impl<F: FixedFormat> Receiver<F> {
+    /// Returns the receiver that holds the last `count` bytes of a history, fewer than a frame's. Streams lead to
+    /// exactly these states, with or without a note: see the proofs about [`Window`].
+    pub fn holding(history: &[u8], count: usize, has_note: bool) -> Self {
+        let window = Window::holding(history, count, has_note, &F::SHAPE);
+        let format = PhantomData;
+        Self { window, format }
+    }
+}
+
 impl<F: FixedFormat> PartialEq for Receiver<F> {
     fn eq(&self, other: &Self) -> bool {
         self.window.agrees_with(other.window, &F::SHAPE)

@@ -79,7 +79,8 @@ impl Format for Sbus {
     #[inline]
     fn decode(&self, frame: &[u8]) -> Message {
         let mut message = Message::default();
-        if let Some(([_, channels @ .., flags, _], _)) = frame.split_first_chunk::<25>() {
+        let after_sync = frame.get(1..).unwrap_or_default();
+        if let Some((channels, &[flags, _, ..])) = after_sync.split_first_chunk() {
             unpack_channels(channels, &mut message.channels);
             message.digital = [flags & 1 != 0, flags & 2 != 0];
             message.frame_lost = flags & 4 != 0;

@@ -9,7 +9,7 @@
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
-use framelock::{FixedFormat, FrameBytes};
+use framelock::{FixedFormat, FrameBytes, Receiver};
 
 use crate::states::{History, any_lecture, is_bin, is_bin_crc8, setpoint_of};
 
@@ -18,6 +18,12 @@ where
     F: FixedFormat<Frame = [u8; N], Message = Setpoint>,
     [u8; N]: FrameBytes,
 {
+    let reset = History {
+        last: kani::any(),
+        since: 0,
+    };
+    assert!(Receiver::<F>::new() == reset.receiver());
+
     let history = History::<N>::any();
     let byte = kani::any();
     let mut receiver = history.receiver::<F>();

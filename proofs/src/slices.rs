@@ -78,7 +78,7 @@ fn slice_is_its_bytes<P: OfSetpoints, const N: usize>(parser: P) {
 /// The machine's `feed` is a loop of `push`. The harness starts from any state, so the result extends to any number of
 /// slices of any length.
 #[kani::proof]
-#[kani::unwind(9)]
+#[kani::unwind(5)]
 fn lecture() {
     slice_is_its_bytes::<Lecture, 4>(any_lecture());
 }

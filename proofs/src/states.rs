@@ -1,5 +1,6 @@
 //! Arbitrary starting points for harnesses: streams so far, states, setpoints.
 
+use framelock::any_format::part;
 use framelock::lecture::{Lecture, State};
 use framelock::motion::Setpoint;
 use framelock::{FixedFormat, FrameBytes, LineEvent, Parser, Receiver};
@@ -38,26 +39,16 @@ impl<const N: usize> History<N> {
     }
 
     /// Returns the receiver after this stream. A delivered frame leaves the receiver in its state at reset. Of the
-    /// later bytes, only the last `N - 1` matter, where a frame has `N`. (Theorem 4 shows this: `commits` in the
-    /// engine's proofs.)
+    /// later bytes, only the last `N - 1` matter, where a frame has `N` (`commits` in the engine's proofs).
     ///
     /// The receiver has taken the last byte by `push` or by `push_with`, because only the last call decides whether its
     /// state has a note (`one_byte` in the engine's proofs).
-    pub(crate) fn receiver<F: FixedFormat>(&self) -> Receiver<F> {
-        let has_note: bool = kani::any();
-        let mut receiver = Receiver::new();
-        let mut place = 1;
-        while place < N {
-            if place + usize::from(self.since) >= N {
-                if has_note && place == N - 1 {
-                    Parser::push_with(&mut receiver, self.last[place], |_| ());
-                } else {
-                    receiver.push(self.last[place]);
-                }
-            }
-            place += 1;
-        }
-        receiver
+    pub(crate) fn receiver<F: FixedFormat<Frame = [u8; N]>>(&self) -> Receiver<F>
+    where
+        [u8; N]: FrameBytes,
+    {
+        let count = usize::from(self.since).min(N - 1);
+        Receiver::holding(&self.last, count, kani::any())
     }
 }
 
@@ -101,7 +92,7 @@ pub(crate) fn is_bin(frame: [u8; 7]) -> bool {
 pub(crate) fn is_bin_crc8(frame: [u8; 8]) -> bool {
     frame[0] == b'A'
         && frame[1] == b'B'
-        && frame[6] == crate::reference::crc8(&frame[2..6])
+        && frame[6] == crate::reference::crc8(part(&frame, 2, 6))
         && frame[7] == b'\r'
 }
 

@@ -39,6 +39,16 @@ use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
 use crate::fixed_format::sealed::Words;
 
 impl<F: FrameBytes> Window<F> {
+    /// Returns the window that holds the last `count` bytes of a history, fewer than a frame's, with or without a note.
+    pub(crate) fn holding(history: &[u8], count: usize, has_note: bool, shape: &Shape<F>) -> Self {
+        let window = holding(history, count);
+        if has_note {
+            with_note(window, window.pending(shape))
+        } else {
+            window
+        }
+    }
+
     fn pushed(
         mut self,
         shape: &Shape<F>,
@@ -84,17 +94,8 @@ where
     [u8; N]: FrameBytes,
 {
     let history: [u8; N] = kani::any();
-    let window = holding(&history, kani::any_where(|&count| count < N));
-    with_or_without_note(window, shape)
-}
-
-/// Returns the same window, with or without its note.
-fn with_or_without_note<F: FrameBytes>(window: Window<F>, shape: &Shape<F>) -> Window<F> {
-    if kani::any() {
-        with_note(window, window.pending(shape))
-    } else {
-        window
-    }
+    let count = kani::any_where(|&count| count < N);
+    Window::holding(&history, count, kani::any(), shape)
 }
 
 /// Returns the same window with the note that `count` bytes are pending.
@@ -118,7 +119,7 @@ where
     let byte: u8 = kani::any();
     // Any check: only the check's result matters.
     let check: bool = kani::any();
-    let before: Window<[u8; N]> = with_or_without_note(holding(&history, since), &shape);
+    let before: Window<[u8; N]> = Window::holding(&history, since, kani::any(), &shape);
     let (after, frame) = before.pushed(&shape, byte, |_| check);
 
     let mut place = 1;
@@ -323,7 +324,7 @@ fn words_hold_frames() {
         }
     }
     let bytes: [u8; 9] = kani::any();
-    assert!(u64::load(&bytes[..7]).is_none());
+    assert!(u64::load(bytes.first_chunk::<7>().unwrap()).is_none());
     let word = u64::load(&bytes).unwrap();
     frame_is_read::<1>(word, &bytes);
     frame_is_read::<2>(word, &bytes);

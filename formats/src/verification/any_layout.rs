@@ -1,6 +1,6 @@
 //! Arbitrary layouts, for the harnesses.
 
-use framelock::any_format::any_up_to;
+use framelock::any_format::{any_up_to, part};
 
 use crate::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, KnownMessage, Layout, Length,
@@ -46,10 +46,10 @@ impl<const F: usize, const M: usize> Parts<F, M> {
             },
             shortest: kani::any(),
             longest: kani::any(),
-            fixed: &self.fixed[..any_up_to(F)],
+            fixed: part(&self.fixed, 0, any_up_to(F)),
             messages: kani::any::<bool>().then(|| Messages {
                 number: any_number(),
-                known: &self.messages[..any_up_to(M)],
+                known: part(&self.messages, 0, any_up_to(M)),
             }),
             checksum: None,
             terminator: Patterns::NONE,
@@ -72,7 +72,8 @@ pub(super) fn patterns<const LENGTH: usize>(bytes: &[[u8; LENGTH]; 2]) -> Patter
     }
 }
 
-fn any_number() -> Number {
+/// Returns an arbitrary number.
+pub(super) fn any_number() -> Number {
     Number {
         at: kani::any(),
         bytes: kani::any(),

@@ -1,12 +1,15 @@
 //! Proofs that no function of the formats panics.
 
 use framelock::Format;
+use framelock::any_format::part;
 
-use super::any_layout::{Parts, any_checksum, patterns};
+use super::any_layout::{Parts, any_checksum, any_number, patterns};
 use crate::checksum::Computed;
 use crate::crsf::Crsf;
 use crate::ibus::Ibus;
-use crate::layout::{Algorithm, Checksum, Crc, KnownMessage, Layout, Table};
+use crate::layout::{
+    Algorithm, Checksum, Crc, KnownMessage, Layout, Length, LengthField, Patterns, Table,
+};
 use crate::mavlink::{Mavlink1, Mavlink2};
 use crate::motion::SixAxes;
 use crate::nmea::Nmea;
@@ -16,7 +19,7 @@ use crate::ubx::Ubx;
 
 /// Returns an arbitrary prefix of the bytes, of up to `N` bytes.
 fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
-    &bytes[..kani::any_where(|&count| count <= N)]
+    part(bytes, 0, kani::any_where(|&count| count <= N))
 }
 
 /// Calls a function with an arbitrary checksum of each algorithm except a CRC. The algorithms come one by one, because all
@@ -83,22 +86,50 @@ fn in_a_crc() {
     }
 }
 
-/// Seals a frame of an arbitrary layout, except for its checksum: see [`in_checking`]. `seal` also classifies the
-/// bytes, which [`super::laws`] covers.
+/// Seals a frame of an arbitrary layout, except for its length and its checksum: see [`in_writing_a_length`] and
+/// [`in_checking`]. A length may overwrite the sync, so the sync may also be missing. `seal` also classifies the bytes,
+/// which [`super::laws`] covers.
 #[kani::proof]
 #[kani::unwind(5)]
 fn in_sealing() {
     let (mut bytes, ends, other) = kani::any::<([u8; 3], [[u8; 1]; 2], [u8; 2])>();
     let parts = Parts::<1, 1>::any();
     let layout = Layout {
-        sync: patterns(&ends),
+        sync: if kani::any() {
+            patterns(&ends)
+        } else {
+            Patterns::NONE
+        },
+        length: Length::Fixed,
         terminator: patterns(&ends),
         other_terminators: &[&other],
         ..parts.layout()
     };
     let last = bytes[2];
     let count = kani::any_where(|&count| count <= 3);
-    layout.write(&mut bytes[..count]);
+    layout.write(bytes.get_mut(..count).unwrap());
+    kani::cover!(bytes[2] != last, "written to the last byte");
+}
+
+/// Writes only the length.
+#[kani::proof]
+#[kani::unwind(5)]
+fn in_writing_a_length() {
+    let mut bytes: [u8; 3] = kani::any();
+    let parts = Parts::<0, 0>::any();
+    let layout = Layout {
+        length: Length::Field(LengthField {
+            number: any_number(),
+            mask: kani::any(),
+            factor: kani::any(),
+            plus: kani::any(),
+        }),
+        trailer: None,
+        ..parts.layout()
+    };
+    let last = bytes[2];
+    let count = kani::any_where(|&count| count <= 3);
+    layout.write(bytes.get_mut(..count).unwrap());
     kani::cover!(bytes[2] != last, "written to the last byte");
 }
 

@@ -41,10 +41,13 @@ pub(crate) fn version() -> Result<String> {
     Ok(format!("Kani {version}"))
 }
 
-/// Returns the names of all harnesses. Kani always writes them to a file in the current folder.
-pub(crate) fn list(root: &Path, target: &Path) -> Result<Vec<String>> {
+/// Returns the names of all harnesses, including those of the packages in the arguments `packages`. Kani always writes
+/// the names to a file in the current folder.
+pub(crate) fn list(root: &Path, target: &Path, packages: &[String]) -> Result<Vec<String>> {
     let mut kani = cargo_in(root);
-    kani.args(["kani", "list", "--quiet", "--format=json"])
+    kani.arg("kani")
+        .args(packages)
+        .args(["list", "--quiet", "--format=json"])
         .env("CARGO_TARGET_DIR", target);
     ensure!(
         kani.status()?.success(),

@@ -20,6 +20,8 @@ pub(crate) const THEOREMS: &[&str] = &[
     "framelock-formats",
     "framelock-reception",
 ];
+/// The packages that Kani's flags in the root's Cargo.toml name. Kani rejects a package that is named twice.
+const NAMED_IN_ROOT: &[&str] = &["framelock", "framelock-proofs", "framelock-reception"];
 /// The package with the proofs about the receivers in C, and the package's folder, which also contains harnesses in C.
 pub(crate) const C_PROOFS: &str = "framelock-c-proofs";
 const C_FOLDER: &str = "c/proofs";
@@ -194,7 +196,7 @@ impl Prover {
     pub(crate) fn list(&self) -> Result<Vec<String>> {
         match self.engine {
             Engine::Offline => Ok(self.listed()?.into_iter().map(|one| one.name).collect()),
-            Engine::Kani => kani::list(&self.root, &self.target),
+            Engine::Kani => kani::list(&self.root, &self.target, &self.further_packages()),
         }
     }
 
@@ -215,15 +217,17 @@ impl Prover {
                     .arg(format!("--harness-timeout={}s", self.timeout))
                     .arg("--jobs")
                     .args(self.jobs.map(|jobs| jobs.to_string()));
-                // Name no packages here, because the root's Cargo.toml already names them, and Kani rejects a package
-                // that is named twice.
-                let more = self.packages.iter().filter(|it| !THEOREMS.contains(it));
-                for package in more {
-                    command.args(["--package", package]);
-                }
+                command.args(self.further_packages());
                 kani::check(&mut command, names)
             }
         }
+    }
+
+    /// Returns Kani's arguments for the packages that the root's Cargo.toml does not name.
+    fn further_packages(&self) -> Vec<String> {
+        let packages = self.packages.iter();
+        let further = packages.filter(|it| !NAMED_IN_ROOT.contains(it));
+        further.map(|it| format!("--package={it}")).collect()
     }
 
     /// Runs the offline prover. Returns its answer.

@@ -54,7 +54,7 @@ fn first_place_is_ended<const L: usize, const N: usize>() {
         "bytes are left"
     );
 }
-for_longest!(end_first, first_place_is_ended: of_3 3 5 7 of_8 8 8 11);
+for_longest!(end_first, first_place_is_ended: of_3 3 5 6 of_8 8 8 9);
 
 /// Whatever the format answers, the iteration puts at least one byte into an event.
 fn a_byte_is_ended<const L: usize, const N: usize>() {
@@ -75,4 +75,4 @@ fn a_byte_is_ended<const L: usize, const N: usize>() {
     kani::cover!(placed == L - 1, "all");
     kani::cover!(placed < end - from, "some");
 }
-for_longest!(lawless_end_first, a_byte_is_ended: of_3 3 5 7 of_8 8 8 11);
+for_longest!(lawless_end_first, a_byte_is_ended: of_3 3 5 6 of_8 8 8 9);

@@ -75,4 +75,4 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     );
     kani::cover!(frame == Some(L), "the longest frame");
 }
-for_longest!(push, one_question_at_most: of_1 1 2 5 of_3 3 5 7 of_5 5 5 8);
+for_longest!(push, one_question_at_most: of_1 1 2 3 of_3 3 5 6 of_5 5 5 6);

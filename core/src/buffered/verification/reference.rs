@@ -4,7 +4,7 @@
 //! [`Row`], which together stand for any lawful format on any stream.
 
 use super::byte;
-use crate::any_format::{Row, any_up_to};
+use crate::any_format::{Row, any_up_to, part};
 use crate::{BufferedReceiver, Classification, DiscardReason, Format, Found, LineEvent};
 
 /// The event at each place: none, a frame with its length, or a drop with its reason.
@@ -140,7 +140,7 @@ fn feed_goes_on() {
     let mut receiver = BufferedReceiver::<_, [u8; 2]>::new(FalseStart::<2>);
     assert!(receiver.push(bytes[0]).is_none());
     let mut decided = 0;
-    receiver.feed(&bytes[1..], |found| {
+    receiver.feed(part(&bytes, 1, 3), |found| {
         assert!(found.bytes() == 1);
         assert!(found.message().is_some() == (bytes[decided] == 1));
         decided += 1;
@@ -157,7 +157,8 @@ fn feed_goes_on() {
 #[kani::unwind(4)]
 fn next_goes_on() {
     let last = kani::any();
-    let mut rest = &[0, 1, last][..];
+    let bytes = [0, 1, last];
+    let mut rest = bytes.as_slice();
     let mut receiver = BufferedReceiver::<_, [u8; 2]>::new(FalseStart::<2>);
     let mut discarded = 0;
     let mut account = |one: Found<()>| {

@@ -1,7 +1,7 @@
 //! 13a: each step of the receiver is the reference's next step, or prepares it.
 
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
-use crate::any_format::any_up_to;
+use crate::any_format::{any_up_to, part};
 use crate::buffered::Decision;
 use crate::{Classification, DiscardReason, Found};
 
@@ -98,14 +98,14 @@ fn bytes_are_stored<const L: usize, const N: usize>() {
         kani::assume(from == to || to < receiver.ask_at);
         let missing = receiver.ask_at.saturating_sub(to).max(1);
         let length = any_up_to(L);
-        let mut rest = &bytes[..length];
+        let mut rest = part(&bytes, 0, length);
         assert!(receiver.store_what_is_missing(&mut rest) == (length > 0));
         let count = length.min(missing);
         assert!(rest.len() == length - count && are_places(rest, to.wrapping_add(count)));
         count
     } else {
         let count = any_up_to(L - (to - from));
-        receiver.store(&bytes[..count]);
+        receiver.store(part(&bytes, 0, count));
         count
     };
     assert!(fits(&receiver, from, to - from + count, L));
@@ -142,7 +142,7 @@ fn slice_is_taken<const L: usize, const N: usize>() {
     let row = receiver.format.row.unwrap();
     let mut events = 0;
     let mut decided = 0;
-    let rest = receiver.take(&bytes[..length], &mut |found| {
+    let rest = receiver.take(part(&bytes, 0, length), &mut |found| {
         events += 1;
         decided = match found {
             Found::Frame { length, message } => {
@@ -189,8 +189,8 @@ fn slice_begins_where_the_pending_did<const L: usize, const N: usize>() {
     let length = any_up_to(N);
     kani::assume(taken <= length);
     let bytes = places::<N>(to.wrapping_sub(taken));
-    let bytes = &bytes[..length];
-    let rest = receiver.give_back(bytes, &bytes[taken..]);
+    let bytes = part(&bytes, 0, length);
+    let rest = receiver.give_back(bytes, part(bytes, taken, length));
     if to - from <= taken {
         assert!(receiver.pending() == 0 && fits(&receiver, 0, 0, 1));
         assert!(rest.len() == length - taken + (to - from));

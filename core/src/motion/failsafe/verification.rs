@@ -302,7 +302,8 @@ fn a_frame_is_no_step<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let output: [D; AXES] = kani::any();
     let is_resumed: bool = kani::any();
     if is_resumed {
-        failsafe = Failsafe::resumed(failsafe.parameters, now, output).unwrap();
+        let resumed = Failsafe::resumed(failsafe.parameters, now, output);
+        failsafe = resumed.ok().unwrap();
     }
     let before = failsafe.poll(now);
     assert!(!is_resumed || before.axes == output && before.phase != Phase::Live);
@@ -353,8 +354,8 @@ fn parks_in_time<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXE
         failsafe.demands = farthest;
         failsafe.axes = farthest.map(Axis::at);
     }
-    let parked_after = u32::try_from(failsafe.parameters.parked_after());
-    kani::assume(parked_after.is_ok());
+    let parked_after = u32::try_from(failsafe.parameters.parked_after()).ok();
+    kani::assume(parked_after.is_some());
     let at = failsafe.now.wrapping_add(parked_after.unwrap());
     let mut earlier = failsafe;
     assert!(failsafe.poll(at).phase == Phase::Parked);
