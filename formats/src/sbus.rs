@@ -79,8 +79,9 @@ impl Format for Sbus {
     #[inline]
     fn decode(&self, frame: &[u8]) -> Message {
         let mut message = Message::default();
-        let after_sync = frame.get(1..).unwrap_or_default();
-        if let Some((channels, &[flags, _, ..])) = after_sync.split_first_chunk() {
+        if let Some(frame) = frame.first_chunk::<25>() {
+            let [.., flags, _] = *frame;
+            let channels = frame.get(1..1 + CHANNEL_BYTES).unwrap_or_default();
             unpack_channels(channels, &mut message.channels);
             message.digital = [flags & 1 != 0, flags & 2 != 0];
             message.frame_lost = flags & 4 != 0;
@@ -111,7 +112,7 @@ pub(crate) const CHANNEL_BYTES: usize = 22;
 /// Unpacks the sixteen channels. Channel `n` begins at bit `11 * n`. Eight channels occupy eleven bytes, which are read
 /// as three words that begin at bits 0, 32 and 56.
 #[inline]
-pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES], channels: &mut [u16; 16]) {
+pub(crate) fn unpack_channels(bytes: &[u8], channels: &mut [u16; 16]) {
     for (eight, half) in channels.chunks_exact_mut(8).zip(bytes.chunks_exact(11)) {
         if let (&[a, b, c, d, e, f, g, h, i, j, k], [c0, c1, c2, c3, c4, c5, c6, c7]) =
             (half, eight)
