@@ -216,6 +216,7 @@ impl<P> Line<P> {
 #[cfg(kani)]
 impl<P> Line<P> {
     /// Returns the line in the state after discarded bytes: the next frame counts as a resynchronisation.
+    #[must_use]
     pub const fn after_loss(mut self) -> Self {
         self.ledger.lost = true;
         self

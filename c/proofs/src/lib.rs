@@ -4,6 +4,14 @@
 //! as this file. `cargo xtask prove --c` runs these harnesses, and the harnesses in the C files, which are about the C
 //! alone. `docs/c.md` has the table of all proofs.
 #![no_std]
+#![cfg_attr(
+    kani,
+    allow(
+        clippy::arithmetic_side_effects,
+        clippy::indexing_slicing,
+        reason = "a harness finds each panic that these lints would warn about"
+    )
+)]
 
 #[cfg(kani)]
 mod classification;

@@ -63,6 +63,10 @@ pub fn any_mismatch() -> DiscardReason {
 
 /// Returns `items[from..to]`. If that fails, an index with a range would format its numbers. Without the code for that, a
 /// harness contains half as many functions, so Kani needs half as long to prepare it.
+///
+/// # Panics
+/// Panics if the range is not within the items.
+#[must_use]
 pub fn part<T>(items: &[T], from: usize, to: usize) -> &[T] {
     items.get(from..to).unwrap()
 }
