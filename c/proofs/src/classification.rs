@@ -5,11 +5,52 @@
 use framelock::{Classification, DiscardReason, Format};
 use framelock_formats::crsf::Crsf;
 use framelock_formats::ibus::Ibus;
+use framelock_formats::layout::{Algorithm, Checksum, Layout, Length, LengthField, Patterns};
 use framelock_formats::mavlink::{ARDUPILOTMEGA, Mavlink1};
 use framelock_formats::nmea::Nmea;
 use framelock_formats::rtcm::Rtcm;
 use framelock_formats::sbus::Sbus;
 use framelock_formats::ubx::Ubx;
+
+/// The layout of `ibus-any.toml`.
+#[derive(Clone, Copy)]
+struct IbusAny;
+
+/// The layout of `ibus-telemetry.toml`.
+#[derive(Clone, Copy)]
+struct IbusTelemetry;
+
+/// Returns the checksum of all iBUS frames.
+const fn ibus_checksum() -> Checksum<'static> {
+    Checksum::at_the_end(2).algorithm(Algorithm::InvertedSum)
+}
+
+impl Format for IbusAny {
+    framelock_formats::classify_by!(
+        Layout::builder()
+            .sync(Patterns::one(&[0x20]))
+            .longest(32)
+            .checksum(ibus_checksum())
+            .build_const()
+    );
+    type Message<'a> = ();
+
+    fn decode(&self, _: &[u8]) {}
+}
+
+impl Format for IbusTelemetry {
+    framelock_formats::classify_by!(
+        Layout::builder()
+            .sync(Patterns::any_byte_of(&[4, 6, 8]))
+            .length(Length::Field(LengthField::byte(0)))
+            .longest(8)
+            .checksum(ibus_checksum())
+            .build_const()
+    );
+    type Message<'a> = ();
+
+    fn decode(&self, _: &[u8]) {}
+}
 
 unsafe extern "C" {
     safe fn c_set(place: u8, byte: u8);
@@ -78,9 +119,11 @@ macro_rules! for_formats {
 for_formats! {
     crsf Crsf, 8 10 false;
     ubx Ubx::<4096>, 12 14 false;
-    nmea Nmea, 8 10 true;
+    nmea Nmea, 7 10 true;
     rtcm Rtcm, 8 10 false;
     sbus Sbus, 25 27 false;
     ibus Ibus, 32 34 false;
     mavlink1 Mavlink1(ARDUPILOTMEGA), 9 12 false;
+    ibus_any IbusAny, 32 34 false;
+    ibus_telemetry IbusTelemetry, 8 10 false;
 }
