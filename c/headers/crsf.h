@@ -449,7 +449,8 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             crsf_count_discarded(receiver, CRSF_LINE_EVENT, 1U);

@@ -906,7 +906,8 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             gnss_count_discarded(receiver, GNSS_LINE_EVENT, 1U);

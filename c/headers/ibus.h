@@ -423,7 +423,8 @@ IBUS_FUNCTION void ibus_line_event(ibus_receiver *receiver, ibus_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             ibus_count_discarded(receiver, IBUS_LINE_EVENT, 1U);

@@ -421,7 +421,8 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             ibus_any_count_discarded(receiver, IBUS_ANY_LINE_EVENT, 1U);

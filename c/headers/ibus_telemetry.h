@@ -450,7 +450,8 @@ IBUS_TELEMETRY_FUNCTION void ibus_telemetry_line_event(ibus_telemetry_receiver *
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             ibus_telemetry_count_discarded(receiver, IBUS_TELEMETRY_LINE_EVENT, 1U);

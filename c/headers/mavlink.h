@@ -944,7 +944,8 @@ MAVLINK_FUNCTION void mavlink_line_event(mavlink_receiver *receiver, mavlink_eve
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink_count_discarded(receiver, MAVLINK_LINE_EVENT, 1U);

@@ -561,7 +561,8 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink1_count_discarded(receiver, MAVLINK1_LINE_EVENT, 1U);

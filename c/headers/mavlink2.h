@@ -631,7 +631,8 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink2_count_discarded(receiver, MAVLINK2_LINE_EVENT, 1U);

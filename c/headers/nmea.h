@@ -534,7 +534,8 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             nmea_count_discarded(receiver, NMEA_LINE_EVENT, 1U);

@@ -446,7 +446,8 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             rtcm_count_discarded(receiver, RTCM_LINE_EVENT, 1U);

@@ -439,7 +439,8 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             sbus_count_discarded(receiver, SBUS_LINE_EVENT, 1U);

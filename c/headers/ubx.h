@@ -437,7 +437,8 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             ubx_count_discarded(receiver, UBX_LINE_EVENT, 1U);

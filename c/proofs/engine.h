@@ -153,7 +153,8 @@ static void any_line_event(any_receiver *receiver, any_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame. Reset `ask_at`, which described it. */
+            /* No more bytes follow, so the first pending byte starts no frame.
+             * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             any_count_discarded(receiver, ANY_LINE_EVENT, 1U);

@@ -214,6 +214,13 @@ fn shipped(name: &str) -> Description {
     Description::parse(name, text).unwrap()
 }
 
+/// Returns the frames of 200 draws, with random values.
+fn drawn_frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
+    (0..200)
+        .flat_map(|_| drawn::frames(description, random))
+        .collect()
+}
+
 #[test]
 fn dma() {
     let random = &mut ChaCha8Rng::seed_from_u64(2);
@@ -237,10 +244,7 @@ fn dma() {
 fn main_loop_with_ring_buffer() {
     let random = &mut ChaCha8Rng::seed_from_u64(3);
     let description = shipped("nmea");
-    let frames: Vec<Vec<u8>> = (0..200)
-        .flat_map(|_| drawn::frames(&description, random))
-        .collect();
-    let steps = steps(frames, 70, random);
+    let steps = steps(drawn_frames(&description, random), 70, random);
     let sentence = |frame: &[u8]| {
         let star = frame.iter().rposition(|byte| *byte == b'*');
         Some(hex(&frame[1..star.unwrap()]))
@@ -253,10 +257,7 @@ fn main_loop_with_ring_buffer() {
 fn task_with_queue() {
     let random = &mut ChaCha8Rng::seed_from_u64(4);
     let description = shipped("mavlink2");
-    let frames: Vec<Vec<u8>> = (0..200)
-        .flat_map(|_| drawn::frames(&description, random))
-        .collect();
-    let steps = steps(frames, usize::MAX, random);
+    let steps = steps(drawn_frames(&description, random), usize::MAX, random);
     let message = |frame: &[u8]| {
         let number = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
         let payload = &frame[10..][..usize::from(frame[1])];

@@ -119,7 +119,7 @@ macro_rules! for_formats {
 for_formats! {
     crsf Crsf, 8 10 false;
     ubx Ubx::<4096>, 12 14 false;
-    nmea Nmea, 7 10 true;
+    nmea Nmea, 6 9 true;
     rtcm Rtcm, 8 10 false;
     sbus Sbus, 25 27 false;
     ibus Ibus, 32 34 false;

@@ -8,7 +8,7 @@ use core::ops::Range;
 
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 use framelock::{
-    Counters, Discarded, FixedFormat, FrameBytes, Line, LineEvent, LineEvents, Parser, Receiver,
+    Counters, Discarded, FixedFormat, FrameBytes, Line, LineEvent, LineEvents, Receiver,
 };
 use framelock_formats::motion::{SixAxes, SixAxesBigEndian};
 
@@ -45,28 +45,14 @@ fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
 /// into the related state. Older bytes do not matter to the receiver in Rust, but its state contains them. All counters
 /// are 0.
 fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Receiver<F>> {
-    let older: [u8; N] = kani::any();
-    let since: u8 = kani::any();
-    // `push` leaves no note in the state, and `push_with` does (`one_byte` in the proofs of core's window).
-    let has_note: bool = kani::any();
-    let mut receiver = Receiver::new();
+    let mut history: [u8; N] = kani::any();
     let mut place = 0;
-    while place < N - 1 {
-        let is_held = place + usize::from(count) >= N - 1;
-        if is_held || place >= usize::from(since) {
-            let byte = if is_held {
-                held[place + usize::from(count) - (N - 1)]
-            } else {
-                older[place]
-            };
-            if has_note && place == N - 2 {
-                Parser::push_with(&mut receiver, byte, |_| ());
-            } else {
-                receiver.push(byte);
-            }
-        }
+    while place < usize::from(count) {
+        history[N - usize::from(count) + place] = held[place];
         place += 1;
     }
+    let since = kani::any_where(|&since| usize::from(count) <= since && since < N);
+    let receiver = Receiver::holding(&history, since, kani::any());
     kani::assume(receiver.pending() == usize::from(count));
     let mut place = 0;
     while place < count {
@@ -235,43 +221,35 @@ fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     }
 }
 
-/// Defines the harnesses of a format, for each of these ranges of pending bytes.
+/// Defines the harnesses of a format: its frames' length, the bound of the loops, and the numbers of pending bytes.
 macro_rules! for_formats {
-    ($($name:ident $format:ident $length:literal $bound:literal $fixed:expr, $values:expr; $($of:ident $counts:expr),*;)*) => {
+    ($($name:ident $format:ident $length:literal $bound:literal $counts:expr, $fixed:expr, $values:expr;)*) => {
         $(
             mod $name {
-                $(
-                    mod $of {
-                        use crate::windows::*;
+                use super::*;
 
-                        #[kani::proof]
-                        #[kani::unwind($bound)]
-                        fn byte_is_same() {
-                            for_any($counts, |count| {
-                                crate::windows::byte_is_same::<$format, $length, _>(&$fixed, $values, count);
-                            });
-                        }
+                #[kani::proof]
+                #[kani::unwind($bound)]
+                fn byte_is_same() {
+                    for_any($counts, |count| {
+                        super::byte_is_same::<$format, $length, _>(&$fixed, $values, count);
+                    });
+                }
 
-                        #[kani::proof]
-                        #[kani::unwind($bound)]
-                        fn event_is_same() {
-                            for_any($counts, |count| for_any(0..5, |event| {
-                                crate::windows::event_is_same::<$format, $length>(&$fixed, count, event);
-                            }));
-                        }
-                    }
-                )*
+                #[kani::proof]
+                #[kani::unwind($bound)]
+                fn event_is_same() {
+                    for_any($counts, |count| for_any(0..5, |event| {
+                        super::event_is_same::<$format, $length>(&$fixed, count, event);
+                    }));
+                }
             }
         )*
     };
 }
 for_formats! {
-    bin Bin 7 19 [(0, b'A'), (1, b'B')], of_setpoint;
-        all 0..7;
-    bin_crc8 BinCrc8 8 34 [(0, b'A'), (1, b'B')], of_setpoint;
-        first 0..4, second 4..8;
-    six_axes SixAxes 16 19 [(0, 0xFF), (1, 0xFF), (14, b'\n')], |axes| axes;
-        first 0..4, second 4..8, third 8..12, fourth 12..13, fifth 13..14;
-    six_axes_be SixAxesBigEndian 16 19 [(0, 0xFF), (1, 0xFF), (14, b'\n')], |axes| axes;
-        first 0..4, second 4..8, third 8..12, fourth 12..13, fifth 13..14;
+    bin Bin 7 19 0..7, [(0, b'A'), (1, b'B')], of_setpoint;
+    bin_crc8 BinCrc8 8 34 0..8, [(0, b'A'), (1, b'B')], of_setpoint;
+    six_axes SixAxes 16 19 0..14, [(0, 0xFF), (1, 0xFF), (14, b'\n')], |axes| axes;
+    six_axes_be SixAxesBigEndian 16 19 0..14, [(0, 0xFF), (1, 0xFF), (14, b'\n')], |axes| axes;
 }
