@@ -81,8 +81,9 @@ impl Format for Sbus {
         let mut message = Message::default();
         if let Some(frame) = frame.first_chunk::<25>() {
             let [.., flags, _] = *frame;
-            let channels = frame.get(1..1 + CHANNEL_BYTES).unwrap_or_default();
-            unpack_channels(channels, &mut message.channels);
+            if let Some(channels) = frame.get(1..).and_then(<[u8]>::first_chunk) {
+                unpack_channels(channels, &mut message.channels);
+            }
             message.digital = [flags & 1 != 0, flags & 2 != 0];
             message.frame_lost = flags & 4 != 0;
             message.failsafe = flags & 8 != 0;
@@ -112,7 +113,7 @@ pub(crate) const CHANNEL_BYTES: usize = 22;
 /// Unpacks the sixteen channels. Channel `n` begins at bit `11 * n`. Eight channels occupy eleven bytes, which are read
 /// as three words that begin at bits 0, 32 and 56.
 #[inline]
-pub(crate) fn unpack_channels(bytes: &[u8], channels: &mut [u16; 16]) {
+pub(crate) fn unpack_channels(bytes: &[u8; CHANNEL_BYTES], channels: &mut [u16; 16]) {
     for (eight, half) in channels.chunks_exact_mut(8).zip(bytes.chunks_exact(11)) {
         if let (&[a, b, c, d, e, f, g, h, i, j, k], [c0, c1, c2, c3, c4, c5, c6, c7]) =
             (half, eight)

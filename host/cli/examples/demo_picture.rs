@@ -64,8 +64,8 @@ const fn class(color: Color) -> &'static str {
 /// The first drawing that contains a cell, and the first drawing after it that does not.
 type Seen = (usize, usize);
 
-/// The content of a group: its bars, and its text. The text is grouped by row and by classes, and consists of columns
-/// and symbols.
+/// The content of a group: its bars and its texts. For each row and list of classes, `texts` has the symbols and their
+/// columns.
 #[derive(Default)]
 struct Group {
     bars: String,

@@ -81,14 +81,14 @@ fn fields<'a>(
     if record.len() != header.len() {
         // The first row may be a header with misspelt names.
         let all: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
-        let mut resembling = record.iter().filter_map(|name| {
-            let nearest =
-                Some(nearest(name, &all)).filter(|nearest| is_first && !nearest.is_empty());
-            Some(format!("there is no column {}{}; ", quoted(name), nearest?))
-        });
+        let misspelt = record
+            .iter()
+            .map(|name| (name, nearest(name, &all)))
+            .find(|(_, nearest)| is_first && !nearest.is_empty())
+            .map(|(name, nearest)| format!("there is no column {}{nearest}; ", quoted(name)));
         return Some(Err(format!(
             "{}columns: {}, expected: {}; columns other than {} need a header that names all columns",
-            resembling.next().unwrap_or_default(),
+            misspelt.unwrap_or_default(),
             record.len(),
             header.len(),
             names().collect::<Vec<_>>().join(",")
