@@ -12,7 +12,7 @@
 //!
 //! * The pending bytes begin with a frame. The receiver delivers the frame, and moves `from` past the frame.
 //! * No frame begins here. The receiver drops one byte, and moves `from` by one.
-//! * The format needs more bytes to decide. Their number sets `ask_at`.
+//! * The format needs more bytes to decide. The receiver sets `ask_at` to the index at which it has these bytes.
 //!
 //! When the buffer is full, the pending bytes move to its front.
 
@@ -35,7 +35,8 @@ mod verification;
 ///
 /// **Make the buffer twice as long as [`Format::LONGEST`].** It must have at least `LONGEST` bytes. When the buffer is
 /// full, the pending bytes move to its front. With a buffer of only `LONGEST` bytes, a stream of false starts makes
-/// them move at each byte. With twice as many bytes, moving copies on average less than one byte per received byte.
+/// them move at each byte. In a buffer of twice that length, less than one byte is copied per received byte, on
+/// average.
 ///
 /// A completed frame is delivered as a [`Frame`], which is decoded on request.
 ///
@@ -54,8 +55,8 @@ mod verification;
 /// * **Cost.** In any stream, [`push`](Self::push) calls the format at most once, with at most `LONGEST` bytes (13c).
 ///   Most calls only store the byte. The documentation of `framelock-formats` has a table with the cost per byte, in
 ///   clean streams and in the worst streams.
-/// * **Limits of every receiver.** A false frame whose check is right is delivered, and a true frame that shares bytes
-///   with it is lost. If the head of a frame is lost, a frame inside the payload is delivered.
+/// * **Limits of every receiver.** A false frame that passes the format's check is delivered, and a true frame that
+///   shares bytes with it is lost. If the head of a frame is lost, a frame inside the payload is delivered.
 ///
 /// # Examples
 /// ```
@@ -176,8 +177,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
     /// **A call asks the format at most once. So it may leave bytes undecided, even a whole frame.** After a false
-    /// start, each of the following calls decides about one frame, or drops one or more of the undecided bytes. If no
-    /// byte follows soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line as a
+    /// start, each of the following calls delivers one frame, or drops one or more of the undecided bytes. If no byte
+    /// follows soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line as a
     /// [`line_event`](Self::line_event).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_, F>> {
@@ -197,8 +198,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.push_and_decide(byte, account)
     }
 
-    /// The part of [`push_with`](Self::push_with) for a byte that may decide something.
-    // It is a separate function, so that a byte that is only stored does not pay for saving registers.
+    /// Does the part of [`push_with`](Self::push_with) that is needed only if the byte may decide something.
+    // This is a separate function, so that registers need not be saved for a byte that is only stored.
     #[inline(never)]
     fn push_and_decide(
         &mut self,
@@ -227,7 +228,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     }
 
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
-    /// Returns the frame. Returns `None` after taking the whole slice if no other frame ends in it. Frames among the
+    /// Returns the frame. If no frame ends in the slice, takes the whole slice and returns `None`. Frames among the
     /// bytes that [`push`](Self::push) has left undecided come first.
     ///
     /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
@@ -321,8 +322,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// The caller has taken the whole slice except `rest`. If all pending bytes came from the slice, forgets them and
-    /// returns the part of the slice from the first of them on. Otherwise returns `rest`.
+    /// Returns the slice from the first pending byte on, and forgets the pending bytes, if all of them came from the
+    /// slice. Otherwise returns `rest`. The caller has taken the whole slice except `rest`.
     #[inline]
     fn give_back<'b>(&mut self, bytes: &'b [u8], rest: &'b [u8]) -> &'b [u8] {
         let taken = bytes.len().wrapping_sub(rest.len());
@@ -388,8 +389,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Returns the number of pending bytes, always less than `LONGEST`. Pending bytes are the last bytes of the stream,
-    /// as far as they may still become part of a frame.
+    /// Returns the number of pending bytes, always less than `LONGEST`. Pending bytes are the last bytes of the stream
+    /// that may still become part of a frame.
     #[must_use]
     pub const fn pending(&self) -> usize {
         self.to.saturating_sub(self.from)
@@ -408,7 +409,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Decides about the first pending bytes. Returns whether a decision was possible.
     fn decide_first(&mut self, found: &mut impl FnMut(Found<Frame<'_, F>>)) -> bool {
-        // A frame is reported with its bytes, further below.
+        // Skip frames here. The `match` below reports them together with their bytes.
         let discarded = |one| match one {
             Found::Frame { .. } => {}
             Found::Discarded { count, why } => found(Found::discarded(count, why)),
@@ -428,7 +429,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         if self.to < self.ask_at {
             return Decision::Waiting;
         }
-        // If the format has found the bytes incomplete, the first of them can start a frame.
+        // If `ask_at` is greater, the format has found the pending bytes incomplete, so their first byte can start a
+        // frame.
         if self.ask_at <= self.from.wrapping_add(1) {
             self.discard_what_starts_nothing(&mut account);
         }
@@ -457,7 +459,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
             self.reset();
             return Decision::Waiting;
         }
-        // By law 3, the bytes are incomplete as long as there are fewer than the format asked for.
+        // The format has asked for at least one byte more than `seen`. So by law 3, `seen` bytes are incomplete.
         let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
         self.ask_at = 0;
         match classify(&self.format, pending, seen) {
@@ -478,7 +480,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Returns the frame of this length that ends at `from`.
+    /// Returns the frame of this length whose last byte is just before `from`.
     #[inline]
     fn frame(&self, length: usize) -> Frame<'_, F> {
         let start = self.from.wrapping_sub(length);
@@ -500,7 +502,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.to = room.min(self.to.wrapping_add(bytes.len()));
     }
 
-    /// Copies byte by byte: `copy_within` would add 1.5 KB of `memmove` to the firmware.
+    /// Moves the pending bytes to the front of the buffer.
+    // Copies byte by byte, because `copy_within` would add 1.5 KB of `memmove` to the firmware.
     #[cold]
     fn move_to_front(&mut self) {
         let places = Cell::from_mut(self.buffer.as_mut()).as_slice_of_cells();

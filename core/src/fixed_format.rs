@@ -10,7 +10,7 @@ use crate::window::Word;
 ///
 /// # Examples
 /// A throttle of 16 bits, big endian, between FE and LF. The `impl` is all that you write for a new format. The
-/// receiver, its fast path for slices, the counters and the theorems for all formats apply to it at once.
+/// receiver, its fast path for slices, the counters and the theorems then apply to the format without further work.
 /// ```
 /// use framelock::{FixedFormat, Receiver, Shape};
 ///
@@ -32,7 +32,7 @@ use crate::window::Word;
 /// ```
 ///
 /// # What does not compile
-/// A shape that has another length than the frame:
+/// A shape whose length differs from the frame's length:
 /// ```compile_fail,E0308
 /// # use framelock::Shape;
 /// const SHAPE: Shape<[u8; 8]> = Shape::new([Some(b'A'), Some(b'B'), None, Some(b'\r')]);
@@ -209,7 +209,7 @@ impl<F: FrameBytes> Shape<F> {
         differing == F::Word::from(0)
     }
 
-    /// Returns whether a frame may have `byte` at the position after which `following` more bytes of the frame come.
+    /// Returns whether `byte` may be in a frame at the position that is `following` bytes before the last one.
     ///
     /// Looks up the fixed byte, because shifting a word by a variable amount takes many more instructions on a
     /// microcontroller.

@@ -33,7 +33,8 @@ pub enum Classification {
 ///
 /// 1. `Frame(n)`: `1 <= n <= bytes.len()`. `Incomplete { at_least }`: `bytes.len() < at_least <= longest()`.
 /// 2. `Rejected` and `Frame` are final: `classify(bytes ++ more) == classify(bytes)`.
-/// 3. After `Incomplete { at_least }`, fewer than `at_least` bytes are also `Incomplete`.
+/// 3. If `bytes` are `Incomplete { at_least }`, then `bytes ++ more` are also `Incomplete` as long as they are fewer
+///    than `at_least` bytes.
 /// 4. A byte that does not [start](Self::starts) a frame is rejected with [`NoSync`](DiscardReason::NoSync),
 ///    whatever bytes follow.
 /// 5. [`classify_after`](Self::classify_after) returns the same as `classify`.
@@ -99,7 +100,7 @@ pub enum Classification {
     note = "`BufferedReceiver<F, B>` takes a `Format`; the receiver of a `FixedFormat` is `Receiver<F>`"
 )]
 pub trait Format: Copy {
-    /// Bytes in the longest frame. This number bounds the memory, the cost of a byte, and the delay of a frame after a
+    /// Bytes in the longest frame. This number bounds the memory, the cost per byte, and the delay of a frame after a
     /// false start. Choose it as small as the protocol allows.
     const LONGEST: usize;
 
@@ -142,8 +143,8 @@ pub trait Format: Copy {
 
 /// A frame that a [`BufferedReceiver`](crate::BufferedReceiver) has delivered. It is decoded on request.
 ///
-/// It consists of a pointer, a length, and the format, which usually has size zero. So a receiver returns it in
-/// two registers, and spends no time on decoding unless a frame is complete.
+/// It consists of a pointer, a length, and the format, which usually has size zero. So a receiver returns it in two
+/// registers, and no time is spent on decoding until the program asks for the message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Frame<'a, F> {
     format: F,

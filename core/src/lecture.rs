@@ -1,7 +1,7 @@
 //! The lecture's machine, unchanged: the state machine that the lecture teaches and that much firmware in the field
 //! uses. It has seven states and takes one step per byte. It waits for 'A', then for 'B', then for four bytes of any
-//! value, then for CR. With the CR it commits all demands at once. It throws away a broken frame as a whole: a wrong
-//! byte where 'A', 'B' or CR is due leads back to the start, even if the wrong byte is an 'A'.
+//! value, then for CR. With the CR it commits all three demands at the same time. It throws away a broken frame as a
+//! whole: a wrong byte where 'A', 'B' or CR is due leads back to the start, even if the wrong byte is an 'A'.
 //!
 //! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep it
 //! out of step for ever. [`Receiver`](crate::Receiver) does not have this fault.
@@ -69,7 +69,8 @@ impl core::fmt::Display for State {
 pub struct Lecture {
     /// The byte that the machine waits for.
     pub state: State,
-    /// The temporary setpoints. Each holds the last byte that was stored in it, even from an earlier, broken frame.
+    /// The temporary setpoints. Each holds the last byte that was stored in it, which may come from an earlier, broken
+    /// frame.
     pub temp: Setpoint,
 }
 
@@ -82,7 +83,7 @@ impl Lecture {
         Self { state, temp }
     }
 
-    /// Takes one step of the lecture's state table. The code has one line per row of the table.
+    /// Performs one step of the lecture's state table. The code has one line per row of the table.
     ///
     /// A step compares the state once and the byte once, and stores at most three values.
     #[inline]
@@ -108,7 +109,7 @@ impl Lecture {
     }
 
     /// Does the same as [`push`](Self::push), and reports each byte whose outcome is decided. All bytes of a broken
-    /// frame are discarded at once.
+    /// frame are discarded together.
     #[inline]
     fn push_with(&mut self, byte: u8, mut account: impl FnMut(Found<()>)) -> Option<Setpoint> {
         let before = self.state;

@@ -20,8 +20,8 @@
 //!
 //! # In an interrupt
 //!
-//! The UART also reports errors and pauses. Pass these on as line events, so that no frame contains bytes from before
-//! and after a line event. A [`Line`] takes bytes and line events, and counts every byte:
+//! The UART also reports errors and pauses. Pass these on as line events, so that no frame contains bytes from both
+//! before and after a line event. A [`Line`] takes bytes and line events, and counts every byte:
 //!
 //! ```
 //! use framelock::motion::{Bin, Setpoint};
@@ -48,10 +48,10 @@
 //!
 //! | type | purpose | bytes of state |
 //! |---|---|---|
-//! | [`Receiver`] | finds frames of a fixed length of up to 16 bytes: of any [`FixedFormat`] | 8 (16 for frames above 8 bytes) |
-//! | [`BufferedReceiver`] | finds frames of any other length: of any [`Format`] | buffer + 3 words |
-//! | [`Line`] | wraps a receiver: takes line events, and counts the outcome of each byte | + 18 words |
-//! | `Reader` | reads messages from an `embedded-io` source | + the buffer |
+//! | [`Receiver`] | finds frames of a [`FixedFormat`], which has a fixed length of up to 16 bytes | 8 (16 for frames above 8 bytes) |
+//! | [`BufferedReceiver`] | finds frames of a [`Format`], which may have any length | buffer + 3 words |
+//! | [`Line`] | wraps a receiver: takes line events, and counts the outcome of each byte | receiver + 18 words |
+//! | `Reader` | reads messages from an `embedded-io` source | source + line + buffer + 2 words |
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
@@ -71,8 +71,8 @@
 //! # Features
 //!
 //! No feature is needed. `defmt` and `serde` derive the traits of these crates for the types that a program might log
-//! or store. `embedded-io-v0.7` and `embedded-io-async-v0.7` add a `Reader`, which reads from any `Read` of these
-//! versions.
+//! or store. `embedded-io-v0.7` and `embedded-io-async-v0.7` add a `Reader`, which reads from any type that implements
+//! the trait `Read` of `embedded-io` 0.7 or `embedded-io-async` 0.7.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]

@@ -237,7 +237,8 @@ impl<P: Parser> Line<P> {
         parser.push_with(byte, |one| ledger.found(&one))
     }
 
-    /// Returns the message of a frame among the pending bytes: see [`BufferedReceiver::push`].
+    /// Returns the message of the next frame among the pending bytes. [`BufferedReceiver::push`] explains when there is
+    /// one.
     ///
     /// [`BufferedReceiver::push`]: crate::BufferedReceiver::push
     #[inline]
@@ -246,7 +247,7 @@ impl<P: Parser> Line<P> {
     }
 
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
-    /// Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in it.
+    /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
     ///
     /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
     /// delivered the same frames as [`feed`](Self::feed), in the same order (see [`Parser::next_with`]).
@@ -328,8 +329,7 @@ impl<P: Parser> Line<P> {
         });
     }
 
-    /// Returns the number of pending bytes: the last bytes of the stream, as far as they may still become part of a
-    /// frame.
+    /// Returns the number of pending bytes: the last bytes of the stream that may still become part of a frame.
     #[must_use]
     pub fn pending(&self) -> usize {
         self.parser.pending()

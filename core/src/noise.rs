@@ -19,7 +19,7 @@ pub(crate) fn blocks_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) ->
 /// Counts leading bytes that start no frame.
 #[inline]
 pub(crate) fn run_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) -> usize {
-    // Usually the next frame follows at once. Then the search examines only one byte.
+    // Usually the next frame follows immediately. Then the search examines only one byte.
     if bytes.first().is_some_and(|&byte| starts(byte)) {
         return 0;
     }

@@ -40,9 +40,9 @@ pub trait Parser {
 
     /// Takes the next byte. Returns the message of the next frame, if one is complete.
     ///
-    /// Calls `account` with each outcome that this byte decides, in the order of the stream: runs of discarded bytes,
-    /// and the length of a frame. Callers that count bytes, such as [`Line`](crate::Line), use this function instead of
-    /// [`push`](Self::push).
+    /// Calls `account` with each outcome that this byte decides, in the order of the stream. An outcome is a run of
+    /// discarded bytes, or a frame with its length. Callers that count bytes, such as [`Line`](crate::Line), use this
+    /// function instead of [`push`](Self::push).
     fn push_with(&mut self, byte: u8, account: impl FnMut(Found<()>)) -> Option<Self::Message<'_>>;
 
     /// Takes a slice. Reports the outcome of each byte in the order of the stream, except the bytes that are pending
@@ -54,8 +54,7 @@ pub trait Parser {
     /// and 13f).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// Returns the number of pending bytes: the last bytes of the stream, as far as they may still become part of a
-    /// frame.
+    /// Returns the number of pending bytes: the last bytes of the stream that may still become part of a frame.
     fn pending(&self) -> usize;
 
     /// Forgets the pending bytes, as if the machine had never received anything.
@@ -68,7 +67,7 @@ pub trait Parser {
     }
 
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
-    /// Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in it.
+    /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
     ///
     /// Call this function until it returns `None`. By then it has reported the same frames and discarded bytes as
     /// [`feed`](Self::feed), in the same order (theorems 6 and 13a). Callers that count bytes use this function instead
@@ -171,7 +170,7 @@ pub enum DiscardReason {
     TooLong,
     /// The header states a message that the format does not know.
     UnknownMessage,
-    /// A fixed byte after the payload, the terminator, was wrong.
+    /// The terminator (the fixed bytes after the payload) was wrong.
     WrongTerminator,
     /// All fixed bytes were right, but the format's check (a checksum or a range) failed.
     ChecksumMismatch,
@@ -230,12 +229,11 @@ macro_rules! parser_by_own_functions {
 }
 pub(crate) use parser_by_own_functions;
 
-/// Defines `next` and `next_with` for a machine whose `push` always decides about every byte that it can.
+/// Defines `next` and `next_with` for a machine whose `push` leaves no decision to later calls.
 macro_rules! next_by_pushing {
     ($message:ty) => {
-        /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the
-        /// slice. Returns the frame's message. Returns `None` after taking the whole slice if no other frame ends in
-        /// it.
+        /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
+        /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
         ///
         /// Call this function until it returns `None`. By then it has returned the same frames as [`feed`](Self::feed),
         /// in the same order (theorem 6). For long slices `feed` is faster.

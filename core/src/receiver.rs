@@ -111,7 +111,7 @@ impl<F: FixedFormat> Receiver<F> {
     }
 
     /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are the last bytes of the
-    /// stream, as far as they may still become part of a frame.
+    /// stream that may still become part of a frame.
     ///
     /// Makes at most one comparison per pending byte.
     #[must_use]
@@ -155,8 +155,8 @@ impl<F: FixedFormat> Copy for Receiver<F> {}
 
 #[cfg(kani)]
 impl<F: FixedFormat> Receiver<F> {
-    /// Returns the receiver that holds the last `count` bytes of a history, fewer than a frame's. Streams lead to
-    /// exactly these states, with or without a note: see the proofs about [`Window`].
+    /// Returns the receiver that holds the last `count` bytes of a history, with or without a note. `count` is less
+    /// than the length of a frame. Streams lead to these states and to no others: see the proofs about [`Window`].
     pub fn holding(history: &[u8], count: usize, has_note: bool) -> Self {
         let window = Window::holding(history, count, has_note, &F::SHAPE);
         let format = PhantomData;

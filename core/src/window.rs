@@ -1,8 +1,8 @@
 //! The receiver's engine: one word of state, and one step for each byte.
 //!
-//! The state holds the last bytes since the last commit, always fewer than a frame has; older bytes no longer matter.
-//! The bytes lie in a shift register, the newest in the lowest position. The marker, a 1 above the oldest byte, shows
-//! how many bytes are held:
+//! The state holds the newest bytes since the last delivered frame, always fewer bytes than a frame has. Older bytes no
+//! longer matter. The bytes lie in a shift register, the newest in the lowest position. The marker, a 1 above the
+//! oldest byte, shows how many bytes are held:
 //!
 //! ```text
 //!           7        6        5        4        3        2        1        0   byte of the word
@@ -11,20 +11,24 @@
 //!      └────────┴────────┴────────┴────────┴────────┴────────┴────────┴────────┘  full
 //!      ┌────────┬────────┬────────┬────────┬────────┬────────┬────────┬────────┐
 //!      │   0    │   0    │   0    │   0    │   0    │   1    │ oldest │ newest │  two bytes since
-//!      └────────┴────────┴────────┴────────┴────────┴────────┴────────┴────────┘  the last commit
+//!      └────────┴────────┴────────┴────────┴────────┴────────┴────────┴────────┘  the last frame
 //! ```
 //!
-//! The next byte completes a frame if three conditions hold. The marker is at the top, so no byte belongs to an earlier
-//! frame. The fixed bytes agree; one masked comparison tests both of these conditions. The format's own check holds.
+//! The next byte completes a frame if three conditions hold:
+//!
+//! * The marker is at the top, so none of the bytes belongs to an earlier frame.
+//! * The fixed bytes agree. One masked comparison tests the marker and the fixed bytes together.
+//! * The frame passes the format's own check.
+//!
 //! Otherwise the byte is shifted in, and the marker moves up unless it is at the top.
 //!
 //! [`push`](Window::push) keeps no position in the frame, so it cannot get out of step. It compares *every* stretch of
-//! the stream that is as long as a frame and overlaps no committed frame.
+//! the stream that is as long as a frame and overlaps no delivered frame.
 //!
 //! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It stores a
-//! *note* in the word's four highest bits: the number of further bytes that can become pending. `push` ignores the note
-//! and shifts it out. A note of 0 gives no information: either the window is full of pending bytes, or the last call
-//! was `push`.
+//! *note* in the word's four highest bits, which states how many more bytes can become pending. `push` ignores the note
+//! and shifts it out. A note of 0 is ambiguous: either the window is full of pending bytes, or the last call was
+//! `push`.
 
 use core::fmt::Debug;
 use core::ops::{BitAnd, BitOr, BitXor, Not};
@@ -90,7 +94,7 @@ macro_rules! word {
             const ONE: Self = 1;
 
             #[inline]
-            #[allow(clippy::cast_possible_truncation, reason = "what it is for")]
+            #[allow(clippy::cast_possible_truncation, reason = "truncation is the purpose")]
             fn truncated(wide: u128) -> Self {
                 wide as Self
             }
@@ -144,12 +148,12 @@ fn bits(bytes: usize) -> u32 {
     (bytes as u32).wrapping_mul(u8::BITS)
 }
 
-/// The state: the bytes since the last commit that can still be part of a frame.
+/// The state: the newest bytes since the last delivered frame, at most one byte fewer than a frame has.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Window<F: FrameBytes>(F::Word);
 
 impl<F: FrameBytes> Window<F> {
-    /// Holds no byte: the state at reset and after every commit.
+    /// The window that holds no byte: the state at reset and after every delivered frame.
     pub(crate) const EMPTY: Self = Self(F::EMPTY);
 
     /// The largest number of bytes held, one fewer than a frame has.
@@ -185,7 +189,7 @@ impl<F: FrameBytes> Window<F> {
     }
 
     /// Does the same as [`push`](Self::push), and reports the discarded bytes with their reasons, oldest first.
-    /// Discards pending bytes, and finally `byte` itself, up to the first byte with which a frame can still begin.
+    /// Discards the oldest pending bytes, and if necessary `byte`, too, until a frame can begin with the rest.
     #[inline]
     pub(crate) fn push_with(
         &mut self,
@@ -280,7 +284,8 @@ impl<F: FrameBytes> Window<F> {
         check: impl Fn(F::Word) -> bool,
         mut found: impl FnMut(Found<F::Word>),
     ) {
-        // Some pending bytes came before the slice. Take bytes of the slice one by one until the earlier ones are decided.
+        // Bytes from before the slice may be pending. Push bytes of the slice one by one until the earlier ones are
+        // decided.
         let mut at = 0_usize;
         while at < Self::MOST && self.pending(shape) > 0 {
             let Some(&byte) = bytes.get(at) else {
@@ -289,7 +294,7 @@ impl<F: FrameBytes> Window<F> {
             self.push_and_tell(shape, byte, &check, &mut found);
             at = at.wrapping_add(1);
         }
-        // Now all pending bytes lie in the slice. Empty the window, and take these bytes again from the slice.
+        // Now all pending bytes lie in the slice. Empty the window, and go back to the first of them in the slice.
         at = at.wrapping_sub(self.pending(shape));
         *self = Self::EMPTY;
         let mut rest = bytes.get(at..).unwrap_or_default();
@@ -347,7 +352,7 @@ impl<F: FrameBytes> Window<F> {
     }
 
     /// Returns the number of pending bytes, always less than a frame's length. Pending bytes are the last bytes of the
-    /// stream, as far as they may still become part of a frame.
+    /// stream that may still become part of a frame.
     #[inline]
     pub(crate) fn pending(self, shape: &Shape<F>) -> usize {
         match self.0.note() {
@@ -381,8 +386,8 @@ impl<F: FrameBytes> Window<F> {
         self.0.up(1) | F::Word::from(byte)
     }
 
-    /// Returns the state after one more byte was shifted in: if the window was full, drops the oldest byte and puts the
-    /// marker back.
+    /// Returns the state after one more byte was shifted in. `with_byte` is the shifted word. If the window was full,
+    /// drops the oldest byte and puts the marker back.
     #[inline]
     fn without_oldest(self, with_byte: F::Word) -> F::Word {
         if self.is_full() {

@@ -1,13 +1,12 @@
-//! Theorem 13: the receiver of frames of any length, for every format at once.
+//! Theorem 13: the receiver of frames of any length, for every format.
 //!
-//! The receiver examines bytes only through its format. So a harness can replace each byte by its *place*, the
-//! index of the byte in the stream. The format may then give any answer about each place that the laws of
-//! [`Format`] allow. This covers every lawful format on every stream. A [`Row`] holds the format's answers about
-//! one place.
+//! The receiver examines bytes only through its format. So a harness can replace each byte with its *place*, which is
+//! the byte's index in the stream. The format may then give any answer about each place that the laws of [`Format`]
+//! allow. This covers every lawful format on every stream. A [`Row`] holds the format's answers about one place.
 //!
 //! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all bytes
-//! that follow. If a frame begins at the place, the reference continues after the frame. If no frame begins there, the
-//! reference drops one byte. If the format cannot decide yet, the reference stops.
+//! from the place on. If a frame begins at the place, the reference continues after the frame. If no frame begins there,
+//! the reference drops one byte. If the format cannot decide yet, the reference stops.
 //!
 //! An *event* is a frame that is delivered, or a run of bytes that are dropped.
 //!
@@ -25,7 +24,7 @@
 //! * `discard_what_starts_nothing` drops places that start no frame. By law 4 the reference drops them, too.
 //! * `store` adds the next places, even when the pending bytes move to the front. `next` stores as many bytes as
 //!   the format needs to decide.
-//! * `take` runs while nothing is pending. It does one of the steps above on bytes of the slice, or stores the whole
+//! * `take` runs while nothing is pending. It performs one of the steps above on bytes of the slice, or stores the whole
 //!   slice. Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
 //! * `give_back` returns a slice that begins with the bytes that were pending, and leaves nothing pending.
 //!
@@ -40,8 +39,8 @@
 //!
 //! **13c: `push`** asks the format at most once. Its events are the reference's next events. If `push` has no event,
 //! the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. Then `poll`, `feed` of an
-//! empty slice, or a line event decides about these bytes: their loops continue from any state that fits (`poll` is
-//! `next` of an empty slice).
+//! empty slice, or a line event decides about these bytes, because their loops continue from any state that fits
+//! (`poll` is `next` of an empty slice).
 //!
 //! **13d: never deaf.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares bytes
 //! with it. This is proved for the reference ([`reference`]). The reference goes past the frame's first place only by
@@ -74,7 +73,7 @@ use crate::{Classification, DiscardReason, Format};
 
 impl<F, const N: usize> BufferedReceiver<F, [u8; N]> {
     /// Creates a receiver in this state: `buffer[from..to]` is pending, and nothing is decided before `to` reaches
-    /// `ask_at`. The proofs about the receivers in C use it.
+    /// `ask_at`. The proofs about the receivers in C use this function.
     pub fn in_state(format: F, buffer: [u8; N], [from, to, ask_at]: [usize; 3]) -> Self {
         Self {
             format,
@@ -257,7 +256,7 @@ fn waits_for_what_is_not_settled<const L: usize, const N: usize>(
     receiver.ask_at <= receiver.from + settled_at
 }
 
-/// Defines one harness per length of the longest frame, each with its own buffer size.
+/// Defines one harness for each length of the longest frame, each with its own buffer size.
 macro_rules! for_longest {
     ($module:ident, $proof:ident: $($name:ident $longest:literal $size:literal $bound:literal)*) => {
         mod $module {

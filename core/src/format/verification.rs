@@ -61,8 +61,8 @@ pub fn any_mismatch() -> DiscardReason {
     }
 }
 
-/// Returns `items[from..to]`. If that fails, an index with a range would format its numbers. Without the code for that, a
-/// harness contains half as many functions, so Kani needs half as long to prepare it.
+/// Returns `items[from..to]`. Indexing with a range would add the code that formats the range for the panic message.
+/// Without this code a harness has half as many functions, so Kani needs half the time to prepare it.
 ///
 /// # Panics
 /// Panics if the range is not within the items.

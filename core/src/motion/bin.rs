@@ -8,7 +8,7 @@ use super::Setpoint;
 ///
 /// The format has no escaping and no checksum. So the payload may contain any byte, and a changed payload byte goes
 /// unnoticed. If a sender repeats a frame without pause and its payload is `(0D 41 42 x)` or `(x 0D 41 42)`, the stream
-/// is ambiguous. To resolve it, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line pauses.
+/// is ambiguous. To resolve the ambiguity, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line pauses.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Bin {}
 
@@ -33,8 +33,8 @@ impl Encode for Bin {
 
 /// BIN with a checksum: `'A' 'B' reserved pitch roll yaw crc CR`, eight bytes. Use it if you control both ends.
 ///
-/// The checksum is [`crc8`] of the four bytes between the sync and the checksum. It detects every error of one
-/// to three bits in these five bytes. The encoder sends 0 as the reserved byte.
+/// The checksum is [`crc8`] of the four bytes between the sync and the checksum. It detects every error of one to three
+/// bits in the four bytes and the checksum. The encoder sends 0 as the reserved byte.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum BinCrc8 {}
 
@@ -64,9 +64,9 @@ impl Encode for BinCrc8 {
 
 /// Computes CRC-8/AUTOSAR: polynomial 0x2F, initial value 0xFF, not reflected, final exclusive or 0xFF.
 ///
-/// The Hamming distance of the four bytes and their checksum is 4. The function takes 32 steps, one shift and
-/// one exclusive or per bit. It needs no table in flash: the receiver computes a checksum only when all fixed
-/// bytes agree.
+/// The code word, the four bytes followed by their checksum, has Hamming distance 4. The function takes 32 steps, with
+/// one shift and one exclusive or each. A faster function with a table would not be worth the flash, because the
+/// receiver computes a checksum only when all fixed bytes agree.
 #[inline]
 #[must_use]
 pub fn crc8(payload: [u8; 4]) -> u8 {

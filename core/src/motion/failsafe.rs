@@ -52,13 +52,13 @@ pub struct FailsafeParameters<D, const AXES: usize> {
     pub ramp_after: u32,
     /// The position of each axis when no frames come.
     pub park: [D; AXES],
-    /// The bounded rate of each axis: ticks for one unit of demand. For demands of 16 bits use a clock of
-    /// microseconds: with 30 ticks per unit, the whole travel takes two seconds.
+    /// The time in ticks that each axis takes for one unit of demand, which bounds its speed. For demands of 16 bits
+    /// use a clock of microseconds: with 30 ticks per unit, the whole travel takes two seconds.
     pub ticks_per_unit: [NonZeroU32; AXES],
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
-    /// Returns the number of ticks after the last frame at which every axis is at park, whatever the demand was.
+    /// Returns the time in ticks from the last frame until every axis is at park, whatever the demand was.
     #[must_use]
     pub fn parked_after(&self) -> u64 {
         let most = u16::MAX.wrapping_shr(u16::BITS.saturating_sub(D::BITS));
@@ -142,9 +142,9 @@ pub struct Output<D, const AXES: usize> {
 /// of them more often than the counter wraps. If the time goes backwards, the failsafe assumes a long silence and moves
 /// the output to park, which is safe.
 ///
-/// Outside [`Phase::Live`] an axis moves at most one unit in each `ticks_per_unit`. The return from park is bounded,
-/// too: after a silence the axis approaches the first frame's demand without a jump (theorem 10). In [`Phase::Live`]
-/// the output is the demand itself: smoothing the demands is the sender's task.
+/// Outside [`Phase::Live`] an axis moves at most one unit per `ticks_per_unit` ticks. This bounds the return from park,
+/// too, so after a silence the axis approaches the first frame's demand without a jump (theorem 10). In [`Phase::Live`]
+/// the output is the demand itself. Smoothing the demands is the sender's task.
 ///
 /// # Examples
 /// ```
@@ -182,7 +182,7 @@ pub struct Failsafe<D, const AXES: usize> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Axis<D> {
     position: D,
-    /// The ticks since the axis last moved by a unit, always fewer than one unit takes.
+    /// The ticks since the axis last moved by a unit, always fewer than the axis takes for one unit.
     since_unit: u32,
 }
 
@@ -273,7 +273,7 @@ impl<D: Demand> Axis<D> {
         }
     }
 
-    /// Moves for `ticks` ticks, one unit in each `ticks_per_unit`. Stops at the target.
+    /// Moves for `ticks` ticks, one unit per `ticks_per_unit` ticks. Stops at the target.
     fn approach(&mut self, target: D, ticks: u32, ticks_per_unit: NonZeroU32) {
         if ticks == 0 {
             return;
@@ -304,12 +304,13 @@ impl<D: Demand> Axis<D> {
         };
         // `moved` lies between two valid demands, so it fits the demand's type.
         self.position = moved.try_into().unwrap_or(target);
-        // At this point `left` is less than a unit takes, because otherwise the axis would have reached the target.
+        // At this point `left` is less than the axis takes for a unit. Otherwise the axis would have reached the
+        // target.
         self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
     }
 }
 
-/// Makes one step of the long division. If the remaining ticks suffice for `1 << bit` units, counts these units and
+/// Performs one step of the long division. If the remaining ticks suffice for `1 << bit` units, counts these units and
 /// subtracts their ticks.
 fn division_step(units: u16, left: u64, ticks_per_unit: NonZeroU32, bit: u32) -> (u16, u64) {
     let taken = u64::from(ticks_per_unit.get()).wrapping_shl(bit);

@@ -1,5 +1,5 @@
-//! Compares the engine with a naive implementation of the rule: any format, any stream, pushed byte by byte and fed in
-//! slices that are cut anywhere.
+//! Compares the engine with a naive implementation of the rule, for any format and any stream. The engine takes each
+//! stream byte by byte, and in slices that are cut anywhere.
 
 use proptest::prelude::*;
 use std::{vec, vec::Vec};
@@ -7,13 +7,13 @@ use std::{vec, vec::Vec};
 use super::{BLOCK, Window};
 use crate::{DiscardReason, Found, FrameBytes, Shape};
 
-/// Only a few values, so that bytes often agree with the format. 0 is among them because the window has 0 above its
-/// marker.
+/// Draws one of three values, so that bytes often agree with the format. 0 is one of them, because the word is 0 above
+/// the window's marker.
 fn byte() -> impl Strategy<Value = u8> {
     prop::sample::select(vec![0, 1, 2])
 }
 
-/// Up to 300 bytes: random bytes, and runs of equal bytes.
+/// Draws fewer than 240 bytes: up to four pieces, each of random bytes or of equal bytes.
 fn stream() -> impl Strategy<Value = Vec<u8>> {
     let random = prop::collection::vec(byte(), 0..60);
     let same = (byte(), 0..60_usize).prop_map(|(byte, count)| vec![byte; count]);
@@ -24,12 +24,12 @@ fn stream() -> impl Strategy<Value = Vec<u8>> {
 /// pending bytes.
 type Outcome = (Vec<usize>, [usize; 8], usize);
 
-/// A check that fails for some frames.
+/// Checks a frame. The check fails for some frames.
 fn check(frame: &[u8]) -> bool {
     frame.iter().map(|&byte| u32::from(byte)).sum::<u32>() % 5 != 1
 }
 
-/// Returns the reason why the bytes are neither a frame nor the start of one, or `None` if they are.
+/// Returns the reason why the bytes are neither a frame nor the start of one, or `None` if they are either.
 fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<DiscardReason> {
     let differs = |(place, byte): (&Option<u8>, &u8)| place.is_some_and(|fixed| fixed != *byte);
     let sync = places.iter().take_while(|place| place.is_some()).count();
@@ -125,7 +125,7 @@ where
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4_000))]
 
-    /// Random shapes: also shapes in which a frame may begin with 0, or with any byte.
+    /// Draws random shapes, including those in which a frame may begin with 0, or with any byte.
     #[test]
     fn any_format_cut_anywhere(
         places: [Option<bool>; 16],

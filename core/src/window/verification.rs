@@ -1,24 +1,24 @@
-//! Theorems about the engine, for every format: each byte of the frame is either fixed to some value or free, and the
-//! format may have any further check. Each module has one harness per length of frame.
+//! Theorems about the engine, for every format. A format fixes the value of each byte of the frame or leaves it free, and
+//! may have any further check. Each module has one harness per length of frame.
 //!
 //! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window with
 //! a note, which states the number of pending bytes. The harnesses start from any window of either kind
 //! ([`any_window`]), and show that both functions lead to such windows again.
 //!
-//! **Theorem 4: commits.** `push` commits exactly the frames that share no byte with an earlier committed frame (R1,
+//! **Theorem 4: delivery.** `push` delivers exactly the frames that share no byte with an earlier delivered frame (R1,
 //! R2, R4). The proof is an induction. Take any history, a window that holds the history's last bytes, and any next
-//! byte. The harness shows that the window commits exactly when the theorem says so, and that it holds the last bytes
-//! of the longer history. `EMPTY` holds the end of the empty history, so the theorem holds after every stream
+//! byte. The harness shows that the window delivers exactly when the theorem says so, and that it then holds the last
+//! bytes of the longer history. `EMPTY` holds the end of the empty history, so the theorem holds after every stream
 //! ([`commits`]).
 //!
-//! **Theorem 6: slices.** [`feed`](Window::feed) commits and discards the same bytes as `push` does one by one, and
-//! leads to a window in which the same bytes are pending (R5). Equal pending bytes are enough, because windows in which
-//! the same bytes are pending treat all later bytes alike ([`pending`]).
+//! **Theorem 6: slices.** [`feed`](Window::feed) delivers the same frames and discards the same bytes as pushing the
+//! bytes one by one, and leads to a window in which the same bytes are pending (R5). Equal pending bytes are enough,
+//! because windows in which the same bytes are pending treat all later bytes alike ([`pending`]).
 //!
 //! A pushed byte discards the oldest pending bytes, possibly all of them and itself, until a frame can still begin with
 //! the remaining ones. The first wrong position of the frame that would begin with a byte decides the reason for
-//! discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons, commits the frames that `push`
-//! commits, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change a reason
+//! discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons, delivers the frames that `push`
+//! delivers, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change a reason
 //! ([`reasons`]). Conversely, if bytes agree with the shape, they also agreed before the last of them came.
 //!
 //! `feed` consists of three loops. From any state, each iteration of each loop takes some bytes and has the same effect
@@ -28,18 +28,20 @@
 //! 2. Then `feed` empties the window and goes back to the first pending byte. Pushing the pending bytes again leads to
 //!    a window in which they are pending ([`mismatches`]), and by [`reasons`] discards none of them. At the start of
 //!    each iteration of the second loop nothing is pending, and at least as many bytes are left as a frame has. If
-//!    these bytes begin with a frame, the frame's last byte commits it. If not, none of these bytes commits, and the
-//!    window after them is the same as if the first byte had never come. So `feed` discards the first byte and examines
-//!    the next position ([`starts`]). By [`reasons`], the reason is the same whether it is found early or in the whole
-//!    frame. Between iterations, `feed` discards several bytes at once only if no frame can begin with any of them
-//!    (`noise::verification`), so `push_with` would discard each of them at once, too.
+//!    these bytes begin with a frame, pushing them would deliver it with its last byte. If not, pushing the first bytes,
+//!    as many as a frame has, would deliver nothing, and would lead to the same pending bytes as without the first byte.
+//!    So `feed` discards the first byte and examines the next position ([`starts`]). By [`reasons`], the reason is the
+//!    same whether it is found early or in the whole frame. Between iterations, `feed` discards several bytes together
+//!    only if no frame can begin with any of them (`noise::verification`). So `push_with` would discard each of these
+//!    bytes immediately.
 //! 3. The third loop calls `push_with` until no byte is left.
 
 use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
 use crate::fixed_format::sealed::Words;
 
 impl<F: FrameBytes> Window<F> {
-    /// Returns the window that holds the last `count` bytes of a history, fewer than a frame's, with or without a note.
+    /// Returns the window that holds the last `count` bytes of a history, with or without a note. `count` is less than
+    /// the length of a frame.
     pub(crate) fn holding(history: &[u8], count: usize, has_note: bool, shape: &Shape<F>) -> Self {
         let window = holding(history, count);
         if has_note {
@@ -113,7 +115,7 @@ where
 {
     let places: [Option<u8>; N] = kani::any();
     let shape = Shape::new(places);
-    // The bytes before the pushed byte, and how many of them came since the last commit.
+    // The bytes before the pushed byte, and how many of them came since the last delivered frame.
     let mut history: [u8; N] = kani::any();
     let since: usize = kani::any_where(|&since| since < N);
     let byte: u8 = kani::any();
@@ -164,8 +166,8 @@ fn first_mismatch<const N: usize>(
     None
 }
 
-/// The engine finds the reasons of [`first_mismatch`], and so the number of pending bytes. A window that holds only the
-/// pending bytes agrees with one that holds more.
+/// The engine finds the same reasons as [`first_mismatch`], and so the right number of pending bytes. A window that holds
+/// only the pending bytes agrees with one that holds more bytes.
 fn mismatches_are_found<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -201,10 +203,10 @@ where
     );
 }
 
-/// One byte, from any state: `push_with` commits the frame that `push` commits, and leads to the same window, plus the
-/// note of how many bytes are pending. It discards pending bytes, oldest first, each for the reason that
-/// [`first_mismatch`] gives, and stops at the first byte with which a frame can still begin. Afterwards the new byte
-/// and each byte that was pending is part of the frame, discarded, or pending.
+/// Takes one byte in any state. `push_with` delivers the frame that `push` delivers, and leads to the same window, plus a
+/// note that states how many bytes are pending. It discards pending bytes, oldest first, each for the reason that
+/// [`first_mismatch`] gives, and stops at the first byte with which a frame can still begin. Afterwards the new byte,
+/// and each byte that was pending, is part of the frame, discarded, or pending.
 fn one_byte_is_pushed<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -274,7 +276,8 @@ impl Discarded {
     }
 }
 
-/// A position of the slice at which the second loop of `feed` compares a whole frame.
+/// Checks the positions of a slice at which the second loop of `feed` compares a whole frame. At each of them, pushing
+/// the bytes has the same result as the comparison.
 fn start_is_pushed<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -372,8 +375,8 @@ where
 }
 
 /// Compares `feed` as a whole with single pushes, for the frame 1, 0. This checks the argument above, and that nothing
-/// panics. Returns the positions at which frames end.
-// Never inlined: in a loop of its caller, the solver would unwind this function's loops again for each iteration.
+/// panics. Returns for each position whether a frame ends there.
+// Never inlined. Otherwise the solver would unwind this function's loops again for each iteration of the caller's loop.
 #[inline(never)]
 fn slice_is_pushed<const LENGTH: usize>(
     before: Window<[u8; 2]>,
@@ -408,7 +411,7 @@ fn slice_is_pushed<const LENGTH: usize>(
     frames
 }
 
-/// The first and the third loop, with one byte held or none: sixteen streams.
+/// Checks the first and the third loop on sixteen streams: eight slices, with one byte held before or none.
 #[kani::proof]
 #[kani::unwind(18)]
 fn short_slice_is_pushed() {
@@ -425,7 +428,8 @@ fn short_slice_is_pushed() {
     kani::cover!(at_the_end, "a frame at the end");
 }
 
-/// Two iterations of the second loop, because nine bytes contain two words, and the third loop: eight streams.
+/// Checks the second and the third loop on eight streams. The second loop runs at most twice, because an 8-byte word fits
+/// at two positions in nine bytes.
 #[kani::proof]
 #[kani::unwind(18)]
 fn slice_of_words_is_pushed() {

@@ -1,7 +1,7 @@
 //! 13b, for a format whose answers may break every law.
 //!
-//! The invariant is [`fits`], for a place about which only `LONGEST` bytes decide. [`steps`](super::steps) proves,
-//! without using any law, that `store`, `discard_what_starts_nothing` and `give_back` keep this invariant.
+//! The invariant is [`fits`], with `LONGEST` as the number of bytes that decide about a place. [`steps`](super::steps)
+//! proves, without using any law, that `store`, `discard_what_starts_nothing` and `give_back` keep this invariant.
 
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::any_format::{any_up_to, any_verdict, part};
@@ -110,8 +110,7 @@ fn something_is_decided<const L: usize, const N: usize>() {
 }
 for_longest!(decide, something_is_decided);
 
-/// `push` loses no byte: the bytes in its events and the bytes pending afterwards are the bytes pending before and the
-/// new byte.
+/// `push` loses no byte. Afterwards the new byte, and each byte that was pending, is either in an event or pending.
 fn pushed_byte_is_placed<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L - 1);

@@ -53,8 +53,8 @@ fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: 
 ///
 /// * The frame is delivered.
 /// * A delivered frame begins earlier and shares bytes with the frame.
-/// * The reference has stopped before the frame. Then fewer than `LONGEST - 2` bytes have come after the frame's first
-///   byte, so a line event or more bytes make the reference continue.
+/// * The reference has stopped before the frame, until more bytes or a line event come. In this case fewer than
+///   `LONGEST - 2` bytes have come after the frame's first byte.
 fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     let rows: [Row; P] = core::array::from_fn(|_| Row::any(L));
     let (end, at) = (any_up_to(P), any_up_to(P - 1));
@@ -151,8 +151,8 @@ fn feed_goes_on() {
     kani::cover!(receiver.pending() == 1, "another false start");
 }
 
-/// 13a: after a false start `next` discards bytes up to the next frame, or up to bytes that it cannot decide about yet.
-/// It takes only as many bytes from the slice as its decisions need, and leaves the rest.
+/// 13a, by running the loop of `next`. After a false start `next` discards bytes up to the next frame, or up to bytes
+/// that it cannot decide about yet. It takes only as many bytes from the slice as its decisions need, and leaves the rest.
 #[kani::proof]
 #[kani::unwind(4)]
 fn next_goes_on() {

@@ -5,14 +5,14 @@
 //!
 //! An axis divides its time by its rate. Solvers cannot handle this division as a whole, so the proof has four parts:
 //!
-//! * Long division, by induction over the bits of the quotient ([`division_is_exact`]). The invariant, when the bits
-//!   from `bit` on are known, has two parts. First, the ticks of the counted units and the ticks left add up to the
-//!   time. Second, one of two conditions holds: the ticks left are fewer than `1 << bit` units take, or all known bits
-//!   are 1. In the latter case the quotient has reached the largest distance that an axis can move. The division starts
-//!   with no units counted and no bits known. It ends when every unit for which the time suffices is counted, and it
-//!   has lost no tick.
+//! * Long division is exact, by induction over the bits of the quotient, the highest first ([`division_is_exact`]). The
+//!   division starts with no units counted and no bits known. While the bits from `bit` on are known, the invariant has
+//!   two parts. First, the ticks for the counted units and the ticks left add up to the time. Second, the ticks left do
+//!   not suffice for `1 << bit` units, or all known bits are 1. If all bits are 1, the quotient is the largest distance
+//!   that an axis can move. So at the end the division has counted every unit for which the time suffices, and has lost
+//!   no tick.
 //! * An axis moves by this number of units, but no further than its target ([`axis_stops_at_its_target`]). One harness
-//!   checks the division and the move together, for less time than two units take ([`axis_moves_at_its_rate`]).
+//!   checks the division and the move together, for times shorter than two units take ([`axis_moves_at_its_rate`]).
 //! * Every axis is parked after `parked_after` ticks, for some rates ([`parked_in_time`]).
 //! * Until the hold begins, ticks move the axis towards the demand. From the hold to the ramp, ticks do not move the
 //!   axis. From the ramp on, ticks move the axis towards park ([`ticks_are_shared_out`]). Each axis uses its own rate
@@ -24,8 +24,8 @@
 use super::{Axis, Demand, Failsafe, FailsafeParameters, NonZeroU32, Phase, division_step};
 
 impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
-    /// Creates a failsafe in this state. An axis is its position, and the ticks since its last unit. The proofs about
-    /// the failsafe in C use it.
+    /// Creates a failsafe in this state. `axes` contains each axis's position, and the ticks since it last moved by a
+    /// unit. The proofs about the failsafe in C use this function.
     pub fn in_state(
         parameters: FailsafeParameters<D, AXES>,
         [now, silence]: [u32; 2],
@@ -216,8 +216,8 @@ for_demands!(
     moves_at_its_rate::<u16>()
 );
 
-/// Observes how many ticks one axis receives. Its rate is so slow that the ticks never make a whole unit in either
-/// direction. All other axes are already at their targets.
+/// Observes how many ticks one axis receives. Its rate is so slow that the ticks never suffice for a whole unit in
+/// either direction. All other axes are already at their targets.
 fn ticks_are_shared<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut failsafe = any_failsafe::<D, AXES>([NonZeroU32::MAX; AXES]);
     let first = failsafe.axes[0];
@@ -293,7 +293,7 @@ for_demands!(
     axes_have_their_rates::<u16, 2>([2, 3])
 );
 
-/// A frame causes no jump unless the output was live. Starting from any output causes no jump either.
+/// A frame causes no jump unless the output was live. A failsafe that is resumed at any output causes no jump either.
 fn a_frame_is_no_step<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut rates = [NonZeroU32::MIN; AXES];
     rates[0] = kani::any();
@@ -338,7 +338,7 @@ fn parked_is_parked() {
 }
 
 /// Every axis is at park [`FailsafeParameters::parked_after`] ticks after a frame, from any demand and any output. The
-/// bound is exact: axes that begin as far from park as possible are not yet at park one tick earlier.
+/// bound is exact: if all axes begin as far from park as possible, they are not all at park one tick earlier.
 fn parks_in_time<D: Demand + kani::Arbitrary, const AXES: usize>(rates: [u8; AXES]) {
     let rates = rates.map(|rate| NonZeroU32::new(rate.into()).unwrap());
     let mut failsafe = any_failsafe::<D, AXES>(rates);
