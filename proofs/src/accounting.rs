@@ -7,13 +7,13 @@
 //! Proof by induction. At reset all numbers are 0. Each byte and each line event adds the same number to both sides,
 //! for any values of the counters, even if they are about to wrap. A slice does the same as its bytes (theorem 6).
 //!
-//! For every format of one to eight bytes, the receiver's engine neither loses nor invents a byte: the bytes that it
-//! reports as frames or as discarded, plus the bytes pending afterwards, are the bytes pending before plus the new byte
+//! For every format of one to eight bytes, the receiver's engine neither loses nor invents a byte. When it takes a
+//! byte, it reports exactly this byte and the pending bytes, in frames or as discarded, or leaves them pending
 //! (`one_byte` in `core/src/window/verification.rs`). The line [counts each report](each_report_is_counted), whether a
 //! byte is pushed, a slice is fed, or a line event comes. The line also [counts each line
-//! event](each_line_event_is_counted), and [ends each loss once](each_loss_ends_once).
+//! event](each_line_event_is_counted), and [counts one resynchronisation after each loss](each_loss_ends_once).
 //!
-//! For every format of any length: `BufferedReceiver` puts each byte into exactly one event or leaves it pending
+//! For every format of any length, `BufferedReceiver` puts each byte into exactly one event or leaves it pending
 //! (theorem 13b), and the line [counts these events](pushed_bytes_of_any_length_are_counted).
 
 use framelock::lecture::Lecture;
@@ -51,7 +51,7 @@ fn up(counter: u32, start: u32) -> u8 {
     up
 }
 
-/// Returns by how much two counters together have increased: bytes in frames, and discarded bytes.
+/// Returns by how much the counters of bytes in frames and of discarded bytes have increased, added up.
 fn placed(counters: &Counters, start: u32) -> u8 {
     let discarded = &counters.discarded;
     up(counters.frame_bytes, start)
@@ -65,15 +65,14 @@ fn placed(counters: &Counters, start: u32) -> u8 {
         + up(discarded.line_event, start)
 }
 
-/// Does the same for a parser whose frames all have the same length.
+/// Does the same as [`placed`], and checks the counter of frames, for a parser whose frames all have the same length.
 fn placed_by<P: OfSetpoints>(counters: &Counters, start: u32) -> u8 {
     let length = P::LENGTH.to_le_bytes()[0];
     assert!(up(counters.frame_bytes, start) == up(counters.frames, start) * length);
     placed(counters, start)
 }
 
-/// Checks that the bytes pending before plus the new byte are as many as the newly counted bytes plus the bytes pending
-/// now.
+/// Pushes a byte. Checks that this byte, and each byte that was pending, is now either counted or pending.
 fn byte_is_placed<P: OfSetpoints>(parser: P) {
     let start = kani::any();
     let mut line = any_line(parser, start);
@@ -137,8 +136,7 @@ fn receiver_of_bin_crc8_is_emptied_by_events() {
     event_places_what_is_pending(any_receiver::<BinCrc8, 8>());
 }
 
-/// A machine that reports these outcomes for each slice and each line event. For a byte, it reports the discarded
-/// bytes first, then the frame.
+/// A machine that reports these outcomes for each byte, each slice and each line event.
 struct Reports<const COUNT: usize>([Found<()>; COUNT]);
 
 impl<const COUNT: usize> Parser for Reports<COUNT> {
@@ -219,7 +217,7 @@ fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     }
 }
 
-/// Checks the counters of a line during `report`. The machine first reports a frame or a loss of zero bytes, then an
+/// Checks the counters of a line after `report`. The machine first reports a frame or a loss of zero bytes, and then an
 /// arbitrary outcome. Returns whether the second outcome is the first frame after a loss.
 fn two_are_counted(
     reports: [Found<()>; 2],
@@ -244,7 +242,7 @@ fn two_are_counted(
         Found::Frame { length, .. } if watched.is_none() => length,
         _ => 0,
     };
-    // At most 64 bytes. Otherwise the assertion fails.
+    // `more` is less than 64, so the conversion succeeds. If it did not, the assertion would fail.
     let more = u32::try_from(more).unwrap_or(u32::MAX);
     assert!(counter == start.wrapping_add(more));
     is_loss_ended
@@ -254,7 +252,7 @@ fn is_frame(found: Found<()>) -> bool {
     matches!(found, Found::Frame { .. })
 }
 
-/// Calls each function of the line that reports outcomes.
+/// Checks each function of the line that reports outcomes.
 #[kani::proof]
 #[kani::unwind(9)]
 fn each_report_is_counted() {
@@ -323,7 +321,7 @@ fn each_line_event_is_counted() {
     kani::cover!(start == u32::MAX, "about to wrap");
 }
 
-/// A loss ends once, with the first frame after it.
+/// A loss ends once, with the first frame after it, which counts as one resynchronisation.
 #[kani::proof]
 #[kani::unwind(9)]
 fn each_loss_ends_once() {

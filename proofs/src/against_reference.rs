@@ -92,7 +92,8 @@ fn discard_by_the_lectures_machine() {
     kani::cover!(committed.is_some(), "a frame");
 }
 
-/// Compares every stream of `N` bytes. This covers each shorter stream, which is the beginning of a longer one.
+/// Compares a machine with the reference on every stream of `N` bytes. This covers each shorter stream, which is the
+/// beginning of a longer one.
 fn whole_streams<P, F, const N: usize>(mut parser: P)
 where
     P: OfSetpoints,

@@ -12,7 +12,8 @@ use framelock::{Encode, Receiver};
 use crate::reference;
 use crate::states::{is_bin_crc8, receive};
 
-/// The step for one byte is linear: the step of the exclusive or of two values is the exclusive or of their steps.
+/// The step for one byte is linear: if some bits of the register differ, the same bits of the result differ, whatever
+/// the register was. The checksum consists of four such steps.
 #[kani::proof]
 #[kani::unwind(34)]
 fn steps_are_linear() {

@@ -6,8 +6,7 @@
 //!   The harnesses for the receiver's engine and the failsafe are in `core`, next to the private items
 //!   that they use.
 //!
-//! No harness assumes anything about the bytes that the line delivers. `../README.md` has the table of
-//! all theorems.
+//! No harness assumes anything about the bytes that arrive on the line. `../README.md` has the table of all theorems.
 #![no_std]
 #![cfg_attr(not(kani), forbid(unsafe_code))]
 #![cfg_attr(

@@ -49,7 +49,7 @@ impl NaiveFormat for Bin {
     }
 }
 
-/// The format of the same frames, for the lecture's machine: it drops all bytes up to and including the wrong one.
+/// The frames of [`Bin`] for the lecture's machine, which drops all bytes up to and including the first wrong one.
 #[derive(Clone, Copy, Debug)]
 pub enum Lecture {}
 

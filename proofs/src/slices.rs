@@ -1,9 +1,9 @@
-//! Theorem 6: however a stream is cut into slices, the results are the same as byte by byte: the frames, their
-//! offsets, the dropped bytes, the reasons, and the pending bytes (R5).
+//! Theorem 6: however a stream is cut into slices, the results are the same as if the bytes were pushed one by one. The
+//! results are the frames, their offsets, the dropped bytes, the reasons, and the pending bytes (R5).
 //!
 //! For receivers of every format of one to eight bytes, the proof is in `core/src/window/verification.rs`.
-//! [`receiver_is_its_window`] shows that the functions of `Receiver` are those of its window. This module has the
-//! proof for the lecture's machine.
+//! [`receiver_is_its_window`] shows that the functions of `Receiver` do the same as those of its window. This module
+//! has the proof for the lecture's machine.
 
 use framelock::lecture::Lecture;
 use framelock::motion::{Bin, Setpoint};
@@ -25,7 +25,7 @@ impl<const N: usize> Report<N> {
         discarded: (0, 0, 0, 0),
     };
 
-    /// Feeds the bytes from index `from` on to a machine, and records the outcome.
+    /// Feeds the bytes to a machine, and records the outcome. `from` is the index of the first byte in `setpoints`.
     fn of<P: OfSetpoints>(&mut self, parser: &mut P, from: usize, bytes: &[u8]) {
         // Bytes that were pending before the call lie before the slice.
         let (before, mut known) = (parser.pending(), from);
@@ -84,7 +84,7 @@ fn lecture() {
 }
 
 /// From any state, `push_with` and `next` with one byte have the same result as `push`. From the state at reset, `feed`
-/// of one byte has the same result, too. It also shows that two receivers that wait for different bytes are not equal.
+/// of one byte discards the byte or leaves it pending. A receiver with a pending byte is not equal to one without.
 #[kani::proof]
 #[kani::unwind(9)]
 fn receiver_is_its_window() {

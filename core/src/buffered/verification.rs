@@ -5,8 +5,8 @@
 //! allow. This covers every lawful format on every stream. A [`Row`] holds the format's answers about one place.
 //!
 //! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all bytes
-//! from the place on. If a frame begins at the place, the reference continues after the frame. If no frame begins there,
-//! the reference drops one byte. If the format cannot decide yet, the reference stops.
+//! from the place on. If a frame begins at the place, the reference continues after the frame. If no frame begins
+//! there, the reference drops one byte. If the format cannot decide yet, the reference stops.
 //!
 //! An *event* is a frame that is delivered, or a run of bytes that are dropped.
 //!
@@ -24,8 +24,8 @@
 //! * `discard_what_starts_nothing` drops places that start no frame. By law 4 the reference drops them, too.
 //! * `store` adds the next places, even when the pending bytes move to the front. `next` stores as many bytes as
 //!   the format needs to decide.
-//! * `take` runs while nothing is pending. It performs one of the steps above on bytes of the slice, or stores the whole
-//!   slice. Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
+//! * `take` runs while nothing is pending. It performs one of the steps above on bytes of the slice, or stores the
+//!   whole slice. Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
 //! * `give_back` returns a slice that begins with the bytes that were pending, and leaves nothing pending.
 //!
 //! `feed` and `next` are loops of these steps. The loops end where the format answers `Incomplete` about the pending

@@ -1,5 +1,5 @@
-//! Theorems about the engine, for every format. A format fixes the value of each byte of the frame or leaves it free, and
-//! may have any further check. Each module has one harness per length of frame.
+//! Theorems about the engine, for every format. A format fixes the value of each byte of the frame or leaves it free,
+//! and may have any further check. Each module has one harness per length of frame.
 //!
 //! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window with
 //! a note, which states the number of pending bytes. The harnesses start from any window of either kind
@@ -18,8 +18,8 @@
 //! A pushed byte discards the oldest pending bytes, possibly all of them and itself, until a frame can still begin with
 //! the remaining ones. The first wrong position of the frame that would begin with a byte decides the reason for
 //! discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons, delivers the frames that `push`
-//! delivers, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change a reason
-//! ([`reasons`]). Conversely, if bytes agree with the shape, they also agreed before the last of them came.
+//! delivers, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change a
+//! reason ([`reasons`]). Conversely, if bytes agree with the shape, they also agreed before the last of them came.
 //!
 //! `feed` consists of three loops. From any state, each iteration of each loop takes some bytes and has the same effect
 //! as pushing these bytes one by one. By induction over the iterations, the same is true of `feed`.
@@ -28,12 +28,12 @@
 //! 2. Then `feed` empties the window and goes back to the first pending byte. Pushing the pending bytes again leads to
 //!    a window in which they are pending ([`mismatches`]), and by [`reasons`] discards none of them. At the start of
 //!    each iteration of the second loop nothing is pending, and at least as many bytes are left as a frame has. If
-//!    these bytes begin with a frame, pushing them would deliver it with its last byte. If not, pushing the first bytes,
-//!    as many as a frame has, would deliver nothing, and would lead to the same pending bytes as without the first byte.
-//!    So `feed` discards the first byte and examines the next position ([`starts`]). By [`reasons`], the reason is the
-//!    same whether it is found early or in the whole frame. Between iterations, `feed` discards several bytes together
-//!    only if no frame can begin with any of them (`noise::verification`). So `push_with` would discard each of these
-//!    bytes immediately.
+//!    these bytes begin with a frame, pushing them would deliver it with its last byte. If not, pushing the first
+//!    bytes, as many as a frame has, would deliver nothing, and would lead to the same pending bytes as without the
+//!    first byte. So `feed` discards the first byte and examines the next position ([`starts`]). By [`reasons`], the
+//!    reason is the same whether it is found early or in the whole frame. Between iterations, `feed` discards several
+//!    bytes together only if no frame can begin with any of them (`noise::verification`). So `push_with` would discard
+//!    each of these bytes immediately.
 //! 3. The third loop calls `push_with` until no byte is left.
 
 use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
@@ -166,8 +166,8 @@ fn first_mismatch<const N: usize>(
     None
 }
 
-/// The engine finds the same reasons as [`first_mismatch`], and so the right number of pending bytes. A window that holds
-/// only the pending bytes agrees with one that holds more bytes.
+/// The engine finds the same reasons as [`first_mismatch`], and so the right number of pending bytes. A window that
+/// holds only the pending bytes agrees with one that holds more bytes.
 fn mismatches_are_found<const N: usize>()
 where
     [u8; N]: FrameBytes,
@@ -203,8 +203,8 @@ where
     );
 }
 
-/// Takes one byte in any state. `push_with` delivers the frame that `push` delivers, and leads to the same window, plus a
-/// note that states how many bytes are pending. It discards pending bytes, oldest first, each for the reason that
+/// Takes one byte in any state. `push_with` delivers the frame that `push` delivers, and leads to the same window, plus
+/// a note that states how many bytes are pending. It discards pending bytes, oldest first, each for the reason that
 /// [`first_mismatch`] gives, and stops at the first byte with which a frame can still begin. Afterwards the new byte,
 /// and each byte that was pending, is part of the frame, discarded, or pending.
 fn one_byte_is_pushed<const N: usize>()
@@ -428,8 +428,8 @@ fn short_slice_is_pushed() {
     kani::cover!(at_the_end, "a frame at the end");
 }
 
-/// Checks the second and the third loop on eight streams. The second loop runs at most twice, because an 8-byte word fits
-/// at two positions in nine bytes.
+/// Checks the second and the third loop on eight streams. The second loop runs at most twice, because an 8-byte word
+/// fits at two positions in nine bytes.
 #[kani::proof]
 #[kani::unwind(18)]
 fn slice_of_words_is_pushed() {

@@ -3,8 +3,8 @@
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::{Classification, DiscardReason, Found};
 
-/// `push` asks the format at most once, which [`Any`] asserts. It first drops the bytes with which no frame starts. Then
-/// it delivers the frame that starts with the next byte, or drops this byte, or waits. If `push` has no event, the
+/// `push` asks the format at most once, which [`Any`] asserts. It first drops the bytes with which no frame starts.
+/// Then it delivers the frame that starts with the next byte, or drops this byte, or waits. If `push` has no event, the
 /// reference waits, too.
 fn one_question_at_most<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
