@@ -1,8 +1,8 @@
 //! Theorems about the engine, for every format. A format fixes the value of each byte of the frame or leaves it free,
 //! and may have any further check. Each module has one harness per length of frame.
 //!
-//! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window with
-//! a note, which states the number of pending bytes. The harnesses start from any window of either kind
+//! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window
+//! with a note, which states the number of pending bytes. The harnesses start from any window of either kind
 //! ([`any_window`]), and show that both functions lead to such windows again.
 //!
 //! **Theorem 4: delivery.** `push` delivers exactly the frames that share no byte with an earlier delivered frame (R1,

@@ -71,9 +71,9 @@ impl<'a> Arbitrary<'a> for ScheduleStep {
 }
 
 /// Checks that contradictory parameters give an error that names one of them. At every time the output must equal the
-/// model's. Every axis must be at park when [`FailsafeParameters::parked_after`] ticks have passed since the last
-/// frame. The output must not depend on how often it is read. Uses three axes of eight bits, and six axes of sixteen
-/// bits, which take the three demands of a frame twice.
+/// model's output. Every axis must be at park when [`FailsafeParameters::parked_after`] ticks have passed since the
+/// last frame. The output must not depend on how often it is read. Uses three axes of eight bits, and also six axes of
+/// sixteen bits, which get each of a frame's three demands twice.
 ///
 /// Returns the phase after each step with three axes.
 ///
@@ -126,8 +126,8 @@ fn check<D: Demand + Into<u16>, const AXES: usize>(
     }
 }
 
-/// Reads the output of one failsafe at every step. Reads the output of another only at frames, and before the clock
-/// wraps. Returns the phase after each step.
+/// Reads the output of one failsafe at every step. Reads the output of another failsafe only at frames, and otherwise
+/// just often enough for a clock that wraps. Returns the phase after each step.
 fn run<D: Demand + Into<u16>, const AXES: usize>(
     failsafe: Failsafe<D, AXES>,
     schedule: &Schedule,
@@ -189,7 +189,7 @@ struct Model<D, const AXES: usize> {
     silence: u64,
     demand: [u16; AXES],
     position: [u16; AXES],
-    /// For each axis, the ticks since its last unit of movement.
+    /// For each axis, the ticks since it last moved by a unit.
     since_unit: [u64; AXES],
 }
 

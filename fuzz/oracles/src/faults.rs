@@ -1,4 +1,4 @@
-//! Target `faults`: sends frames over a line with known faults, and checks which frames must be committed.
+//! Target `faults`: sends frames over a line with known faults, and checks which of them are delivered.
 
 use arbitrary::{Arbitrary, Unstructured};
 use framelock::lecture::Lecture;
@@ -32,7 +32,7 @@ enum Step {
     Lose {
         at: u16,
     },
-    /// Inverts these bits of `length` bytes. Here `at` is not taken modulo the number of bytes.
+    /// Inverts these bits in each of `length` bytes. Here `at` is not taken modulo the number of bytes.
     Invert {
         at: u16,
         bits: u8,
@@ -173,16 +173,16 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
 
 /// Checks these properties:
 ///
-/// * The receiver and the lecture's machine make the same commits as their references. No committed frame contains
+/// * The receiver and the lecture's machine deliver the same frames as their references. No delivered frame contains
 ///   bytes from both sides of a line event.
-/// * A frame that arrives intact is committed with its last byte. The only exception is that a CR of its payload caused
-///   a single earlier commit (theorem 7).
-/// * The first frame after a line event or at the start is committed.
-/// * If a committed setpoint is sent again, it is committed again.
-/// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not committed.
+/// * The receiver delivers each frame that arrives intact, with the frame's last byte. The only exception is a frame in
+///   which one other delivered frame ended, with a CR after the sync (theorem 7).
+/// * The receiver delivers an intact frame that is the first one after a line event or at the start.
+/// * If a delivered setpoint is sent again to a new receiver, it is delivered again.
+/// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not delivered.
 ///
-/// Returns the number of frames of each sort: intact and committed, intact but with a commit within
-/// them, and with one to three wrong bits in payload and checksum.
+/// Returns the number of frames of each sort: intact and delivered, intact but with the end of another delivered frame
+/// in them, and with one to three wrong bits in payload and checksum.
 ///
 /// # Panics
 /// Panics if the line shows a bug.
@@ -198,7 +198,8 @@ pub fn faults(line: &FaultyLine) -> [usize; 3] {
     }
 }
 
-/// Compares the commits with the reference. Returns them with the indices of their last bytes.
+/// Checks that the machine delivers the same setpoints as the reference. Returns each setpoint with the index of its
+/// frame's last byte.
 fn commits<P, F>(line: &[Received]) -> Vec<(usize, Setpoint)>
 where
     P: OfSetpoints,
@@ -283,8 +284,8 @@ fn wrong_bits_of(frame: &[Received]) -> Option<Vec<u32>> {
     wrong.collect()
 }
 
-/// Checks a frame that arrived intact. `before` contains the positions in the frame at which there
-/// was a commit before the frame's last byte.
+/// Checks a frame that arrived intact. `before` contains the positions in the frame, except its last one, at which
+/// another delivered frame ended.
 fn check_whole(
     frame: &[Received],
     is_at_start: bool,

@@ -21,7 +21,7 @@ use crate::protocol::{DIALECT, Protocol};
 use crate::rest;
 use crate::stream::{Stream, StreamStep};
 
-/// A format and the contents of its line.
+/// A format, and the steps of the stream that its receivers get.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct FormatLine {
     /// The format.
@@ -72,9 +72,13 @@ impl<'a> Arbitrary<'a> for FormatLine {
 }
 
 impl<'a> Arbitrary<'a> for FormatStep {
-    /// The first byte modulo 4 determines the step. 0: a slice, whose length is in the next byte. 1: a frame. The next
-    /// byte is the number of bytes from which the frame is made, and the first byte divided by 4 is the size of the
-    /// slices. 2: the same, followed by the position and the bits of a fault. 3: silence.
+    /// The first byte modulo 4 determines the step:
+    ///
+    /// * 0: a slice. The next byte is its length.
+    /// * 1: a frame. The next byte is the number of bytes from which the frame is made. The first byte divided by 4 is
+    ///   the size of the slices.
+    /// * 2: a frame like 1, followed by the position and the mask of a fault.
+    /// * 3: silence.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         if first % 4 == 3 {
@@ -94,8 +98,8 @@ impl<'a> Arbitrary<'a> for FormatStep {
 }
 
 /// Checks that the receiver reports the same frames and discarded bytes as the reference, both with pushed bytes and
-/// with fed slices. At each position of the stream, the format must find a frame exactly if the independent definition
-/// in `protocol.rs` does.
+/// with fed slices. At each position of the stream, the format must find a frame if and only if the independent
+/// definition in `protocol.rs` does.
 ///
 /// Returns the receiver's counters.
 ///
@@ -139,7 +143,7 @@ fn check<F: Format + Copy + 'static, const N: usize>(
     as_the_reference::<_, N>(|| Frames(format), &Stream(stream), || 0)
 }
 
-/// Returns the bytes between silences.
+/// Returns each run of bytes without a silence in it.
 fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = Vec<u8>> {
     let stretches = steps.split(|step| *step == FormatStep::Silence);
     stretches.map(move |steps| {
@@ -148,7 +152,8 @@ fn stretches(steps: &[FormatStep], protocol: Protocol) -> impl Iterator<Item = V
     })
 }
 
-/// Checks that the small [`Receiver`](framelock::Receiver) finds the same frames at the same positions.
+/// Checks that the small [`Receiver`](framelock::Receiver) finds the same frames as the reference, at the same
+/// positions.
 fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     for bytes in stretches(steps, Protocol::SixAxes) {
         let mut expected = Vec::new();
@@ -171,7 +176,7 @@ fn six_axes_by_the_small_receiver(steps: &[FormatStep]) {
     }
 }
 
-/// The six-axes format for a receiver of any layout.
+/// The six-axes format, defined by its layout, for a [`BufferedReceiver`](framelock::BufferedReceiver).
 #[derive(Clone, Copy)]
 struct SixAxesByLayout;
 

@@ -14,7 +14,7 @@ use crate::stream::{Stream, StreamStep, bytes_of};
 pub struct AnyFormat {
     /// The seed of the format's classifications.
     pub seed: u32,
-    /// The number of beginnings, out of 16, that are classified as incomplete.
+    /// On average, `patience % 16 + 1` of 16 prefixes of a frame are classified as incomplete.
     pub patience: u8,
     /// The stream.
     pub stream: Stream,
@@ -30,8 +30,8 @@ impl<'a> Arbitrary<'a> for AnyFormat {
     }
 }
 
-/// Checks for lawful formats that the receiver reports the same as the naive reference, both with pushed bytes and with
-/// fed slices. Checks for unlawful formats that every byte is still counted once.
+/// For lawful formats, checks that the receiver reports the same as the naive reference, both with pushed bytes and
+/// with fed slices. For unlawful formats, checks that every byte is still counted once.
 ///
 /// Returns the counters of the lawful formats, one for each longest frame: 1, 2, 5 and 9 bytes.
 ///
@@ -84,10 +84,9 @@ fn reference<F: Format>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<u
     (findings.0, pending)
 }
 
-/// Checks that a receiver of the format finds and counts the same as the reference. One receiver is fed the slices of
-/// the stream, and another gets every byte by `push`. `questions` returns the number of classifications since its last
-/// call, without calls of `starts`.
-/// Returns the counters.
+/// Checks that receivers of the format find and count the same as the reference. One receiver gets the slices of the
+/// stream by `feed`, and another gets every byte by `push`. `questions` returns how many classifications the receivers
+/// have asked for since its last call, not counting calls of `starts`. Returns the counters.
 pub(crate) fn as_the_reference<F, const N: usize>(
     format: impl Fn() -> F,
     Stream(steps): &Stream,
@@ -143,7 +142,7 @@ where
             match slice {
                 &[byte] => {
                     let _ = line.push(byte);
-                    // Poll for remaining frames between slices, but only in some cases.
+                    // Poll for remaining frames between slices, but only after odd bytes.
                     while byte % 2 == 1 && line.poll().is_some() {}
                 }
                 [first, ..] if first % 2 == 1 => {
@@ -228,7 +227,7 @@ fn ends(findings: &[Found<usize>]) -> Vec<usize> {
     findings.iter().filter_map(end).collect()
 }
 
-/// Checks for any format that the findings and the pending bytes together are the stream, in order, and that each byte
+/// For any format, checks that the findings followed by the pending bytes are the stream, and that each pushed byte
 /// causes at most one classification.
 fn accounted_for<const LONGEST: usize, const N: usize>(
     format: impl Fn() -> Drawn<LONGEST>,
@@ -286,7 +285,7 @@ struct Drawn<const LONGEST: usize> {
 
 impl<const LONGEST: usize> Drawn<LONGEST> {
     fn draw(self, bytes: &[u8]) -> Classification {
-        // An FNV-1a hash. Its upper half is the most random.
+        // An FNV-1a hash, multiplied once more. The upper half of the product is used because it is the most random.
         let start = 0xCBF2_9CE4_8422_2325 ^ u64::from(self.seed);
         let hash = bytes.iter().fold(start, |hash, &byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3)

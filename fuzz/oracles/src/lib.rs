@@ -43,8 +43,8 @@ use arbitrary::{Arbitrary, Unstructured};
 /// input.
 pub type Target = fn(&[u8]) -> bool;
 
-/// All targets by name, except `terminal` and `description`. They depend on the command line and on
-/// descriptions, which are compiled only for their own tests.
+/// All targets by name, except `terminal` and `description`. These two depend on the command line and on descriptions,
+/// which are compiled only for their own tests.
 pub const TARGETS: [(&str, Target); 6] = [
     ("parser", |bytes| structured(bytes, parser)),
     ("faults", |bytes| structured(bytes, faults)),

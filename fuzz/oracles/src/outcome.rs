@@ -45,7 +45,7 @@ impl Outcome {
 pub struct Occurred(BTreeMap<&'static str, u64>);
 
 impl Occurred {
-    /// No outcome has occurred yet.
+    /// The state before any outcome has occurred.
     pub const NOTHING: Self = Self(BTreeMap::new());
 
     /// Counts an outcome.
@@ -53,7 +53,7 @@ impl Occurred {
         *self.0.entry(outcome).or_default() += times.into();
     }
 
-    /// Counts the outcomes that a line has counted.
+    /// Adds the counts of a line to those of the outcomes.
     pub fn count_all(&mut self, counters: &Counters) {
         let (discarded, events) = (&counters.discarded, &counters.events);
         for (outcome, times) in [
@@ -83,7 +83,7 @@ impl Occurred {
         present.map(|(outcome, _)| *outcome).collect()
     }
 
-    /// Returns the outcomes that were counted, but never occurred, in alphabetical order.
+    /// Returns the outcomes that were counted, but always zero times, in alphabetical order.
     pub fn missing(&self) -> Vec<&'static str> {
         let missing = self.0.iter().filter(|(_, times)| **times == 0);
         missing.map(|(outcome, _)| *outcome).collect()

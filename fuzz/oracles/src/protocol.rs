@@ -23,7 +23,7 @@ pub enum Protocol {
     SixAxes,
 }
 
-/// The known `MAVLink` messages: HEARTBEAT, ATTITUDE, and two with the longest payload.
+/// The known `MAVLink` messages: HEARTBEAT, ATTITUDE, and two whose payloads may have 255 bytes, the most possible.
 pub(crate) const DIALECT: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
     KnownMessage::with_extra(0x03, 7, 255),
@@ -81,7 +81,7 @@ impl Protocol {
         assert_eq!(sealed, frame);
     }
 
-    /// If the bytes begin with a frame, returns the frame's length.
+    /// Returns the length of the frame at the beginning of the bytes, or `None` if they do not begin with a frame.
     pub(crate) fn begins(self, bytes: &[u8]) -> Option<usize> {
         let &first = bytes.first()?;
         let &second = bytes.get(1)?;

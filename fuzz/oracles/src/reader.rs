@@ -22,8 +22,7 @@ struct Driver<'a> {
     bytes: &'a [u8],
 }
 
-/// Returns the driver's error for a line event. An idle gap loses no bytes; all other events count
-/// as overruns.
+/// Returns the driver's error for a line event. An idle gap loses no bytes. All other events count as overruns.
 fn error(event: LineEvent) -> ErrorKind {
     if event == LineEvent::Idle {
         ErrorKind::TimedOut
@@ -57,8 +56,9 @@ impl embedded_io_async::Read for Driver<'_> {
 }
 
 /// Checks that the reader returns the reference's setpoints and the driver's errors. It must return each of them before
-/// it reads another byte. An error must lose no byte, except that the test reports an overrun to the reader as a line event. The same
-/// must hold for any buffer size, and for the blocking and the async reader.
+/// it reads another byte. An error must lose no byte. Only after an error that stands for an overrun does the test
+/// report a line event to the reader, which discards the pending bytes. All this must hold for buffers of different
+/// sizes, and for the blocking and the async reader.
 ///
 /// # Panics
 /// Panics if the stream shows a bug.
@@ -127,7 +127,7 @@ fn expected<F: NaiveFormat>(steps: &[StreamStep]) -> (Vec<Answer>, Counters) {
     (answers, counted.counters)
 }
 
-/// Returns the future's result. The driver never waits, so the future is ready at once.
+/// Returns the future's result. The driver never waits, so the future is ready immediately.
 fn now<T>(future: impl Future<Output = T>) -> T {
     match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(value) => value,

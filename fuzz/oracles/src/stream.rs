@@ -13,7 +13,7 @@ pub struct Stream(pub Vec<StreamStep>);
 /// One event.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum StreamStep {
-    /// These bytes arrive at once.
+    /// These bytes arrive together, as one slice.
     Slice(Vec<u8>),
     /// The UART or a timer reports this line event.
     Event(LineEvent),
@@ -28,7 +28,7 @@ impl StreamStep {
     }
 }
 
-/// Returns all bytes of the slices among these steps.
+/// Returns the bytes of all slices in `steps`, concatenated. Line events have no bytes.
 pub(crate) fn bytes_of(steps: &[StreamStep]) -> Vec<u8> {
     steps.iter().flat_map(StreamStep::bytes).copied().collect()
 }
@@ -40,10 +40,13 @@ impl<'a> Arbitrary<'a> for Stream {
 }
 
 impl<'a> Arbitrary<'a> for StreamStep {
-    /// The first byte modulo 8 determines the event. 0 to 3: a slice, whose length is in the next byte. 4: a slice of
-    /// equal BIN frames. Their number is the first byte divided by 8, and their payload is in the next four bytes. 5: a
-    /// slice of equal bytes, whose number and value are in the next two bytes. 6 and 7: a line event. Its kind is the
-    /// first byte divided by 8.
+    /// The first byte modulo 8 determines the event:
+    ///
+    /// * 0 to 3: a slice. The next byte is its length.
+    /// * 4: a slice of equal BIN frames. The first byte divided by 8 is the number of frames, and the next four bytes
+    ///   are the payload of each.
+    /// * 5: a slice of equal bytes. The next two bytes are the number of bytes and their value.
+    /// * 6 and 7: a line event. The first byte divided by 8 determines its kind.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let first = u8::arbitrary(u)?;
         let eighth = usize::from(first / 8);

@@ -1,5 +1,5 @@
-//! Runs every target on the committed corpora and on random bytes, on stable Rust. A bug that was
-//! found once stays fixed.
+//! Runs every target on the committed corpora and on random bytes, on stable Rust. So a bug that was found once stays
+//! fixed.
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -40,7 +40,7 @@ proptest! {
     }
 }
 
-/// Checks that no target is forgotten: every fuzzed target is also replayed.
+/// Checks that every fuzzed target is also replayed, and that every corpus belongs to a target.
 #[test]
 fn every_target_is_in_the_manifest_and_every_corpus_has_a_target() {
     // The tests of the command line replay `terminal`, and the tests of descriptions replay `description`.
