@@ -34,7 +34,7 @@ pub(crate) fn main() {
         match reader.next_message() {
             Ok(Some(setpoint)) => println!("{setpoint}"),
             Ok(None) => break,
-            // After a lost byte the pending bytes are worthless. The next call continues.
+            // After a lost byte the pending bytes are worthless, so discard them. The next call continues.
             Err(error) => {
                 println!("error: {error}");
                 reader.line_mut().line_event(LineEvent::Overrun, |_| ());

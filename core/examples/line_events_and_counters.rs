@@ -8,7 +8,7 @@ use framelock::{Line, LineEvent, Receiver};
 /// The silence that counts as an idle gap, in microseconds.
 const IDLE: u32 = 5_000;
 
-/// Returns the time and the cause of each UART interrupt. In the stream, `?` is a byte without a stop bit, and `_` a
+/// Returns the time and the cause of each UART interrupt. In the stream, `?` is a byte without a stop bit, and `_` is a
 /// pause.
 fn interrupts() -> impl Iterator<Item = (u32, Result<u8, LineEvent>)> {
     let mut now: u32 = 0;
@@ -27,7 +27,7 @@ pub(crate) fn main() {
     let mut line = Line::new(Receiver::<Bin>::new());
     let mut heard = 0;
     for (now, found) in interrupts() {
-        // This is the interrupt handler. No frame contains bytes from before and after a line event.
+        // This is the interrupt handler. No frame contains bytes from both before and after a line event.
         if now.wrapping_sub(heard) >= IDLE {
             line.line_event(LineEvent::Idle, |_| ());
         }

@@ -6,7 +6,7 @@ use framelock::{
     BufferedReceiver, Classification, DiscardReason, Encode, FixedFormat, Format, Receiver, Shape,
 };
 
-/// The bytes `FE`, a 16-bit throttle, `0A`.
+/// The byte `FE`, a 16-bit throttle, and the byte `0A`.
 struct Throttle;
 
 impl FixedFormat for Throttle {
@@ -22,7 +22,8 @@ impl FixedFormat for Throttle {
 // With this line, `cargo check` reports an error if the receiver does not accept the format.
 const _: Receiver<Throttle> = Receiver::new();
 
-// Needed only if you also make frames. `framelock_formats::check_encoding` tests that it fits the decoder.
+// Needed only if the program also sends frames. `framelock_formats::check_encoding` tests that `encode` and `decode`
+// agree.
 impl Encode for Throttle {
     fn encode(throttle: u16) -> [u8; 4] {
         let [high, low] = throttle.to_be_bytes();

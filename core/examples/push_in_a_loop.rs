@@ -12,7 +12,7 @@ pub(crate) fn main() {
     let mut receiver = Receiver::<Bin>::new();
     // In firmware, loop while the serial port has a byte.
     for &byte in RECEIVED {
-        // All three demands arrive at once, with the frame's last byte.
+        // All three demands arrive together, with the frame's last byte.
         if let Some(setpoint) = receiver.push(byte) {
             println!("{setpoint}");
         }

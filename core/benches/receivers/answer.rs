@@ -23,8 +23,8 @@ impl Answer {
         self.checksum = self.checksum.wrapping_add(product);
     }
 
-    /// Adds the outcome of the next bytes. `behind` is the number of bytes before them, and this
-    /// function increases it by their number.
+    /// Adds the outcome of the next bytes. `behind` is the number of bytes before the new ones. This function adds the
+    /// number of new bytes to it.
     #[inline]
     pub(crate) fn found(&mut self, behind: &mut usize, found: Found<Setpoint>) {
         *behind += found.bytes();

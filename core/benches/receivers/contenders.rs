@@ -37,7 +37,7 @@ pub(crate) fn push<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Runs a machine of the core on the whole slice at once.
+/// Runs a machine of the core on the whole slice in one call.
 pub(crate) fn feed<M: Machine>(bytes: &[u8]) -> Answer {
     let mut answer = Answer::default();
     let mut behind = 0;
@@ -45,7 +45,7 @@ pub(crate) fn feed<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Runs a machine byte by byte, with a line that counts the outcome of each byte.
+/// Runs a machine in a line, which counts the outcome of each byte, byte by byte.
 pub(crate) fn line_push<M: Machine>(bytes: &[u8]) -> Answer {
     let mut line = Line::new(M::default());
     let mut answer = Answer::default();
@@ -58,7 +58,7 @@ pub(crate) fn line_push<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Runs a machine with a counting line, on the whole slice at once.
+/// Runs a machine in a line, which counts the outcome of each byte, on the whole slice in one call.
 pub(crate) fn line_feed<M: Machine>(bytes: &[u8]) -> Answer {
     let mut line = Line::new(M::default());
     let mut answer = Answer::default();
@@ -106,7 +106,7 @@ pub(crate) fn memmem(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Runs a parser combinator for streams: it takes a frame, or skips one byte.
+/// Runs a parser combinator for streams, which takes a frame or skips one byte.
 pub(crate) fn winnow(bytes: &[u8]) -> Answer {
     type Stream<'a> = Partial<&'a [u8]>;
     type Error = ErrMode<EmptyError>;

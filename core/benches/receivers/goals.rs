@@ -1,8 +1,8 @@
-//! The goals: the speed of the slice path, as a multiple of another contender's speed.
+//! The goals for the speed of `feed`, as a multiple of another contender's speed.
 //!
-//! The goals are not measured by criterion, so that other load on the machine cannot favour one
-//! side. The two contenders of a ratio run alternately on pieces of the stream. The pieces are so
-//! short that a run is seldom interrupted. The median of many rounds is printed.
+//! This module measures the goals without criterion, so that other load on the machine cannot favour one side. The two
+//! contenders of a ratio run alternately on pieces of the stream. The pieces are so short that a run is seldom
+//! interrupted. The median of many rounds is printed.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -3,8 +3,8 @@
 use framelock::Encode;
 use framelock::motion::{Bin, BinCrc8, Setpoint};
 
-/// Returns the approximate number of bytes in each stream: many for timing, in which case cargo
-/// passes `--bench`, and few if only the answers are checked.
+/// Returns the approximate number of bytes in each stream. The streams are long for timing, when cargo passes
+/// `--bench`, and short if only the answers are checked.
 fn size() -> usize {
     let is_timed = std::env::args().any(|argument| argument == "--bench");
     1 << if is_timed { 20 } else { 16 }
@@ -35,7 +35,7 @@ pub(crate) fn frames_with_losses() -> Input {
     }
 }
 
-/// Returns random bytes: the line carries only noise.
+/// Returns random bytes, as on a line that carries only noise.
 pub(crate) fn noise() -> Input {
     let mut random = Random(0x0153);
     let eight_bytes = |_| random.next().to_le_bytes();
@@ -53,8 +53,8 @@ pub(crate) fn clean_frames_with_checksum() -> Input {
     }
 }
 
-/// Returns streams that are slow to receive: some have many positions at which a frame may begin,
-/// and in others a processor can hardly predict where the next frame begins.
+/// Returns streams that are slow to receive. Some have many positions at which a frame may begin, and in others a
+/// processor can hardly predict where the next frame begins.
 pub(crate) fn worst_cases() -> Vec<Input> {
     let eight_frames_and_one_byte = [b"AB0123\r".repeat(8).as_slice(), b"x"].concat();
     vec![

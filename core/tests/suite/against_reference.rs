@@ -32,9 +32,9 @@ fn every_stream_of_ten_bytes() {
     }
 }
 
-/// Checks every stream of up to seven bytes over the same alphabet on the fast path for slices. The
-/// stream lies in a slice that is long enough for this path: after a frame or noise, before frames
-/// or noise, and across the edge of a block.
+/// Checks every stream of up to seven bytes over the same alphabet on the fast path for slices. The stream lies in a
+/// slice that is long enough for this path. Frames or noise come before it and after it, so that it also lies across
+/// the edge of a block.
 #[test]
 fn every_stream_of_seven_bytes_within_a_long_slice() {
     const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];
@@ -47,7 +47,7 @@ fn every_stream_of_seven_bytes_within_a_long_slice() {
     }
 }
 
-/// Generates frames, bytes that look like frames, and noise: streams that often break parsers.
+/// Generates streams that often break parsers, of frames, bytes that look like frames, and noise.
 fn stream(longest: usize) -> impl Strategy<Value = Vec<u8>> {
     let likely = prop::sample::select(vec![b'A', b'B', b'\r', 0x80]);
     let part = prop_oneof![
@@ -103,7 +103,7 @@ fn ends<F: reference::NaiveFormat>(bytes: &[u8]) -> Vec<usize> {
     ends
 }
 
-/// The outcomes in the random streams: of the machines with and without a checksum, and of any formats.
+/// The outcomes that occurred in the random streams, for each of the machines and for random formats of each length.
 static OF_MACHINES: [Mutex<Occurred>; 3] = [const { Mutex::new(Occurred::NOTHING) }; 3];
 static OF_FORMATS: [Mutex<Occurred>; 4] = [const { Mutex::new(Occurred::NOTHING) }; 4];
 
@@ -166,7 +166,7 @@ fn any_stream_cut_anywhere_with_line_events() {
     assert_eq!(missing(&OF_MACHINES), expected);
 }
 
-/// Frames of any length in formats whose classifications are random.
+/// Tests frames of any length in formats whose classifications are random.
 #[test]
 fn any_format_cut_anywhere_with_line_events() {
     any_format();

@@ -21,9 +21,8 @@ proptest! {
     }
 }
 
-/// A frame with one to three wrong bits in payload and checksum is never delivered as that
-/// frame. The test tries every choice of positions for several payloads (one payload would be
-/// enough, because the code is linear).
+/// A frame with one to three wrong bits in payload and checksum is never delivered. The test tries every choice of
+/// positions for three payloads. (One payload would be enough, because the code is linear.)
 #[test]
 fn one_to_three_wrong_bits_are_never_committed() {
     let bits = 2 * 8..7 * 8;

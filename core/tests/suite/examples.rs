@@ -1,4 +1,4 @@
-//! Each example prints the lines that are written at its end.
+//! Tests that each example prints the lines that are written at its end.
 
 use std::cell::RefCell;
 

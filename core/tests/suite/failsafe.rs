@@ -79,7 +79,7 @@ fn resumed_it_begins_at_the_output_and_moves_at_its_rate() {
     assert_eq!((parked.axes, parked.phase), (PARK.into(), Phase::Parked));
 }
 
-/// Demands, most of them so close to each other that an axis soon reaches the next one.
+/// Draws demands, half of them so close to each other that an axis soon reaches the next one.
 fn demands() -> impl Strategy<Value = [u8; 3]> {
     prop_oneof![any::<[u8; 3]>(), [100..103_u8, 100..103, 100..103]]
 }
@@ -125,8 +125,8 @@ fn goes_as_the_model_does() {
 }
 
 proptest! {
-    /// The failsafe gives the same outputs as the oracle's model, for frames and polls at any times, short and long, also
-    /// across the wrap of the clock.
+    /// The failsafe gives the same outputs as the oracle's model, for frames and polls after short and long waits, even
+    /// if the clock wraps.
     fn any_schedule(
         parameters in prop_oneof![any_parameters(), long_parameters()],
         start in prop_oneof![any::<u32>(), u32::MAX - 500..=u32::MAX],
@@ -205,7 +205,8 @@ fn the_longest_times_do_not_wrap_into_life() {
     assert_eq!(longest.parked_after(), u64::from(u32::MAX) * 156);
 }
 
-/// Six axes of 16 bits each move at their own rate. Moving down from the top takes as long as `parked_after` says.
+/// Six axes of 16 bits each move at their own rate. Moving down from the top takes as long as `parked_after` says,
+/// minus the time until the ramp.
 #[test]
 fn six_axes_of_sixteen_bits() {
     let rates = [1, 2, 3, 4, 5, 6];

@@ -1,12 +1,12 @@
-//! Compares the lecture's machine, and the receiver in the same states, with their tables:
-//! every state and every byte.
+//! Compares the lecture's machine, and the receiver in the same states, with their tables, for every state and every
+//! byte.
 
 use framelock::Receiver;
 use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, Setpoint};
 
-/// State, byte (`None`: any other), next state, index of the temporary setpoint that is stored
-/// (0 pitch, 1 roll, 2 yaw), and whether the setpoints are implemented.
+/// State, byte (`None`: any other), next state, index of the temporary setpoint that is stored (0 pitch, 1 roll, 2
+/// yaw), and whether the setpoints are committed (the lecture says implemented).
 type Row = (State, Option<u8>, State, Option<usize>, bool);
 
 /// The lecture's table.
@@ -68,7 +68,7 @@ fn states_are_named_and_ordered_as_in_the_lecture() {
     assert_eq!(Lecture::default(), Lecture::new());
 }
 
-/// A reset makes the machine forget the frame under way and its temporary setpoints.
+/// A reset makes the machine forget the incomplete frame and the temporary setpoints.
 #[test]
 fn a_reset_leads_to_the_state_at_reset_from_every_state() {
     for state in State::ALL {
@@ -81,7 +81,8 @@ fn a_reset_leads_to_the_state_at_reset_from_every_state() {
     }
 }
 
-/// The receiver's rows differ from the lecture's in two places: (B, 'A') and (CR, other).
+/// The receiver's steps differ from the lecture's table only in the rows (B, other) and (CR, other). In these states
+/// and for the byte 'A', the receiver continues with state B.
 #[test]
 fn the_receiver_as_the_lecture_would_draw_it() {
     // Bytes that bring the receiver from reset into each state, with no other false start

@@ -79,7 +79,7 @@ fn parked(payload: [u8; 4], missing: usize) -> Vec<u8> {
     frame_of(payload).repeat(300)[missing..].to_vec()
 }
 
-/// Finding 1: after one lost byte the lecture's machine never commits again.
+/// Finding 1: after one, two or three lost bytes the lecture's machine never commits again.
 #[test]
 fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     let payload = [0x00, 0x41, 0x42, 0x00];
@@ -94,7 +94,7 @@ fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
                 .all(|&(_, setpoint)| setpoint == Setpoint::from(*b"AB\0"))
         );
     }
-    // The machine stays deaf for ever: after each frame it is in the same state again.
+    // The machine stays deaf for ever, because after each frame it is in the same state again.
     let mut machine = Lecture::new();
     machine.feed(&parked(payload, 1)[..13], |_| ());
     let after_one = machine;
@@ -102,8 +102,8 @@ fn the_lectures_machine_goes_deaf_and_the_receiver_does_not() {
     assert_eq!(machine, after_one);
 }
 
-/// Finding 1 in numbers: 39 of 256 constant payloads can make the lecture's machine deaf. No
-/// payload makes the receiver deaf.
+/// Finding 1 in numbers: 256 payloads consist of the bytes 0D, 41, 42 and 80. If a sender repeats one of them, 39 can
+/// make the lecture's machine deaf. None makes the receiver deaf.
 #[test]
 fn how_many_constant_payloads_can_make_it_deaf() {
     let alphabet = [0x0D, 0x41, 0x42, 0x80];
@@ -120,9 +120,9 @@ fn how_many_constant_payloads_can_make_it_deaf() {
     assert_eq!((deaf_discarding, deaf_rescanning), (39, 0));
 }
 
-/// Finding 2: payloads `(0D 41 42 x)` and `(x 0D 41 42)` make a repeated frame ambiguous. A
-/// receiver that joins at the wrong byte delivers setpoints that nobody sent, for ever. An idle
-/// gap ends this.
+/// Finding 2: payloads `(0D 41 42 x)` and `(x 0D 41 42)` make a repeated frame ambiguous. A receiver that joins at the
+/// wrong byte delivers setpoints that nobody sent, for ever. After an idle gap, the receiver delivers the setpoints
+/// that were sent.
 #[test]
 fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
     let mut ambiguous = 0;
@@ -149,8 +149,7 @@ fn ambiguous_payloads_and_the_idle_gap_that_ends_them() {
     assert_eq!(ambiguous, 512);
 }
 
-/// Finding 4: a changed byte goes unnoticed at 4 of 7 positions. At 3 of them it changes the
-/// setpoint.
+/// Finding 4: a changed byte goes unnoticed at 4 of 7 positions. At 3 of these 4 positions, it changes the setpoint.
 #[test]
 fn a_substituted_byte_goes_unnoticed_in_four_of_seven_places() {
     let sent = frame_of([0x10, 0x20, 0x30, 0x50]);

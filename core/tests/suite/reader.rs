@@ -90,7 +90,7 @@ fn the_smallest_buffer() -> Result<(), Infallible> {
     Ok(())
 }
 
-/// `'#' length payload`, where the last byte must be a letter.
+/// `'#' length payload`, where bit 6 of the last byte must be 1, as in a letter.
 #[derive(Clone, Copy)]
 struct Short;
 

@@ -72,15 +72,15 @@ fn bin_keeps_the_longest_suffix_that_can_become_a_frame() {
 
 #[test]
 fn bin_crc8_keeps_the_longest_suffix_that_can_become_a_frame() {
-    // This byte makes some checksums right.
+    // This byte is the right checksum of the payload `AAAA`, so some histories end just before a frame's last byte.
     let right = framelock::motion::crc8(*b"AAAA");
     for history in histories(7, &[b'A', b'B', b'\r', right]) {
         step_by_the_rule::<BinCrc8, reference::BinCrc8>(&history);
     }
 }
 
-/// Receivers are equal exactly if the same bytes are pending, so equal receivers treat all
-/// following bytes alike.
+/// Two receivers are equal if and only if the same bytes are pending in both. So equal receivers treat all following
+/// bytes alike.
 #[test]
 fn receivers_are_equal_where_the_same_bytes_are_pending() {
     let histories = histories(4, &[b'A', b'B', b'\r', 0]);
