@@ -285,7 +285,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Moves bytes from the front of the slice into the buffer: as many as the format needs to decide about the first
+    /// Moves as many bytes from the front of the slice into the buffer as the format needs to decide about the first
     /// pending byte. Returns whether the slice had any byte.
     fn store_what_is_missing(&mut self, bytes: &mut &[u8]) -> bool {
         let missing = self.ask_at.saturating_sub(self.to).max(1);

@@ -52,8 +52,8 @@ fn bin_crc8() {
     commits_exactly_the_frames::<BinCrc8, 8>(is_bin_crc8);
 }
 
-/// Returns whether the machine's state matches the history. The bytes that the state counts must come after the last
-/// commit and begin a frame. The temporary setpoints must be from these bytes.
+/// Returns whether the machine's state matches the history. The pending bytes must have come after the last commit, and
+/// must be the beginning of a frame. The temporary setpoints that these bytes have set must contain them.
 fn matches(machine: Lecture, history: History<7>) -> bool {
     let taken = machine.pending();
     let at = |place: usize| history.last[7 - taken + place];

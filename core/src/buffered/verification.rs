@@ -93,7 +93,7 @@ impl<F, const N: usize> BufferedReceiver<F, [u8; N]> {
     }
 }
 
-/// Returns the byte that stands for a place: the lowest byte of its number.
+/// Returns the byte that stands for a place, which is the lowest byte of the place's index.
 fn byte(place: usize) -> u8 {
     place.to_le_bytes()[0]
 }
@@ -108,10 +108,10 @@ fn are_places(bytes: &[u8], from: usize) -> bool {
 /// The place and the number of bytes about which the format was asked, if it was asked.
 type Asked = Cell<Option<(usize, usize)>>;
 
-/// Any format during one step of the receiver, in which it answers at most one question, about one place.
+/// Any format during one step of the receiver. In this step the format answers at most one question, about one place.
 #[derive(Clone, Copy)]
 struct Any<'a, const L: usize> {
-    /// The answers about the place. `None` stands for arbitrary answers, even against the laws.
+    /// The answers about the place. `None` stands for arbitrary answers, which may break the laws.
     row: Option<Row>,
     /// The places that start a frame, as bits.
     starts: u32,
@@ -199,7 +199,7 @@ impl<const L: usize> Format for Any<'_, L> {
     }
 }
 
-/// Returns a receiver in any state that [fits]. The places from `from` on are pending, at most `most` of them.
+/// Returns a receiver in any state that [fits]. At most `most` places are pending, from `from` on.
 fn any_receiver<const L: usize, const N: usize>(
     format: Any<'_, L>,
     most: usize,
@@ -226,8 +226,8 @@ fn any_receiver<const L: usize, const N: usize>(
     receiver
 }
 
-/// The invariant: the places from `start` on are pending, `pending` of them. Until the buffer is filled up to `ask_at`,
-/// the classification at `start` is undecided. Use this function in assertions, not in assumptions.
+/// Returns whether the invariant holds: `pending` places are pending, from `start` on, and until the buffer is filled
+/// up to `ask_at`, the classification at `start` is undecided. Use this function in assertions, not in assumptions.
 fn fits<const L: usize, const N: usize>(
     receiver: &BufferedReceiver<Any<'_, L>, [u8; N]>,
     start: usize,

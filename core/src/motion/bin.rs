@@ -70,7 +70,8 @@ impl Encode for BinCrc8 {
 #[inline]
 #[must_use]
 pub fn crc8(payload: [u8; 4]) -> u8 {
-    // The CRC is linear, so a 32-bit register can hold all four bytes at once. Its top byte is the register of the CRC.
+    // The CRC is linear, so a 32-bit register can hold all four bytes from the start. Its top byte is the CRC's
+    // register.
     let mut register = u32::from_be_bytes(payload) ^ 0xFF00_0000;
     for _ in 0..32 {
         let divisor = if register >> 31 == 1 { 0x2F00_0000 } else { 0 };
