@@ -459,7 +459,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
             self.reset();
             return Decision::Waiting;
         }
-        // If `seen` is not 0, the format has asked for one byte more. So by law 3, `seen` bytes are incomplete.
+        // If `seen` is not 0, the format has asked for `seen + 1` bytes. So by law 3, `seen` bytes are incomplete.
         let seen = self.ask_at.saturating_sub(self.from.wrapping_add(1));
         self.ask_at = 0;
         match classify(&self.format, pending, seen) {

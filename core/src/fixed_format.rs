@@ -253,8 +253,8 @@ impl<F: FrameBytes> Shape<F> {
         }
     }
 
-    /// Returns the first position at which `frame` differs from its fixed byte, counted from 0, or `None` if all
-    /// fixed bytes agree. This is for tests: it examines the frame byte by byte.
+    /// Returns the first position at which `frame` differs from its fixed byte, counted from 0, or `None` if all fixed
+    /// bytes agree. Use this function only in tests, because it examines the frame byte by byte.
     #[must_use]
     pub fn wrong_place(&self, frame: F) -> Option<usize> {
         let bytes = frame.as_ref().iter();

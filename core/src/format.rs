@@ -178,7 +178,7 @@ pub trait EncodeInto: Format {
     /// Writes the frame of `message` to the front of `into`, and returns the frame.
     ///
     /// # Errors
-    /// Returns the reason why the message has no frame. After an error the content of `into` is unspecified.
+    /// Returns the reason why the message was not encoded. After an error the content of `into` is unspecified.
     fn encode_into<'b>(
         &self,
         message: Self::Message<'_>,

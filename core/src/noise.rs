@@ -6,8 +6,7 @@ mod verification;
 /// Number of bytes that are examined together.
 pub(crate) const BLOCK: usize = 16;
 
-/// Counts leading bytes that start no frame, in whole blocks. Stops before the first block that
-/// contains a byte that can start a frame.
+/// Counts the bytes of the leading blocks in which no byte can start a frame.
 #[inline]
 pub(crate) fn blocks_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) -> usize {
     let any_starts = |any, &byte: &u8| any | starts(byte);
@@ -16,7 +15,7 @@ pub(crate) fn blocks_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) ->
     blocks.count().wrapping_mul(BLOCK)
 }
 
-/// Counts leading bytes that start no frame.
+/// Counts the leading bytes that cannot start a frame.
 #[inline]
 pub(crate) fn run_without_start(bytes: &[u8], starts: impl Fn(u8) -> bool) -> usize {
     // Usually the next frame follows immediately. Then the search examines only one byte.

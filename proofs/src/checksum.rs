@@ -12,8 +12,8 @@ use framelock::{Encode, Receiver};
 use crate::reference;
 use crate::states::{is_bin_crc8, receive};
 
-/// The step for one byte is linear: if some bits of the register differ, the same bits of the result differ, whatever
-/// the register was. The checksum consists of four such steps.
+/// The step for one byte is linear: the same difference in the register always leads to the same difference in the
+/// result. The checksum consists of four such steps.
 #[kani::proof]
 #[kani::unwind(34)]
 fn steps_are_linear() {

@@ -141,9 +141,9 @@ pub fn whole_buffer<F: NaiveFormat>(bytes: &[u8], mut report: impl FnMut(Found<[
 }
 
 /// The reference for frames of any length: asks the format about all following bytes, at one position after another.
-/// Reports every frame and every discarded byte, in order. A frame's message is the position at which the frame
-/// begins. Returns the number of bytes at the end that may still become a frame. If a line event ends the stream
-/// (`is_over`), this number is 0: the reference discards a byte instead of waiting.
+/// Reports every frame and every discarded byte, in order. A frame's message is the position at which the frame begins.
+/// Returns the number of bytes at the end that may still become a frame. If a line event ends the stream (`is_over`),
+/// this number is 0, because the reference discards a byte instead of waiting.
 pub fn framed<F: framelock::Format>(
     format: &F,
     bytes: &[u8],

@@ -58,9 +58,11 @@ impl<'a> Arbitrary<'a> for Schedule {
 }
 
 impl<'a> Arbitrary<'a> for ScheduleStep {
-    /// The first byte modulo 4 determines the event. 0 and 1: a wait, with its ticks in the next
-    /// two bytes. 2: a wait, with its ticks in the next four bytes. 3: a frame, with its setpoint
-    /// in the next three bytes. Numbers are little-endian.
+    /// The first byte modulo 4 determines the event. Numbers are little-endian.
+    ///
+    /// * 0 and 1: a wait. The next two bytes are its ticks.
+    /// * 2: a wait. The next four bytes are its ticks.
+    /// * 3: a frame. The next three bytes are its demands.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         Ok(match u8::arbitrary(u)? % 4 {
             0 | 1 => Self::Wait(u16::arbitrary(u)?.into()),

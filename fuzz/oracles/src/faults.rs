@@ -21,7 +21,7 @@ pub struct FaultyLine {
     steps: Vec<Step>,
 }
 
-/// One step. `at` is a position among the bytes that are already on the line, modulo their number.
+/// One step. `at` is a position among the bytes that are already on the line, modulo the number of these bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Step {
     /// Sends a frame several times without pause.
@@ -63,7 +63,7 @@ impl<'a> Arbitrary<'a> for FaultyLine {
 }
 
 impl<'a> Arbitrary<'a> for Step {
-    /// The first byte modulo 8 determines the step. The step's fields follow; positions are two bytes, little-endian.
+    /// The first byte modulo 8 determines the step. The step's fields follow. Positions have two bytes, little-endian.
     /// The first byte divided by 8, plus 1, is the number of times that a frame is sent, or the number of bytes that a
     /// burst inverts.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
@@ -97,8 +97,8 @@ impl<'a> Arbitrary<'a> for Step {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Received {
     byte: u8,
-    /// The number of the frame, the byte's index in it and the byte's value when it was sent;
-    /// `None` if nobody sent the byte.
+    /// The number of the frame, the byte's index in the frame, and the byte's value when it was sent. `None` if nobody
+    /// sent the byte.
     sent: Option<(usize, usize, u8)>,
     /// True if a line event comes before this byte.
     behind_event: bool,

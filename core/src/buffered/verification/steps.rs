@@ -183,8 +183,8 @@ fn slice_begins_where_the_pending_did<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawless(&asked), L);
     let (from, to, ask_at) = (receiver.from, receiver.to, receiver.ask_at);
-    // The receiver has taken the first `taken` bytes of the slice. They are pending, or were pending. The rest of the
-    // slice follows them.
+    // The receiver has taken the first `taken` bytes of the slice. These bytes are still pending, or have been decided.
+    // The rest of the slice follows them.
     let taken = any_up_to(L);
     let length = any_up_to(N);
     kani::assume(taken <= length);

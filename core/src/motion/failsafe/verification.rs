@@ -6,7 +6,7 @@
 //! An axis divides its time by its rate. Solvers cannot handle this division as a whole, so the proof has four parts:
 //!
 //! * Long division is exact, by induction over the bits of the quotient, the highest first ([`division_is_exact`]). The
-//!   division starts with no units counted and no bits known. While the bits from `bit` on are known, the invariant has
+//!   division starts with no units counted and no bits known. When the bits from `bit` on are known, the invariant has
 //!   two parts. First, the ticks for the counted units and the ticks left add up to the time. Second, the ticks left do
 //!   not suffice for `1 << bit` units, or all known bits are 1. If all bits are 1, the quotient is the largest distance
 //!   that an axis can move. So at the end the division has counted every unit for which the time suffices, and has lost
