@@ -1,5 +1,4 @@
-//! Receives setpoints from a source that implements `Read` of `embedded-io`. Most serial
-//! drivers do.
+//! Receives setpoints from a source that implements `Read` of `embedded-io`. Most serial drivers implement it.
 //!
 //! `cargo run -p framelock-examples --bin embedded_io`
 

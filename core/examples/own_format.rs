@@ -22,8 +22,8 @@ impl FixedFormat for Throttle {
 // With this line, `cargo check` reports an error if the receiver does not accept the format.
 const _: Receiver<Throttle> = Receiver::new();
 
-// Needed only if the program also sends frames. `framelock_formats::check_encoding` tests that `encode` and `decode`
-// agree.
+// This `impl` is needed only if the program also sends frames. `framelock_formats::check_encoding` tests that `encode`
+// and `decode` agree.
 impl Encode for Throttle {
     fn encode(throttle: u16) -> [u8; 4] {
         let [high, low] = throttle.to_be_bytes();

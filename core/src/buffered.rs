@@ -1,4 +1,4 @@
-//! The receiver of frames of any length. It keeps bytes in a buffer while they may still become a frame.
+//! The receiver of frames of any length. It keeps bytes in a buffer as long as they may still become a frame.
 //!
 //! ```text
 //!            from                  to     ask_at
@@ -8,11 +8,13 @@
 //! ```
 //!
 //! The receiver stores each byte at `to`. While `to` is less than `ask_at`, it does nothing else, because the format
-//! has said that it needs more bytes. Then it asks the format about the pending bytes. One of three things happens:
+//! has said that it needs more bytes. When `to` reaches `ask_at`, it asks the format about the pending bytes. Then one
+//! of three things happens:
 //!
 //! * The pending bytes begin with a frame. The receiver delivers the frame, and moves `from` past the frame.
 //! * No frame begins here. The receiver drops one byte, and moves `from` by one.
-//! * The format needs more bytes to decide. The receiver sets `ask_at` to the index at which it has these bytes.
+//! * The format needs more bytes to decide. The receiver sets `ask_at` to the value that `to` will have when these
+//!   bytes have come.
 //!
 //! When the buffer is full, the pending bytes move to its front.
 
@@ -34,11 +36,11 @@ mod verification;
 /// [`with_buffer`](Self::with_buffer)).
 ///
 /// **Make the buffer twice as long as [`Format::LONGEST`].** It must have at least `LONGEST` bytes. When the buffer is
-/// full, the pending bytes move to its front. With a buffer of only `LONGEST` bytes, a stream of false starts makes
-/// them move at each byte. In a buffer of twice that length, less than one byte is copied per received byte, on
-/// average.
+/// full, the pending bytes move to its front. If the buffer has only `LONGEST` bytes and the stream consists of false
+/// starts, the pending bytes move whenever a byte comes. If the buffer has twice `LONGEST` bytes, the receiver copies
+/// on average less than one byte per received byte.
 ///
-/// A completed frame is delivered as a [`Frame`], which is decoded on request.
+/// Each frame is delivered as a [`Frame`]. It is decoded only when the program asks for its message.
 ///
 /// # The rule
 ///
@@ -52,17 +54,18 @@ mod verification;
 /// * **Latency.** After a false start a frame of `n` bytes may be delivered late: up to `LONGEST - n` bytes after the
 ///   frame's last byte, or with the next line event (13e). In a stream without errors each frame is delivered with its
 ///   last byte. Choose the failsafe's times long enough for this delay.
-/// * **Cost.** In any stream, [`push`](Self::push) calls the format at most once, with at most `LONGEST` bytes (13c).
-///   Most calls only store the byte. The documentation of `framelock-formats` has a table with the cost per byte, in
-///   clean streams and in the worst streams.
+/// * **Cost.** Each call of [`push`](Self::push) asks the format at most once, about at most `LONGEST` bytes, whatever
+///   the stream (13c). Most calls of `push` only store the byte. The documentation of `framelock-formats` has a table
+///   with the cost per byte, in clean streams and in the worst streams.
 /// * **Limits of every receiver.** A false frame that passes the format's check is delivered, and a true frame that
-///   shares bytes with it is lost. If the head of a frame is lost, a frame inside the payload is delivered.
+///   shares bytes with it is lost. If the first bytes of a frame are lost, bytes of its payload that look like a frame
+///   are delivered as a frame.
 ///
 /// # Examples
 /// ```
 /// use framelock::{BufferedReceiver, DiscardReason, Format, LineEvent, Classification};
 ///
-/// /// `#`, the length of the text, 22 at most, and the text.
+/// /// A frame: `#`, the length of the text (at most 22), and the text.
 /// #[derive(Clone, Copy)]
 /// struct Text;
 ///
@@ -100,7 +103,7 @@ mod verification;
 /// });
 /// assert_eq!(received, [b"one", b"two"]);
 /// ```
-/// A buffer that does not hold the longest frame does not compile:
+/// A buffer that is too short for the longest frame does not compile:
 /// ```compile_fail,E0080
 /// # use framelock::{BufferedReceiver, Format, Classification};
 /// # #[derive(Clone, Copy)]
@@ -126,7 +129,7 @@ pub struct BufferedReceiver<F, B> {
 
 /// The decision about the first pending byte.
 enum Decision {
-    /// A frame of this length. It ends just before `from`.
+    /// A frame of this length. Its last byte is just before `from`.
     Frame(usize),
     /// No frame begins with the byte, so the byte is discarded.
     Discarded,
@@ -135,7 +138,7 @@ enum Decision {
 }
 
 impl<F: Format, const N: usize> BufferedReceiver<F, [u8; N]> {
-    /// Creates a receiver with an array of its own. The receiver has received nothing yet.
+    /// Creates a receiver that has an array as its buffer and has received nothing yet.
     ///
     /// An array shorter than [`Format::LONGEST`] does not compile.
     #[must_use]
@@ -166,8 +169,8 @@ impl<F, B> BufferedReceiver<F, B> {
 impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Creates a receiver that keeps pending bytes in `buffer`: a borrowed slice, or a `Vec`.
     ///
-    /// Returns `None` if the buffer is shorter than the format's [`longest`](Format::longest) frame. Preferably make
-    /// it twice as long.
+    /// Returns `None` if the buffer is shorter than the format's [`longest`](Format::longest) frame. If you can, make
+    /// the buffer twice as long as this frame.
     #[must_use]
     pub fn with_buffer(format: F, buffer: B) -> Option<Self> {
         let longest = format.longest();
@@ -177,9 +180,9 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes the next byte of the stream. Returns the next frame, if one is complete.
     ///
     /// **A call asks the format at most once. So it may leave bytes undecided, even a whole frame.** After a false
-    /// start, each of the following calls delivers one frame, or drops one or more of the undecided bytes. If no byte
-    /// follows soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line as a
-    /// [`line_event`](Self::line_event).
+    /// start, later calls decide about these bytes in turn. Each of these calls delivers one frame, or drops one or
+    /// more bytes. If no byte follows soon, call [`poll`](Self::poll) until it returns `None`, or report the idle line
+    /// as a [`line_event`](Self::line_event).
     #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Frame<'_, F>> {
         self.push_with(byte, |_| ())
@@ -198,7 +201,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         self.push_and_decide(byte, account)
     }
 
-    /// Does the part of [`push_with`](Self::push_with) that is needed only if the byte may decide something.
+    /// Takes a byte after which a decision may be possible.
     // This is a separate function, so that registers need not be saved for a byte that is only stored.
     #[inline(never)]
     fn push_and_decide(
@@ -232,8 +235,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// bytes that [`push`](Self::push) has left undecided come first.
     ///
     /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
-    /// delivered the same frames as [`feed`](Self::feed), in the same order (theorem 13a). The function copies every
-    /// byte, even if a frame lies whole in the slice. For long slices `feed` is faster.
+    /// delivered the frames that [`feed`](Self::feed) would deliver, in the same order (theorem 13a). The function
+    /// copies every byte, even if a frame lies whole in the slice. For long slices `feed` is faster.
     ///
     /// # Examples
     /// `Text` is the format of the [first example](BufferedReceiver).
@@ -285,8 +288,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Moves as many bytes from the front of the slice into the buffer as the format needs to decide about the first
-    /// pending byte. Returns whether the slice had any byte.
+    /// Moves bytes from the front of the slice into the buffer: as many as the format still needs for a decision, but
+    /// at least one. Returns false if the slice was empty.
     fn store_what_is_missing(&mut self, bytes: &mut &[u8]) -> bool {
         let missing = self.ask_at.saturating_sub(self.to).max(1);
         let (now, later) = bytes.split_at_checked(missing).unwrap_or((*bytes, &[]));
@@ -295,8 +298,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         !now.is_empty()
     }
 
-    /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. Frames that lie
-    /// whole in the slice are not copied.
+    /// Takes a slice. Reports the outcome of all bytes that can be decided, in the order of the stream. If no bytes are
+    /// pending before the call, frames that lie whole in the slice are not copied.
     ///
     /// The results do not depend on how a stream is cut into slices (theorem 13a). If the call drops `d` bytes and
     /// delivers `f` frames, it calls the format at most `2 (d + f) + 1` times. Feed an empty slice to decide about the
@@ -322,8 +325,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Returns the slice from the first pending byte on, and forgets the pending bytes, if all of them came from the
-    /// slice. Otherwise returns `rest`. The caller has taken the whole slice except `rest`.
+    /// If all pending bytes came from the slice, forgets them, and returns the slice from the first of them on.
+    /// Otherwise returns `rest`, which is the part of the slice that the caller has not taken yet.
     #[inline]
     fn give_back<'b>(&mut self, bytes: &'b [u8], rest: &'b [u8]) -> &'b [u8] {
         let taken = bytes.len().wrapping_sub(rest.len());
@@ -334,7 +337,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         bytes.get(back..).unwrap_or_default()
     }
 
-    /// Decides about the first bytes of a slice while nothing is pending. Returns the rest of the slice. If the slice
+    /// Decides about the first bytes of a slice. No bytes may be pending. Returns the rest of the slice. If the slice
     /// has too few bytes for a decision, stores the whole slice and returns `None`.
     #[inline]
     fn take<'b>(
@@ -366,9 +369,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         }
     }
 
-    /// Reports a line event: the line fell silent or failed, so no more bytes will follow the pending bytes. Delivers
-    /// the frames that lie whole in the pending bytes, and drops the other bytes. Then nothing is pending (theorem
-    /// 13f).
+    /// Takes a line event, after which an incomplete frame cannot be continued. Delivers the frames that lie whole in
+    /// the pending bytes, and drops the other bytes. Then nothing is pending (theorem 13f).
     ///
     /// Calls the format at most as often as bytes are pending.
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
@@ -384,7 +386,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         if !self.decide_first(found) && self.pending() > 0 {
             found(Found::discarded(1, DiscardReason::LineEvent));
             self.from = self.from.wrapping_add(1);
-            // `ask_at` described the discarded byte; reset it.
+            // `ask_at` was meant for the discarded byte, so reset it.
             self.ask_at = 0;
         }
     }
@@ -422,15 +424,15 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         true
     }
 
-    /// Discards the first pending bytes as long as they cannot start a frame. Then asks the format once about the rest,
-    /// if enough bytes are left.
+    /// Does nothing until `to` reaches `ask_at`. Then discards the first pending bytes that cannot start a frame, and
+    /// asks the format once about the bytes that are left.
     #[inline]
     fn decide_next(&mut self, mut account: impl FnMut(Found<()>)) -> Decision {
         if self.to < self.ask_at {
             return Decision::Waiting;
         }
-        // If `ask_at` is greater, the format has found the pending bytes incomplete, so their first byte can start a
-        // frame.
+        // If `ask_at` is greater than `from + 1`, the format has found the pending bytes incomplete. So the first of
+        // them can start a frame.
         if self.ask_at <= self.from.wrapping_add(1) {
             self.discard_what_starts_nothing(&mut account);
         }
@@ -488,7 +490,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         Frame::new(self.format, bytes.unwrap_or_default())
     }
 
-    /// Stores bytes. The pending bytes and the new ones must together be at most `LONGEST`.
+    /// Stores bytes. There must be at most `LONGEST` pending and new bytes together.
     #[inline]
     fn store(&mut self, bytes: &[u8]) {
         let room = self.buffer.as_ref().len();

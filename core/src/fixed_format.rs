@@ -63,7 +63,7 @@ use crate::window::Word;
     note = "`Receiver<F>` takes a `FixedFormat`; the receiver of a `Format` is `BufferedReceiver<F, B>`"
 )]
 pub trait FixedFormat: 'static {
-    /// `[u8; LENGTH]`.
+    /// The bytes of a frame: `[u8; LENGTH]`.
     type Frame: FrameBytes;
     /// The decoded content of a frame.
     type Message;
@@ -71,8 +71,8 @@ pub trait FixedFormat: 'static {
     /// The fixed bytes of a frame, and their positions.
     const SHAPE: Shape<Self::Frame>;
 
-    /// Checks the frame beyond its fixed bytes, for example its checksum or the range of a value. By default there is
-    /// no such check. The receiver calls it only with frames whose fixed bytes agree.
+    /// A further check, for example of the frame's checksum or of the range of a value. By default there is no such
+    /// check. The receiver calls this function only with frames whose fixed bytes agree.
     const CHECK: Option<fn(Self::Frame) -> bool> = None;
 
     /// Decodes a frame.
@@ -209,7 +209,7 @@ impl<F: FrameBytes> Shape<F> {
         differing == F::Word::from(0)
     }
 
-    /// Returns whether `byte` may be in a frame at the position that is `following` bytes before the last one.
+    /// Returns whether `byte` may be at the position that is `following` bytes before the frame's last byte.
     ///
     /// Looks up the fixed byte, because shifting a word by a variable amount takes many more instructions on a
     /// microcontroller.
@@ -243,7 +243,7 @@ impl<F: FrameBytes> Shape<F> {
     }
 
     /// Returns the reason to reject a frame whose first wrong byte is at `place`, counted from 0. The first byte of the
-    /// sync must be right.
+    /// sync, if there is one, must be right.
     #[inline]
     pub(crate) const fn reason_after_first(&self, place: usize) -> DiscardReason {
         if place < self.sync {

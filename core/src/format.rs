@@ -1,4 +1,5 @@
-//! Formats of any length: the questions that a [`BufferedReceiver`](crate::BufferedReceiver) asks about bytes.
+//! The trait of frame formats of any length. A [`BufferedReceiver`](crate::BufferedReceiver) asks its format about the
+//! received bytes.
 
 use core::fmt;
 
@@ -14,7 +15,7 @@ pub enum Classification {
     Rejected(DiscardReason),
     /// A frame may begin here.
     Incomplete {
-        /// The number of bytes that are needed before the format can decide more.
+        /// The number of bytes, counted from the first one, that the format needs before it can decide more.
         at_least: usize,
     },
     /// A frame of this length begins here, whatever bytes follow.

@@ -1,10 +1,10 @@
-//! The lecture's machine, unchanged: the state machine that the lecture teaches and that much firmware in the field
-//! uses. It has seven states and takes one step per byte. It waits for 'A', then for 'B', then for four bytes of any
-//! value, then for CR. With the CR it commits all three demands at the same time. It throws away a broken frame as a
-//! whole: a wrong byte where 'A', 'B' or CR is due leads back to the start, even if the wrong byte is an 'A'.
+//! The lecture's machine, unchanged: the state machine that D. J. Broderick's lecture teaches and that much firmware in
+//! the field uses. It has seven states and takes one step per byte. It waits for 'A', then for 'B', then for four bytes
+//! of any value, then for CR. With the CR it commits all three demands at the same time. It throws away a broken frame
+//! as a whole: a wrong byte where 'A', 'B' or CR is due leads back to the start, even if the wrong byte is an 'A'.
 //!
-//! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep it
-//! out of step for ever. [`Receiver`](crate::Receiver) does not have this fault.
+//! **It can go deaf for ever.** After one lost byte, a stream that repeats a payload with the bytes `AB` may keep the
+//! machine out of step for ever. [`Receiver`](crate::Receiver) does not have this fault.
 
 use crate::motion::Setpoint;
 use crate::parser::{next_by_pushing, parser_by_own_functions};
@@ -33,8 +33,8 @@ pub enum State {
 }
 
 impl State {
-    /// All states, in the order of the frame. In the state with index `n` (also `as usize`) the machine has taken `n`
-    /// bytes of a frame.
+    /// All states, in the order of the frame. In the state with index `n` the machine has taken `n` bytes of a frame.
+    /// The index equals `state as usize`.
     pub const ALL: [Self; 7] = [
         Self::SyncA,
         Self::SyncB,

@@ -50,13 +50,13 @@
 //! |---|---|---|
 //! | [`Receiver`] | finds frames of a [`FixedFormat`], which has a fixed length of up to 16 bytes | 8 (16 for frames above 8 bytes) |
 //! | [`BufferedReceiver`] | finds frames of a [`Format`], which may have any length | buffer + 3 words |
-//! | [`Line`] | wraps a receiver: takes line events, and counts the outcome of each byte | receiver + 18 words |
+//! | [`Line`] | wraps a receiver, takes line events, and counts the outcome of each byte | receiver + 18 words |
 //! | `Reader` | reads messages from an `embedded-io` source | source + line + buffer + 2 words |
-//! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for three axes |
+//! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for the failsafe with three axes |
 //! | [`lecture`] | the lecture's state machine, unchanged: seven states | 4 |
 //!
 //! `Receiver`, `BufferedReceiver` and the lecture's machine all have the functions of the trait [`Parser`]. No function
-//! in this crate panics, whatever its arguments. Mistakes in a format do not compile (see [`FixedFormat`]).
+//! in this crate panics, whatever its arguments. Several mistakes in a format are compile errors (see [`FixedFormat`]).
 //!
 //! The crate [`framelock-formats`](https://docs.rs/framelock-formats) has the formats SBUS, iBUS, CRSF, UBX,
 //! `MAVLink`, NMEA and RTCM.
@@ -65,14 +65,14 @@
 //!
 //! The receiver keeps *the longest suffix of the bytes since the last delivered frame that can still become a frame*.
 //! `push` returns a message exactly when the last bytes are a frame that shares no byte with an earlier delivered
-//! frame. It returns the message of that frame. So the receiver cannot go deaf. The lecture's machine can: see
-//! [`lecture`].
+//! frame. It returns the message of that frame. A receiver that follows this rule cannot go deaf. The lecture's machine
+//! can go deaf (see [`lecture`]).
 //!
 //! # Features
 //!
-//! No feature is needed. `defmt` and `serde` derive the traits of these crates for the types that a program might log
-//! or store. `embedded-io-v0.7` and `embedded-io-async-v0.7` add a `Reader`, which reads from any type that implements
-//! the trait `Read` of `embedded-io` 0.7 or `embedded-io-async` 0.7.
+//! All features are optional. `defmt` and `serde` derive the traits of these crates for the types that a program might
+//! log or store. `embedded-io-v0.7` and `embedded-io-async-v0.7` add a `Reader`, which reads from any type that
+//! implements the trait `Read` of `embedded-io` 0.7 or `embedded-io-async` 0.7.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]

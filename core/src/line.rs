@@ -108,7 +108,7 @@ counters! {
 
 /// The counters of a [`Line`].
 ///
-/// Each counter has 32 bits on every machine and wraps. At 1 Mbaud, `bytes` wraps after twelve hours.
+/// Each counter has 32 bits on every target and wraps. At 1 Mbaud, `bytes` wraps after twelve hours.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -159,7 +159,7 @@ impl fmt::Display for Counters {
 
 /// A receiver that also takes line events, and counts the outcome of each byte.
 ///
-/// The counters always satisfy this equation, modulo their width (theorem 9):
+/// The counters always satisfy this equation modulo 2³² (theorem 9):
 ///
 /// ```text
 /// bytes = frame_bytes + discarded + pending
@@ -215,7 +215,7 @@ impl<P> Line<P> {
 
 #[cfg(kani)]
 impl<P> Line<P> {
-    /// Returns the line in the state after discarded bytes: the next frame counts as a resynchronisation.
+    /// Returns the line as if it had just discarded bytes, so that its next frame counts as a resynchronisation.
     #[must_use]
     pub const fn after_loss(mut self) -> Self {
         self.ledger.lost = true;
@@ -250,7 +250,7 @@ impl<P: Parser> Line<P> {
     /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
     ///
     /// A program may stop, return or await between frames. Call this function until it returns `None`. By then it has
-    /// delivered the same frames as [`feed`](Self::feed), in the same order (see [`Parser::next_with`]).
+    /// delivered the frames that [`feed`](Self::feed) would deliver, in the same order (see [`Parser::next_with`]).
     ///
     /// # Examples
     /// ```
@@ -283,9 +283,9 @@ impl<P: Parser> Line<P> {
 
     /// Returns an iterator over the messages in a slice, for messages that own their data.
     ///
-    /// The iterator takes bytes only when its `next` is called. Run the iterator to its end, as a `for` loop does: it
-    /// takes the bytes after the last frame when it returns `None`. To stop between frames and continue later, use
-    /// [`Line::next`](Self::next).
+    /// The iterator takes bytes only when its `next` is called. Run the iterator to its end, as a `for` loop does,
+    /// because it takes the bytes after the last frame only when it returns `None`. To stop between frames and continue
+    /// later, use [`Line::next`](Self::next).
     ///
     /// # Examples
     /// ```
@@ -319,7 +319,7 @@ impl<P: Parser> Line<P> {
     /// and reports all of them. So no later frame contains a byte from before the event (theorems 8 and 13f). Only a
     /// [`BufferedReceiver`](crate::BufferedReceiver) can have a whole frame pending.
     ///
-    /// Do not push a byte that arrived with an error. Report the event in its place.
+    /// Do not push a byte that arrived with an error. Report the error as a line event instead.
     pub fn line_event(&mut self, event: LineEvent, mut found: impl FnMut(Found<P::Message<'_>>)) {
         let Self { parser, ledger } = self;
         ledger.counters.events.count(event, 1);

@@ -49,9 +49,9 @@ pub trait Parser {
     /// at the end. The results do not depend on how a stream is cut into slices (theorems 6 and 13a).
     fn feed(&mut self, bytes: &[u8], found: impl FnMut(Found<Self::Message<'_>>));
 
-    /// Reports a line event: no more bytes will follow the pending bytes. Decides and reports the outcome of each
-    /// pending byte. Then no byte is pending, so no later frame contains a byte from before the event (theorems 8
-    /// and 13f).
+    /// Takes a line event, after which an incomplete frame cannot be continued. Decides and reports the outcome of each
+    /// pending byte. Then no byte is pending, so no later frame contains a byte from before the event (theorems 8 and
+    /// 13f).
     fn line_event(&mut self, event: LineEvent, found: impl FnMut(Found<Self::Message<'_>>));
 
     /// Returns the number of pending bytes: the last bytes of the stream that may still become part of a frame.
@@ -69,9 +69,9 @@ pub trait Parser {
     /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
     /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
     ///
-    /// Call this function until it returns `None`. By then it has reported the same frames and discarded bytes as
-    /// [`feed`](Self::feed), in the same order (theorems 6 and 13a). Callers that count bytes use this function instead
-    /// of [`next`](Self::next).
+    /// Call this function until it returns `None`. By then it has reported the frames and discarded bytes that
+    /// [`feed`](Self::feed) would report, in the same order (theorems 6 and 13a). Callers that count bytes use this
+    /// function instead of [`next`](Self::next).
     fn next_with(
         &mut self,
         bytes: &mut &[u8],
@@ -235,8 +235,8 @@ macro_rules! next_by_pushing {
         /// Takes bytes from the front of the slice up to the end of the next frame, and leaves the rest in the slice.
         /// Returns the frame's message. If no frame ends in the slice, takes the whole slice and returns `None`.
         ///
-        /// Call this function until it returns `None`. By then it has returned the same frames as [`feed`](Self::feed),
-        /// in the same order (theorem 6). For long slices `feed` is faster.
+        /// Call this function until it returns `None`. By then it has returned the frames that [`feed`](Self::feed)
+        /// would report, in the same order (theorem 6). For long slices `feed` is faster.
         #[inline]
         pub fn next(&mut self, bytes: &mut &[u8]) -> Option<$message> {
             self.next_with(bytes, |_| ())

@@ -5,7 +5,7 @@ use crate::{Line, Parser};
 /// Reads messages from `source`, for example a UART driver, through a buffer of `N` bytes.
 ///
 /// No byte is lost if `source` returns an error: the bytes read so far stay in the buffer, and pending bytes stay
-/// pending. The next call continues there.
+/// pending. The next call continues with these bytes.
 ///
 /// # Examples
 /// ```

@@ -100,7 +100,7 @@ impl<F: FixedFormat> Receiver<F> {
 
     next_by_pushing!(F::Message);
 
-    /// Reports a line event: no more bytes will follow the pending bytes. Discards the pending bytes, so no later
+    /// Takes a line event, after which an incomplete frame cannot be continued. Discards the pending bytes, so no later
     /// frame contains a byte from before the event (theorem 8).
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<F::Message>)) {
         let (count, why) = (self.pending(), DiscardReason::LineEvent);
@@ -144,7 +144,7 @@ impl<F: FixedFormat> Parser for Receiver<F> {
     parser_by_own_functions!(F::Message);
 }
 
-// These traits are implemented by hand, because derives would require them of the format type `F`, too.
+// These traits are implemented by hand, because derives would require that the format type `F` implements them, too.
 impl<F: FixedFormat> Clone for Receiver<F> {
     fn clone(&self) -> Self {
         *self
@@ -155,8 +155,9 @@ impl<F: FixedFormat> Copy for Receiver<F> {}
 
 #[cfg(kani)]
 impl<F: FixedFormat> Receiver<F> {
-    /// Returns the receiver that holds the last `count` bytes of a history, with or without a note. `count` is less
-    /// than the length of a frame. Streams lead to these states and to no others: see the proofs about [`Window`].
+    /// Returns the receiver that holds the last `count` bytes of a history, with or without a note (see the module
+    /// `window`). `count` is less than the length of a frame. Streams lead to these states and to no others: see the
+    /// proofs about [`Window`].
     pub fn holding(history: &[u8], count: usize, has_note: bool) -> Self {
         let window = Window::holding(history, count, has_note, &F::SHAPE);
         let format = PhantomData;

@@ -22,8 +22,8 @@
 //!
 //! Otherwise the byte is shifted in, and the marker moves up unless it is at the top.
 //!
-//! [`push`](Window::push) keeps no position in the frame, so it cannot get out of step. It compares *every* stretch of
-//! the stream that is as long as a frame and overlaps no delivered frame.
+//! [`push`](Window::push) keeps no position in the frame, so it cannot get out of step. It compares with the shape
+//! *every* stretch of the stream that is as long as a frame and overlaps no delivered frame.
 //!
 //! [`push_with`](Window::push_with) also reports discarded bytes, so it needs the number of pending bytes. It stores a
 //! *note* in the word's four highest bits, which states how many more bytes can become pending. `push` ignores the note
@@ -274,8 +274,8 @@ impl<F: FrameBytes> Window<F> {
     /// Takes a slice. Reports the outcome of each byte, except the bytes that are pending at the end. The outcomes and
     /// their order are those of [`push_with`](Self::push_with), however a stream is cut into slices.
     ///
-    /// As long as a whole frame fits into the rest of the slice, the function compares positions in the slice itself,
-    /// and the window stays empty. Only bytes at the slice's two ends go through the window.
+    /// As long as the rest of the slice is at least as long as a [`Word`], the function compares positions in the slice
+    /// itself, and the window stays empty. Only bytes at the slice's two ends go through the window.
     #[inline]
     pub(crate) fn feed(
         &mut self,
@@ -308,8 +308,9 @@ impl<F: FrameBytes> Window<F> {
                 found(Found::Discarded { count, why });
                 rest = rest.get(count..).unwrap_or_default();
             }
-            // The next block contains a byte that can begin a frame. Compare positions one by one until a whole block
-            // has been discarded. Searching for skippable blocks at each position would cost more than it saves.
+            // The next block, if there is a whole one, contains a byte that can begin a frame. Compare positions one by
+            // one until a whole block has been discarded. Searching for skippable blocks at each position would cost
+            // more than it saves.
             let mut dropped = 0_usize;
             while dropped < BLOCK {
                 let Some(message) = first_of(rest) else {
@@ -327,7 +328,7 @@ impl<F: FrameBytes> Window<F> {
                 dropped = dropped.wrapping_add(count);
             }
         }
-        // The rest of the slice is shorter than a frame.
+        // The rest of the slice is shorter than a word, but may still contain a whole frame.
         for &byte in rest {
             self.push_and_tell(shape, byte, &check, &mut found);
         }

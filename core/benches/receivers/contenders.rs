@@ -45,7 +45,7 @@ pub(crate) fn feed<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Runs a machine in a line, which counts the outcome of each byte, byte by byte.
+/// Pushes the bytes into a line, which counts the outcome of each byte.
 pub(crate) fn line_push<M: Machine>(bytes: &[u8]) -> Answer {
     let mut line = Line::new(M::default());
     let mut answer = Answer::default();
@@ -58,7 +58,7 @@ pub(crate) fn line_push<M: Machine>(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Runs a machine in a line, which counts the outcome of each byte, on the whole slice in one call.
+/// Feeds the whole slice in one call to a line, which counts the outcome of each byte.
 pub(crate) fn line_feed<M: Machine>(bytes: &[u8]) -> Answer {
     let mut line = Line::new(M::default());
     let mut answer = Answer::default();

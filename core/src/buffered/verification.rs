@@ -10,36 +10,37 @@
 //!
 //! An *event* is a frame that is delivered, or a run of bytes that are dropped.
 //!
-//! **13a: equality.** However a stream is cut into slices, and whether the slices are pushed or fed, the receiver
-//! has the same events as the reference, in the same order. After `feed` the pending bytes are those that the
-//! reference has left.
+//! **13a: equality.** However a stream is cut into slices, and whether the slices are pushed or fed, the receiver has
+//! the same events as the reference, in the same order. After `feed` the pending bytes are those about which the
+//! reference has not decided.
 //!
 //! Proof by induction over the receiver's steps. The invariant is [`fits`]: the pending bytes are the places from
 //! `start` on, and `start` is the place at which the reference continues. Until the buffer is filled up to `ask_at`,
-//! the format answers `Incomplete`. The invariant holds after `new()`. Each step keeps the invariant, and its events
-//! are the next events of the reference ([`steps`]):
+//! the format answers `Incomplete`. The invariant holds after `new()`. Each step keeps the invariant, and the events of
+//! the step are the next events of the reference ([`steps`]):
 //!
 //! * `decide` asks the format once, about the first pending place. If the answer is a frame or a drop, the
 //!   reference finds the same, because by law 2 more bytes do not change the answer. Otherwise both wait.
 //! * `discard_what_starts_nothing` drops places that start no frame. By law 4 the reference drops them, too.
-//! * `store` adds the next places, even when the pending bytes move to the front. `next` stores as many bytes as
-//!   the format needs to decide.
+//! * `store` adds the next places, also when the pending bytes move to the front. `next` stores as many bytes as the
+//!   format needs to decide.
 //! * `take` runs while nothing is pending. It performs one of the steps above on bytes of the slice, or stores the
 //!   whole slice. Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
-//! * `give_back` returns a slice that begins with the bytes that were pending, and leaves nothing pending.
+//! * `give_back` either returns a slice that begins with the bytes that were pending, and leaves nothing pending, or
+//!   changes nothing.
 //!
 //! `feed` and `next` are loops of these steps. The loops end where the format answers `Incomplete` about the pending
 //! bytes, and there the reference stops, too. `next` also ends after each frame. [`reference`] runs these loops on a
-//! few bytes. The argument here covers the loops on more bytes; no machine checks it.
+//! few bytes. For more bytes there is only the argument here, which is not machine-checked.
 //!
 //! **13b: any format, even one that breaks the laws.** Nothing panics. Every call ends. After each call fewer than
 //! `LONGEST` bytes are pending. Each byte is either in exactly one event or pending. Each step keeps the invariant,
 //! except the invariant's statement about the format ([`lawless`]). Each iteration of each loop decides about at least
 //! one byte, or ends the loop.
 //!
-//! **13c: `push`** asks the format at most once. Its events are the reference's next events. If `push` has no event,
-//! the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. Then `poll`, `feed` of an
-//! empty slice, or a line event decides about these bytes, because their loops continue from any state that fits
+//! **13c: `push`** asks the format at most once. The events of `push` are the reference's next events. If `push` has no
+//! event, the reference has no next event either ([`pushes`]). `push` may leave bytes undecided. Then `poll`, `feed` of
+//! an empty slice, or a line event decides about these bytes, because their loops continue from any state that fits
 //! (`poll` is `next` of an empty slice).
 //!
 //! **13d: never deaf.** Each frame in the stream is delivered, unless a delivered frame begins earlier and shares bytes
@@ -48,10 +49,11 @@
 //! continues when more bytes follow the frame, or at a line event.
 //!
 //! **13e: latency.** The decision about a frame of `n` bytes comes at most `LONGEST - n` bytes after the frame's last
-//! byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then all of these
-//! bytes are pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one byte lower, `LONGEST - 1 - n`, if the
-//! format needs only the frame's own bytes to recognise it. The reason is that the reference has then stopped at an
-//! earlier place, whose byte is pending, too. Streams exist that reach both bounds ([`reference`]).
+//! byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then the `n` bytes of
+//! the frame and these `b` bytes are all pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one byte lower,
+//! `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the frame. The reason is that the
+//! reference has then stopped at an earlier place, whose byte is pending, too. Streams exist that reach both bounds
+//! ([`reference`]).
 //!
 //! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie whole
 //! in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and [`reference`]
@@ -199,7 +201,8 @@ impl<const L: usize> Format for Any<'_, L> {
     }
 }
 
-/// Returns a receiver in any state that [fits]. At most `most` places are pending, from `from` on.
+/// Returns a receiver in any state that [fits]. At most `most` bytes are pending. The byte at index `i` of the buffer
+/// stands for the place `i`.
 fn any_receiver<const L: usize, const N: usize>(
     format: Any<'_, L>,
     most: usize,

@@ -7,8 +7,9 @@ use super::Setpoint;
 /// The motion simulator's "BIN" output: `'A' 'B' reserved pitch roll yaw CR`, seven bytes.
 ///
 /// The format has no escaping and no checksum. So the payload may contain any byte, and a changed payload byte goes
-/// unnoticed. If a sender repeats a frame without pause and its payload is `(0D 41 42 x)` or `(x 0D 41 42)`, the stream
-/// is ambiguous. To resolve the ambiguity, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line pauses.
+/// unnoticed. If a sender repeats a frame without pause and the frame's payload is `(0D 41 42 x)` or `(x 0D 41 42)`,
+/// the stream is ambiguous. To resolve the ambiguity, report [`LineEvent::Idle`](crate::LineEvent::Idle) when the line
+/// pauses.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Bin {}
 
@@ -64,9 +65,9 @@ impl Encode for BinCrc8 {
 
 /// Computes CRC-8/AUTOSAR: polynomial 0x2F, initial value 0xFF, not reflected, final exclusive or 0xFF.
 ///
-/// The code word, the four bytes followed by their checksum, has Hamming distance 4. The function takes 32 steps, with
-/// one shift and one exclusive or each. A faster function with a table would not be worth the flash, because the
-/// receiver computes a checksum only when all fixed bytes agree.
+/// The code, whose words are four bytes followed by their checksum, has Hamming distance 4. The function takes 32
+/// steps, each with one shift and one exclusive or. A faster function with a table would not be worth the flash,
+/// because the receiver computes a checksum only when all fixed bytes agree.
 #[inline]
 #[must_use]
 pub fn crc8(payload: [u8; 4]) -> u8 {

@@ -58,7 +58,7 @@ pub struct FailsafeParameters<D, const AXES: usize> {
 }
 
 impl<D: Demand, const AXES: usize> FailsafeParameters<D, AXES> {
-    /// Returns the time in ticks from the last frame until every axis is at park, whatever the demand was.
+    /// Returns the longest possible time in ticks from the last frame until every axis is at park.
     #[must_use]
     pub fn parked_after(&self) -> u64 {
         let most = u16::MAX.wrapping_shr(u16::BITS.saturating_sub(D::BITS));
@@ -150,7 +150,8 @@ pub struct Output<D, const AXES: usize> {
 /// ```
 /// use core::num::NonZeroU32;
 /// use framelock::motion::{Failsafe, FailsafeParameters, Phase, Setpoint};
-/// // A clock of 1 ms: hold after 100 ms, then move to the middle after 500 ms, at 100 units per second.
+/// // The clock ticks every millisecond. After 100 ms of silence hold the output. After 500 ms of silence move to the
+/// // middle, at 100 units per second.
 /// let rate = NonZeroU32::new(10).unwrap();
 /// let parameters = FailsafeParameters {
 ///     hold_after: 100, ramp_after: 500, park: [128_u8; 3], ticks_per_unit: [rate; 3],
@@ -230,8 +231,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         }
     }
 
-    /// Returns the output at the time `now`. The output at a given time does not depend on how often this is called.
-    /// Makes at most two long divisions per axis, with one step per bit of the demand.
+    /// Returns the output at the time `now`. The output at a given time does not depend on how often this function is
+    /// called. Performs at most two long divisions per axis, with one step per bit of the demand.
     pub fn poll(&mut self, now: u32) -> Output<D, AXES> {
         let parameters = self.parameters;
         let (hold_after, ramp_after) = (parameters.hold_after, parameters.ramp_after);
@@ -290,7 +291,7 @@ impl<D: Demand> Axis<D> {
         self.advance(target, units, left);
     }
 
-    /// Moves by `units`, and keeps `left` as the ticks that are left over. Stops at the target.
+    /// Moves by `units`, and keeps the `left` ticks for the next unit. Stops at the target.
     fn advance(&mut self, target: D, units: u16, left: u64) {
         let (position, goal): (u16, u16) = (self.position.into(), target.into());
         if units >= position.abs_diff(goal) {

@@ -20,8 +20,8 @@ fn stream() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(prop_oneof![random, same], 0..5).prop_map(|pieces| pieces.concat())
 }
 
-/// The outcome of a stream: the ends of its frames, the number of discarded bytes for each reason, and the number of
-/// pending bytes.
+/// The outcome of a stream: the indices of its frames' last bytes, the number of discarded bytes for each reason, and
+/// the number of pending bytes.
 type Outcome = (Vec<usize>, [usize; 8], usize);
 
 /// Checks a frame. The check fails for some frames.
@@ -29,7 +29,7 @@ fn check(frame: &[u8]) -> bool {
     frame.iter().map(|&byte| u32::from(byte)).sum::<u32>() % 5 != 1
 }
 
-/// Returns the reason why the bytes are neither a frame nor the start of one, or `None` if they are either.
+/// Returns the reason why the bytes are neither a frame nor the start of one, or `None` if they are one or the other.
 fn mismatch(places: &[Option<u8>], bytes: &[u8], checked: bool) -> Option<DiscardReason> {
     let differs = |(place, byte): (&Option<u8>, &u8)| place.is_some_and(|fixed| fixed != *byte);
     let sync = places.iter().take_while(|place| place.is_some()).count();

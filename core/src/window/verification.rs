@@ -2,8 +2,8 @@
 //! and may have any further check. Each module has one harness per length of frame.
 //!
 //! **States.** [`push`](Window::push) leaves a window without a note. [`push_with`](Window::push_with) leaves a window
-//! with a note, which states the number of pending bytes. The harnesses start from any window of either kind
-//! ([`any_window`]), and show that both functions lead to such windows again.
+//! with a note, from which the number of pending bytes follows. The harnesses start from any window of either kind
+//! ([`any_window`]), and show that both functions again leave a window of one of these kinds.
 //!
 //! **Theorem 4: delivery.** `push` delivers exactly the frames that share no byte with an earlier delivered frame (R1,
 //! R2, R4). The proof is an induction. Take any history, a window that holds the history's last bytes, and any next
@@ -15,11 +15,11 @@
 //! bytes one by one, and leads to a window in which the same bytes are pending (R5). Equal pending bytes are enough,
 //! because windows in which the same bytes are pending treat all later bytes alike ([`pending`]).
 //!
-//! A pushed byte discards the oldest pending bytes, possibly all of them and itself, until a frame can still begin with
-//! the remaining ones. The first wrong position of the frame that would begin with a byte decides the reason for
-//! discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons, delivers the frames that `push`
-//! delivers, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change a
-//! reason ([`reasons`]). Conversely, if bytes agree with the shape, they also agreed before the last of them came.
+//! When a byte is pushed, the oldest pending bytes are discarded, possibly all of them and the new byte, until a frame
+//! can begin with the remaining bytes. The first wrong position of the frame that would begin with a byte decides the
+//! reason for discarding this byte (L3; [`mismatches`]). `push_with` reports these reasons, delivers the frames that
+//! `push` delivers, and leads to a window in which the same bytes are pending ([`one_byte`]). Later bytes never change
+//! a reason ([`reasons`]). And if bytes agree with the shape, they also agreed before the last of them came.
 //!
 //! `feed` consists of three loops. From any state, each iteration of each loop takes some bytes and has the same effect
 //! as pushing these bytes one by one. By induction over the iterations, the same is true of `feed`.
@@ -28,12 +28,12 @@
 //! 2. Then `feed` empties the window and goes back to the first pending byte. Pushing the pending bytes again leads to
 //!    a window in which they are pending ([`mismatches`]), and by [`reasons`] discards none of them. At the start of
 //!    each iteration of the second loop nothing is pending, and at least as many bytes are left as a frame has. If
-//!    these bytes begin with a frame, pushing them would deliver it with its last byte. If not, pushing the first
-//!    bytes, as many as a frame has, would deliver nothing, and would lead to the same pending bytes as without the
-//!    first byte. So `feed` discards the first byte and examines the next position ([`starts`]). By [`reasons`], the
-//!    reason is the same whether it is found early or in the whole frame. Between iterations, `feed` discards several
-//!    bytes together only if no frame can begin with any of them (`noise::verification`). So `push_with` would discard
-//!    each of these bytes immediately.
+//!    these bytes begin with a frame, pushing them would deliver it with its last byte. If not, suppose that as many of
+//!    these bytes as a frame has were pushed. They would deliver nothing, and the same bytes would be pending as if the
+//!    first one had never come. So `feed` discards the first byte and examines the next position ([`starts`]). By
+//!    [`reasons`], the reason is the same whether it is found early or in the whole frame. Between iterations, `feed`
+//!    discards several bytes together only if no frame can begin with any of them (`noise::verification`). So
+//!    `push_with` would discard each of these bytes immediately.
 //! 3. The third loop calls `push_with` until no byte is left.
 
 use super::{DiscardReason, Found, FrameBytes, Shape, Window, Word};
@@ -204,7 +204,7 @@ where
 }
 
 /// Takes one byte in any state. `push_with` delivers the frame that `push` delivers, and leads to the same window, plus
-/// a note that states how many bytes are pending. It discards pending bytes, oldest first, each for the reason that
+/// the note for the number of bytes that are pending. It discards pending bytes, oldest first, each for the reason that
 /// [`first_mismatch`] gives, and stops at the first byte with which a frame can still begin. Afterwards the new byte,
 /// and each byte that was pending, is part of the frame, discarded, or pending.
 fn one_byte_is_pushed<const N: usize>()
@@ -411,7 +411,8 @@ fn slice_is_pushed<const LENGTH: usize>(
     frames
 }
 
-/// Checks the first and the third loop on sixteen streams: eight slices, with one byte held before or none.
+/// Checks the first and the third loop on sixteen streams: eight slices, each with one byte held before it and with
+/// none.
 #[kani::proof]
 #[kani::unwind(18)]
 fn short_slice_is_pushed() {

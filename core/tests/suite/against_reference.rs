@@ -33,8 +33,8 @@ fn every_stream_of_ten_bytes() {
 }
 
 /// Checks every stream of up to seven bytes over the same alphabet on the fast path for slices. The stream lies in a
-/// slice that is long enough for this path. Frames or noise come before it and after it, so that it also lies across
-/// the edge of a block.
+/// slice that is long enough for this path. Frames or noise come before and after the stream, so that it also lies
+/// across the edge of a block.
 #[test]
 fn every_stream_of_seven_bytes_within_a_long_slice() {
     const ALPHABET: [u8; 4] = [0x41, 0x42, 0x0D, 0x80];
@@ -47,7 +47,7 @@ fn every_stream_of_seven_bytes_within_a_long_slice() {
     }
 }
 
-/// Generates streams that often break parsers, of frames, bytes that look like frames, and noise.
+/// Generates streams that often break parsers: frames, bytes that look like frames, and noise.
 fn stream(longest: usize) -> impl Strategy<Value = Vec<u8>> {
     let likely = prop::sample::select(vec![b'A', b'B', b'\r', 0x80]);
     let part = prop_oneof![

@@ -205,8 +205,8 @@ fn the_longest_times_do_not_wrap_into_life() {
     assert_eq!(longest.parked_after(), u64::from(u32::MAX) * 156);
 }
 
-/// Six axes of 16 bits each move at their own rate. Moving down from the top takes as long as `parked_after` says,
-/// minus the time until the ramp.
+/// Six axes of 16 bits each move at their own rate. Moving down from the top takes `parked_after` minus the time until
+/// the ramp.
 #[test]
 fn six_axes_of_sixteen_bits() {
     let rates = [1, 2, 3, 4, 5, 6];

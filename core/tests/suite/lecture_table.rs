@@ -5,8 +5,8 @@ use framelock::Receiver;
 use framelock::lecture::{Lecture, State};
 use framelock::motion::{Bin, Setpoint};
 
-/// State, byte (`None`: any other), next state, index of the temporary setpoint that is stored (0 pitch, 1 roll, 2
-/// yaw), and whether the setpoints are committed (the lecture says implemented).
+/// A row of the table: state, byte (`None`: any other), next state, index of the temporary setpoint that is stored (0
+/// pitch, 1 roll, 2 yaw), and whether the setpoints are committed (the lecture says implemented).
 type Row = (State, Option<u8>, State, Option<usize>, bool);
 
 /// The lecture's table.
@@ -81,8 +81,8 @@ fn a_reset_leads_to_the_state_at_reset_from_every_state() {
     }
 }
 
-/// The receiver's steps differ from the lecture's table only in the rows (B, other) and (CR, other). In these states
-/// and for the byte 'A', the receiver continues with state B.
+/// The receiver's steps differ from the lecture's table only in the rows (B, other) and (CR, other). In these two
+/// states, the byte 'A' leads the receiver to state B.
 #[test]
 fn the_receiver_as_the_lecture_would_draw_it() {
     // Bytes that bring the receiver from reset into each state, with no other false start

@@ -74,7 +74,7 @@ fn frame_of(payload: [u8; 4]) -> [u8; 7] {
     [b'A', b'B', reserved, pitch, roll, yaw, b'\r']
 }
 
-/// Returns a stream of the same frame 300 times, without the stream's first `missing` bytes.
+/// Returns a stream that repeats one frame 300 times, without the first `missing` bytes of the stream.
 fn parked(payload: [u8; 4], missing: usize) -> Vec<u8> {
     frame_of(payload).repeat(300)[missing..].to_vec()
 }

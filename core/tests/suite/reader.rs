@@ -119,8 +119,8 @@ impl Format for Short {
     }
 }
 
-/// Frames of any length borrow from the receiver. Two frames after a false start are both read before the
-/// reader asks for more bytes.
+/// Frames of any length borrow from the receiver. After a false start, two frames are complete. The reader returns both
+/// before it asks its source for more bytes.
 #[test]
 fn frames_of_any_length_are_read() {
     let uart = Uart(vec![

@@ -3,9 +3,9 @@
 use super::{Any, Asked, any_receiver, are_places, byte, fits, for_longest};
 use crate::{Classification, DiscardReason, Found};
 
-/// `push` asks the format at most once, which [`Any`] asserts. It first drops the bytes with which no frame starts.
-/// Then it delivers the frame that starts with the next byte, or drops this byte, or waits. If `push` has no event, the
-/// reference waits, too.
+/// `push` asks the format at most once, which [`Any`] asserts. It first drops the pending bytes before the first one
+/// that starts a frame. Then it delivers the frame that begins with this byte, or drops the byte, or waits. If `push`
+/// has no event, the reference waits, too.
 fn one_question_at_most<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L - 1);

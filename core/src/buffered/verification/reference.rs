@@ -1,7 +1,7 @@
 //! 13d and 13e: which frames the reference delivers, and when.
 //!
 //! The reference depends only on the format's final classifications. So the harnesses give each place an arbitrary
-//! [`Row`], which together stand for any lawful format on any stream.
+//! [`Row`]. Together, the rows stand for any lawful format on any stream.
 
 use super::byte;
 use crate::any_format::{Row, any_up_to, part};
@@ -131,8 +131,8 @@ fn latest_delivery() {
     kani::cover!(fed.pending() == 0, "all is decided");
 }
 
-/// 13a, by running the loop of `feed`. After a false start the bytes of a slice are decided one after another. Only the
-/// bytes after a 0 that may still begin a frame stay undecided.
+/// 13a, by running the loop of `feed`. After a false start the bytes of a slice are decided one after another. Only a 0
+/// at the end stays undecided.
 #[kani::proof]
 #[kani::unwind(4)]
 fn feed_goes_on() {

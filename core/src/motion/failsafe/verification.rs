@@ -122,8 +122,14 @@ fn division_is_exact_to<const BITS: u32>() {
     assert!(counted == 0 || counted == 1 << bit);
     assert!(left_after + if counted == 0 { 0 } else { unit << bit } == left);
     assert!(after <= all(0) && holds(after, left_after, bit));
-    kani::cover!(bit == 0 && left_after < unit, "fewer than any way has");
-    kani::cover!(bit == 0 && left_after >= unit, "more");
+    kani::cover!(
+        bit == 0 && left_after < unit,
+        "the time suffices for no further unit"
+    );
+    kani::cover!(
+        bit == 0 && left_after >= unit,
+        "the time suffices for more units"
+    );
 }
 
 fn stops_at_its_target<D: Demand + kani::Arbitrary>() {
@@ -183,7 +189,7 @@ fn moves_at_its_rate<D: Demand + kani::Arbitrary>() {
 macro_rules! for_demands {
     ($module:ident, $of_8:expr, $of_16:expr) => {
         mod $module {
-            #[allow(unused_imports, reason = "some need nothing of it")]
+            #[allow(unused_imports, reason = "some of the modules use nothing of it")]
             use super::*;
 
             #[kani::proof]
@@ -216,8 +222,8 @@ for_demands!(
     moves_at_its_rate::<u16>()
 );
 
-/// Observes how many ticks one axis receives. Its rate is so slow that the ticks never suffice for a whole unit in
-/// either direction. All other axes are already at their targets.
+/// Observes how many ticks one axis receives. The rate of this axis is so slow that its ticks, towards the demand and
+/// towards park together, never suffice for a whole unit. All other axes are already at their targets.
 fn ticks_are_shared<D: Demand + kani::Arbitrary, const AXES: usize>() {
     let mut failsafe = any_failsafe::<D, AXES>([NonZeroU32::MAX; AXES]);
     let first = failsafe.axes[0];
