@@ -1,5 +1,5 @@
-"""prove.py IMAGE...: proves the step in each image, and compares the prover's processor with QEMU's. Prints the results
-in the format of Rust's tests."""
+"""prove.py IMAGE...: proves the step that takes a byte, in each image, and compares the prover's model of the processor
+with QEMU. Prints the results in the format of Rust's tests."""
 
 import sys
 import qemu

@@ -1,4 +1,5 @@
-"""Compares the prover's processor with QEMU's (unicorn) after every instruction of steps from random states."""
+"""Runs steps from random states in the prover's model of the processor and in QEMU (unicorn), and compares the two after
+every instruction."""
 
 import random
 import unicorn
@@ -44,7 +45,7 @@ def compare(step):
         emulated.emu_start(state.pc | 1, RETURN, count=2_000)
         for theirs in trace:
             while state.pc != theirs["pc"] and state.conditions:
-                (state,) = state.step()  # Skipped because of IT: QEMU does not report these instructions.
+                (state,) = state.step()  # QEMU does not report the instructions that IT skips.
             same = all(number(content) == theirs[name] for name, content in state.registers.items())
             for i, flag in enumerate("VCZN"):
                 # If the prover leaves a flag undefined, use QEMU's value from here on.

@@ -7,7 +7,7 @@ from thumb import REGISTERS, RETURN, State, bits, joined
 
 FRAME = [0x41, 0x42, None, None, None, None, 0x0D]
 AXES = ["pitch", "roll", "yaw"]
-REASONS = {"no_sync": 0, "broken_sync": 1, "wrong_terminator": 6}  # Each reason, and the wrong position in the frame.
+REASONS = {"no_sync": 0, "broken_sync": 1, "wrong_terminator": 6}  # Each reason, and the first wrong position in the frame.
 # The setpoint that the main loop takes: one word, laid out as in firmware/src/setpoint.rs.
 SETPOINT = {f"published {axis}": (n, 1) for n, axis in enumerate(AXES)} | {"sequence": (3, 1)}
 KEPT_BY_CALLS = ["sp"] + [f"r{n}" for n in range(4, 12)]
@@ -33,8 +33,8 @@ def window(data, count):
     return z3.simplify(z3.Concat(note, above, bits(1, 8), *data))
 
 def receiver(held, byte):
-    """Discards, oldest first, the bytes among the pending ones and this one with which no frame can begin any more. The
-    first wrong position is the reason. Returns whether there is a frame, its axes, the number of bytes discarded for each
+    """Discards the pending bytes and this byte, oldest first, until a frame can begin with the rest. The first wrong position
+    decides the reason. Returns whether there is a frame, its axes, the number of bytes discarded for each
     reason, and the fields after the step."""
     stream = held + [byte]
     is_frame = z3.And(len(stream) == 7, begins_frame(stream))
@@ -49,7 +49,7 @@ def receiver(held, byte):
     return is_frame, stream[3:6], discarded, {"window": after}
 
 def lecture(before, byte):
-    """Does the same by the lecture's table: `state` bytes of a frame have come, and are discarded all at once."""
+    """Does the same by the lecture's table: `state` bytes of a frame have come, and are discarded together."""
     state, temp = before["state"], [before[axis] for axis in AXES]
     goes_on = z3.Or([z3.And(state == n, fixed is None or byte == fixed) for n, fixed in enumerate(FRAME)])
     after = {"state": z3.If(z3.And(goes_on, state < 6), state + 1, bits(0, 8))}
@@ -83,7 +83,8 @@ class Step:
         self.fields |= {name: (setpoint + offset, size) for name, (offset, size) in SETPOINT.items()}
 
     def called(self, before, byte, assumed=()):
-        """Returns the state at the call. Registers and flags may have any value. Padding and the stack must not be read."""
+        """Returns the state at the call. Registers and flags may have any value. The step must not read
+        padding, or parts of the stack that it has not written."""
         registers, memory = {name: z3.BitVec(name, 32) for name in REGISTERS}, {}
         registers |= {"r0": bits(self.writable[0].start), "r1": z3.ZeroExt(24, byte)}
         registers |= {"sp": bits(self.sp), "lr": bits(RETURN | 1)}
@@ -93,8 +94,8 @@ class Step:
 
     def cases(self, byte):
         """Yields every state that satisfies the invariant: the window holds up to six bytes and states how many of them may
-        still belong to a frame, or the lecture's machine is in one of its states. Yields the assumptions and the expected
-        state after the step with it."""
+        still belong to a frame, or the lecture's machine is in one of its states. With each state, yields the assumptions
+        and the expected state after the step."""
         before = {name: z3.BitVec(name, 8 * size) for name, (_, size) in self.fields.items()}
         assumed = [z3.ULE(before["lost"], 1)]
         if self.kind == "lecture":

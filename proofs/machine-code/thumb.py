@@ -118,7 +118,7 @@ class State:
         return ALIASES.get(name := self.now.reg_name(register), name)
 
     def get(self, register):
-        return self.registers[self.name_of(register)]  # pc is not supported: no step reads it.
+        return self.registers[self.name_of(register)]  # pc is not supported, because no step reads it.
 
     def put(self, name, value):
         if name == "pc":
@@ -215,7 +215,7 @@ def cycles(instruction):
     return known.get(name, 2 if name.startswith(("ldr", "str")) else 1)
 
 def shift(kind, value, amount, carry):
-    """Returns the result and the carry. If the amount is unknown, the carry may be any."""
+    """Returns the result and the carry. If the amount is unknown, the carry may be either."""
     result = {"lsl": value << amount, "lsr": z3.LShR(value, amount), "asr": value >> amount}[kind]
     if (n := number(amount)) is None or n > 32:
         return result, z3.FreshBool()
@@ -226,7 +226,8 @@ def subtract(a, b, _):
     return a - b, z3.UGE(a, b), (a ^ b) & (a ^ (a - b)) < 0
 
 SHIFTS = {arm.ARM_SFT_ASR: "asr", arm.ARM_SFT_LSL: "lsl", arm.ARM_SFT_LSR: "lsr"}
-# From two operands and the carry: the result, then carry and overflow. Without these two, the carry is the operand's.
+# Each function takes two operands and the carry. It returns the result, and then carry and overflow. If it does not return
+# these two, the carry is that of the last operand.
 OPERATIONS = {
     "add": lambda a, b, c: (a + b, z3.ULT(a + b, a), (a ^ (a + b)) & (b ^ (a + b)) < 0),
     "sub": subtract, "cmp": subtract, "rsb": lambda a, b, c: subtract(b, a, c),

@@ -25,8 +25,8 @@ use framelock::{
 
 use crate::states::{OfSetpoints, any_lecture, any_line_event, any_receiver};
 
-/// Returns a line with this parser. All counters have the same arbitrary value, which suffices because no counter
-/// depends on another.
+/// Returns a line with this parser. All counters of bytes and frames have the value `start`. One value for all
+/// suffices, because no counter depends on another.
 fn any_line<P>(parser: P, start: u32) -> Line<P> {
     let mut counters = Counters::default();
     counters.bytes = start;
@@ -51,7 +51,7 @@ fn up(counter: u32, start: u32) -> u8 {
     up
 }
 
-/// Returns by how much the counters of bytes in frames and of discarded bytes have increased, added up.
+/// Returns the number of bytes that were counted, in frames or as discarded, while each counter was `start` before.
 fn placed(counters: &Counters, start: u32) -> u8 {
     let discarded = &counters.discarded;
     up(counters.frame_bytes, start)
@@ -217,8 +217,8 @@ fn any_place(counters: &Counters) -> (Option<DiscardReason>, u32) {
     }
 }
 
-/// Checks the counters of a line after `report`. The machine first reports a frame or a loss of zero bytes, and then an
-/// arbitrary outcome. Returns whether the second outcome is the first frame after a loss.
+/// Checks the counters of a line after `report`. The machine first reports a frame of zero bytes or zero discarded
+/// bytes, and then an arbitrary outcome. Returns whether the second outcome is the first frame after a loss.
 fn two_are_counted(
     reports: [Found<()>; 2],
     bytes: u32,

@@ -1,4 +1,4 @@
-//! The reference for framelock's receivers, and the theorems about them.
+//! The reference for framelock's receivers, and the theorems about the receivers.
 //!
 //! * [`mod@reference`]: the naive whole-buffer reference. It shares no code with the receivers. Tests,
 //!   fuzzing and proofs compare the receivers with it.

@@ -6,8 +6,8 @@ use framelock::motion::Setpoint;
 use framelock::{FixedFormat, FrameBytes, LineEvent, Parser, Receiver};
 
 /// The end of a stream. `last` holds the stream's last bytes, as many as a frame has, the newest one last. `since` is
-/// the number of these bytes that came after the last delivered frame. (It makes no difference to the receiver's state
-/// whether all of them came after it, or all except the first.)
+/// the number of these bytes that came after the last delivered frame. (The receiver's state is the same whether all of
+/// these bytes came after the frame, or all except the first.)
 #[derive(Clone, Copy)]
 pub(crate) struct History<const N: usize> {
     pub(crate) last: [u8; N],
@@ -39,7 +39,8 @@ impl<const N: usize> History<N> {
     }
 
     /// Returns the receiver after this stream. A delivered frame leaves the receiver in its state at reset. Of the
-    /// bytes after this frame, only the last `N - 1` matter, where a frame has `N` (`commits` in the engine's proofs).
+    /// bytes after this frame, only the last `N - 1` matter, where `N` is a frame's length (`commits` in the engine's
+    /// proofs).
     ///
     /// Either `push` or `push_with` has taken the last byte. Earlier calls make no difference, because only the last
     /// call decides whether the receiver's state has a note (`one_byte` in the engine's proofs).

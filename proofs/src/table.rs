@@ -1,5 +1,5 @@
-//! Theorem 2: bounded state. From each of the lecture's seven states, each byte leads to the next state in the table
-//! (M1). After any stream, fewer bytes are pending in a receiver than a frame has (in `no_panic`).
+//! Theorem 2: bounded state. From each of the lecture's seven states, each byte leads to the next state that the table
+//! gives (M1). After any stream, fewer bytes are pending in a receiver than a frame has (in `no_panic`).
 
 use framelock::lecture::State;
 
