@@ -28,9 +28,9 @@ pub enum ScheduleStep {
 }
 
 impl<'a> Arbitrary<'a> for Schedule {
-    /// The first byte contains a bit for each of four times: to hold, to ramp, per unit of pitch, and per unit of roll
-    /// and yaw. If the bit is set, the time has four bytes, otherwise one byte. The times follow the first byte. After
-    /// them come park, the clock and the steps.
+    /// The first byte contains a bit for each of four times: until the hold, until the ramp, per unit of pitch, and per
+    /// unit of roll and yaw. If the bit is set, the time has four bytes, otherwise one byte. The times follow the first
+    /// byte. After them come park, the clock and the steps.
     fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
         let wide = u8::arbitrary(u)?;
         let mut time = |bit: u32| {

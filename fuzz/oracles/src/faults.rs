@@ -181,8 +181,8 @@ fn insert(line: &mut Vec<Received>, at: u16, byte: Option<u8>) {
 /// * If a delivered setpoint is sent again to a new receiver, it is delivered again.
 /// * A BIN-CRC8 frame with one to three wrong bits in payload and checksum is not delivered.
 ///
-/// Returns the number of frames of each sort: intact and delivered, intact but with the end of another delivered frame
-/// in them, and with one to three wrong bits in payload and checksum.
+/// Returns the numbers of three sorts of frames: intact and delivered, intact but with the end of another delivered
+/// frame in them, and with one to three wrong bits in payload and checksum.
 ///
 /// # Panics
 /// Panics if the line shows a bug.

@@ -106,7 +106,7 @@ pub(crate) fn add<Message>(all: &mut Vec<Found<Message>>, found: Found<Message>)
     }
 }
 
-/// Converts a number of bytes to the type of the counters. The streams are short.
+/// Converts a number of bytes to the type of the counters. The number fits, because the streams are short.
 pub(crate) fn as_counter(bytes: usize) -> u32 {
     u32::try_from(bytes).expect("fewer than 4 GiB")
 }
