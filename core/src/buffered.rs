@@ -7,9 +7,9 @@
 //!   └─────────┴─────────────────────┴───────┴─────────────┘
 //! ```
 //!
-//! The receiver stores each byte at `to`. While `to` is less than `ask_at`, it does nothing else, because the format
-//! has said that it needs more bytes. When `to` reaches `ask_at`, it asks the format about the pending bytes. Then one
-//! of three things happens:
+//! The receiver stores each byte at `to`. While `to` is less than `ask_at`, the receiver does nothing else, because the
+//! format has asked for more bytes. When `to` reaches `ask_at`, the receiver asks the format about the pending bytes.
+//! Then one of three things happens:
 //!
 //! * The pending bytes begin with a frame. The receiver delivers the frame, and moves `from` past the frame.
 //! * No frame begins here. The receiver drops one byte, and moves `from` by one.
@@ -36,9 +36,10 @@ mod verification;
 /// [`with_buffer`](Self::with_buffer)).
 ///
 /// **Make the buffer twice as long as [`Format::LONGEST`].** It must have at least `LONGEST` bytes. When the buffer is
-/// full, the pending bytes move to its front. If the buffer has only `LONGEST` bytes and the stream consists of false
-/// starts, the pending bytes move whenever a byte comes. If the buffer has twice `LONGEST` bytes, the receiver copies
-/// on average less than one byte per received byte.
+/// full, the pending bytes move to its front. *False starts* are bytes that look like the start of a frame but are not
+/// one. If the buffer has only `LONGEST` bytes and the stream consists of false starts, the pending bytes move whenever
+/// a byte comes. If the buffer has twice `LONGEST` bytes, the receiver copies on average less than one byte per
+/// received byte.
 ///
 /// Each frame is delivered as a [`Frame`]. It is decoded only when the program asks for its message.
 ///
@@ -225,7 +226,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
 
     /// Decides about the bytes that [`push`](Self::push) has left undecided. Returns the next frame among them.
     ///
-    /// Calls the format at most as often as bytes are pending.
+    /// Calls the format at most once for each pending byte.
     pub fn poll(&mut self) -> Option<Frame<'_, F>> {
         self.next(&mut [].as_slice())
     }
@@ -372,7 +373,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
     /// Takes a line event, after which an incomplete frame cannot be continued. Delivers the frames that lie whole in
     /// the pending bytes, and drops the other bytes. Then nothing is pending (theorem 13f).
     ///
-    /// Calls the format at most as often as bytes are pending.
+    /// Calls the format at most once for each pending byte.
     pub fn line_event(&mut self, _: LineEvent, mut found: impl FnMut(Found<Frame<'_, F>>)) {
         while self.pending() > 0 {
             self.end_first(&mut found);
@@ -424,8 +425,8 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         true
     }
 
-    /// Does nothing until `to` reaches `ask_at`. Then discards the first pending bytes that cannot start a frame, and
-    /// asks the format once about the bytes that are left.
+    /// Does nothing until `to` reaches `ask_at`. Then discards the pending bytes before the first one that can start a
+    /// frame, and asks the format once about the rest.
     #[inline]
     fn decide_next(&mut self, mut account: impl FnMut(Found<()>)) -> Decision {
         if self.to < self.ask_at {
@@ -490,7 +491,7 @@ impl<F: Format, B: AsRef<[u8]> + AsMut<[u8]>> BufferedReceiver<F, B> {
         Frame::new(self.format, bytes.unwrap_or_default())
     }
 
-    /// Stores bytes. There must be at most `LONGEST` pending and new bytes together.
+    /// Stores bytes. The pending and the new bytes together must not exceed `LONGEST`.
     #[inline]
     fn store(&mut self, bytes: &[u8]) {
         let room = self.buffer.as_ref().len();

@@ -105,7 +105,7 @@ pub(crate) mod sealed {
         type Word: crate::window::Word;
 
         /// The state of a receiver that has received nothing. It contains the marker, and the note that no byte is
-        /// pending.
+        /// pending (see the module `window`).
         const EMPTY: Self::Word;
 
         /// Returns the frame whose last byte is the lowest byte of `word`.
@@ -137,7 +137,8 @@ frames!(u128: 9 10 11 12 13 14 15 16);
 /// The fixed bytes of a frame, and their positions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Shape<F> {
-    /// The fixed bytes, and 0 at all other positions. Here and in `mask`, the frame's last byte is the lowest.
+    /// The fixed bytes, and 0 at all other positions. Here and in `mask`, the lowest byte stands for the frame's last
+    /// byte.
     pattern: u128,
     /// 0xFF at the positions of fixed bytes, and 0 at all others.
     mask: u128,
@@ -150,8 +151,8 @@ pub struct Shape<F> {
 }
 
 impl<const LENGTH: usize> Shape<[u8; LENGTH]> {
-    /// Creates the shape of a frame of `LENGTH` bytes: `Some(byte)` at each position that must hold that byte,
-    /// `None` at each position that may hold any byte.
+    /// Creates the shape of a frame of `LENGTH` bytes. `places` has `Some(byte)` at each position that must hold that
+    /// byte, and `None` at each position that may hold any byte.
     #[must_use]
     pub const fn new(places: [Option<u8>; LENGTH]) -> Self {
         let mut shape = Self {

@@ -24,9 +24,9 @@ pub enum Classification {
 
 /// A frame format of any length, fixed or varying.
 ///
-/// A format is a value, so it may hold data that is known only at run time: an address, or a table of checksums. Most
-/// formats consist of a sync, a length and a check. Describe such a format with the type `Layout` of
-/// `framelock-formats` instead of implementing this trait.
+/// A format is a value, so it may hold data that is known only at run time: an address, or a table of checksums. In
+/// most formats, a frame consists of a sync, a length, a payload and a checksum. Describe such a format with the type
+/// `Layout` of `framelock-formats` instead of implementing this trait.
 ///
 /// # The laws
 ///
@@ -108,8 +108,8 @@ pub trait Format: Copy {
     /// The decoded content of a frame. It may borrow from the frame.
     type Message<'a>;
 
-    /// Returns the number of bytes in the longest frame of this format value: `LONGEST`, or fewer for formats that are
-    /// read from a file.
+    /// Returns the number of bytes in the longest frame of this format value: `LONGEST`, or a smaller number for
+    /// formats that are read from a file.
     #[inline]
     #[must_use]
     fn longest(&self) -> usize {

@@ -48,8 +48,8 @@
 //!
 //! | type | purpose | bytes of state |
 //! |---|---|---|
-//! | [`Receiver`] | finds frames of a [`FixedFormat`], which has a fixed length of up to 16 bytes | 8 (16 for frames above 8 bytes) |
-//! | [`BufferedReceiver`] | finds frames of a [`Format`], which may have any length | buffer + 3 words |
+//! | [`Receiver`] | finds frames of a fixed length, up to 16 bytes; takes a [`FixedFormat`] | 8 (16 for frames of more than 8 bytes) |
+//! | [`BufferedReceiver`] | finds frames of any length; takes a [`Format`] | buffer + 3 words |
 //! | [`Line`] | wraps a receiver, takes line events, and counts the outcome of each byte | receiver + 18 words |
 //! | `Reader` | reads messages from an `embedded-io` source | source + line + buffer + 2 words |
 //! | [`motion`] | a motion platform's frames, setpoint and failsafe | 60 for the failsafe with three axes |

@@ -106,7 +106,7 @@ pub(crate) fn memmem(bytes: &[u8]) -> Answer {
     answer
 }
 
-/// Runs a parser combinator for streams, which takes a frame or skips one byte.
+/// Runs a parser combinator for streams, which in each step takes a frame or skips one byte.
 pub(crate) fn winnow(bytes: &[u8]) -> Answer {
     type Stream<'a> = Partial<&'a [u8]>;
     type Error = ErrMode<EmptyError>;

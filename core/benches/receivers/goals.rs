@@ -1,7 +1,7 @@
-//! The goals for the speed of `feed`, as a multiple of another contender's speed.
+//! The goals for the speed of `feed`. Each goal is a multiple of another contender's speed.
 //!
-//! This module measures the goals without criterion, so that other load on the machine cannot favour one side. The two
-//! contenders of a ratio run alternately on pieces of the stream. The pieces are so short that a run is seldom
+//! This module measures the goals without criterion, so that other load on the machine cannot favour one contender. The
+//! two contenders of a ratio run alternately on pieces of the stream. The pieces are so short that a run is seldom
 //! interrupted. The median of many rounds is printed.
 
 use std::hint::black_box;

@@ -1,7 +1,7 @@
 //! Theorem 13: the receiver of frames of any length, for every format.
 //!
 //! The receiver examines bytes only through its format. So a harness can replace each byte with its *place*, which is
-//! the byte's index in the stream. The format may then give any answer about each place that the laws of [`Format`]
+//! the byte's index in the stream. The format may then give, about each place, any answer that the laws of [`Format`]
 //! allow. This covers every lawful format on every stream. A [`Row`] holds the format's answers about one place.
 //!
 //! **The reference**, `framed` of `framelock-proofs`, goes from place to place, and asks the format about all bytes
@@ -25,7 +25,8 @@
 //! * `store` adds the next places, also when the pending bytes move to the front. `next` stores as many bytes as the
 //!   format needs to decide.
 //! * `take` runs while nothing is pending. It performs one of the steps above on bytes of the slice, or stores the
-//!   whole slice. Runs of dropped bytes that are longer than the slices here are covered in `noise::verification`.
+//!   whole slice. Runs of dropped bytes that are longer than the slices in these harnesses are covered in
+//!   `noise::verification`.
 //! * `give_back` either returns a slice that begins with the bytes that were pending, and leaves nothing pending, or
 //!   changes nothing.
 //!
@@ -51,9 +52,9 @@
 //! **13e: latency.** The decision about a frame of `n` bytes comes at most `LONGEST - n` bytes after the frame's last
 //! byte. Suppose that the frame is still undecided when `b` bytes have come after its last byte. Then the `n` bytes of
 //! the frame and these `b` bytes are all pending, so by 13b `n + b < LONGEST`. With `feed` the bound is one byte lower,
-//! `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the frame. The reason is that the
-//! reference has then stopped at an earlier place, whose byte is pending, too. Streams exist that reach both bounds
-//! ([`reference`]).
+//! `LONGEST - 1 - n`, if the format needs only the frame's own bytes to recognise the frame. The reason is that while
+//! such a frame is undecided, the reference has stopped at an earlier place, whose byte is pending, too. Streams exist
+//! that reach both bounds ([`reference`]).
 //!
 //! **13f: a line event** does the same as the reference at the end of a stream. It delivers the frames that lie whole
 //! in the pending bytes, and drops the other bytes. [`line_events`] proves one iteration of its loop, and [`reference`]

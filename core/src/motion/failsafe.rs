@@ -20,8 +20,8 @@ use core::num::NonZeroU32;
 #[cfg(kani)]
 mod verification;
 
-/// The demand that a frame carries for one axis, from one end of its travel to the other: `u8` or `u16`. The trait
-/// is sealed.
+/// The demand that a frame carries for one axis: a `u8` or `u16` whose range covers the whole travel of the axis. The
+/// trait is sealed.
 pub trait Demand: Copy + Eq + Debug + Default + Into<u16> + TryFrom<u16> + sealed::Bits {}
 
 impl Demand for u8 {}
@@ -138,9 +138,9 @@ pub struct Output<D, const AXES: usize> {
 /// The failsafe between the receiver and the actuators, for any number of axes and demands of 8 or 16 bits. The
 /// program passes in the time, as a counter that may wrap.
 ///
-/// Report each [`frame`](Self::frame), and [`poll`](Self::poll) for the output. Pass the current time to both. Call one
-/// of them more often than the counter wraps. If the time goes backwards, the failsafe assumes a long silence and moves
-/// the output to park, which is safe.
+/// Call [`frame`](Self::frame) for each frame, and [`poll`](Self::poll) to get the output. Pass the current time to
+/// both. Call one of them more often than the counter wraps. If the time goes backwards, the failsafe assumes a long
+/// silence and moves the output to park, which is safe.
 ///
 /// Outside [`Phase::Live`] an axis moves at most one unit per `ticks_per_unit` ticks. This bounds the return from park,
 /// too, so after a silence the axis approaches the first frame's demand without a jump (theorem 10). In [`Phase::Live`]
@@ -196,8 +196,8 @@ impl<D: Demand, const AXES: usize> Failsafe<D, AXES> {
         Self::resumed(parameters, now, parameters.park)
     }
 
-    /// Creates a failsafe like [`new`](Self::new), but its output begins at `output` and moves from there to park.
-    /// Use it if the actuators are known to be elsewhere, for example after a reset.
+    /// Creates a failsafe like [`new`](Self::new), but its output begins at `output` and moves from there to park. Use
+    /// this function if you know that the actuators are not at park, for example after a reset.
     ///
     /// # Errors
     /// Returns the same errors as [`new`](Self::new).
@@ -305,8 +305,8 @@ impl<D: Demand> Axis<D> {
         };
         // `moved` lies between two valid demands, so it fits the demand's type.
         self.position = moved.try_into().unwrap_or(target);
-        // At this point `left` is less than the axis takes for a unit. Otherwise the axis would have reached the
-        // target.
+        // At this point `left` is less than the time that the axis takes for a unit. Otherwise the axis would have
+        // reached the target.
         self.since_unit = u32::try_from(left).unwrap_or(u32::MAX);
     }
 }

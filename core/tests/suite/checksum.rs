@@ -33,7 +33,7 @@ fn one_to_three_wrong_bits_are_never_committed() {
             for b in a..bits.end {
                 for c in b..bits.end {
                     let mut wrong = frame;
-                    // If two of the three positions are equal, the error has fewer bits.
+                    // If two of the three positions are equal, the error has fewer than three bits.
                     for bit in [Some(a), (b != a).then_some(b), (c != b).then_some(c)]
                         .into_iter()
                         .flatten()

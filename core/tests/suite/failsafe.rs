@@ -1,4 +1,4 @@
-//! Compares the failsafe with the model in its oracle, and with known outputs at some times.
+//! Compares the failsafe with the model in its fuzz oracle, and with known outputs at some times.
 
 use std::num::NonZeroU32;
 use std::sync::Mutex;

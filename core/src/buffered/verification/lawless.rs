@@ -35,7 +35,7 @@ fn memory_holds_the_longest_frame() {
     let memory = memory.get_mut(..any_up_to(3)).unwrap();
     let is_held = (1..=memory.len()).contains(&longest);
     assert!(BufferedReceiver::with_buffer(Longest(longest), memory).is_some() == is_held);
-    kani::cover!(is_held, "it does");
+    kani::cover!(is_held, "the memory holds the longest frame");
 }
 
 /// A format that gives the same answer about any bytes.
@@ -59,8 +59,8 @@ fn what_is_not_rejected_starts() {
     let classification = any_verdict();
     let starts = Says(classification).starts(kani::any());
     assert!(starts == (classification != Classification::Rejected(DiscardReason::NoSync)));
-    kani::cover!(!starts, "it does not");
-    kani::cover!(starts, "it does");
+    kani::cover!(!starts, "a byte that starts no frame");
+    kani::cover!(starts, "a byte that starts a frame");
 }
 
 /// `poll` finds a frame among the bytes that `push` has left undecided, whether called on the receiver or on a line.
@@ -106,7 +106,7 @@ fn something_is_decided<const L: usize, const N: usize>() {
         assert!(pending < L && (pending == 0 || receiver.ask_at > receiver.to));
     }
     kani::cover!(decided == L, "the longest frame");
-    kani::cover!(L == 1 || decided == 0 && pending > 0, "it waits");
+    kani::cover!(L == 1 || decided == 0 && pending > 0, "the receiver waits");
 }
 for_longest!(decide, something_is_decided);
 
@@ -158,6 +158,6 @@ fn slice_is_placed<const L: usize, const N: usize>() {
         assert!(placed == 0 && length < L && fits(&receiver, 0, length, L));
     }
     kani::cover!(placed == L, "the longest frame");
-    kani::cover!(L == 1 || placed == 0, "it waits");
+    kani::cover!(L == 1 || placed == 0, "the receiver waits");
 }
 for_longest!(take, slice_is_placed);

@@ -71,7 +71,7 @@ fn one_question_at_most<const L: usize, const N: usize>() {
     assert!(end - start < L && fits(&receiver, start, end - start, settled_at));
     kani::cover!(
         L == 1 || start == end - 1 && frame == Some(L - 1),
-        "work is left"
+        "undecided bytes are left"
     );
     kani::cover!(frame == Some(L), "the longest frame");
 }

@@ -53,7 +53,7 @@ fn events<const L: usize, const P: usize>(rows: &[Row; P], end: usize, is_over: 
 ///
 /// * The frame is delivered.
 /// * A delivered frame begins earlier and shares bytes with the frame.
-/// * The reference has stopped before the frame, until more bytes or a line event come. In this case fewer than
+/// * The reference has stopped before the frame, and waits for more bytes or a line event. In this case fewer than
 ///   `LONGEST - 2` bytes have come after the frame's first byte.
 fn no_frame_is_passed_over<const L: usize, const P: usize>() {
     let rows: [Row; P] = core::array::from_fn(|_| Row::any(L));

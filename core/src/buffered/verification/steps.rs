@@ -5,8 +5,8 @@ use crate::any_format::{any_up_to, part};
 use crate::buffered::Decision;
 use crate::{Classification, DiscardReason, Found};
 
-/// `decide` delivers the frame at the first pending place, or drops the place with the reference's
-/// reason, or waits for bytes that have not come.
+/// `decide` delivers the frame at the first pending place, or drops the place with the reference's reason, or waits for
+/// more bytes.
 fn first_place_is_decided<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), L);
@@ -50,7 +50,10 @@ fn first_place_is_decided<const L: usize, const N: usize>() {
         pending == L && row.settled == Classification::Frame(L),
         "the longest frame"
     );
-    kani::cover!(L == 1 || receiver.ask_at > receiver.to, "it waits");
+    kani::cover!(
+        L == 1 || receiver.ask_at > receiver.to,
+        "the receiver waits"
+    );
 }
 for_longest!(decide, first_place_is_decided);
 
@@ -112,7 +115,7 @@ fn bytes_are_stored<const L: usize, const N: usize>() {
     assert!(receiver.ask_at.saturating_sub(receiver.from) == waits_for);
     kani::cover!(
         L == 1 || receiver.from < from && to > from,
-        "it moves to the front"
+        "the pending bytes move to the front"
     );
     kani::cover!(count == L && !is_next, "a whole frame");
     kani::cover!(L == 1 || count == L - 1 && is_next, "all that is missing");
@@ -130,8 +133,9 @@ fn places<const COUNT: usize>(from: usize) -> [u8; COUNT] {
     bytes
 }
 
-/// `take`, while nothing is pending, does one of four things: it drops the places that start no frame, delivers the
-/// frame at the first place, drops the first place, or stores the whole slice and waits for more bytes.
+/// `take`, while nothing is pending, does one of four things: it drops the places before the first one that starts a
+/// frame, delivers the frame at the first place, drops the first place, or stores the whole slice and waits for more
+/// bytes.
 fn slice_is_taken<const L: usize, const N: usize>() {
     let asked = Asked::new(None);
     let mut receiver = any_receiver::<L, N>(Any::lawful(&asked), 0);
@@ -173,7 +177,7 @@ fn slice_is_taken<const L: usize, const N: usize>() {
     }
     let asked = receiver.format.asked.get();
     assert!(asked == (first == 0).then_some((0, known)));
-    kani::cover!(L == 1 || receiver.pending() > 0, "it waits");
+    kani::cover!(L == 1 || receiver.pending() > 0, "the receiver waits");
     kani::cover!(decided == L && first == 0, "the longest frame");
 }
 for_longest!(take, slice_is_taken);

@@ -152,8 +152,8 @@ fn stops_at_its_target<D: Demand + kani::Arbitrary>() {
     assert!(to.abs_diff(goal) == way - way.min(made));
     let is_there = axis.position == target;
     assert!(axis.since_unit == if is_there { 0 } else { left });
-    kani::cover!(made > way && way > 0, "it stops");
-    kani::cover!(made < way, "it is on its way");
+    kani::cover!(made > way && way > 0, "the axis stops at its target");
+    kani::cover!(made < way, "the axis is on its way");
 }
 
 fn moves_at_its_rate<D: Demand + kani::Arbitrary>() {
@@ -181,8 +181,8 @@ fn moves_at_its_rate<D: Demand + kani::Arbitrary>() {
     let way = from.abs_diff(goal);
     assert!(to.abs_diff(goal) + moved == way);
     assert!(to == goal || spent + u64::from(after.since_unit) == ticks);
-    kani::cover!(to == goal, "it arrives");
-    kani::cover!(moved == 2 && to != goal, "it moves");
+    kani::cover!(to == goal, "the axis arrives");
+    kani::cover!(moved == 2 && to != goal, "the axis moves");
 }
 
 /// Defines one harness for demands of 8 bits and one for 16 bits.
