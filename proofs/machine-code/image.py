@@ -34,8 +34,8 @@ class Image:
         return found.pop()
 
     def layout(self, function):
-        """Returns, by DWARF, the type that the function's first argument points to: (offset, size) of each field by name,
-        and the size of the whole type."""
+        """Reads from DWARF the type that the function's first argument points to. Returns (offset, size) of each field by
+        name, and the size of the whole type."""
         for unit in self.elf.get_dwarf_info().iter_CUs():
             for entry in unit.iter_DIEs():
                 if entry.tag == "DW_TAG_subprogram" and attribute(entry, "name") == function.encode():
@@ -52,7 +52,8 @@ def type_of(entry):
     return entry.get_DIE_from_attribute("DW_AT_type")
 
 def fields(entry, name="", offset=0):
-    """Yields the innermost fields, those without fields of their own. A tuple's field has the name of the field around it."""
+    """Yields the innermost fields, those without fields of their own. A field of a
+    tuple has the name of the field that contains the tuple."""
     inner = [child for child in entry.iter_children() if child.tag == "DW_TAG_member"]
     for child in inner:
         own = attribute(child, "name").decode()

@@ -11,7 +11,7 @@ REASONS = {"no_sync": 0, "broken_sync": 1, "wrong_terminator": 6}  # Each reason
 # The setpoint that the main loop takes: one word, laid out as in firmware/src/setpoint.rs.
 SETPOINT = {f"published {axis}": (n, 1) for n, axis in enumerate(AXES)} | {"sequence": (3, 1)}
 KEPT_BY_CALLS = ["sp"] + [f"r{n}" for n in range(4, 12)]
-MOST = {"receiver": (240, 380, 48), "lecture": (50, 90, 32)}  # Instructions, cycles, bytes of stack of a step.
+MOST = {"receiver": (240, 380, 48), "lecture": (50, 90, 32)}  # Limits of a step: instructions, cycles, bytes of stack.
 
 def one_if(condition, size=32):
     return z3.If(condition, bits(1, size), bits(0, size))
@@ -49,7 +49,8 @@ def receiver(held, byte):
     return is_frame, stream[3:6], discarded, {"window": after}
 
 def lecture(before, byte):
-    """Does the same by the lecture's table: `state` bytes of a frame have come, and are discarded together."""
+    """Does the same as `receiver`, by the lecture's table. `state` is the number of bytes of a frame that have come. They are
+    discarded together."""
     state, temp = before["state"], [before[axis] for axis in AXES]
     goes_on = z3.Or([z3.And(state == n, fixed is None or byte == fixed) for n, fixed in enumerate(FRAME)])
     after = {"state": z3.If(z3.And(goes_on, state < 6), state + 1, bits(0, 8))}

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Proof by induction. At reset all numbers are 0. Each byte and each line event adds the same number to both sides,
-//! for any values of the counters, even if they are about to wrap. A slice does the same as its bytes (theorem 6).
+//! for any values of the counters, even if they are about to wrap. A fed slice has the same effect as pushing its bytes
+//! (theorem 6).
 //!
 //! For every format of one to eight bytes, the receiver's engine neither loses nor invents a byte. When it takes a
 //! byte, it reports exactly this byte and the pending bytes, in frames or as discarded, or leaves them pending
@@ -51,7 +52,7 @@ fn up(counter: u32, start: u32) -> u8 {
     up
 }
 
-/// Returns the number of bytes that were counted, in frames or as discarded, while each counter was `start` before.
+/// Returns how many bytes the line has counted, in frames or as discarded, since each counter was `start`.
 fn placed(counters: &Counters, start: u32) -> u8 {
     let discarded = &counters.discarded;
     up(counters.frame_bytes, start)

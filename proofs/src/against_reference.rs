@@ -50,7 +50,7 @@ where
         assert!(committed == Some(setpoint_of(bytes)));
         assert!(receiver == Receiver::new());
     }
-    kani::cover!(failed == Some(N - 1), "it fails at its end");
+    kani::cover!(failed == Some(N - 1), "only the last byte is wrong");
     kani::cover!(committed.is_some(), "a frame");
 }
 
@@ -88,7 +88,7 @@ fn discard_by_the_lectures_machine() {
         }
         length += 1;
     }
-    kani::cover!(failed == Some(6), "it fails at its end");
+    kani::cover!(failed == Some(6), "only the last byte is wrong");
     kani::cover!(committed.is_some(), "a frame");
 }
 
@@ -114,8 +114,11 @@ where
         place += 1;
     }
     assert!(parser.pending() == pending);
-    kani::cover!(pending == F::LENGTH - 1, "it ends a byte before a frame");
-    kani::cover!(expected[N - 1].is_some(), "it ends with a frame");
+    kani::cover!(
+        pending == F::LENGTH - 1,
+        "the stream ends a byte before a frame"
+    );
+    kani::cover!(expected[N - 1].is_some(), "the stream ends with a frame");
 }
 
 #[kani::proof]

@@ -113,7 +113,7 @@ impl<F: FixedFormat<Message = Setpoint>> OfSetpoints for Receiver<F> {
     const LENGTH: usize = F::Frame::LENGTH;
 }
 
-/// Returns the setpoint from its positions in a frame of BIN or BIN-CRC8.
+/// Reads the setpoint from a frame of BIN or BIN-CRC8.
 pub(crate) fn setpoint_of<const N: usize>(frame: [u8; N]) -> Setpoint {
     [frame[3], frame[4], frame[5]].into()
 }

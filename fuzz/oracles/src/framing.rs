@@ -86,7 +86,7 @@ fn reference<F: Format>(format: &F, bytes: &[u8], is_over: bool) -> (Vec<Found<u
 
 /// Checks that receivers of the format find and count the same as the reference. One receiver gets the slices of the
 /// stream by `feed`, and another gets every byte by `push`. `questions` returns how many classifications the receivers
-/// have asked for since its last call, not counting calls of `starts`. Returns the counters.
+/// have asked for since the last call of `questions`, not counting calls of `starts`. Returns the counters.
 pub(crate) fn as_the_reference<F, const N: usize>(
     format: impl Fn() -> F,
     Stream(steps): &Stream,
