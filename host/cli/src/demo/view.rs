@@ -84,7 +84,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
         ];
         frame.render_widget(Paragraph::new(lines), area);
     }
-    let caption = "Bytes from the last fault on, and what each waits for next";
+    let caption = "Bytes from the last fault on, and what each receiver waits for next";
     let mut lines = vec![Line::default(), caption.dim().into()];
     lines.extend(bytes::rows(demonstration.bytes.close_up.iter()));
     frame.render_widget(Paragraph::new(lines), bytes);
