@@ -117,7 +117,8 @@ impl Kind {
         }
     }
 
-    /// Returns the exclusive end index of each field, in ascending order; `None` if a field takes the rest of the frame.
+    /// Returns the exclusive end index of each field, in ascending order; `None` if a field takes the rest of the
+    /// frame.
     pub(crate) fn ends_of(fields: &[Field]) -> Option<Vec<usize>> {
         let fields = || fields.iter().filter(|field| !field.is_appended);
         if fields().any(|field| field.length().is_none()) {

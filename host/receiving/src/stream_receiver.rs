@@ -186,7 +186,7 @@ struct Classifier {
 struct Search {
     /// The position up to which bytes were searched for rejected starts.
     searched: usize,
-    /// The position up to which a frame from some start is still incomplete, so that no delimiter ends it before.
+    /// The position up to which a frame from some start is still incomplete. No delimiter ends it earlier.
     incomplete: usize,
 }
 
