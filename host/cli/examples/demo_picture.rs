@@ -164,7 +164,7 @@ fn svg(groups: &BTreeMap<Seen, Group>) -> Result<String, fmt::Error> {
             svg,
             "@keyframes n{number}{{0%{{visibility:visible}}{number}%{{visibility:hidden}}}}"
         )?;
-        // Start a millisecond later, so that the start is not exactly at the change between two drawings.
+        // Start a millisecond later, so that no animation starts exactly when one drawing replaces another.
         let begin = STEP.as_millis() * (DRAWINGS - number) as u128 + 1;
         writeln!(
             svg,

@@ -146,7 +146,7 @@ struct Decoder<W> {
     policy: Policy,
     /// Whether only some kinds of frames are written.
     is_partial: bool,
-    /// The number of frames of these kinds.
+    /// The number of frames of the kinds that are written.
     wanted: u64,
     /// The first bytes of the stream, for the hint.
     beginning: Vec<u8>,

@@ -169,7 +169,7 @@ pub(crate) fn is_gone(error: &io::Error) -> bool {
 }
 
 /// Waits until the port can be opened again, or until `is_stopped` returns true. Before this call, close the port that
-/// is gone, because the operating system may not use the port's name again while it is open.
+/// is gone, because as long as it is open, the operating system may give the returning port another name.
 pub(crate) fn reopen(
     path: &Path,
     options: &PortOptions,

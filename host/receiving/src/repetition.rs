@@ -14,7 +14,7 @@ const PAUSE: usize = 256;
 /// The last stretch of the stream that repeats itself.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Repetition {
-    /// The positions of the stretch's first byte and of the byte after it. In an empty stretch, both are equal.
+    /// The positions of the stretch's first byte and of the byte after the stretch. They are equal if it is empty.
     from: usize,
     to: usize,
     period: usize,

@@ -297,7 +297,7 @@ fn classify_delimited(
 /// The running sums of a stream.
 #[derive(Clone, Default, Debug)]
 struct Sums {
-    /// The end of the bytes that a wrong checksum has covered.
+    /// The position after the last byte that a wrong checksum has covered.
     covered: usize,
     /// The running sums for each checksum. The address of the algorithm identifies the checksum.
     running: RefCell<Vec<(usize, RunningSums)>>,

@@ -83,7 +83,7 @@ impl Run {
         })
     }
 
-    /// Decodes one more piece, so that positions after it can be shown at once. Returns the number
+    /// Decodes one more piece, so that positions after it can be shown immediately. Returns the number
     /// of bytes decoded so far.
     pub fn decode(&mut self) -> usize {
         let done = self.kept.len() * KEPT_EVERY;

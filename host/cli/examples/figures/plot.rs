@@ -62,7 +62,7 @@ enum Mark {
     Dashes,
     /// Dots with their confidence intervals.
     Dots,
-    /// Bars next to the bars of the other series, with their values above them.
+    /// Bars with their values above them, next to the bars of the other series.
     Bars,
 }
 

@@ -1,6 +1,6 @@
 //! Draws the live view of the demonstration. Drawing changes nothing.
 //!
-//! The layout is for 80 columns and 24 rows. A terminal with fewer rows omits the bytes first, then the
+//! The layout is for 80 columns and 24 rows. With fewer rows, the view omits the bytes first, then the
 //! seats.
 
 use std::time::Duration;
@@ -126,7 +126,7 @@ fn mark(fate: Fate) -> Span<'static> {
     }
 }
 
-/// Returns the number of frames with each mark, which is also the legend of the marks.
+/// Returns a row with the number of frames for each mark. The row is also the legend of the marks.
 fn counts(report: &Report, broken: u64, width: u16) -> Line<'static> {
     let (missed, broken_by_line) = if width < WIDE {
         ("missed", "broken")

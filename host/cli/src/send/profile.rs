@@ -132,7 +132,8 @@ mod tests {
     fn a_line_makes_up_for_frames_that_are_due_at_once() {
         let frame = Protocol::named("bin").unwrap();
         let time_of = |bytes| Duration::from_millis(bytes as u64);
-        // Each frame takes 7 ms. If 37 frames are due at once, the last one is 252 ms late, and the limit is 250 ms.
+        // Each frame takes 7 ms. If 37 frames are due at the same time, the last one is 252 ms late. The limit is
+        // 250 ms.
         for (count, is_carried) in [(36, true), (37, false)] {
             let rows = (0..2 * count).map(|row| format!("{},1,2,3\n", row / count));
             let rows = rows.collect::<Vec<_>>().concat();
