@@ -33,10 +33,10 @@ pub(crate) struct PortOptions {
     /// Set the serial port's baud rate [default: 115200]
     #[arg(long, value_name = "RATE", value_parser = baud)]
     baud: Option<u32>,
-    /// Set the port's parity: none, even or odd [default: none]
+    /// Set the parity: none, even or odd [default: none]
     #[arg(long, value_name = "PARITY", value_parser = parity(), hide_possible_values = true)]
     parity: Option<Parity>,
-    /// Set the port's number of stop bits: 1 or 2 [default: 1]. SBUS needs --baud 100000 --parity even
+    /// Set the number of stop bits: 1 or 2 [default: 1]. SBUS needs --baud 100000 --parity even
     /// --stop-bits 2
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
     stop_bits: Option<u8>,
