@@ -7,7 +7,7 @@
 //! motion.
 //!
 //! A cell that stays the same over several drawings is written once. All cells that are visible in the same drawings
-//! form one group. The classes of the group name its first drawing and the number of its drawings.
+//! form one group. The group's CSS classes state its first drawing and the number of its drawings.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -64,8 +64,8 @@ const fn class(color: Color) -> &'static str {
 /// The first drawing that contains a cell, and the first drawing after it that does not.
 type Seen = (usize, usize);
 
-/// The content of a group: its bars and its texts. For each row and list of classes, `texts` has the symbols and their
-/// columns.
+/// The content of a group: its bars and its texts. `texts` maps a row and its CSS classes to columns and the symbols in
+/// them.
 #[derive(Default)]
 struct Group {
     bars: String,
@@ -121,7 +121,7 @@ impl Group {
         if is_reversed || paper != Color::Reset {
             bar(WIDTH, paper)?;
         }
-        // Count blanks as parts of a bar, with width zero.
+        // A blank is the first of the parts, and draws a bar of width zero.
         let symbol = cell.symbol();
         let mut parts = (0..).zip(EIGHTHS);
         if let Some((eighths, _)) = parts.find(|(_, part)| symbol.starts_with(*part)) {
@@ -136,7 +136,7 @@ impl Group {
         Ok(())
     }
 
-    /// Writes each word separately, and gives it the width of its cells, whatever the font.
+    /// Writes each word separately. Sets its width to that of its cells, so that the font makes no difference.
     fn write_texts(&self, svg: &mut String) -> fmt::Result {
         for ((row, classes), text) in &self.texts {
             for word in text.chunk_by(|(before, _), (after, _)| before + 1 == *after) {
@@ -164,7 +164,7 @@ fn svg(groups: &BTreeMap<Seen, Group>) -> Result<String, fmt::Error> {
             svg,
             "@keyframes n{number}{{0%{{visibility:visible}}{number}%{{visibility:hidden}}}}"
         )?;
-        // Start a millisecond later, so that the start is not exactly at the change between two drawings.
+        // Start a millisecond later, so that no animation starts exactly when one drawing replaces another.
         let begin = STEP.as_millis() * (DRAWINGS - number) as u128 + 1;
         writeln!(
             svg,

@@ -53,8 +53,8 @@ pub(crate) struct Arguments {
     /// Write frames as jsonl (a JSON object per line), csv, text (columns) or none
     #[arg(long, value_enum, default_value_t = OutputFormat::Jsonl, hide_possible_values = true)]
     format: OutputFormat,
-    /// Write only frames of these kinds, and only their columns. The column kind has the names;
-    /// separate several by commas
+    /// Write only frames of these kinds, and only their columns. The column kind shows the names.
+    /// Separate several names by commas
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
     /// Write the time of each frame, in seconds since the start of the program; with =unix, since 1970
@@ -75,8 +75,8 @@ pub(crate) struct Arguments {
     /// If the port disappears, wait for it instead of ending with an error
     #[arg(long)]
     reconnect: bool,
-    /// After a pause of this length, drop the incomplete frame, and write whole frames inside it. Off by
-    /// default: USB adapters send in bursts
+    /// After a pause of this length, give up the incomplete frame, and write the whole frames among its
+    /// bytes. Off by default, because USB adapters send in bursts, so a frame may contain pauses
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
     idle_gap: Option<u64>,
 }
@@ -123,7 +123,7 @@ struct Summary {
     resynchronisations: u64,
 }
 
-/// A step of a decoder: bytes, a pause, or the end of the input.
+/// The input of a decoder's step: bytes, a pause, or the end of the input.
 #[derive(Clone, Copy)]
 enum Step<'b> {
     Bytes(&'b [u8]),
@@ -146,17 +146,17 @@ struct Decoder<W> {
     policy: Policy,
     /// Whether only some kinds of frames are written.
     is_partial: bool,
-    /// The number of frames of these kinds.
+    /// The number of frames of the kinds that are written.
     wanted: u64,
     /// The first bytes of the stream, for the hint.
     beginning: Vec<u8>,
     is_hinted: bool,
-    /// Whether the input is live, so that a hint cannot wait for its end.
+    /// Whether the input is live. A hint then cannot wait for the end of the input.
     is_live: bool,
     start: Instant,
     timestamps: Option<Timestamps>,
     idle_gap: Option<Duration>,
-    /// The time of the last arrival, if no pause was reported since.
+    /// The time of the last arrival, or `None` after the following pause was reported.
     heard: Option<Instant>,
     /// The output of the summary, until the summary is written.
     summary: Option<Output>,
@@ -248,8 +248,8 @@ impl<W: Write> Decoder<W> {
             }
         };
         match step {
-            // No frame is written, and setpoint frames have no header that could be rejected. So nobody needs the
-            // outcomes.
+            // The outcomes are not needed: no frame is written, and setpoint frames have no header that could be
+            // rejected.
             Step::Bytes(bytes)
                 if self.format == OutputFormat::None && self.frame.protocol.has_setpoints() =>
             {
@@ -435,7 +435,7 @@ impl Arguments {
     }
 }
 
-/// Decodes `input` to its end. Writes each frame before waiting for the next byte. At the end, reports a line event to
+/// Decodes `input` to its end. Writes each frame before waiting for the next byte. At the end, reports an idle gap to
 /// the receiver.
 fn decode<W: Write>(decoder: &Mutex<Decoder<W>>, input: Input) -> Result<()> {
     lock(decoder).begin()?;

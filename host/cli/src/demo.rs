@@ -1,7 +1,7 @@
 //! Shows the main use without hardware: a simulated motion PC sends frames over a faulty line.
 //!
 //! The demonstration runs in virtual time and does not depend on its display. The live view runs it in
-//! real time, and the plain text runs it at once. The same seed gives the same numbers in both.
+//! real time, and the plain text runs it without waiting. The same seed gives the same numbers in both.
 
 mod bytes;
 mod demonstration;
@@ -63,8 +63,8 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 10, value_name = "NUMBER", value_parser = |text: &str| whole::<u32>(text, 1, 100_000))]
     rate: u32,
 
-    /// After a pause of this many byte times, drop the incomplete frame. Off by default: DMA and USB
-    /// adapters send in bursts
+    /// After a pause of this many byte times, drop the incomplete frame. Off by default, because DMA and
+    /// USB adapters send in bursts, so a frame may contain pauses
     #[arg(long, value_name = "BYTES", value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     idle_gap: Option<u32>,
 

@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     outcome
 }
 
-/// Returns whether `path` is or becomes a regular file. A device receives each frame at once.
+/// Returns whether `path` is or becomes a regular file. A device receives each frame immediately.
 fn becomes_a_file(path: &Path) -> bool {
     path.as_os_str() != "-" && fs::metadata(path).map_or(true, |metadata| metadata.is_file())
 }

@@ -15,7 +15,7 @@ pub(crate) struct Place {
     pub(crate) time: Option<Duration>,
 }
 
-/// The output form of a kind of frames, or of a view.
+/// How to write the frames of a kind or of a view.
 #[derive(Clone)]
 struct Written {
     kind: Kind,
@@ -39,7 +39,7 @@ impl Written {
             let is_it = |field: &Field| field.name == *name_of(column) && field.constant.is_none();
             Some((kind.fields.iter().position(is_it), columns.len()))
         });
-        // Merge empty cells that follow each other, so that they are written at once.
+        // Merge consecutive empty cells, so that they are written together.
         let mut merged: Vec<(Option<usize>, usize)> = Vec::new();
         for cell in cells {
             match (merged.last_mut(), cell) {
@@ -65,7 +65,7 @@ fn name_of(column: &Column) -> &String {
 #[derive(Clone)]
 pub(crate) struct FrameWriter {
     pub(crate) protocol: Protocol,
-    /// The output form of each kind of frames and of each view.
+    /// How to write the frames of each kind and of each view.
     written: Vec<Written>,
     /// The columns of the kinds that are written.
     columns: Vec<Column>,
@@ -147,7 +147,7 @@ impl FrameWriter {
         row.push(b'\n');
     }
 
-    /// Returns the output form of a frame.
+    /// Returns how to write this frame.
     #[inline]
     fn kind(&self, frame: &[u8]) -> Option<&Written> {
         match &*self.written {
@@ -252,7 +252,7 @@ impl FrameWriter {
         self.append_text(row, frame);
     }
 
-    /// Appends a frame's length and its fields, in columns if they are small.
+    /// Appends a frame's length and its fields. Small numbers form columns.
     pub(crate) fn append_text(&self, row: &mut Vec<u8>, frame: &[u8]) {
         if !self.protocol.has_setpoints() {
             row.extend(b"   length ");

@@ -66,7 +66,7 @@ impl Arrival<'_> {
 }
 
 impl<'a> Input<'a> {
-    /// Makes an input of any reader.
+    /// Makes an input from any reader.
     pub(crate) fn new(name: &str, reader: impl Read + Send + 'a) -> Self {
         Self {
             name: name.to_owned(),

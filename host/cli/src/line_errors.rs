@@ -2,7 +2,8 @@
 //!
 //! With `PARMRK` set, Unix delivers a byte with a framing or parity error as `FF 00 byte`, and a break as `FF 00 00`. A
 //! data byte FF is delivered as `FF FF`, to distinguish it from a mark. There is no mark for an overrun. A framing
-//! error in a byte of zeros looks like a break. It almost is one.
+//! error in a zero byte has the same mark as a break. Both hold the line low at least from the start bit to the stop
+//! bit.
 
 use framelock::LineEvent;
 

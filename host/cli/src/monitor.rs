@@ -53,20 +53,21 @@ pub(crate) struct Arguments {
     /// if FILE ends in .csv
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// After a pause of this length, drop the incomplete frame. Off by default: USB adapters send in
-    /// bursts
+    /// After a pause of this length, drop the incomplete frame. Off by default, because USB adapters send
+    /// in bursts, so a frame may contain pauses
     #[arg(long, value_name = "MILLISECONDS", value_parser = |text: &str| whole::<u64>(text, 1, 1_000_000))]
     idle_gap: Option<u64>,
     /// After a silence of this length, the failsafe holds its output
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 100, value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     hold_after: u32,
-    /// After a silence of this length, the failsafe moves to park: 128 on every axis, at the full
-    /// travel per second
+    /// After a silence of this length, the failsafe moves to park (128 on every axis). It needs one
+    /// second for the full travel
     #[arg(long, value_name = "MILLISECONDS", default_value_t = 500, value_parser = |text: &str| whole::<u32>(text, 1, 1_000_000))]
     ramp_after: u32,
 }
 
-/// The failsafe's rate: the full travel in one second, as in the firmware.
+/// The time that the failsafe takes for one unit of the setpoint. It takes one second for the full travel, as in the
+/// firmware.
 const MICROSECONDS_PER_UNIT: NonZeroU32 = NonZeroU32::new(3_922).unwrap();
 
 /// Runs `framelock monitor`.
@@ -120,7 +121,7 @@ impl Arguments {
         let types_at_input = io::stdin().is_terminal();
         if self.line.as_os_str() == "-" && types_at_input {
             bail!(
-                "standard input is the terminal, which is needed for keys: name a serial port, or \
+                "standard input is the terminal, from which keys are read: name a serial port, or \
                  pipe a stream in"
             );
         }

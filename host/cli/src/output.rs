@@ -24,7 +24,7 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Makes an output of any writer.
+    /// Makes an output from any writer.
     pub(crate) fn new(name: &str, writer: impl Write + Send + 'static) -> Self {
         Self {
             name: name.to_owned(),
@@ -133,7 +133,7 @@ impl Write for Output {
 fn failure(error: io::Error, name: &str) -> io::Error {
     let remedy = match error.kind() {
         ErrorKind::BrokenPipe | ErrorKind::Interrupted => return error,
-        ErrorKind::StorageFull => "; make room there or write to another place",
+        ErrorKind::StorageFull => "; free some space there, or write to another disk",
         _ => "",
     };
     let told = format!("cannot write to {name}: {error}{remedy}");

@@ -37,7 +37,8 @@ pub(crate) fn time_of_day() -> String {
     format!("{hours:02}:{minutes:02}:{:02} UTC", seconds % 60)
 }
 
-/// Returns standard input or output as a file. A file can report its size, and has no second buffer.
+/// Returns standard input or output as a file. Unlike `Stdin` and `Stdout`, a file can report its size and adds no
+/// buffer of its own.
 #[cfg(unix)]
 pub(crate) fn standard_stream(stream: impl std::os::fd::AsFd) -> io::Result<File> {
     stream.as_fd().try_clone_to_owned().map(File::from)

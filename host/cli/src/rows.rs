@@ -134,7 +134,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Returns the places of the values with this name: several for an array, none for an unknown name.
+    /// Returns the slots for the values with this name: several slots for an array, none for an unknown name.
     fn places(&mut self, name: &str) -> Result<&mut [Option<Value>], String> {
         let is_it = |column: &Column| column.name == name || column.array.as_deref() == Some(name);
         let from = self.columns.iter().position(is_it).unwrap_or_default();
@@ -165,7 +165,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Stores a value, or the values of an array, in their places.
+/// Stores a value, or the values of an array, in their slots.
 fn fill(places: &mut [Option<Value>], name: &str, value: Value) -> Result<(), String> {
     let values = match value {
         Value::Array(values) => values,

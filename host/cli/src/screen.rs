@@ -81,14 +81,14 @@ pub(crate) fn key_within(time: Duration) -> io::Result<Option<KeyEvent>> {
         }
         match event::read()? {
             Event::Key(key) if key.kind != KeyEventKind::Release => return Ok(Some(key)),
-            // Return at once, so that the view is redrawn.
+            // Return immediately, so that the view is redrawn.
             Event::Resize(..) => return Ok(None),
             _ => {}
         }
     }
 }
 
-/// Returns whether the key quits. It is the same in every view.
+/// Returns whether the key quits. The same keys quit every view.
 pub(crate) fn quits(key: KeyEvent) -> bool {
     match key.code {
         KeyCode::Char('c') => key.modifiers.contains(KeyModifiers::CONTROL),

@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "PORT|PTY|-")]
     line: PathBuf,
 
-    /// Send a built-in motion around level: sine-sweep, step or figure-of-eight
+    /// Send a built-in motion around the middle position: sine-sweep, step or figure-of-eight
     #[arg(
         long,
         value_enum,
@@ -69,7 +69,7 @@ pub(crate) struct Arguments {
     frame: Protocol,
     #[command(flatten)]
     port: PortOptions,
-    /// If the port disappears, end with an error
+    /// If the port disappears, end with an error instead of waiting for it
     #[arg(long)]
     no_reconnect: bool,
 
@@ -91,7 +91,7 @@ pub(crate) struct Arguments {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Built-in motions")]
 struct ShapeArguments {
-    /// Move this far from level to either side, in units of the setpoint
+    /// Move this far from the middle to either side, in units of the setpoint
     #[arg(long, value_name = "UNITS", default_value_t = 100, value_parser = |text: &str| whole::<u8>(text, 1, 127))]
     amplitude: u8,
     /// Repeat the motion after this time [default: 20 for the sweep, 4 for the others]
@@ -103,7 +103,7 @@ struct ShapeArguments {
     /// Set the sweep's highest frequency
     #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = |text: &str| number(text, 0.001, 1000.0))]
     to: f64,
-    /// Move only these axes; the others stay level
+    /// Move only these axes; the others stay in the middle
     #[arg(
         long,
         value_enum,
@@ -115,7 +115,7 @@ struct ShapeArguments {
     axes: Vec<Axis>,
 }
 
-/// The options of the end of a transmission.
+/// Options for how a transmission ends.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Parking")]
 struct End {
@@ -130,7 +130,7 @@ struct End {
     no_park: bool,
 }
 
-/// The probabilities of faults that are made on purpose.
+/// The probabilities of deliberate faults.
 #[derive(clap::Args)]
 #[command(
     next_help_heading = "Deliberate faults, with probability P (0 to 1) for each byte before parking"
@@ -279,7 +279,7 @@ impl Arguments {
         if self.profile.is_none() {
             bail!(
                 "--motion and --udp send pitch, roll and yaw, which --frame {} does not have: give \
-                 its fields by --profile, a row for each frame",
+                 its fields with --profile, a row for each frame",
                 self.frame
             );
         }

@@ -13,11 +13,11 @@ use crate::options::whole;
 use crate::output::note;
 use crate::process::time_of_day;
 
-/// The rate without `--baud`: most firmware uses it.
+/// The rate without `--baud`. Most firmware uses this rate.
 const DEFAULT_BAUD: u32 = 115_200;
 
-/// The longest time that a read or a write waits. A read of a silent line is repeated. A port that
-/// accepts no byte for this long has no reader at its other end.
+/// The longest time that a read or a write waits. A read that finds a silent line is repeated. If a port
+/// accepts no byte for this long, nobody reads at its other end.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The time between two attempts to find a port that disappeared.
@@ -33,10 +33,10 @@ pub(crate) struct PortOptions {
     /// Set the serial port's baud rate [default: 115200]
     #[arg(long, value_name = "RATE", value_parser = baud)]
     baud: Option<u32>,
-    /// Set its parity: none, even or odd [default: none]
+    /// Set the parity: none, even or odd [default: none]
     #[arg(long, value_name = "PARITY", value_parser = parity(), hide_possible_values = true)]
     parity: Option<Parity>,
-    /// Set its number of stop bits: 1 or 2 [default: 1]. SBUS needs --baud 100000 --parity even
+    /// Set the number of stop bits: 1 or 2 [default: 1]. SBUS needs --baud 100000 --parity even
     /// --stop-bits 2
     #[arg(long, value_name = "COUNT", value_parser = |text: &str| whole::<u8>(text, 1, 2))]
     stop_bits: Option<u8>,
@@ -112,7 +112,7 @@ impl fmt::Display for PortOptions {
     }
 }
 
-/// An open serial port. Reading it never reports the end of the stream. It ends only with an error,
+/// An open serial port. Reading it never reports the end of the stream. Reading ends only with an error,
 /// for example when the port is unplugged.
 pub(crate) struct Port {
     port: Box<dyn serialport::SerialPort>,
@@ -122,7 +122,7 @@ pub(crate) struct Port {
 /// The device of a port, for its settings.
 #[cfg(unix)]
 pub(crate) type Device = std::sync::Arc<std::fs::File>;
-/// The device of a port. On Windows no settings of it are needed.
+/// The device of a port. On Windows its settings are not needed.
 #[cfg(windows)]
 pub(crate) type Device = ();
 
@@ -152,7 +152,7 @@ impl Write for Port {
     }
 }
 
-/// Turns a permanent error into the error that the port is gone. Keeps temporary errors.
+/// Replaces a permanent error by the error that the port is gone. Keeps temporary errors.
 fn gone(error: io::Error) -> io::Error {
     match error.kind() {
         ErrorKind::TimedOut | ErrorKind::Interrupted => error,
@@ -169,7 +169,7 @@ pub(crate) fn is_gone(error: &io::Error) -> bool {
 }
 
 /// Waits until the port can be opened again, or until `is_stopped` returns true. Before this call, close the port that
-/// is gone, because the operating system may not use the port's name again while it is open.
+/// is gone, because as long as it is open, the operating system may give the returning port another name.
 pub(crate) fn reopen(
     path: &Path,
     options: &PortOptions,
@@ -266,7 +266,7 @@ pub(crate) fn open_if_port(path: &Path, options: &PortOptions) -> Result<Option<
             _ => StopBits::One,
         })
         .timeout(TIMEOUT)
-        // Debug probes connect their UART only while DTR is set. Linux sets it by itself, Windows does not.
+        // Debug probes connect their UART only while DTR is set. Linux sets DTR by itself, but Windows does not.
         .dtr_on_open(true)
         .open();
     let port = port.map_err(|error| {
@@ -300,7 +300,7 @@ fn device(path: &Path) -> Result<Option<Device>> {
     if !isatty(&device) {
         return Ok(None);
     }
-    // The system reveals the session of this process's own terminal only.
+    // The system reveals the session only for this process's own terminal.
     if tcgetsid(&device).is_ok() {
         anyhow::bail!(
             "{name} is the terminal that you type at, not a serial port; to type bytes, name - instead"

@@ -184,7 +184,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             }
             if arguments.format != TraceFormat::Text || arguments.frame.name != "bin" {
                 bail!(
-                    "nothing to trace: the examples are a table of bin frames; for anything else \
+                    "nothing to trace: the built-in examples exist only as a table of bin frames; otherwise \
                      give HEX|FILE|PORT|-, for example framelock trace --frame crsf capture.bin"
                 );
             }

@@ -10,7 +10,7 @@ pub const BLUE: Color = Color::Indexed(32);
 /// The colour for bad states.
 pub const VERMILLION: Color = Color::Indexed(166);
 
-/// The eighths of a cell, from empty to full.
+/// The characters that fill 0 to 8 eighths of a terminal cell.
 pub const EIGHTHS: [char; 9] = [' ', '▏', '▎', '▍', '▌', '▋', '▊', '▉', '█'];
 
 /// Returns a bar of `width` cells for the output, with a mark at the value that was sent.

@@ -72,7 +72,7 @@ def odd_rows():
 
 
 def number(cell):
-    """The value of a cell of CSV: None if there is none, a number if it is one, else text."""
+    """Returns the value of a CSV cell: None if the cell is empty, a number if the text is one, otherwise the text."""
     if cell == "":
         return None
     try:
@@ -83,7 +83,7 @@ def number(cell):
 
 def same(expected, read, where):
     if expected is None or read is None or read is pandas.NA:
-        # pandas has the same value for a missing value and for NaN.
+        # pandas does not distinguish a missing value from NaN.
         gone = read is None or read is pandas.NA or isinstance(read, float) and math.isnan(read)
         assert gone and (expected is None or isinstance(expected, float) and math.isnan(expected)), where
     elif isinstance(expected, float) and isinstance(read, float) and math.isnan(expected):
@@ -95,7 +95,7 @@ def same(expected, read, where):
 
 
 def compare(rows, columns, read, where):
-    """Compares the rows with a table as a list of objects."""
+    """Compares the rows with a table that was read as a list of objects."""
     assert len(rows) == len(read), where
     for row, own in zip(rows, read):
         for column in columns:

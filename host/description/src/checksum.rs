@@ -90,10 +90,10 @@ impl TryFrom<String> for Named {
         all.sort_by_cached_key(|name| strsim::damerau_levenshtein(&plain(name), &wanted));
         let nearest = all.iter().take(4).map(|name| spelled(name));
         Err(format!(
-            "there is no checksum \"{}\"; the nearest names are {}. Besides sum, inverted-sum, \
-             negated-sum, xor and fletcher-8 there are the CRCs of 8 to 32 bits of the catalogue at \
-             https://reveng.sourceforge.io/crc-catalogue; any other by width, polynomial, initial, reflected \
-             and xor",
+            "there is no checksum \"{}\"; the nearest names are {}. The names are sum, inverted-sum, \
+             negated-sum, xor, fletcher-8, and those of the CRCs of 8 to 32 bits in the catalogue at \
+             https://reveng.sourceforge.io/crc-catalogue; give any other CRC by width, polynomial, initial, \
+             reflected and xor",
             crate::text::quoted(&name),
             nearest.collect::<Vec<_>>().join(", ")
         ))
@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(of("inverted-sum", &bytes) & 0xFFFF, 0xFFFF - 0x15F);
         assert_eq!(of("negated-sum", &bytes) & 0xFF, 0xA1);
         assert_eq!(of("xor", &bytes), 0x9F);
-        // a: 20, 60, 5F; b: 20, 80, DF.
+        // After each byte, the first sum is 20, 60, 5F and the second sum is 20, 80, DF.
         assert_eq!(of("fletcher-8", &bytes), 0xDF5F);
     }
 

@@ -74,8 +74,8 @@ impl Description {
             let all = (0..field.values()).map(|number| value(&field.column(number)));
             all.flatten().collect()
         })?;
-        // Check which kind a receiver finds: it tries earlier kinds first, and one of them may accept the frame. A row
-        // for a view or for a named message may also give the name of its kind.
+        // Check which kind a receiver finds. A receiver tries earlier kinds first, and one of them may accept the
+        // frame. If a kind has views or named messages, a row for one of these may also give the name of the kind.
         let format = self.format();
         let is_whole = !shown.views.is_empty() || !shown.message_names.is_empty();
         let is_it = |name: &str| wanted == name || is_whole && wanted == &*shown.name;

@@ -339,7 +339,7 @@ impl ChecksumEntry {
     }
 }
 
-/// The encoding of a checksum in the frame.
+/// How a checksum is encoded in the frame.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "String")]
 pub(crate) struct Stored {
@@ -384,7 +384,7 @@ pub(crate) struct MessagesEntry {
 #[serde(
     untagged,
     expecting = "known messages are \"common\", \"ardupilotmega\", rows of one to three numbers: [[number, extra byte, \
-                 longest length field]], or a list of both"
+                 largest value of the length field]], or a list of both"
 )]
 pub(crate) enum KnownMessages {
     Dialect(Dialect),

@@ -1,4 +1,5 @@
-//! Reads values from comma-separated text, as in NMEA. Such values cannot be encoded: give the whole text instead.
+//! Reads values from comma-separated text, as in NMEA. Such values cannot be encoded, so rows for encoding contain the
+//! whole text instead.
 
 use serde::Deserialize;
 

@@ -17,11 +17,11 @@ pub struct Kind {
     pub layout: Layout<'static>,
     /// The fields in the order of the description, including those that have the same value in every frame.
     pub fields: Vec<Field>,
-    /// The indexes after the fields' last bytes; `None` if a field takes the rest of the frame.
+    /// The exclusive end index of each field, in ascending order; `None` if a field takes the rest of the frame.
     pub(crate) ends: Option<Vec<usize>>,
     /// The number of bytes that must arrive before the length is known.
     pub(crate) header: usize,
-    /// The number of bytes at the end of a frame that hold the parts counted from its end.
+    /// The number of bytes at the end of a frame that contain all parts with positions counted from the end.
     pub from_end: usize,
     /// The views of messages: their values replace the field that takes the rest of the frame. The first view that fits
     /// a frame is shown.
@@ -117,7 +117,8 @@ impl Kind {
         }
     }
 
-    /// Returns the indexes after the fields' last bytes in ascending order; `None` if a field takes the rest of the frame.
+    /// Returns the exclusive end index of each field, in ascending order; `None` if a field takes the rest of the
+    /// frame.
     pub(crate) fn ends_of(fields: &[Field]) -> Option<Vec<usize>> {
         let fields = || fields.iter().filter(|field| !field.is_appended);
         if fields().any(|field| field.length().is_none()) {

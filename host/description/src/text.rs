@@ -123,7 +123,7 @@ pub fn no_such(name: &str, names: &[&str]) -> String {
         count => format!(" and {count} others"),
     };
     format!(
-        "there is no {}{}: there are {}{others}",
+        "there is no {}{}; there are {}{others}",
         quoted(name),
         nearest(name, names),
         listed.join(", ")
@@ -138,7 +138,7 @@ pub fn nearest(name: &str, names: &[&str]) -> String {
     let distance = |other: &&str| 1.0 - strsim::jaro_winkler(&other.to_ascii_lowercase(), &small);
     let near = names.iter().copied().filter(|other| distance(other) < 0.35);
     let nearest = near.min_by(|one, other| distance(one).total_cmp(&distance(other)));
-    nearest.map_or(String::new(), |other| format!(", is it {other}"))
+    nearest.map_or(String::new(), |other| format!(" (perhaps {other}?)"))
 }
 
 /// Returns the beginning of a value for an error. Text is in quotation marks.

@@ -134,8 +134,8 @@ fn untabled(
     Ok((kind, owners))
 }
 
-/// Converts a contradiction into a problem at the entry of its part. `owners` are the indexes of the fields to which
-/// the fixed bits belong.
+/// Converts a contradiction into a problem at the entry that describes the contradictory part. For each of the fixed
+/// bits, `owners` has the index of the field that they belong to.
 fn placed(written: &FrameEntry, contradiction: Contradiction, owners: &[usize]) -> Problem {
     fn span<T>(entry: Option<&Spanned<T>>) -> Option<Range<usize>> {
         entry.map(Spanned::span)
@@ -318,8 +318,8 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// Returns the last byte after the header that has fixed bits, as the number of a message. This makes the byte part of
-/// the header, so it is checked before the kind is decided.
+/// Declares the last byte with fixed bits after the header to be the number of a message. A receiver needs this number
+/// before it decides on the kind, so it also waits for the byte and checks its fixed bits first.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

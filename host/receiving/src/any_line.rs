@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::protocol::{FrameFormat, Protocol};
 use crate::stream_receiver::StreamReceiver;
 
-/// The choice of the receiver. The receivers differ in their handling of the bytes of a broken frame.
+/// The choice of the receiver. The receivers differ in what they do with the bytes of a broken frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]

@@ -1,7 +1,7 @@
 //! Finds stretches of a stream that repeat themselves, such as a false start that is sent again and again.
 //!
-//! The outcome at a position depends on the next bytes, as many as the longest frame has. In a periodic stretch the
-//! same bytes follow one period later, so the outcome is the same there.
+//! The outcome at a position depends only on the bytes that follow it, up to the length of the longest frame. In a
+//! periodic stretch, the same bytes follow the position one period later, so its outcome is the same.
 
 use framelock::Found;
 
@@ -14,7 +14,7 @@ const PAUSE: usize = 256;
 /// The last stretch of the stream that repeats itself.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Repetition {
-    /// The positions of the stretch's first byte and of the byte after it. In an empty stretch, both are equal.
+    /// The positions of the stretch's first byte and of the byte after the stretch. They are equal if it is empty.
     from: usize,
     to: usize,
     period: usize,

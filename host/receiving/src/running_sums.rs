@@ -7,7 +7,7 @@
 //! |---|---|
 //! | sum | `running[b] - running[a]` |
 //! | exclusive or | `running[b] ^ running[a]` |
-//! | Fletcher | the difference of both sums; then subtract `a`'s first sum from the second sum, once for each byte |
+//! | Fletcher | both differences; then `a`'s first sum is subtracted from the second one, once for each byte |
 //! | CRC | `running[b] ^ running[a] * x^(8 * (b - a))`, modulo the polynomial |
 
 use framelock_formats::layout::{Algorithm, Crc};

@@ -20,7 +20,7 @@ type Layouts<'a> = AnyOf<'a, &'static Layout<'static>>;
 /// Up to this length, adding the bytes directly is faster than using running sums.
 const SHORT: usize = 16;
 
-/// The largest number of bytes that the receiver may search for a delimiter more than once.
+/// Bytes that were already searched for a delimiter are searched again in steps of at least this length.
 const FEW: usize = 2;
 
 /// A receiver that delivers and discards the same bytes as a [`BufferedReceiver`](framelock::BufferedReceiver) of the
@@ -28,7 +28,7 @@ const FEW: usize = 2;
 #[derive(Clone, Debug)]
 pub struct StreamReceiver {
     classifier: Classifier,
-    /// The index of the first pending byte: the pending bytes are `held[from..]`.
+    /// The bytes that are kept. The pending bytes are `held[from..]`.
     held: Vec<u8>,
     from: usize,
     /// The position of the first held byte in the stream.
@@ -184,9 +184,9 @@ struct Classifier {
 /// not be searched again.
 #[derive(Clone, Default, Debug)]
 struct Search {
-    /// Searches from rejected starts have reached this position.
+    /// The position up to which bytes were searched for rejected starts.
     searched: usize,
-    /// A frame from any start is still incomplete at this position.
+    /// The position up to which a frame from some start is still incomplete. No delimiter ends it earlier.
     incomplete: usize,
 }
 
@@ -217,7 +217,7 @@ impl Classifier {
         if run > 0 {
             return Ok(Found::discarded(run, DiscardReason::NoSync));
         }
-        // False starts are rare, as long as no wrong checksum has covered the bytes.
+        // Look for known outcomes only among bytes that a wrong checksum has covered. Elsewhere, false starts are rare.
         if at < self.sums.covered {
             self.classify_covered(at, pending)
         } else {
@@ -257,8 +257,8 @@ impl Classifier {
     }
 }
 
-/// Classifies bytes if only one layout has such a first byte. Goes in small steps through bytes that an earlier start
-/// has already searched, to find how many of them are incomplete.
+/// Classifies bytes if only one layout may begin with their first byte. If a search for an earlier start has already
+/// covered the bytes, searches them in small steps, to find out how many of them do not contain the delimiter.
 fn classify_delimited(
     sums: &mut Sums,
     layouts: &[&'static Layout<'static>],
@@ -297,7 +297,7 @@ fn classify_delimited(
 /// The running sums of a stream.
 #[derive(Clone, Default, Debug)]
 struct Sums {
-    /// The end of the bytes that a wrong checksum has covered.
+    /// The position after the last byte that a wrong checksum has covered.
     covered: usize,
     /// The running sums for each checksum. The address of the algorithm identifies the checksum.
     running: RefCell<Vec<(usize, RunningSums)>>,

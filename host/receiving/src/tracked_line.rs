@@ -68,7 +68,7 @@ impl TrackedLine {
         pieces
     }
 
-    /// Returns the pending bytes, which may still become part of a frame. For frames of setpoints their number is the
+    /// Returns the pending bytes, which may still become part of a frame. For frames of setpoints, their number is the
     /// receiver's state.
     #[must_use]
     pub fn pending(&self) -> &[u8] {

@@ -108,7 +108,7 @@ pub enum Axis {
     Yaw,
 }
 
-/// An endless motion around level.
+/// An endless motion around the middle position.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Motion {
     /// Its shape.

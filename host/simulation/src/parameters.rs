@@ -137,7 +137,7 @@ parameters! {
         lose_one_in: Option<u32> = None, "lose-one-in" "FRAME" u32 0.0 to 1e9;
         /// Share of bits inverted
         bit_flip: f64 = 0.0, "bit-flip" "SHARE" f64 0.0 to 1.0;
-        /// How much faster the sender's clock is
+        /// How much faster the sender's clock is than the receiver's
         baud_error: f64 = 0.0, "baud-error" "PERCENT" f64 -50.0 to 50.0;
         /// Bursts of noise per second
         burst_rate: f64 = 0.0, "burst-rate" "NUMBER" f64 0.0 to 1e6;
@@ -145,11 +145,11 @@ parameters! {
         burst_length: f64 = 5.0, "burst-length" "MS" f64 0.1 to 1e6;
     }
     "Receivers and failsafe" {
-        /// Byte times of silence that drop the current frame, in receivers with an idle-gap rule
+        /// Silence in byte times after which receivers with an idle-gap rule drop the current frame
         idle_gap: u32 = 20, "idle-gap" "BYTES" u32 1.0 to 1e6;
         /// Silence after which the failsafe holds
         hold_after: f64 = 100.0, "hold-after" "MS" f64 0.001 to 1e6;
-        /// Silence after which it moves to park
+        /// Silence after which the failsafe moves to park
         ramp_after: f64 = 500.0, "ramp-after" "MS" f64 0.001 to 1e6;
     }
     "Rarely used" {

@@ -304,8 +304,8 @@ impl Trial {
         });
     }
 
-    /// Records the outcome of frames of which no more bytes can come, which is two byte times after
-    /// their end.
+    /// Records the outcome of each frame of which no more bytes can come. This is certain two byte
+    /// times after the frame's end.
     fn settle(&mut self) {
         let is_open = self.line.sent < self.settled + BITS_PER_BYTE;
         while !is_open
@@ -322,8 +322,8 @@ impl Trial {
         }
     }
 
-    /// Returns the counts. They include only frames of which no more bytes can come, which is two
-    /// byte times after their end.
+    /// Returns the counts. They include only frames of which no more bytes can come. This is certain
+    /// two byte times after a frame's end.
     #[must_use]
     pub fn tally(&self) -> Tally {
         let stations = self.stations.iter();

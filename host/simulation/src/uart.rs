@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use framelock::LineEvent;
 
 /// The length of a tick in time steps. A tick has 2^16 steps, so that the sender's clock can be set
-/// to a millionth.
+/// with a resolution of a millionth.
 pub(crate) const TICK: u64 = 1 << 16;
 
 /// Ticks in one of the receiver's bits.

@@ -123,8 +123,8 @@ function go(to) {
 function play() {
   if (playing) return pause();
   if (position >= view.positions) position = 0;
-  // Playing stops after the first fault, after the first missed frame, and after the last byte. Another click
-  // continues, at last with the silence that follows.
+  // Playing stops after the first fault, after the first missed frame, after the last byte, and at the end of the
+  // silence after it. Another click continues.
   const stops = [...view.holds, view.bytes, view.positions];
   const end = stops.find((stop) => stop > position);
   playing = true;

@@ -86,8 +86,8 @@ fn edit(cells: &mut Vec<Cell>, place: usize, action: Action) {
     }
 }
 
-/// Returns the bytes as the sender sends them, with a pause after each frame. The receiver finds
-/// these frames on a line without faults.
+/// Returns the bytes as the sender sends them, with a pause after each frame. The frames are those
+/// that the receiver finds on a line without faults.
 fn sent(bytes: &[u8], protocol: &Protocol) -> Result<Vec<Cell>, String> {
     let cells = bytes.iter().map(|byte| Cell::new(Some(*byte), *byte, 0));
     let mut cells: Vec<Cell> = cells.collect();

@@ -1,5 +1,5 @@
-//! The name of each byte of a frame, as far as the description and the bytes received so far
-//! determine it.
+//! The name of each byte of a frame, if the description and the bytes received so far determine the
+//! name.
 
 use framelock::Classification;
 use framelock_description::{Description, Kind, Part};

@@ -13,8 +13,8 @@ use crate::scenario::{Action, Scenario};
 const SILENT_STEPS: usize = 32;
 const SILENT_STEP: u32 = 50;
 
-/// The number of milliseconds after which the idle-gap rule drops the pending bytes if no byte has
-/// arrived: three byte times, plus the time of the byte itself.
+/// If no byte arrives for this number of milliseconds, the idle-gap rule drops the pending bytes. It
+/// is three byte times, plus the time in which the next byte arrives.
 const IDLE_AFTER: u32 = 35;
 
 /// The distance between saved states, in bytes.
@@ -83,7 +83,7 @@ impl Run {
         })
     }
 
-    /// Decodes one more piece, so that positions after it can be shown at once. Returns the number
+    /// Decodes one more piece, so that positions after it can be shown immediately. Returns the number
     /// of bytes decoded so far.
     pub fn decode(&mut self) -> usize {
         let done = self.kept.len() * KEPT_EVERY;
@@ -138,7 +138,7 @@ impl Run {
         scenario.to_string()
     }
 
-    /// Returns the view at a position as JSON, with the places `from..to` on the line.
+    /// Returns the view at `position` as JSON, with the line's cells `from..to`.
     pub fn view(&self, position: usize, from: usize, to: usize) -> String {
         self.seen(position, from..to).to_string()
     }

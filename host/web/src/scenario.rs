@@ -172,9 +172,9 @@ impl fmt::Display for Scenario {
 pub(crate) enum Action {
     /// Loses the byte. If the byte was already lost, restores it. If the byte was inserted, removes it.
     Drop,
-    /// These bits are inverted.
+    /// Inverts these bits of the byte.
     Flip(u8),
-    /// This byte, which nobody sent, is inserted before it.
+    /// Inserts this byte, which nobody sent, before the byte.
     Insert(u8),
 }
 

@@ -19,7 +19,7 @@ const MISSED_BY_FRAMELOCK: &str =
     "misses it, because a frame that it delivered has used some of its bytes";
 
 impl Run {
-    /// Returns the view of a position, with these places on the line.
+    /// Returns the view of a position, with the cells at these places on the line.
     pub(crate) fn seen(&self, position: usize, places: Range<usize>) -> Value {
         let position = position.min(self.positions());
         let places = places.start..places.end.min(self.cells.len());

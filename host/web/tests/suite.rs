@@ -57,7 +57,8 @@ fn own(description: &str) -> String {
     )
 }
 
-/// Returns the names of the bytes that the receiver waits for at a position.
+/// Returns the names of the bytes in the last machine's window at a position: the bytes that have arrived and those
+/// expected next.
 fn names(run: &Run, position: usize) -> Vec<String> {
     let view = view(run, position, 0..0);
     let machine = view["machines"].as_array().unwrap().last().unwrap();
@@ -409,7 +410,7 @@ fn frames_of_ones_own_are_received_with_their_names_and_units() {
     assert_eq!(end_fates(&run)[0], json!(["checksum mismatch"]));
 }
 
-/// Returns the outcomes of each byte.
+/// Returns each byte's outcomes, after the last byte has arrived.
 fn end_fates(run: &Run) -> Vec<Value> {
     let view = view(run, run.bytes(), 0..run.bytes());
     let cells = view["cells"].as_array().unwrap().iter();

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::plot::{Axis, Band, Chart, Place, Series};
 
-/// A figure: its simulations, and its chart, still without values.
+/// A figure: its simulations, and its chart, which does not contain values yet.
 #[derive(Deserialize)]
 pub(crate) struct Figure {
     pub(crate) name: String,
@@ -129,13 +129,13 @@ fn rows_of_run(run: usize, point: &Point) -> Vec<Value> {
     rows
 }
 
-/// Returns how long the sender sent, in hours.
+/// Returns the sender's total sending time in all trials, in hours.
 #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
 fn hours(point: &Point) -> f64 {
     point.tally.line.frames_sent as f64 / point.parameters.rate / 3_600.0
 }
 
-/// Returns the theoretical share of wrong setpoints by bit error rate, at twenty points per decade.
+/// Returns the theoretical share of wrong setpoints for bit error rates at twenty points per decade.
 fn expected(format: FrameFormat) -> Vec<Place> {
     let places = (-100..=-30).map(|step| {
         let flip = 10_f64.powf(f64::from(step) / 20.0);
@@ -178,8 +178,8 @@ fn measured(series: &Series, rows: &[Value], x: &Axis, y: &Axis) -> Vec<Place> {
         .collect()
 }
 
-/// Returns the cumulative distribution of intact frames lost per loss: for each `x`, the percentage of losses that cost
-/// at most `x` intact frames.
+/// Returns the cumulative distribution of the cost of a loss: for each `x`, the percentage of losses that cost at most
+/// `x` intact frames.
 fn shares_by_frames_lost(back: &Value, most: f64) -> Vec<Place> {
     let counts = back["by_intact_frames_lost"].as_object();
     let counts: Vec<(f64, f64)> = counts

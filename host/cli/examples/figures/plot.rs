@@ -20,7 +20,7 @@ use serde_json::{Map, Value};
 /// The size in pixels. It is narrow, so that words can be read on a telephone.
 const SIZE: (u32, u32) = (640, 440);
 
-/// The colour of a name. People with any colour vision can distinguish these colours (Okabe and Ito).
+/// Returns the colour with this name. People with any colour vision can distinguish these colours (Okabe and Ito).
 /// The colours of the two receivers have no other meaning in any figure.
 fn colour(name: &str) -> RGBColor {
     match name {
@@ -44,7 +44,7 @@ pub(crate) struct Axis {
     pub(crate) is_logarithmic: bool,
     /// The label at the start of a logarithmic axis, if zero is drawn there.
     zero: Option<String>,
-    /// Whether the series is a step function, with steps in the middle between two values.
+    /// Whether the series is a step function, with each step midway between two values.
     #[serde(default)]
     is_stepped: bool,
     /// The largest number of labels.
@@ -62,7 +62,7 @@ enum Mark {
     Dashes,
     /// Dots with their confidence intervals.
     Dots,
-    /// Bars next to the bars of the other series, with their values above them.
+    /// Bars with their values above them, next to the bars of the other series.
     Bars,
 }
 
@@ -89,7 +89,7 @@ struct Label {
     is_dashed: bool,
 }
 
-/// A point in the chart, and the interval of its value.
+/// A point in the chart, and the confidence interval of its value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) x: f64,

@@ -8,21 +8,21 @@ use framelock_description::{Class, Field, Kind, SHIPPED, Type, hex};
 use framelock_formats::layout::Length;
 use framelock_receiving::{AnyLine, Policy, Protocol};
 
-/// Guesses are tested on this number of bytes.
+/// The number of bytes on which guesses are tested.
 pub(super) const TRIED: usize = 64 * 1024;
 
 /// Returns the likely reason why a stream yields few frames of `protocol`. `stream` contains the stream's first bytes.
 pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -> Option<String> {
     let own = in_frames(protocol, policy, stream);
-    // The guess must explain most bytes, and many more bytes than the frames of `--frame`.
+    // With a guess, most bytes must be in frames, and more than twice as many as with the user's options.
     let fits = |protocol: &Protocol, stream: &[u8]| {
         let count = in_frames(protocol, Policy::Framelock, stream);
         2 * count > stream.len() && count > 2 * own
     };
     if is_utf_16(stream) {
         return Some(
-            "the input is UTF-16 text, as > writes it in Windows PowerShell: give the program that \
-             made it an output file, or use cmd /c"
+            "the input is UTF-16 text, which > writes in Windows PowerShell: have the program that made \
+             the bytes write a file itself, or use cmd /c"
                 .to_owned(),
         );
     }
@@ -33,7 +33,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     {
         let count = bytes.len();
         return Some(format!(
-            "the input is text in hex, and its {count} bytes have frames: give --input hex"
+            "the input is hex text for {count} bytes, which contain frames: give --input hex"
         ));
     }
     let fitting = |stream: &[u8]| {
@@ -55,7 +55,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     for (end, name) in [("\n", "LF"), ("\r", "CR"), ("\r\n", "CR LF")] {
         if fits(protocol, &with_line_ends(stream, end.as_bytes())) {
             return Some(format!(
-                "frames of {protocol} end in {name}, and other line ends arrive"
+                "frames of {protocol} end in {name}, but other line ends arrive"
             ));
         }
     }
@@ -94,7 +94,7 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     let is_steady = stream.iter().all(|byte| Some(byte) == stream.first());
     if stream.len() >= 64 && !is_steady && share(stream, is_even) > 0.98 {
         return Some(
-            "the lowest bit of every byte is 0: try half of the baud rate, or less".to_owned(),
+            "the lowest bit of nearly every byte is 0: try half the baud rate, or less".to_owned(),
         );
     }
     None

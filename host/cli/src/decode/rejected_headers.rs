@@ -55,8 +55,8 @@ impl RejectedHeaders {
         let is_much = bytes >= SOME && count as u64 * 10 > bytes;
         is_much.then(|| {
             format!(
-                "{count} bytes followed headers that {why} in the description, if they are frames \
-                 (framelock decode --frame {frame} --describe shows it)"
+                "{count} bytes followed headers that {why} in the description, if these bytes are frames \
+                 (framelock decode --frame {frame} --describe shows the description)"
             )
         })
     }

@@ -37,8 +37,8 @@ const CLOSE_UP_TIME: Duration = Duration::from_millis(1200);
 pub(super) struct Bytes {
     /// The bytes of the current frame that have been sent so far.
     pub(super) frame: Vec<ByteOnLine>,
-    /// The bytes of the frame with the last fault and of the two frames after it, as far as they have been sent. Before
-    /// the first fault: the bytes of the first three frames.
+    /// The bytes sent so far of three frames: the frame with the last fault and the two frames after it. Before the
+    /// first fault, these are the first three frames.
     pub(super) close_up: Vec<ByteOnLine>,
     close_up_from: Duration,
 }
@@ -94,8 +94,8 @@ fn column(byte: &ByteOnLine) -> [Span<'static>; 4] {
     [sent, arrived, outcome(0), outcome(1)]
 }
 
-/// Returns the receiver's state after the byte. If the byte caused a commit, returns instead whether the commit was
-/// right.
+/// Returns the receiver's state after the byte. If the byte caused a commit, says whether the commit was right
+/// instead.
 fn cell(outcome: &Outcome) -> Span<'static> {
     match outcome {
         Outcome::Pending(bytes) => {

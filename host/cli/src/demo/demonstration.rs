@@ -97,7 +97,7 @@ impl Demonstration {
         let Arguments { baud, rate, .. } = self.arguments;
         self.now = self.now.max(time.min(self.end()));
         let bits = self.now.as_nanos() * u128::from(baud) / 1_000_000_000;
-        // At the end, 30 more bits let the last byte on the line arrive.
+        // At the end, run for 30 more bits, so that the last byte on the line arrives.
         let until = u64::try_from(bits).unwrap_or(u64::MAX) + if self.is_over() { 30 } else { 0 };
         while self.slot < self.script.slots {
             let begin = self.slot * u64::from(baud) / u64::from(rate);

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use framelock_simulation::Fate;
 
-/// The number of fates that are kept, which is more than the columns of any terminal.
+/// The number of fates that are kept. No terminal has as many columns.
 const KEPT: usize = 1000;
 
 /// The fates of the frames at one receiver, in the order in which the frames were due.

@@ -9,8 +9,8 @@ use super::demonstration::Demonstration;
 use super::view;
 use crate::screen::{DRAW_EVERY, Screen, key_within, quits};
 
-/// The longest time that the demonstration advances between two drawings. So a user who suspends the process misses
-/// nothing after resuming it.
+/// The longest time that the demonstration advances between two drawings. With this limit, a user who suspends and
+/// resumes the process misses nothing.
 const LONGEST_STEP: Duration = Duration::from_millis(250);
 
 /// Shows the demonstration at `speed` times real time, until it is over or the user quits. Restores the

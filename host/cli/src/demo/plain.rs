@@ -72,7 +72,7 @@ pub(super) fn write_summary(demonstration: &Demonstration, out: &mut impl Write)
     if let Some(gap) = arguments.idle_gap {
         writeln!(
             out,
-            "idle gap: more than {gap} byte times without a byte drop the incomplete frame"
+            "idle gap: a pause of more than {gap} byte times drops the incomplete frame"
         )?;
     }
     if !demonstration.is_over() {

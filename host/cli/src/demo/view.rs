@@ -1,6 +1,6 @@
 //! Draws the live view of the demonstration. Drawing changes nothing.
 //!
-//! The layout is for 80 columns and 24 rows. A terminal with fewer rows omits the bytes first, then the
+//! The layout is for 80 columns and 24 rows. With fewer rows, the view omits the bytes first, then the
 //! seats.
 
 use std::time::Duration;
@@ -84,7 +84,7 @@ pub(super) fn draw(frame: &mut Frame, demonstration: &Demonstration, is_paused: 
         ];
         frame.render_widget(Paragraph::new(lines), area);
     }
-    let caption = "Bytes from the last fault on, and what each waits for next";
+    let caption = "Bytes from the last fault on, and what each receiver waits for next";
     let mut lines = vec![Line::default(), caption.dim().into()];
     lines.extend(bytes::rows(demonstration.bytes.close_up.iter()));
     frame.render_widget(Paragraph::new(lines), bytes);
@@ -126,7 +126,7 @@ fn mark(fate: Fate) -> Span<'static> {
     }
 }
 
-/// Returns the number of frames with each mark, which is also the legend of the marks.
+/// Returns a row with the number of frames for each mark. The row is also the legend of the marks.
 fn counts(report: &Report, broken: u64, width: u16) -> Line<'static> {
     let (missed, broken_by_line) = if width < WIDE {
         ("missed", "broken")

@@ -33,7 +33,7 @@ pub(super) fn run(session: &mut MonitorSession, input: Input<'static>) -> Result
     let mut screen = Screen::take()?;
     let beginning = Instant::now();
     let (sender, arrivals) = mpsc::sync_channel(MOST_WAITING);
-    // If this thread still waits for input at the end, it ends with the process.
+    // If the reading thread still waits for input at the end, it ends with the process.
     thread::spawn(move || {
         // Sending fails after the view is gone, which is no error.
         let send = |news| drop(sender.send((Instant::now(), news)));

@@ -148,7 +148,7 @@ impl MonitorSession {
         self.watch.event(at, LineEvent::Idle);
         self.record_arrivals(&[]);
         self.notes.push(format!("{}: {why}", time_of_day()));
-        // While the device is open, the operating system may not use its name again.
+        // As long as the device is open, the operating system may give the returning port another name.
         self.marking = None;
         self.is_gone = true;
     }

@@ -1,6 +1,6 @@
 //! Draws the view of a session. Drawing changes nothing.
 //!
-//! The layout is for 80 columns and 24 rows. A terminal with fewer rows omits the chart first, then the
+//! The layout is for 80 columns and 24 rows. With fewer rows, the view omits the chart first, then the
 //! discarded bytes.
 
 use framelock::LineEvent;

@@ -36,7 +36,7 @@ impl Rate {
     }
 }
 
-/// A clock that can wait for a time.
+/// A clock that can wait until a given time.
 pub(super) trait Clock {
     /// Returns the time since an arbitrary start.
     fn now(&self) -> Duration;
@@ -52,7 +52,7 @@ pub(super) struct Pacer<C> {
     start: Duration,
     /// The largest lateness of a frame.
     pub(super) worst: Duration,
-    /// The number of times that all deadlines were moved back; `held_up` is the total time.
+    /// How often all deadlines were moved back. `held_up` is the sum of these delays.
     pub(super) hold_ups: u32,
     pub(super) held_up: Duration,
 }

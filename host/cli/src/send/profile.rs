@@ -1,4 +1,4 @@
-//! A profile: the frames of a file's rows, with their times or at a rate.
+//! A profile: a file with one row per frame. The frames are sent at the rows' times, or at a fixed rate.
 
 use std::time::Duration;
 
@@ -22,7 +22,7 @@ impl Profile {
         let name = input.name.clone();
         let rows: Vec<Row> = rows(input, InputFormat::Auto, frame, true)?.collect::<Result<_>>()?;
         let Some(first) = rows.first() else {
-            bail!("{name}: there is no row in it: give a row for each frame, such as 127,200,74");
+            bail!("{name} has no rows: give a row for each frame, such as 127,200,74");
         };
         let first = first.time.unwrap_or_default();
         let times = rows.iter().map(|row| Some(row.time?.saturating_sub(first)));
@@ -39,7 +39,8 @@ impl Profile {
 
     /// Checks that the line is fast enough for the frames, at their times or, without times, at `rate`. With `is_held`,
     /// each frame is repeated until the next one is due. `time_of` returns the time that the line needs for a number of
-    /// bytes. Several frames may be due at once, as USB adapters deliver them, if the line catches up soon enough.
+    /// bytes. Several frames may be due at the same time, as USB adapters deliver them, if the line catches up soon
+    /// enough.
     pub(super) fn check_line_carries(
         &self,
         rate: Rate,
@@ -55,7 +56,7 @@ impl Profile {
             let late = free_at.saturating_sub(due);
             if late > MOST_MADE_UP {
                 bail!(
-                    "row {} of the profile would be {:.0} ms late, because the line needs this time for the rows \
+                    "row {} of the profile would be {:.0} ms late, because the line would still be busy with the rows \
                      before it: raise --baud, or hold the profile at a lower --rate",
                     index + 1,
                     late.as_secs_f64() * 1e3,
@@ -131,7 +132,8 @@ mod tests {
     fn a_line_makes_up_for_frames_that_are_due_at_once() {
         let frame = Protocol::named("bin").unwrap();
         let time_of = |bytes| Duration::from_millis(bytes as u64);
-        // Each frame takes 7 ms. If 37 frames are due at once, the last one is 252 ms late, and the limit is 250 ms.
+        // Each frame takes 7 ms. If 37 frames are due at the same time, the last one is 252 ms late. The limit is
+        // 250 ms.
         for (count, is_carried) in [(36, true), (37, false)] {
             let rows = (0..2 * count).map(|row| format!("{},1,2,3\n", row / count));
             let rows = rows.collect::<Vec<_>>().concat();
@@ -157,7 +159,7 @@ mod tests {
                 "00".repeat(40)
             );
             let profile = Profile::read(Input::new("moves", rows.as_bytes()), &frame).unwrap();
-            // The frames take 48 ms and 8 ms, and are 10 ms apart.
+            // On the line, the frames take 48 ms and 8 ms. A held frame is due every 10 ms.
             let outcome = profile.check_line_carries(RATE, true, time_of);
             assert_eq!(outcome.is_ok(), is_carried, "{outcome:?}");
         }

@@ -9,7 +9,7 @@ use framelock_simulation::{ByteFaults, between};
 
 use super::pacer::{Clock, Pacer, Rate};
 
-/// How often the park setpoint is sent: several times, in case the line loses frames.
+/// How often the park setpoint is sent. Repetitions help if the line loses frames.
 const PARK_FRAMES: u32 = 5;
 
 /// A source of frames.
@@ -24,7 +24,7 @@ pub(super) struct Source {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Parking {
     pub(super) at: Setpoint,
-    /// The duration of the way to the park setpoint, in seconds. 0 means at once.
+    /// The duration of the way to the park setpoint, in seconds. With 0, the first parking frame already has it.
     pub(super) seconds: f64,
     pub(super) rate: Rate,
 }
@@ -62,7 +62,7 @@ impl<'a, C: Clock, W: Write> Transmission<'a, C, W> {
         }
     }
 
-    /// Sends the frames of `source` for at most `length`, or until the clock stops, and then parks.
+    /// Sends the frames of `source` for at most `length`, or until there is a reason to stop, and then parks.
     pub(super) fn run(
         &mut self,
         mut source: Source,

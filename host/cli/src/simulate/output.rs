@@ -182,8 +182,8 @@ pub(super) fn write_text(
     }
 }
 
-/// Writes a line for each line of `table`, which consists of a name and a path. The written line has the name, and each
-/// row's value at the path.
+/// Writes a table. Each line of `table` consists of a name and a path. The written line has the name, and the value at
+/// the path in each row.
 fn write_table(
     out: &mut impl Write,
     table: &str,

@@ -46,7 +46,7 @@ pub(super) struct Step {
     /// The numbers of pending bytes before and after the byte.
     before: usize,
     after: usize,
-    /// The frames and the discarded bytes that the byte decided.
+    /// The frames and the discarded bytes whose outcome the byte decided.
     pieces: Vec<Piece>,
     bin: Option<BinTrace>,
 }

@@ -16,7 +16,7 @@ pub(crate) const ENTER: &str = "\x1b[?1049h";
 const LEAVE: &str = "\x1b[?1049l";
 const SHOW_CURSOR: &str = "\x1b[?25h";
 
-/// The command that makes a terminal the controlling terminal.
+/// The options with which `setsid` makes a terminal the controlling terminal.
 pub(crate) const CONTROLLING: [&str; 2] = ["--ctty", "--wait"];
 
 /// A program on a terminal of 80 columns and 24 rows.

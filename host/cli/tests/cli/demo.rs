@@ -65,7 +65,7 @@ fn with_an_idle_gap_rule_the_lectures_machine_finds_every_frame_too() {
     for seed in ["1", "2", "3"] {
         let shown = shown(&["--idle-gap", "20", "--seed", seed]);
         assert_eq!(row(&shown, "though delivered whole"), [0, 0]);
-        assert!(shown.contains("idle gap: more than 20 byte times"));
+        assert!(shown.contains("idle gap: a pause of more than 20 byte times"));
         assert!(shown.contains("With the\nidle-gap rule each receiver"));
         assert!(!shown.contains("deaf:"));
     }

@@ -146,7 +146,7 @@ fn a_full_disk_is_reported() {
         let told = complaint(feed(child.unwrap(), input));
         let start = format!("framelock: cannot write to {named}: ");
         assert!(
-            told.starts_with(&start) && told.contains("make room"),
+            told.starts_with(&start) && told.contains("free some space"),
             "{told}"
         );
         assert_eq!(told.lines().count(), 1, "{told}");

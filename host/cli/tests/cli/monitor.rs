@@ -268,7 +268,7 @@ fn an_error_is_reported_before_the_terminal_is_taken_over() {
     fs::write(directory.join("taken.bin"), "precious").unwrap();
     let (_far_end, _near_end, port) = line();
     for case in "\
-        - => standard input is the terminal, which is needed for keys
+        - => standard input is the terminal, from which keys are read
         no/such/port => cannot open no/such/port
         - --hold-after=600 => ramp_after is less than hold_after
         PORT --record=taken.bin => taken.bin: name a file that does not exist

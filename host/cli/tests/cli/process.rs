@@ -47,7 +47,7 @@ pub(crate) fn written(arguments: &[&str], input: impl AsRef<[u8]>) -> Vec<u8> {
     output.stdout
 }
 
-/// Does the same, and returns the output as text.
+/// Does the same as [`written`], and returns the output as text.
 pub(crate) fn shown(arguments: &[&str], input: impl AsRef<[u8]>) -> String {
     text(written(arguments, input))
 }

@@ -208,7 +208,7 @@ fn a_transmission_that_the_line_cannot_carry_does_not_start() {
         --motion=step --rate=200 --baud=9600 => lower --rate to 137 at most
         --motion=step --rate=1500 --frame=bin-crc8 => 1500 frames of 8 bytes in a second need 120000
         --motion=step --rate=120 --baud=9600 --parity=even --stop-bits=2 => lower --rate to 114 at most
-        --profile=- --baud=9600 => row 41 of the profile would be 252 ms late, because the line needs this time for the rows"
+        --profile=- --baud=9600 => row 41 of the profile would be 252 ms late, because the line would still be busy with the rows"
         .lines()
     {
         let (arguments, told) = case.split_once(" => ").unwrap();
@@ -298,7 +298,7 @@ fn a_recording_with_equal_times_is_sent() {
     assert_eq!(arrived(&["--no-park"], rows, frames.len()), frames);
 }
 
-/// These 40 frames of 130 bytes per second fit into 115 200 baud, although the longest UBX frames would not.
+/// 40 frames of 130 bytes fit into a second at 115 200 baud, although 40 of the longest UBX frames would not.
 #[test]
 fn a_line_carries_frames_by_their_actual_length() {
     let rows = format!(

@@ -16,7 +16,7 @@ const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u
 
 fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = HARMFUL.choose(random).unwrap().as_bytes().to_vec();
-    // Without a CR or LF at the end, which would become part of the terminator.
+    // End with another byte than CR or LF, because these would become part of the terminator.
     bytes.push(random.random::<u8>().max(b'\r' + 1));
     bytes
 }

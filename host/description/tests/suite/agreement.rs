@@ -37,7 +37,7 @@ pub(crate) fn is_refused_or_agrees(text: &str) -> Option<usize> {
     }
 }
 
-/// The outcomes of the bytes of a stream. A frame's message is the position at which the frame begins.
+/// The outcomes of a stream's bytes. A frame's message is the position at which the frame begins.
 type Events = Vec<Found<usize>>;
 
 /// Returns the events of a receiver for a stream that is cut into random slices of up to `most` bytes.

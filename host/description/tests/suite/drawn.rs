@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 
 /// Returns a row for a frame of one of the kinds, with arbitrary values of the fields' types.
 fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> {
-    // Small values, so that they fit the smallest type.
+    // Draw small values, so that they fit the smallest type.
     let most = *[1, 1, 3, 7].choose(random).unwrap();
     let kind = description.kinds.choose(random).unwrap();
     let sync = kind.layout.sync().each().next().unwrap_or_default();
@@ -33,8 +33,8 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
             }
             (name, true) => {
                 let field = kind.fields.iter().find(|field| field.name == name);
-                // Short payloads, because some MAVLink messages allow only a few bytes, and longer
-                // ones for other frames. No frame may be shorter than the layout allows.
+                // Draw short payloads, because some MAVLink messages allow only a few bytes. Also draw
+                // longer payloads, because no frame may be shorter than the layout allows.
                 let long = kind.layout.shortest().max(21);
                 let rest = *[1, 2, 3, long].choose(random).unwrap();
                 let count = field.and_then(|field| field.count).unwrap_or(rest);
@@ -43,7 +43,7 @@ fn row(description: &Description, random: &mut ChaCha8Rng) -> Vec<Option<Json>> 
                 let all = (0..=u8::MAX).filter(|byte| ranges.is_empty() || is_content(byte));
                 let all: Vec<u8> = all.collect();
                 let mut bytes: Vec<u8> = (0..count).map(|_| *all.choose(random).unwrap()).collect();
-                // No zero at the end, because encoding may leave out trailing zeros.
+                // Do not end with a zero, because encoding may leave out trailing zeros.
                 bytes.last_mut().into_iter().for_each(|byte| *byte |= 1);
                 let mut text = hex::glued(&bytes);
                 if field.is_some_and(|field| field.kind == Type::Text) {
@@ -133,7 +133,7 @@ const CONTENTS: &[&str] = &[
     "content = '05-19 1B-FF 00-03 except 0D 0A'\n",
 ];
 
-/// The forms of fields, each with its number of bytes and its keys.
+/// Types of fields: the number of bytes, and the keys of the field's entry.
 pub(crate) const FIELDS: &[(usize, &str)] = &[
     (9, "type = 'bytes'"),
     (9, "type = 'text'"),

@@ -42,7 +42,8 @@ fn received<P: Parser>(
     (outcomes, pending, *line.counters())
 }
 
-/// Returns the starts of frames, repeated many times, with frames between them.
+/// Returns a stream of frame prefixes, each repeated many times and some with one byte changed. Up to three frames and
+/// noise follow each prefix.
 fn hostile(frames: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for _ in 0..random.random_range(1..5) {
@@ -95,7 +96,7 @@ fn agree(description: &Description, random: &mut ChaCha8Rng) -> usize {
     let outcome = received(receiver.clone(), &steps, <[u8]>::to_vec);
     assert_eq!(outcome, expected, "{stream:02X?}");
 
-    // Checks frame by frame, and byte by byte.
+    // The counters must also agree if a line returns one outcome per call, and if it takes one byte per call.
     let is_frame = |one: &&Result<Vec<u8>, _>| one.is_ok();
     let expected = expected.0.iter().filter(is_frame).count();
     let mut counted = [Line::new(receiver.clone()), Line::new(receiver)];

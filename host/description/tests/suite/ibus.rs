@@ -1,4 +1,4 @@
-//! iBUS frames of Betaflight's unit tests, `rx_ibus_unittest.cc` and `telemetry_ibus_unittest.cc`.
+//! iBUS frames from Betaflight's unit tests, `rx_ibus_unittest.cc` and `telemetry_ibus_unittest.cc`.
 
 use framelock_description::{Description, hex, shipped};
 

@@ -259,7 +259,7 @@ fn a_description_may_have_several_kinds() {
     for (values, told) in [
         (
             json!(["satte", 2, null, 3, "on"]),
-            "kind: there is no satte, is it state: there are measurement, state",
+            "kind: there is no satte (perhaps state?); there are measurement, state",
         ),
         (json!([null, 2, null, 3, "on"]), "missing field `kind`"),
         (

@@ -51,7 +51,7 @@ const RESPONSE: &str = "
     fields = [{ name = 'registers', at = 3, type = 'bytes' }]
 ";
 
-/// Requests to read holding registers, and the responses. pymodbus 3.16.1 made them with `FramerRTU.buildFrame`.
+/// Requests to read holding registers, and their responses, as pymodbus 3.16.1 makes them with `FramerRTU.buildFrame`.
 const MODBUS: &str = "110300010001D75A 110302022B38F8 110300110002969E 11030402320232CB30 \
     1103002100035751 1103060239023902396195";
 

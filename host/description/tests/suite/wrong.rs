@@ -88,7 +88,7 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 3:14: terminator: the fixed bits at its place
     sync = "24"\nlength = 9\nfields = [{ name = "b", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8", value = 1 }, { name = "c", at = 2, type = "u8", value = 2 }] => 3:91: fixed: other fixed bits
     sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0, type = "u8", at = -1 } => 3:12: checksum: the polynomial is 0
-    any_of = ["ubx", "nmae"] => 1:18: there is no nmae, is it nmea: there are bin
+    any_of = ["ubx", "nmae"] => 1:18: there is no nmae (perhaps nmea?); there are bin
     sync = "24"\nlength = 3\n[[kinds]]\nfields = [] => 3:1: a kind must have a name
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a,b" => 3:1: a kind must have a name of letters, digits, - and _
     sync = "24"\nlength = 3\n[[kinds]]\nname = "a"\n[[kinds]]\nname = "a" => 3:1: two kinds are called a

@@ -42,8 +42,8 @@ fn one_lost_byte_makes_the_lectures_machine_deaf() {
     assert_eq!(tally.line.frames_intact, 70 * 299);
     assert_eq!(lecture.delivered, 0);
     assert_eq!(lecture.never_back, 70);
-    // The lecture's machine never delivers a frame, so its failsafe takes over once, when the time
-    // of the first frame has passed.
+    // The lecture's machine never delivers a frame, so its failsafe takes over once, when
+    // `hold_after` has passed without a first frame.
     assert_eq!([lecture.engagements, framelock.engagements], [70, 0]);
     assert_eq!(framelock.delivered, 70 * 299);
     assert_eq!(framelock.times_back(), 70);
@@ -96,8 +96,8 @@ fn a_lost_byte_costs_the_lectures_machine_more_than_its_own_frame() {
 }
 
 /// Finding 3 with repeated payloads of bytes from 40 to 43, in runs of 40 frames. Some trials never
-/// recover, so the loss depends on how many frames follow the lost byte. If 18 frames follow, 3.3
-/// are lost on average.
+/// recover, so the loss depends on how many frames follow the lost byte. If 18 frames follow it, 3.3
+/// frames are lost on average.
 #[test]
 fn a_lost_byte_costs_far_more_if_the_payload_can_contain_the_sync() {
     for (frame, at_least, finding) in [(0, 6.0, None), (21, 3.0, Some(3.3))] {
@@ -175,7 +175,7 @@ fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
         let expected = theory::wrong_setpoint(frame, bit_flip) * 1_000.0 * f64::from(trials);
         println!("{expected}");
         for receiver in &tally.receivers {
-            // The cases that theory omits add less than a twentieth.
+            // `theory::wrong_setpoint` omits rare cases, which add less than 5 % to the expected number.
             let wrong = receiver.wrong_setpoints;
             let is_as_expected = is_plausible(wrong, expected, 1.05 * expected);
             assert!(is_as_expected, "{frame:?} {bit_flip}: {wrong} {expected}");
@@ -183,8 +183,8 @@ fn wrong_setpoints_are_as_frequent_as_theory_predicts() {
     }
 }
 
-/// Finding 4 in numbers: in one of four unnoticed corrupted frames only the reserved byte is wrong,
-/// so the setpoint is right.
+/// Finding 4 in numbers: in a quarter of the corrupted frames that are delivered, only the reserved
+/// byte is wrong, so the setpoint is right.
 #[test]
 fn one_in_four_unnoticed_errors_does_no_harm() {
     let trials = trials(10, 100);

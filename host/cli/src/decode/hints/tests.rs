@@ -99,7 +99,7 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
         (
             "bin",
             motion(line_feed),
-            "end in CR, and other line ends arrive",
+            "end in CR, but other line ends arrive",
         ),
         ("bin", inverted(&good), "every bit is inverted"),
         ("bin", inverted(&sbus), "every bit is inverted"),
@@ -109,7 +109,7 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
         ("ubx", recorded("mavlink2"), "--frame mavlink"),
         ("nmea", recorded("rtcm"), "--frame rtcm"),
         ("ubx", recorded("gnss"), "--frame gnss"),
-        ("bin", slow, "half of the baud rate"),
+        ("bin", slow, "half the baud rate"),
         (
             "ubx",
             [

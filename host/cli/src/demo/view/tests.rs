@@ -12,7 +12,7 @@ use ratatui::backend::TestBackend;
 use super::super::demonstration::tests::DEFAULT;
 use super::*;
 
-/// The name in the row of the status. A row of the story may begin with the same words.
+/// The beginning of the status row. The blanks distinguish it from a row of the story with the same words.
 const LECTURE: &str = "the lecture's machine  ";
 
 fn demonstration(milliseconds: u64) -> Demonstration {
