@@ -22,7 +22,7 @@ mod app {
     /// Silence that ends a frame, in milliseconds. It is longer than the pauses that a USB serial
     /// adapter inserts into a frame.
     const IDLE: u32 = 5;
-    /// Number of bytes to drop after an error. They may have been received before it.
+    /// Number of bytes to drop after an error, because they may have been received before the error.
     const IN_DOUBT: u8 = 8;
     /// The byte in RAM to which the UARTE writes.
     static BYTE: AtomicU8 = AtomicU8::new(0);
