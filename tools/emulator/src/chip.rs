@@ -171,7 +171,7 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
-        // Keep the first refusal, because it says more.
+        // Keep the refusal of the task itself, if there is one, because it says more.
         self.check(done, Access::Task, address);
     }
 

@@ -16,8 +16,8 @@ use serde::Deserialize;
 use crate::theorems::{Answer, is_called};
 use crate::workspace::cargo_in;
 
-/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files: calling a `cargo kani` that
-/// is installed but not set up would start the setup.
+/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files, because calling a `cargo
+/// kani` that is installed but not set up would start the setup.
 pub(crate) fn version() -> Result<String> {
     let path = env::var_os("PATH").unwrap_or_default();
     let mut programs = env::split_paths(&path).map(|folder| folder.join("cargo-kani"));
@@ -66,8 +66,8 @@ struct List {
     standard_harnesses: BTreeMap<String, Vec<String>>,
 }
 
-/// Lets Kani check the harnesses with these names. If no harness has a name, selects all harnesses whose names contain
-/// it. Without names, checks all harnesses.
+/// Lets Kani check the harnesses with these names. If no harness has one of the names, selects all harnesses whose
+/// names contain this name. Without names, checks all harnesses.
 pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answer>> {
     command.env("NO_COLOR", "1");
     for name in names {
