@@ -42,7 +42,7 @@ impl Clock {
         microseconds(&self.timer)
     }
 
-    /// Wakes the main loop at `time`, or now if `time` has passed.
+    /// Wakes the main loop at `time`, or immediately if `time` has passed.
     pub(crate) fn wake_at(&self, time: u32) {
         // SAFETY: every value is a valid time.
         self.timer.cc[1].write(|w| unsafe { w.bits(time) });

@@ -1,8 +1,8 @@
 //! The debug port and the reset button, neither of which works on an erased chip.
 //!
 //! Chips of build code F and later close the debug port at every reset, unless UICR.APPROTECT already contains
-//! 0x5A and the firmware writes the same value to APPROTECT.DISABLE. UICR is flash: each of its words is
-//! written once and takes effect at the next reset. Only erasing the whole chip restores it.
+//! 0x5A and the firmware writes the same value to APPROTECT.DISABLE. UICR is flash. Each of its words can be
+//! written once, and takes effect at the next reset. Only erasing the whole chip erases UICR.
 
 use cortex_m::peripheral::SCB;
 use nrf52840_hal::pac::{FICR, NVMC, UICR};

@@ -135,7 +135,7 @@ fn cache(nvmc: &NVMC, bytes: &[u8]) {
     nvmc.icachecnf.write(|w| w.cacheen().disabled());
     let without = cycles(bytes);
     nvmc.icachecnf.write(|w| w.cacheen().enabled());
-    // Only the second run counts: the first one fills the cache.
+    // Only the second run counts, because the first one fills the cache.
     let [_, with] = [0; 2].map(|_| cycles(bytes));
     answer!(
         4,

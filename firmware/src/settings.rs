@@ -64,7 +64,7 @@ pub(crate) const KEEP_DEBUGGABLE: bool = !cfg!(feature = "leave-debug-port");
 /// The reset button's pin, P0.18. The firmware writes this number to UICR unchanged.
 pub(crate) const RESET_PIN: u32 = 18;
 
-/// An input with a pull-up resistor: an unconnected pin reads as an idle line.
+/// An input with a pull-up resistor, so that an unconnected pin reads as an idle line.
 pub(crate) type InputPin = Pin<Input<PullUp>>;
 
 /// The pins in use. Each pin is moved out of this struct, so that it has only one owner.

@@ -263,7 +263,7 @@ pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
 /// A function that returns the setpoints that a machine must commit for a stream.
 pub(crate) type Reference = fn(&[u8]) -> Vec<Setpoint>;
 
-/// Returns the setpoints that the receiver must commit.
+/// Returns the setpoints that the reference of this format finds in the bytes.
 pub(crate) fn reference<F: NaiveFormat>(bytes: &[u8]) -> Vec<Setpoint> {
     let mut commits = Vec::new();
     whole_buffer::<F>(bytes, |found| {
@@ -281,7 +281,7 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
 /// Silence, in cycles, after which the firmware has noticed the gap, and its counters show the gap.
 pub(crate) const GAP: u64 = 8 * MILLISECOND;
 
-/// A time, in cycles, in which the firmware notices a lost ENDRX, restarts the UARTE, and sees a gap.
+/// A time, in cycles, that is long enough for the firmware to notice a lost ENDRX, restart the UARTE, and see a gap.
 pub(crate) const RESTART: u64 = 24 * MILLISECOND;
 
 /// A time, in cycles, that is long enough to handle all bytes, but too short for a gap.

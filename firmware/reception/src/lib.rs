@@ -1,9 +1,9 @@
-//! Decides which of the received bytes reach the firmware's receiver. The accesses to the hardware are elsewhere.
+//! Decides which of the received bytes reach the firmware's receiver. Accesses the hardware only through [`Registers`].
 //!
 //! Each transfer of EasyDMA stores one byte, and ENDRX is the event at its end. At each ENDRX the handler reads the
-//! byte, starts the next transfer, and hands the byte on to the receiver, which performs one step. Apart from a start
-//! of the UARTE, nothing else starts a transfer, so no byte is overwritten before it is read. Bytes that arrive between
-//! two transfers wait in the UARTE's FIFO.
+//! byte, starts the next transfer, and hands the byte on to the receiver, which performs one step. Transfers are also
+//! started when the UARTE is switched on, but nowhere else, so no byte is overwritten before it is read. Bytes that
+//! arrive between two transfers wait in the UARTE's FIFO.
 //!
 //! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte
 //! *waits* if it is in the FIFO. A gap is a silence that ends a frame.
@@ -90,7 +90,7 @@ pub trait Registers {
     fn stop(&mut self);
     /// Returns whether RXTO has come since [`stop`](Self::stop).
     fn stopped(&mut self) -> bool;
-    /// Switches the UARTE off and on, which empties the FIFO, clears ERRORSRC, and opens a transfer.
+    /// Switches the UARTE off and on, which empties the FIFO. Then clears ERRORSRC and opens a transfer.
     fn start_anew(&mut self);
     /// Sets whether ERROR and the timer's count of `NONE_WAITS` cause interrupts. From here on ENDRX causes
     /// interrupts, and RXTO does not.
@@ -192,7 +192,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
             self.listen(registers);
             let lies_there = registers.byte() != NO_BYTE;
             let lay_there = core::mem::replace(&mut self.since_byte.lay_there, lies_there);
-            // Seeing a byte once does not prove that its ENDRX is lost: ENDRX may come or be handled soon.
+            // Seeing a byte once does not prove that its ENDRX is lost, because ENDRX may still come.
             if lay_there && lies_there && !registers.ended() {
                 registers.report(LineEvent::Overrun);
                 self.stop(registers);
@@ -224,8 +224,8 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// Starts the drain: bytes are dropped until a transfer has been open for `NONE_WAITS` without a byte. The time
-    /// starts now.
+    /// Starts the drain: bytes are dropped until a transfer has been open for `NONE_WAITS` without a byte. This time is
+    /// measured from now on.
     fn drain(&mut self, registers: &mut impl Registers) {
         self.state = State::Draining;
         registers.restart_timer();

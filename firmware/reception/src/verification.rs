@@ -6,7 +6,7 @@
 //!   one limit: a receiver that is started in the middle of a byte may mistake the rest of this byte for another byte
 //!   with a good stop bit. The chip does not report this, but the reception has reported an event before it.
 //! * S2. If a byte was lost, corrupted or dropped, an event is reported before any later byte is handed on.
-//! * S3. Every reported event has happened: a cause in ERRORSRC, a gap, or a lost ENDRX. An ENDRX counts as
+//! * S3. Every reported event has happened. It is a cause in ERRORSRC, a gap, or a lost ENDRX. An ENDRX counts as
 //!   lost if it has not come although its byte has lain in memory from one tick to the next, or although the FIFO
 //!   has overrun.
 //! * L1. Unless the reception is stopping the UARTE, a round takes the byte whose ENDRX has come, and either hands it
@@ -19,7 +19,7 @@
 //! * L3. If an ENDRX is lost, the reception reports it and stops the UARTE by the second tick. If the byte looks like
 //!   no byte, the reception does so when the FIFO has overrun. The UARTE is restarted in the round that RXTO requests,
 //!   five byte times later. If RXTO is lost, the UARTE is restarted in the first round after twice `GAP`. From then on
-//!   L2 holds. If ENDRX never comes again, the watchdog is finally not fed.
+//!   L2 holds. If one ENDRX after another is lost, the watchdog is no longer fed.
 //! * L4. An ENDRX that comes twice before the next STARTRX costs nothing. A duplicate ENDRX after STARTRX delivers at
 //!   most one spurious byte, with the value `NO_BYTE`. If a byte is stored after the handler has read memory and before
 //!   STARTRX, the spurious byte replaces the stored one, and nothing is reported. From then on the whole theorem holds

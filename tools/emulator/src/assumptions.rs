@@ -3,8 +3,8 @@
 
 /// Behaviour of the chip that is not known for certain. Firmware should work with every choice.
 ///
-/// A field `lost_…` or `doubled_…` is the number of events that will still be lost or doubled. It counts down, also
-/// across resets. [`u32::MAX`] means every event.
+/// A field `lost_…` or `doubled_…` is the number of events that will still be lost or doubled. Each such event
+/// decrements it, and resets do not restore it. [`u32::MAX`] means every event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
     clippy::struct_excessive_bools,

@@ -235,7 +235,7 @@ impl Common {
         shorts.fold(0, |mask, (bit, ..)| mask | bit)
     }
 
-    /// Returns whether the interrupt line is up.
+    /// Returns whether the interrupt line is active.
     pub(crate) fn interrupts(&self) -> bool {
         self.raised & self.enabled != 0
     }

@@ -20,8 +20,8 @@ const SEQEND0: u32 = 0x110;
 const PWMPERIODEND: u32 = 0x118;
 const ENABLE: u32 = 0x500;
 const DISCONNECTED: u32 = 1 << 31;
-/// The value of DECODER for individual load: one value for each channel, and the next step after
-/// REFRESH periods.
+/// The value of DECODER for individual load: a step has one value for each channel, and lasts
+/// REFRESH + 1 periods.
 const INDIVIDUAL: u32 = 2;
 /// The number of values in a step.
 const STEP: u32 = 4;

@@ -33,7 +33,7 @@ pub(crate) fn version() -> Result<String> {
     let files = fs::read_dir(home.unwrap_or_default()).into_iter().flatten();
     let names = files.filter_map(|file| file.ok()?.file_name().into_string().ok());
     let names: Vec<String> = names.collect();
-    // A bundle that is still there was not unpacked completely.
+    // If the downloaded bundle is still there, it was not unpacked completely.
     let unfinished = names.iter().any(|name| name.ends_with(".tar.gz"));
     let mut versions = names.iter().filter_map(|name| name.strip_prefix("kani-"));
     let version = versions.find(|version| !unfinished && content.contains(*version));

@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
 
-    /// List all harnesses by theorem instead of checking them
+    /// List all harnesses, grouped by theorem, instead of checking them
     #[arg(long, conflicts_with = "harnesses")]
     list: bool,
 }

@@ -89,7 +89,7 @@ mod app {
         }
         if uarte.events_endrx.read().bits() != 0 {
             uarte.events_endrx.reset();
-            // The byte was stored before the event, and the next one is stored after STARTRX.
+            // The byte was stored before ENDRX came, and no other byte is stored before STARTRX.
             fence(Ordering::SeqCst);
             let byte = BYTE.load(Ordering::Relaxed);
             fence(Ordering::SeqCst);
