@@ -258,7 +258,7 @@ fn clearing(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     let [after_0, after_4, after_all] = [0, 4, 15].map(|causes| receiver.clear(causes));
     answer!(
         7,
-        "13 ERRORSRC 12 after 0, 4 and 15 are written | 12, 8, 0; or 0, 0, 0 | {=u32}, {=u32}, {=u32} | {=str}",
+        "13 ERRORSRC, which is 12, after writes of 0, 4 and 15 | 12, 8, 0; or 0, 0, 0 | {=u32}, {=u32}, {=u32} | {=str}",
         [after_0, after_4, after_all],
         after_all == 0
     );
