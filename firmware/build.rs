@@ -1,4 +1,4 @@
-//! Gives the linker its scripts: the memory map, cortex-m-rt's sections and defmt's.
+//! Passes the linker scripts to the linker: the memory map, and the sections of cortex-m-rt and of defmt.
 
 use std::path::PathBuf;
 use std::{env, fs, io};

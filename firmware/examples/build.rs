@@ -1,4 +1,4 @@
-//! Gives the linker its scripts: the firmware's memory map, cortex-m-rt's sections and defmt's.
+//! Passes the linker scripts to the linker: the firmware's memory map, and the sections of cortex-m-rt and of defmt.
 
 fn main() {
     println!(

@@ -42,7 +42,7 @@ impl Clock {
         microseconds(&self.timer)
     }
 
-    /// Wakes the main loop at `time`, or now if `time` has passed.
+    /// Wakes the main loop at `time`, or immediately if `time` has passed.
     pub(crate) fn wake_at(&self, time: u32) {
         // SAFETY: every value is a valid time.
         self.timer.cc[1].write(|w| unsafe { w.bits(time) });
@@ -66,11 +66,11 @@ pub(crate) fn wake() {
     IS_WOKEN.store(true, Ordering::Relaxed);
 }
 
-/// Sleeps until [`wake`] is called. Returns at once if [`wake`] was called since the last sleep. Handlers run
+/// Sleeps until [`wake`] is called. Returns immediately if [`wake`] was called since the last sleep. Handlers run
 /// during the sleep.
 pub(crate) fn sleep() {
-    // Interrupts are off between the check and `wfi`, so no handler can set the flag between the two and be
-    // missed. A pending interrupt ends `wfi` even with interrupts off.
+    // Disable interrupts from the check to `wfi`. Otherwise a handler could set the flag in between, and this
+    // function would sleep nevertheless. A pending interrupt ends `wfi` even while interrupts are disabled.
     while free(|_| {
         let sleeps = !IS_WOKEN.load(Ordering::Relaxed);
         if sleeps {

@@ -1,8 +1,8 @@
 //! The debug port and the reset button, neither of which works on an erased chip.
 //!
 //! Chips of build code F and later close the debug port at every reset, unless UICR.APPROTECT already contains
-//! 0x5A and the firmware writes the same value to APPROTECT.DISABLE. UICR is flash: each of its words is
-//! written once and takes effect at the next reset. Only erasing the whole chip restores it.
+//! 0x5A and the firmware writes the same value to APPROTECT.DISABLE. UICR is flash. Each of its words can be
+//! written once, and takes effect at the next reset. Only erasing the whole chip erases UICR.
 
 use cortex_m::peripheral::SCB;
 use nrf52840_hal::pac::{FICR, NVMC, UICR};
@@ -17,14 +17,14 @@ const APPROTECT_DISABLE: *mut u32 = 0x4000_0558 as *mut u32;
 const OPEN: u32 = 0x5A;
 const ERASED: u32 = u32::MAX;
 
-/// Opens the debug port until the next reset, and writes the words of UICR that are still erased. If it has
-/// written any word, it resets the chip so that the word takes effect.
+/// Opens the debug port until the next reset, and writes the words of UICR that are still erased. Resets the chip
+/// if a word was written, so that the word takes effect.
 pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
     if !KEEP_DEBUGGABLE {
         return;
     }
     let mut is_new = false;
-    // The variant has four letters, for example "AAF0"; the last two are the build code.
+    // The variant has four characters, for example "AAF0". The last two are the build code.
     let [_, build_code, ..] = ficr.info.variant.read().bits().to_le_bytes();
     if build_code >= CLOSES_BY_ITSELF {
         // SAFETY: these chips have this register, and writing it only opens the debug port.
@@ -40,8 +40,8 @@ pub(crate) fn keep_open(ficr: &FICR, uicr: &UICR, nvmc: &NVMC) {
     }
 }
 
-/// Writes a word of UICR if it is erased. Returns true only if the word now reads as `value`: a word that
-/// cannot be written must not cause a reset at every start.
+/// Writes a word of UICR if it is erased. Returns true only if the word was erased and now reads as `value`,
+/// because a word that cannot be written must not cause a reset at every start.
 #[inline(never)]
 fn write_once(nvmc: &NVMC, word: *mut u32, value: u32) -> bool {
     // SAFETY: the address is from the PAC and belongs to a register.
@@ -49,7 +49,7 @@ fn write_once(nvmc: &NVMC, word: *mut u32, value: u32) -> bool {
         return false;
     }
     nvmc.config.write(|w| w.wen().wen());
-    // SAFETY: the word is UICR's, erased, and writing is enabled; nothing else uses the NVMC.
+    // SAFETY: the word belongs to UICR and is erased, writing is enabled, and nothing else uses the NVMC.
     unsafe { word.write_volatile(value) };
     cortex_m::asm::dsb();
     while nvmc.ready.read().ready().is_busy() {}

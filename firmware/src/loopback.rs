@@ -68,7 +68,7 @@ impl Sender {
     }
 
     /// Sends a byte with an even parity bit. A receiver that expects no parity mistakes this bit for the stop bit. If
-    /// the byte has an even number of ones, it sees a bad stop bit.
+    /// the byte has an even number of ones, the parity bit is 0, so the receiver sees a bad stop bit.
     pub(crate) fn send_with_parity(&self, byte: &[u8]) {
         self.0.config.write(|w| w.parity().included());
         self.send(byte, || {});

@@ -102,7 +102,7 @@ fn main() -> ! {
     }
 }
 
-/// The lock: true while frames arrive and no byte was discarded since the last frame.
+/// The lock. It is held while frames arrive and no byte has been discarded since the last frame.
 #[derive(Default)]
 struct Lock {
     held: bool,
@@ -126,8 +126,8 @@ impl Lock {
     }
 }
 
-/// Measures how long breaks last: counts the ticks at which the line is low, from the report of a break until the next
-/// byte arrives.
+/// The measurement of how long a break lasts. It counts the ticks at which the line is low, from the report of the
+/// break until the next byte arrives.
 #[derive(Default)]
 struct LineBreak {
     lasts: bool,

@@ -1,4 +1,4 @@
-//! Continuous reception with UARTE0: each byte causes one interrupt, and its handler does one step of the
+//! Continuous reception with UARTE0: each byte causes one interrupt, whose handler performs one step of the
 //! receiver.
 //!
 //! The crate [`framelock_reception`] contains the decisions and their justification. This module contains the register
@@ -30,8 +30,8 @@ const NONE_WAITS: usize = 1;
 /// cell checks this at run time.
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
-/// The receiver's state before the first byte. It is a constant, so that it can initialise a `static`, because copying
-/// it at run time would take more flash than the receiver itself.
+/// The receiver's state before the first byte. It is a constant, so that it can initialise a `static`. Copying it at
+/// run time would take more flash than the receiver itself.
 pub(crate) const NOTHING_YET: Line = Line::resumed(Parser::new(), Counters::ZERO);
 
 type Reception = framelock_reception::Reception<NONE_WAITS_AFTER, GAP_AFTER>;
@@ -89,7 +89,7 @@ fn UARTE0_UART0() {
     with_receiver(|(reception, hardware)| reception.service(hardware));
 }
 
-/// Runs when a transfer has been open for [`NONE_WAITS_AFTER`], and pends the receive handler.
+/// Runs during a drain, when the timer reaches [`NONE_WAITS_AFTER`]. Pends the receive handler.
 #[interrupt]
 fn TIMER2() {
     // SAFETY: writing 0 to an event only withdraws its interrupt request, and no decision depends on the event.
@@ -112,8 +112,8 @@ fn with_receiver<T>(act: impl FnOnce(&mut Receiver) -> T) -> Option<T> {
     })
 }
 
-/// Does one step of the receiver. If the byte completes a frame, it publishes the frame's setpoint. This is a
-/// separate function so that its machine code can be proved in the image that is flashed: see
+/// Performs one step of the receiver, and publishes the frame's setpoint if the byte completes a frame. This is a
+/// separate function, so that its machine code can be proved in the image that is flashed: see
 /// `proofs/machine-code`.
 #[unsafe(no_mangle)]
 #[inline(never)]

@@ -1,4 +1,4 @@
-//! Resets by panics, faults and the watchdog; the cause of the last reset, and the outputs before it.
+//! Handles panics, faults and the watchdog, and reports the cause of the last reset and the outputs before it.
 //!
 //! After a panic or a fault, the program stops the servo pulses and resets the chip. A stack overflow causes a fault
 //! whose exception frame does not fit on the stack, so the processor locks up, and the chip resets itself.
@@ -39,9 +39,9 @@ impl Watchdog {
     /// pauses while a debugger halts the core.
     ///
     /// A soft reset does not stop the watchdog, and its settings cannot be changed while it runs. So after flashing,
-    /// the old program's timeout stays in force until another kind of reset. Returns `None` if the old program fed the
-    /// watchdog in another way. Then the caller resets the chip, again and again, until the unfed watchdog resets the
-    /// chip itself. This stops the watchdog.
+    /// the old program's timeout stays in force until another kind of reset. Returns `None` if the old program uses
+    /// the watchdog with another number of handles. Then the caller resets the chip, again and again, until the unfed
+    /// watchdog resets the chip itself. This reset stops the watchdog.
     pub(crate) fn start(watchdog: WDT) -> Option<Self> {
         let parts = wdt::Watchdog::try_new(watchdog)
             .map(|mut watchdog| {
@@ -77,8 +77,8 @@ pub(crate) fn cause(power: &POWER) -> u32 {
 ///
 /// No start-up code writes to this section. After power-on its content is arbitrary. After any other reset it usually
 /// has kept its content. A brown-out looks like power-on but leaves the servos where they are, so only the check word
-/// shows whether the output is known. One of 2^32 random check words is accepted by mistake. The attribute `used`
-/// prevents the compiler from assuming that the words are zero.
+/// shows whether the output is known. Arbitrary content passes this check with a probability of 2^-32. The attribute
+/// `used` prevents the compiler from assuming that the words are zero.
 #[used]
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.LAST_OUTPUT")]

@@ -48,8 +48,8 @@ static ANSWERS: [[AtomicU32; 3]; 10] = [const { [const { AtomicU32::new(0) }; 3]
 #[unsafe(no_mangle)]
 static FINISHED: AtomicU32 = AtomicU32::new(0);
 
-/// How long frames are sent, in milliseconds. The default sends 10^6 bytes at 115 200 baud, or 10^7 at 1 Mbaud. A
-/// debugger may set a shorter time.
+/// How long frames are sent, in milliseconds. The default sends about 10^6 bytes at 115 200 baud, or 10^7 bytes at 1
+/// Mbaud. A debugger may set a shorter time.
 #[unsafe(no_mangle)]
 static MILLISECONDS: AtomicU32 = AtomicU32::new(100_000);
 
@@ -77,7 +77,7 @@ fn main() -> ! {
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
     // If this program was flashed over the firmware, the firmware's watchdog still runs. Wait here until the watchdog
-    // resets the chip, because a reset would disturb a later test.
+    // resets the chip. Otherwise it would do so during a later test.
     while chip.WDT.runstatus.read().bits() != 0 {}
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
@@ -135,7 +135,7 @@ fn cache(nvmc: &NVMC, bytes: &[u8]) {
     nvmc.icachecnf.write(|w| w.cacheen().disabled());
     let without = cycles(bytes);
     nvmc.icachecnf.write(|w| w.cacheen().enabled());
-    // Only the second run counts: the first one fills the cache.
+    // Only the second run counts, because the first one fills the cache.
     let [_, with] = [0; 2].map(|_| cycles(bytes));
     answer!(
         4,
@@ -200,7 +200,7 @@ fn bad_stop_bits(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     }
     answer!(
         1,
-        "4 of 16 bad stop bits | ERRORSRC says all when the next byte is there; none stored | {=u32} said, {=u32} stored | {=str}",
+        "4 of 16 bad stop bits | ERRORSRC shows each when the next byte is stored; no bad byte is stored | {=u32} shown, {=u32} stored | {=str}",
         [said, stored],
         said == TIMES && stored == 0
     );
@@ -227,13 +227,13 @@ fn overruns(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     }
     answer!(
         2,
-        "5 of 16 overruns | ERRORSRC says all; at least 5 bytes wait; whichever are lost | {=u32} said, {=u32} wait, the oldest lost {=u32} times | {=str}",
+        "5 of 16 overruns | ERRORSRC shows each; at least 5 bytes wait; any byte may be lost | {=u32} shown, {=u32} wait, the oldest lost {=u32} times | {=str}",
         [said, waited, oldest_is_lost],
         said == TIMES && waited >= 5
     );
 }
 
-/// Row 6: sends a break of 7.5 ms, which is a byte at 1200 baud, and counts how often ERROR comes.
+/// Row 6: sends a break of 7.5 ms, which is a byte 0 at 1200 baud, and counts how often ERROR comes.
 fn long_break(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     receiver.switch_on();
     let mut errors = 0;
@@ -258,7 +258,7 @@ fn clearing(receiver: &Receiver, sender: &Sender, zero: &[u8]) {
     let [after_0, after_4, after_all] = [0, 4, 15].map(|causes| receiver.clear(causes));
     answer!(
         7,
-        "13 ERRORSRC 12 after 0, 4 and 15 are written | 12, 8, 0; or 0, 0, 0 | {=u32}, {=u32}, {=u32} | {=str}",
+        "13 ERRORSRC, which is 12, after writes of 0, 4 and 15 | 12, 8, 0; or 0, 0, 0 | {=u32}, {=u32}, {=u32} | {=str}",
         [after_0, after_4, after_all],
         after_all == 0
     );
@@ -302,14 +302,14 @@ fn stopping(receiver: &Receiver, sender: &Sender, bytes: &[u8]) {
     let most = 6 * BYTE;
     answer!(
         9,
-        "15 cycles from STOPRX to RXTO | at most 3840, with a transfer open or ended; of 16 ENDRX any number may bring RXTO too | {=u32} open, {=u32} ended, {=u32} too | {=str}",
+        "15 cycles from STOPRX to RXTO | at most 3840, with a transfer open or ended; RXTO may also come with any of 16 ENDRX | {=u32} open, {=u32} ended, {=u32} with ENDRX | {=str}",
         [when_open, when_ended, without],
         when_open <= most && when_ended <= most
     );
 }
 
-/// Row 10: finds out whether SEQSTART in the middle of a PWM period begins a new period at once. The firmware works in
-/// both cases.
+/// Row 10: finds out whether SEQSTART in the middle of a PWM period immediately begins a new period. The firmware works
+/// in both cases.
 fn period(pwm: PWM0, widths: &'static mut [[u16; 4]; 2]) {
     let (now, middle) = (0, u32::from(PULSE_PERIOD) * 64 / 2);
     let mut servos = servo::Servos::start(pwm, [], widths, (now, [0; 3].into()));

@@ -9,8 +9,8 @@ use nrf52840_hal::pac::PWM0;
 use crate::settings::{PULSE, PULSE_PERIOD, TICK};
 
 /// Time from the start of a period until the PWM gets new widths, in microseconds. The handover is late in the period,
-/// so that the widths are recent. By then the pulses have ended, so no pulse is cut short, even if the PWM begins a new
-/// period at once.
+/// so that the widths are recent. By then the pulses have ended, so no pulse is cut short, even if the PWM immediately
+/// begins a new period.
 const HANDOVER: u32 = PULSE_PERIOD as u32 - 2 * TICK;
 
 /// A PWM sequence of one step: a pulse width for each of the four channels.
@@ -69,8 +69,8 @@ impl Servos {
     /// after the period's pulses.
     ///
     /// The effect of SEQSTART in the middle of a period is not specified. Either the next period begins when the
-    /// current one has ended, or it begins at once and shortens the current one. In both cases the PWM's events show
-    /// when a period has begun.
+    /// current one has ended, or it begins immediately and shortens the current one. In both cases the PWM's events
+    /// show when a period has begun.
     pub(crate) fn show(&mut self, now: u32, setpoint: Setpoint) {
         let [started, _] = &self.pwm.events_seqstarted;
         let ended = &self.pwm.events_pwmperiodend;
@@ -126,7 +126,7 @@ fn width(demand: u8) -> u16 {
 /// Stops the pulses after the current one. Servos without pulses go limp. Panics and faults use this function,
 /// so it needs no [`Servos`].
 pub(crate) fn stop() {
-    // SAFETY: only one task and one event of the PWM are used, and the caller never returns to code that uses it.
+    // SAFETY: only one task and one event of the PWM are used, and no code uses the PWM after this call.
     let pwm = unsafe { &*PWM0::ptr() };
     pwm.events_stopped.reset();
     pwm.tasks_stop.write(|w| w.tasks_stop().set_bit());

@@ -28,7 +28,7 @@ pub(crate) type Parser = framelock::lecture::Lecture;
 pub(crate) type Line = framelock::Line<Parser>;
 
 /// The time, in microseconds, within which the UARTE stores a byte that waits in the FIFO when a transfer is opened. It
-/// is less than half a byte time, so that after a line error it passes before the next byte arrives.
+/// is less than half a byte time, so that after a line error it elapses before the next byte arrives.
 pub(crate) const NONE_WAITS_AFTER: u32 = BYTE_TIME * 2 / 5;
 
 /// Silence that ends a frame, in microseconds (L1 of theorem 12). It is longer than the pauses that a USB serial
@@ -64,7 +64,7 @@ pub(crate) const KEEP_DEBUGGABLE: bool = !cfg!(feature = "leave-debug-port");
 /// The reset button's pin, P0.18. The firmware writes this number to UICR unchanged.
 pub(crate) const RESET_PIN: u32 = 18;
 
-/// An input with a pull-up resistor: an unconnected pin reads as an idle line.
+/// An input with a pull-up resistor, so that an unconnected pin reads as an idle line.
 pub(crate) type InputPin = Pin<Input<PullUp>>;
 
 /// The pins in use. Each pin is moved out of this struct, so that it has only one owner.

@@ -133,7 +133,8 @@ impl Leds {
         }
     }
 
-    /// Shows the lock on LED1, a recent line error on LED2, and the failsafe's control of the outputs on LED3.
+    /// Shows whether the lock is held on LED1, whether there was a recent line error on LED2, and whether the failsafe
+    /// controls the outputs on LED3.
     pub(crate) fn show(&mut self, now: u32, in_lock: bool, line_errors: u32, phase: Phase) {
         if line_errors != self.line_errors {
             self.line_errors = line_errors;

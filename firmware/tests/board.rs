@@ -146,7 +146,7 @@ fn after_a_reset_the_outputs_begin_where_they_were_and_move_slowly() {
         let pulses = pulses(&mut firmware, from);
         assert_eq!(pulses[0], SERVO, "{:?}", firmware.resets());
         for pair in pulses.windows(2) {
-            // The full travel in a second changes the pulse by 20 us in a period, and one unit by 4 us.
+            // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
             assert!(pair[1][0] <= pair[0][0] && pair[0][0] - pair[1][0] <= 24);
         }
         assert_eq!(pulses.last(), Some(&PARK));
@@ -180,7 +180,7 @@ fn after_power_on_the_outputs_begin_at_park() {
 fn a_flood_starts_the_pwm_once_in_a_period_with_the_newest_setpoint() {
     let mut firmware = Firmware::booted("megabaud");
     live(&mut firmware);
-    // The watched word belongs to one of the two sets, so it changes every second time.
+    // The watched word belongs to one of the two sets of widths, so it changes only at every second handover.
     let widths = firmware.board.watch("WIDTHS").unwrap();
     let from = firmware.board.now();
     for n in 0..1_000_u32 {

@@ -69,8 +69,8 @@ fn setpoints_come_out_and_the_failsafe_takes_over_when_they_stop() {
     );
 }
 
-/// The stream is such that it would contain a frame if only the corrupted byte and the bytes dropped after it were
-/// missing.
+/// If only the corrupted byte and the bytes dropped after it were missing, the rest of the stream would contain a
+/// frame.
 #[test]
 fn bytes_around_a_framing_error_are_no_frame() {
     each(
@@ -100,7 +100,7 @@ fn bytes_around_a_framing_error_are_no_frame() {
     );
 }
 
-/// The bytes before and after the lost bytes would together be a frame.
+/// The bytes just before and just after the lost bytes would together be a frame.
 #[test]
 fn bytes_around_an_overrun_are_no_frame() {
     each(

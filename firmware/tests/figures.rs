@@ -1,7 +1,7 @@
 //! Compares the firmware's figures, which are the same in each run, with `firmware/FIGURES.txt`.
 //!
-//! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes the
-//! file again. With a compiler other than the file's, only the limits are checked.
+//! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` rewrites the
+//! file. If the images were built by another compiler than the file names, only the limits are checked.
 use std::fmt::Write;
 use std::path::Path;
 
@@ -104,7 +104,7 @@ fn sizes(figures: &mut Figures) {
 }
 
 fn steps(figures: &mut Figures) {
-    // A call that does nothing has the cost of every call: a stack frame, needed or not, and the return.
+    // A call that does nothing shows the cost of any call: the stack frame, even if it is not needed, and the return.
     let (_, call) = called(figures, "no_step", 1, "a call that does nothing", None);
     for (step, calls, name, [bytes_limit, called_limit, alone_limit]) in [
         ("lecture_step", 28, "the lecture's machine", [100, 36, 22]),
@@ -196,14 +196,14 @@ fn clean(frames: u32) -> Vec<LineSymbol> {
     bytes.map(LineSymbol::Byte).collect()
 }
 
-/// Returns random bytes back to back, as another protocol would send.
+/// Returns random bytes back to back, as if a sender used another protocol.
 fn noise(count: usize) -> Vec<LineSymbol> {
     let random = ChaCha8Rng::seed_from_u64(1);
     let bytes = random.random_iter::<u8>().take(count);
     bytes.map(LineSymbol::Byte).collect()
 }
 
-/// Adds the cost of each stream at the two rates that have images.
+/// Adds the cost of receiving each stream with this image, at the image's baud rate.
 fn streams(figures: &mut Figures, image: &str, baud: u64) {
     let most_share = (baud == 115_200).then_some(60);
     let worst: Vec<_> = b"ABAAAAA"
@@ -248,8 +248,8 @@ fn streams(figures: &mut Figures, image: &str, baud: u64) {
     }
 }
 
-/// Returns the longest hold-off without loss at any phase of a byte, in microseconds. The FIFO holds
-/// five bytes.
+/// Returns the longest hold-off, in microseconds, that loses nothing in whichever phase of a byte it begins.
+/// The FIFO holds five bytes.
 fn hold_off(rate: (u64, u32)) -> u64 {
     let byte = 640_000_000 / rate.0;
     let is_lossless = |length: u64| {
@@ -273,8 +273,8 @@ fn hold_off(rate: (u64, u32)) -> u64 {
     lossless / MICROSECOND
 }
 
-/// Checks that the reception keeps up at each offered rate, with noise, on a core slowed by half. Adds
-/// the figures.
+/// Checks that the reception keeps up at each offered rate, with clean frames and with noise, on a core that
+/// takes 1.5 times as many cycles as the model. Adds the figures.
 fn rates(figures: &mut Figures) {
     for rate in RATES {
         let [clean, noise] = [clean(100), noise(700)].map(|stream| {
@@ -309,7 +309,7 @@ fn latency(figures: &mut Figures, image: &str, baud: u64) {
             .unwrap();
         let changes = &firmware.board.trace().changes;
         let mut committed = changes.iter().filter(|change| change.watch == setpoint);
-        // The UARTE has received the byte in the middle of the stop bit.
+        // The UARTE receives the byte in the middle of its stop bit.
         let heard = end - 32_000_000 / baud;
         to_setpoint = to_setpoint.max(committed.next_back().unwrap().at - heard);
     }

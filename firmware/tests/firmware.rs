@@ -131,7 +131,7 @@ impl Firmware {
     }
 
     /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness.
-    /// `NONE_WAITS_AFTER` keeps the image's value, which is smaller than the value for this rate.
+    /// `NONE_WAITS_AFTER` keeps the image's value, which is at most the value for this rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         let is_slow = baud <= 115_200;
         let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });
@@ -145,18 +145,18 @@ impl Firmware {
         firmware
     }
 
-    /// Lets time pass, in cycles.
+    /// Runs the board for this number of cycles.
     pub(crate) fn run_for(&mut self, cycles: u64) {
         self.board.run_for(cycles).unwrap();
     }
 
-    /// Sends bytes, and lets `then` cycles pass after the last stop bit.
+    /// Sends bytes, and runs the board until `then` cycles after the last stop bit.
     pub(crate) fn send_and_wait(&mut self, bytes: &[u8], then: u64) {
         let end = self.board.send(bytes);
         self.board.run_until(end + then).unwrap();
     }
 
-    /// Sends symbols, which may be errors, and lets `then` cycles pass after the last one.
+    /// Sends symbols, which may be errors, and runs the board until `then` cycles after the last symbol.
     pub(crate) fn send_symbols_and_wait(&mut self, symbols: &[LineSymbol], then: u64) {
         let end = self.board.send_symbols(symbols);
         self.board.run_until(end + then).unwrap();
@@ -260,10 +260,10 @@ pub(crate) fn frames(count: u32) -> (Vec<Setpoint>, Vec<u8>) {
     (sent, bytes)
 }
 
-/// The type of a reference: a function that returns the setpoints that a machine must commit.
+/// A function that returns the setpoints that a machine must commit for a stream.
 pub(crate) type Reference = fn(&[u8]) -> Vec<Setpoint>;
 
-/// Returns the setpoints that the receiver must commit.
+/// Returns the setpoints that the reference of this format finds in the bytes.
 pub(crate) fn reference<F: NaiveFormat>(bytes: &[u8]) -> Vec<Setpoint> {
     let mut commits = Vec::new();
     whole_buffer::<F>(bytes, |found| {
@@ -278,10 +278,10 @@ pub(crate) fn is_some_of(commits: &[Setpoint], sent: &[Setpoint]) -> bool {
     commits.iter().all(|commit| rest.any(|one| one == commit))
 }
 
-/// After this many cycles of silence, the firmware has noticed the gap, and its counters show it.
+/// Silence, in cycles, after which the firmware has noticed the gap, and its counters show the gap.
 pub(crate) const GAP: u64 = 8 * MILLISECOND;
 
-/// A time, in cycles, in which the firmware notices a lost ENDRX, restarts the UARTE, and sees a gap.
+/// A time, in cycles, that is long enough for the firmware to notice a lost ENDRX, restart the UARTE, and see a gap.
 pub(crate) const RESTART: u64 = 24 * MILLISECOND;
 
 /// A time, in cycles, that is long enough to handle all bytes, but too short for a gap.

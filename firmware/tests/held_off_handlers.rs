@@ -4,9 +4,9 @@
 use crate::firmware::{self, Firmware, Setpoint, is_some_of};
 use nrf52840_emulator::{MICROSECOND, MILLISECOND};
 
-/// Each entry: the image, the cycles of a byte, and two delays in microseconds for which `README.md` promises that late
-/// handlers lose nothing. The FIFO holds five bytes. The first delay applies if an overrun comes at the end of the byte
-/// that finds no room, and the second if it comes at this byte's start bit.
+/// Each entry has the image, the cycles of a byte, and two delays in microseconds. According to `README.md`, nothing is
+/// lost if handlers are late by these delays. The FIFO holds five bytes. The first delay applies if an overrun comes at
+/// the end of the byte that finds no room. The second delay applies if the overrun comes at this byte's start bit.
 const PROMISED: [(&str, u64, [u64; 2]); 2] =
     [("default", 5_556, [500, 430]), ("megabaud", 640, [50, 45])];
 
@@ -66,7 +66,8 @@ fn beyond_that_losses_are_reported_and_nothing_wrong_is_put_in_force() {
                 assert!(overruns > 0 && skipped > 0, "silent loss at {length} us");
                 reported += 1;
             }
-            // Count the frames that arrived during the delay, the frames at its two ends, and the frames in the FIFO.
+            // Only these frames may be lost: those that arrived during the delay, those at its two ends, and those in
+            // the FIFO.
             let lost = (sent.len() - commits.len()) as u64;
             let most = length * MICROSECOND / (7 * byte) + 4;
             assert!(lost <= most, "{image}: {lost} frames lost by {length} us");

@@ -1,5 +1,5 @@
-//! Tests of the images that do not run them: their sizes, and that the image without a log cannot
-//! panic.
+//! Tests that inspect the images without running them: every image is small enough, and the image without
+//! a log cannot panic.
 
 use object::{Object, ObjectSection, SectionFlags, elf};
 

@@ -3,7 +3,7 @@
 use crate::firmware::{Firmware, PAUSE, RESTART, frame, frames, is_some_of};
 use nrf52840_emulator::{LineSymbol, MICROSECOND, MILLISECOND, Parity};
 
-/// Whether RXDRDY comes for a byte that is not stored. The specification leaves it open.
+/// Both possibilities: RXDRDY may come for a byte that is not stored, or not. The specification does not say.
 const EITHER: [bool; 2] = [false, true];
 
 /// Cycles of a byte at 115 200 baud.
@@ -82,7 +82,8 @@ fn an_error_in_a_flood_costs_one_frame() {
     }
 }
 
-/// The frame after an error loses no byte, however soon it comes, on a core of half the speed.
+/// The frame after an error loses no byte, however soon it comes, on a core that takes 1.5 times as many cycles as the
+/// model.
 #[test]
 fn a_frame_right_behind_an_error_is_taken() {
     for image in ["default", "megabaud"] {
@@ -167,8 +168,8 @@ fn a_doubled_endrx_costs_nothing() {
     }
 }
 
-/// An error comes while the firmware is interrupted between two register accesses, at every possible place. The byte
-/// after the error would complete a frame with the bytes before the error.
+/// An error comes while the firmware is interrupted in the middle of a round. The test tries every cycle of the round.
+/// The byte after the error would complete a frame with the bytes before the error.
 #[test]
 fn an_error_in_the_middle_of_a_round_is_seen() {
     error_in_the_middle_of_a_round(false);
@@ -258,8 +259,8 @@ fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
     }
 }
 
-/// The firmware is interrupted until the FIFO overruns, at every possible place in a round for a tick or a byte. No
-/// ENDRX was lost, so the UARTE must not be restarted.
+/// The firmware is interrupted until the FIFO overruns, at many positions in a round that a tick or a byte requested.
+/// No ENDRX was lost, so the UARTE must not be restarted.
 #[test]
 fn an_overrun_in_the_middle_of_a_round_restarts_nothing() {
     // The lag of STARTRX in cycles, less than `NONE_WAITS`.
@@ -325,7 +326,7 @@ fn if_handlers_are_late_the_first_pause_ends_the_drain() {
     let mut line = vec![LineSymbol::BadStop(0xFF)];
     line.extend([LineSymbol::Byte(b'x'); 40]);
     let end = firmware.board.send_symbols(&line);
-    // The handler for a byte begins 4 us before the next byte, when `NONE_WAITS` is not over yet.
+    // The handler for a byte begins 4 us before the next byte, when `NONE_WAITS` has not elapsed yet.
     for byte in 1..42 {
         let stored = began + 64 + byte * BYTE;
         firmware.board.run_until(stored - 100).unwrap();

@@ -13,7 +13,7 @@ const PARK: u64 = 128;
 
 /// Returns the pulses of pitch, roll and yaw in every period since an instant, in microseconds.
 pub(crate) fn pulses(firmware: &mut Firmware, since: u64) -> Vec<[u64; 3]> {
-    // If SEQSTART begins a period at once, the previous period is shorter, but its pulses are complete.
+    // If SEQSTART immediately begins a period, the previous period is shorter, but its pulses are complete.
     let shortest = if firmware.assumptions.start_cuts_period {
         16
     } else {
@@ -56,7 +56,7 @@ fn from_power_on_the_servos_are_parked() {
 fn silence_holds_then_ramps_then_parks() {
     let mut firmware = Firmware::booted("default");
     parks_in_silence(&mut firmware);
-    // No pulse is cut short if the PWM begins a new period at once when it gets new widths.
+    // No pulse is cut short, even if the PWM begins a new period immediately when it gets new widths.
     let mut firmware = Firmware::booted("default");
     firmware.assume(|all| all.start_cuts_period = true);
     parks_in_silence(&mut firmware);
@@ -82,7 +82,7 @@ fn parks_in_silence(firmware: &mut Firmware) {
     let ramp = pulses(firmware, ramp_from);
     for pair in ramp.windows(2) {
         for (before, after) in pair[0].iter().zip(pair[1]) {
-            // The full travel in a second changes the pulse by 20 us in a period, and one unit by 4 us.
+            // At full travel in a second, the pulse changes by 20 us per period. One unit of demand is 4 us.
             assert!(before.abs_diff(after) <= 20 + 4, "{pair:?}: slowly");
         }
         assert!(
@@ -163,8 +163,8 @@ fn a_stuck_main_loop_is_reset_by_the_watchdog_and_that_is_logged() {
 }
 
 /// If a handler ends just before a tick, the main loop is awake when the tick comes. The line has a break, so no byte
-/// wakes the main loop later. Each break comes late enough for a possible restart of the UARTE to be over, because a
-/// receiver that is off misses it.
+/// wakes the main loop later. Between two breaks there is time for a restart of the UARTE, because a receiver that is
+/// switched off would miss a break.
 #[test]
 fn a_tick_is_not_slept_through_whenever_it_comes() {
     let mut firmware = Firmware::booted("default");
@@ -176,8 +176,8 @@ fn a_tick_is_not_slept_through_whenever_it_comes() {
     assert!(firmware.board.trace().resets.is_empty());
 }
 
-/// The firmware is interrupted for longer than a tick, at every possible place of the main loop. The tick that it
-/// requests next has already passed, so it must not wait for it.
+/// The firmware is interrupted for longer than a tick, at many positions of the main loop. The tick that it requests
+/// next has then already passed, so the firmware must not wait for this tick.
 #[test]
 fn a_tick_that_is_over_already_is_not_waited_for() {
     const TIMER0: u16 = 16 + 8;
@@ -192,7 +192,7 @@ fn a_tick_that_is_over_already_is_not_waited_for() {
     }
 }
 
-/// A fault, as from a wild pointer or a stack overflow, ends the pulses after the current one.
+/// A fault, as from a wild pointer, ends the pulses after the current one.
 #[test]
 fn a_fault_lets_the_servos_go_and_resets_the_chip() {
     let mut firmware = Firmware::booted("default");
@@ -214,7 +214,7 @@ fn a_fault_lets_the_servos_go_and_resets_the_chip() {
 #[test]
 fn a_dead_receiver_is_reset_by_the_watchdog() {
     let mut firmware = Firmware::booted("default");
-    // `bx lr`: the handler returns at once.
+    // `bx lr`: the handler returns immediately.
     firmware.patch("UARTE0_UART0", [0x70, 0x47]);
     firmware.run_for(400 * MILLISECOND);
     assert_eq!(firmware.resets(), [ResetCause::Watchdog]);

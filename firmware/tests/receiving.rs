@@ -33,8 +33,8 @@ fn the_lectures_second_example_is_saved_by_the_receiver_and_lost_by_the_lectures
     assert!(lecture.commits().is_empty());
 }
 
-/// The stream has a frame with each bit inverted in turn, each followed by an intact frame, and at
-/// the end a frame of BIN.
+/// For each bit of a frame, the stream has a frame with this bit inverted, and then an intact frame. The
+/// last frame is a frame of BIN.
 #[test]
 fn the_image_for_bin_crc8_takes_frames_whose_checksum_is_right_and_no_others() {
     let sealed = |[pitch, roll, yaw]: [u8; 3]| {
@@ -58,7 +58,7 @@ fn the_image_for_bin_crc8_takes_frames_whose_checksum_is_right_and_no_others() {
     assert_eq!(firmware.commits(), expected);
 }
 
-/// Returns streams of three frames, with a byte lost, replaced or inserted at every place.
+/// Returns streams of three frames. For each index, there are streams with a byte lost, replaced or inserted there.
 fn faulty_streams() -> Vec<Vec<u8>> {
     let whole: Vec<u8> = [[0x7F, 0xC8, 0x4A], [0x41, 0x42, 0x0D], [0x0D, 0x41, 0x42]]
         .into_iter()
@@ -135,8 +135,8 @@ fn noise_at_1_mbaud_makes_no_handler_late() {
     assert_eq!(firmware.counter("bytes"), 7_000);
 }
 
-/// Returns pieces of frames, parts of frames and noise, with pauses between the pieces that are
-/// shorter than a gap.
+/// Returns pieces of a stream. Each piece has frames, parts of frames and noise. The pause after each piece
+/// is shorter than a gap.
 fn random_stream(seed: u64, pieces: usize) -> Vec<(Vec<u8>, u64)> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     (0..pieces)

@@ -116,13 +116,13 @@ fn as_the_specification_has_it_all_is_fine_at_both_rates() {
         for (number, parts) in [
             ("9", format!("{} with the cache", outcome.cycles[0])),
             ("3", "5 to 5, within".to_owned()),
-            ("4", "16 said, 0 stored".to_owned()),
-            ("5", "16 said, 6 wait, the oldest lost 0 times".to_owned()),
+            ("4", "16 shown, 0 stored".to_owned()),
+            ("5", "16 shown, 6 wait, the oldest lost 0 times".to_owned()),
             ("6", "2; ERRORSRC 12".to_owned()),
             ("10", format!("{} us, 0", outcome.period[0])),
             ("13", "12, 8, 0".to_owned()),
             ("14", "0 end it, 32 stored".to_owned()),
-            ("15", format!("{open} open, {ended} ended, 0 too")),
+            ("15", format!("{open} open, {ended} ended, 0 with ENDRX")),
             ("2", format!("{sent} sent, {sent} committed, 0 overruns")),
         ] {
             assert!(

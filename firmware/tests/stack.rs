@@ -1,5 +1,5 @@
-//! Computes the greatest depth of the stack from the machine code, which shows the stack that each function takes and
-//! the functions that it calls. Unknown instructions, recursion, and calls through registers are errors.
+//! Computes the greatest depth of the stack from the machine code. The code shows how much stack each function takes,
+//! and which functions it calls. Unknown instructions, recursion, and calls through registers are errors.
 #![expect(clippy::cast_possible_truncation, reason = "addresses have 32 bits")]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -156,7 +156,7 @@ fn takes(instruction: Insn) -> Option<u32> {
     }
 }
 
-/// Returns in bytes the stack's depth if all handlers are nested, and the stack's size in memory.x.
+/// Returns the stack's depth if all handlers are nested, and the stack's size in memory.x, both in bytes.
 pub(crate) fn stack(image: &str) -> (u32, u32) {
     let elf = image_file(image);
     let code = Code::of(&elf);

@@ -1,4 +1,5 @@
-//! Gives the linker its scripts: this chip's memory map, cortex-m-rt's and embassy-rp's sections, and defmt's.
+//! Passes the linker scripts to the linker: this chip's memory map, and the sections of cortex-m-rt, embassy-rp and
+//! defmt.
 
 fn main() {
     println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));

@@ -1,8 +1,9 @@
-//! The decisions of the firmware's reception, without the hardware: which bytes the receiver sees.
+//! Decides which of the received bytes reach the firmware's receiver. Accesses the hardware only through [`Registers`].
 //!
-//! EasyDMA stores one byte at a time. At each ENDRX the handler reads the byte and starts the next transfer,
-//! and the receiver does one step. Nothing else starts a transfer, so no byte is overwritten before
-//! it is read. Bytes that arrive meanwhile wait in the UARTE's FIFO.
+//! Each transfer of EasyDMA stores one byte, and ENDRX is the event at its end. At each ENDRX the handler reads the
+//! byte, starts the next transfer, and hands the byte on to the receiver, which performs one step. Transfers are also
+//! started when the UARTE is switched on, but nowhere else, so no byte is overwritten before it is read. Bytes that
+//! arrive between two transfers wait in the UARTE's FIFO.
 //!
 //! A *round* is one run of the handler. A *tick* is one call of [`Reception::tick`] by the main loop. A byte
 //! *waits* if it is in the FIFO. A gap is a silence that ends a frame.
@@ -19,7 +20,7 @@
 //!  hand the      │                 Stopping                 │
 //!  byte on       └──────────────────────────────────────────┘  RXTO: switch off and on, start
 //!
-//!  in Receiving and Draining: a gap: report it
+//!  in Receiving and Draining, at a gap: report it
 //! ```
 //!
 //! **Draining.** No register tells between which bytes an error occurred. The reception therefore reports the error and
@@ -28,9 +29,10 @@
 //! drain, so a single report separates the bytes before the error from the bytes after it.
 //!
 //! **Events only wake.** The decisions of a round depend only on state that persists until the round reads it: the
-//! timer, ERRORSRC and ENDRX. The main loop requests a round at each tick, so if any other event is lost, duplicated or
-//! late, this costs at most a tick. The memory shows that an ENDRX is lost: a byte that has lain in memory for a whole
-//! tick was never read. A duplicate ENDRX is cleared before the next transfer.
+//! timer, the byte in memory, ERRORSRC, ENDRX and RXTO. All other events only wake the handler. The main loop requests
+//! a round at each tick, so if such an event is lost, duplicated or late, this costs at most a tick. A lost ENDRX shows
+//! in memory, because a byte that has lain there for a whole tick was never read. A duplicate ENDRX is cleared before
+//! the next transfer.
 //!
 //! **Stopping.** After a lost ENDRX, the UARTE is switched off and on. A running receiver must be stopped first: the
 //! reception gives STOPRX, and RXTO follows five byte times later. No handler has to wait for RXTO, because RXTO causes
@@ -47,13 +49,13 @@ mod verification;
 
 use framelock::LineEvent;
 
-/// The value in memory while no byte is stored there. Any value would do: a received byte with this value goes
+/// The value in memory while no byte is stored there. Any value would do, because a received byte with this value goes
 /// unnoticed only if its ENDRX is lost, and only until the FIFO overruns.
 pub const NO_BYTE: u8 = 0xEE;
 
 /// The largest number of line errors that may interrupt between two ticks. Further errors cause no interrupt, so that a
 /// flood of errors leaves time for other code. The reception notices further errors before it hands on the next byte,
-/// or at the tick. It counts several of them as one.
+/// or at the tick. It counts several further errors as one.
 pub const ERRORS_A_TICK: u8 = 32;
 
 /// After this number of restarts in a row without a byte, the reception counts as broken.
@@ -71,7 +73,7 @@ const EVENTS: [LineEvent; 4] = [
 
 /// The hardware's registers, and the receiver that takes the bytes.
 pub trait Registers {
-    /// Returns the timer's count: for how long the transfer has been open.
+    /// Returns the timer's count: the time since the timer was last set to 0.
     fn open_for(&mut self) -> u32;
     /// Sets the timer to 0.
     fn restart_timer(&mut self);
@@ -88,7 +90,7 @@ pub trait Registers {
     fn stop(&mut self);
     /// Returns whether RXTO has come since [`stop`](Self::stop).
     fn stopped(&mut self) -> bool;
-    /// Switches the UARTE off and on, which empties the FIFO, clears ERRORSRC, and opens a transfer.
+    /// Switches the UARTE off and on, which empties the FIFO. Then clears ERRORSRC and opens a transfer.
     fn start_anew(&mut self);
     /// Sets whether ERROR and the timer's count of `NONE_WAITS` cause interrupts. From here on ENDRX causes
     /// interrupts, and RXTO does not.
@@ -120,7 +122,7 @@ struct SinceByte {
 
 /// The state of the reception.
 ///
-/// `NONE_WAITS` is the time within which the UARTE stores a byte that waits in the FIFO, once a transfer is open.
+/// If a byte waits in the FIFO when a transfer is opened, the UARTE stores it within `NONE_WAITS` (assumption A1).
 /// `GAP` is the silence after which no frame may continue (L1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Reception<const NONE_WAITS: u32, const GAP: u32> {
@@ -145,13 +147,13 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         reception
     }
 
-    /// Does one round. The handler calls it.
+    /// Performs one round. The handler calls it.
     #[inline]
     pub fn service(&mut self, registers: &mut impl Registers) {
         self.served = true;
-        // The order of these reads matters. Read the timer before ENDRX: if `NONE_WAITS` has passed and ENDRX has not
-        // come, no byte was waiting. Read the byte before ERRORSRC: if the byte is in memory and ERRORSRC shows no
-        // error, the byte came before any error.
+        // The order of these reads matters. Read the timer before ENDRX. Then no byte was waiting if `NONE_WAITS` has
+        // elapsed and ENDRX has not come. Read the byte before ERRORSRC. Then a byte in memory came before any error if
+        // ERRORSRC shows no error.
         let open_for = registers.open_for();
         if self.state == State::Stopping {
             return self.wait_for_stop(open_for, registers);
@@ -181,8 +183,8 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// Does the work of a tick. The caller must prevent rounds during the call, and request a round after it. Returns
-    /// whether the reception works. The reception does not work if there are no rounds, or if one ENDRX after another
+    /// Performs a tick. The caller must prevent rounds during the call, and request a round after it. Returns whether
+    /// the reception works. It does not work if there was no round since the last tick, or if one ENDRX after another
     /// is lost. In these cases only a reset may help.
     pub fn tick(&mut self, registers: &mut impl Registers) -> bool {
         self.errors = 0;
@@ -190,7 +192,7 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
             self.listen(registers);
             let lies_there = registers.byte() != NO_BYTE;
             let lay_there = core::mem::replace(&mut self.since_byte.lay_there, lies_there);
-            // Seeing a byte once does not prove that its ENDRX is lost: ENDRX may come or be handled soon.
+            // Seeing a byte once does not prove that its ENDRX is lost, because ENDRX may still come.
             if lay_there && lies_there && !registers.ended() {
                 registers.report(LineEvent::Overrun);
                 self.stop(registers);
@@ -205,9 +207,9 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     fn fail(&mut self, ended: bool, open_for: u32, causes: u32, registers: &mut impl Registers) {
         self.errors = self.errors.saturating_add(1);
         self.skipped = self.skipped.wrapping_add(ended.into());
-        // A transfer that has been open for `NONE_WAITS` ends before the FIFO is full, so its ENDRX came before the
-        // overrun, or was lost. `ended` may have been read too early, so read ENDRX again. If ENDRX has still not come,
-        // it is lost.
+        // A transfer that has been open for `NONE_WAITS` ends before the FIFO overruns (A4), so its ENDRX came before
+        // the overrun, or is lost. `ended` may have been read too early, so read ENDRX again. If ENDRX has still not
+        // come, it is lost.
         let is_full = causes & OVERRUN != 0 && open_for >= NONE_WAITS;
         if is_full && !ended && !registers.ended() {
             self.stop(registers);
@@ -222,8 +224,8 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
         }
     }
 
-    /// Starts the drain: bytes are dropped until a transfer has been open for `NONE_WAITS` without a byte. The time
-    /// starts now.
+    /// Starts the drain: bytes are dropped until a transfer has been open for `NONE_WAITS` without a byte. This time is
+    /// measured from now on.
     fn drain(&mut self, registers: &mut impl Registers) {
         self.state = State::Draining;
         registers.restart_timer();

@@ -3,8 +3,8 @@
 
 /// Behaviour of the chip that is not known for certain. Firmware should work with every choice.
 ///
-/// A field `lost_…` or `doubled_…` is the number of events that will still be lost or doubled. It counts down, also
-/// across resets. [`u32::MAX`] means every event.
+/// A field `lost_…` or `doubled_…` is the number of events that will still be lost or doubled. Each such event
+/// decrements it, and resets do not restore it. [`u32::MAX`] means every event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(
     clippy::struct_excessive_bools,
@@ -61,7 +61,8 @@ pub struct Assumptions {
     pub start_drops_byte: bool,
     /// STARTRX during a transfer is ignored, as in `BabbleSim`'s model. By default it is an error.
     pub start_twice_is_ignored: bool,
-    /// SEQSTART begins a new period of the PWM at once. By default the new period begins at the end of the current one.
+    /// SEQSTART immediately begins a new period of the PWM. By default the new period begins at the end of the current
+    /// one.
     pub start_cuts_period: bool,
     /// A task that is triggered twice at the same instant acts only once.
     pub twice_is_once: bool,
@@ -103,11 +104,12 @@ impl Default for Assumptions {
 /// The longest lag of EasyDMA, in cycles: less than four tenths of a byte time at 1 Mbaud. EasyDMA is probably never
 /// slower.
 const LONGEST_LAG: u64 = 190;
-/// The longest lag of RXDRDY, in cycles: it comes just before the next byte at 1 Mbaud.
+/// The longest lag of RXDRDY, in cycles. With this lag, RXDRDY comes just before the next byte at 1 Mbaud.
 const LATEST_READY: u64 = 639;
 
 impl Assumptions {
-    /// Returns each single deviation from the default, with its name.
+    /// Returns deviations from the default, each alone and with its name. Leaves out `doubled_when_open` and
+    /// `lost_timeout`.
     #[must_use]
     pub fn each() -> Vec<(&'static str, Self)> {
         let change = |name, change: fn(&mut Self)| {
@@ -153,9 +155,9 @@ impl Assumptions {
         found.map(|(_, assumptions)| assumptions)
     }
 
-    /// Returns a random mix of all deviations, always the same for the same seed. Lags are at most as long as in
-    /// [`Assumptions::each`]. At most three events of each kind are lost, and no RXTO. Instructions take at most 1.5
-    /// times as long.
+    /// Returns a random mix of all deviations except `doubled_when_open`. The same seed always gives the same mix. Lags
+    /// are at most as long as in [`Assumptions::each`]. At most three RXDRDY and three ENDRX are lost. In a quarter of
+    /// the mixes, every RXTO after STOPRX is lost. Instructions take at most 1.5 times as many cycles.
     #[must_use]
     pub fn mixed(seed: u64) -> Self {
         let mut state = seed;

@@ -60,7 +60,7 @@ pub struct Board {
     instructions: u64,
     slept: u64,
     handlers: Handlers,
-    /// The interruptions to come: the instant and the duration of each, in cycles.
+    /// The future interruptions of the firmware: the instant and the duration of each, in cycles.
     hold_offs: VecDeque<(u64, u64)>,
     watches: Vec<Watch>,
     trace: Trace,
@@ -125,7 +125,7 @@ impl Board {
         self.slept
     }
 
-    /// Runs for `cycles`, and then to the end of the current instruction, a few cycles more at most.
+    /// Runs for `cycles`, and then to the end of the current instruction, which takes at most a few cycles more.
     ///
     /// # Errors
     /// Returns an error if the firmware faults, or does something that is not modelled: see [`Error`].
@@ -193,7 +193,7 @@ impl Board {
         }
         self.now += cycles;
         self.look(pc, before, after)?;
-        // A core that has just gone to sleep may wake at once, because masked interrupts also wake it.
+        // A core that has just gone to sleep may wake immediately, because masked interrupts also wake it.
         if slept_on && !self.shared.touched.load(Relaxed) {
             let hold_off = self.hold_offs.front().map_or(u64::MAX, |(at, _)| *at);
             let wake = self.quiet_until.min(until).min(hold_off);

@@ -10,8 +10,8 @@ use crate::chip::Chip;
 use crate::error::{Access, Refusal};
 use crate::memory::{Memory, RAM_START};
 
-/// The chip, shared by the core's accesses and the board. The core's interface requires the lock. One thread uses both,
-/// so nobody ever waits for it.
+/// The chip, shared by the core's accesses and the board. The core's interface requires the lock. Only one thread uses
+/// the chip, so no thread ever waits for the lock.
 #[derive(Debug)]
 pub(crate) struct Shared {
     chip: Mutex<Chip>,

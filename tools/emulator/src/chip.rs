@@ -1,4 +1,4 @@
-//! All peripherals together: decodes addresses, passes events through shorts and PPI, and lets time pass.
+//! All peripherals together: decodes addresses, passes events through shorts and PPI, and advances the time.
 
 use std::collections::VecDeque;
 
@@ -25,7 +25,7 @@ pub enum ResetCause {
     Pin,
     /// The watchdog was not fed.
     Watchdog,
-    /// The firmware asked for it (AIRCR.SYSRESETREQ).
+    /// The firmware requested the reset (AIRCR.SYSRESETREQ).
     Soft,
     /// The supply was too low for a moment: [`crate::Board::brown_out`].
     BrownOut,
@@ -171,7 +171,7 @@ impl Chip {
     fn trigger(&mut self, address: u32) {
         let (base, offset) = (address & !0xFFF, address & 0xFFF);
         let done = self.act(base, |peripheral, context| peripheral.task(offset, context));
-        // Keep the first refusal, because it says more.
+        // Keep the refusal of the task itself, if there is one, because it says more.
         self.check(done, Access::Task, address);
     }
 
@@ -228,7 +228,7 @@ impl Chip {
         next
     }
 
-    /// Returns a bit for each interrupt line that is up. Bits 12 to 17 of a peripheral's address are the
+    /// Returns the active interrupt lines, one bit for each. Bits 12 to 17 of a peripheral's address are the
     /// number of its line.
     pub(crate) fn interrupts(&mut self) -> u64 {
         let units = self.peripherals.all().into_iter();

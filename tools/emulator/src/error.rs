@@ -92,7 +92,7 @@ pub enum Refusal {
     },
     #[error("EasyDMA to {address:#010x}, which is not RAM")]
     DmaOutsideRam { address: u32 },
-    #[error("{peripheral}: {how}; what happens then is not specified, or not modelled")]
+    #[error("{peripheral}: {how}; the effect is not specified or not modelled")]
     Misused {
         peripheral: &'static str,
         how: &'static str,

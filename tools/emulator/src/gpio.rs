@@ -50,8 +50,9 @@ impl Default for Port {
 }
 
 impl Port {
-    /// Returns the value of IN. If its input buffer is connected, an output reads its own level, and an input reads the
-    /// level of its pull-up. The argument contains the pins that something outside the chip drives, and their levels.
+    /// Returns the value of IN. The argument has the pins that are driven from outside the chip, and their levels. If a
+    /// pin's input buffer is connected, an output reads its own level. An input reads the level from outside, or the
+    /// level of its pull-up if nothing drives it.
     fn levels(&self, (driven, levels): (u32, u32)) -> u32 {
         let pins = |are: fn(u32) -> bool| {
             let configurations = (0..32).zip(self.configuration);

@@ -71,7 +71,8 @@ impl Image {
         Self { segments, symbols }
     }
 
-    /// Returns the symbol with this name: either the symbol's entire name, or the part after a `::`.
+    /// Returns the symbol whose entire name is `name`. If there is none, returns the symbol whose name ends with `name`
+    /// after a `::`.
     ///
     /// # Errors
     /// Returns an error if there is no such symbol, or if there are several at different addresses.

@@ -7,7 +7,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let mut board = Board::new(Image::parse(&std::fs::read("firmware.elf")?)?)?;
 //! board.run_for(2 * MILLISECOND)?; // it boots
-//! let sent = board.send(b"hello\r"); // 115200 baud; returns when the last stop bit is over
+//! let sent = board.send(b"hello\r"); // at 115200 baud; returns the end of the last stop bit
 //! board.run_until(sent + 25 * MILLISECOND)?;
 //! let trace = board.trace();
 //! let pulses = trace.pwm_periods.last().map(|period| period.pulses());
@@ -55,7 +55,7 @@
 //! wait states, no bus contention and no write buffer, so silicon may be slower. Only a board can show how much slower.
 //! [`Assumptions::slowness`] makes the model slower. While the core sleeps, SysTick and the cycle counter stand still.
 //!
-//! For tests, also build `rsemu` and this crate with optimisation, and `rsemu` without debug assertions
+//! Even for tests, build `rsemu` and this crate with optimisation, and `rsemu` without debug assertions
 //! (`[profile.dev.package.rsemu]`). Then a busy core is emulated about as fast as the chip runs.
 
 mod assumptions;

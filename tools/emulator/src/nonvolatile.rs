@@ -1,4 +1,4 @@
-//! FICR, UICR, NVMC and TEMP: nRF52840 Product Specification, the sections of these names.
+//! FICR, UICR, NVMC and TEMP: nRF52840 Product Specification, the sections with these names.
 //!
 //! Writing words of UICR is modelled, but takes no time. Erasing UICR and writing flash are not modelled. The model of
 //! TEMP contains only the calibration, which firmware copies from FICR (erratum 66). No temperature is measured, so
@@ -16,7 +16,7 @@ const NVMC: u32 = 0x4001_E000;
 
 const FICR_PART: u32 = 0x100;
 const FICR_VARIANT: u32 = 0x104;
-/// "AAF0": build code F. Since this build code, the debug port is closed unless the firmware opens it.
+/// "AAF0": build code F. From this build code on, the debug port is closed unless the firmware opens it.
 const VARIANT: u32 = 0x4141_4630;
 
 /// The offsets of TEMP's calibration in FICR, A0 to T4. The values differ from chip to chip, and have no

@@ -33,7 +33,7 @@ pub(crate) trait Peripheral {
         None
     }
 
-    /// Does the action that is due at `context.now`.
+    /// Performs the action that is due at `context.now`.
     fn advance(&mut self, _context: &mut Context) {}
 }
 
@@ -84,12 +84,12 @@ impl Context {
         self.raised.push(event);
     }
 
-    /// Records a refusal, unless one was recorded before: later ones are consequences of the first.
+    /// Records a refusal, unless one was recorded before, because later refusals are consequences of the first.
     pub(crate) fn refuse(&mut self, refusal: Refusal) {
         self.refusal.get_or_insert(refusal);
     }
 
-    /// Returns the value. If there is none, records the refusal.
+    /// Returns the value, or records the refusal and returns `None`.
     pub(crate) fn check<T>(&mut self, outcome: Result<T, Refusal>) -> Option<T> {
         outcome.map_err(|refusal| self.refuse(refusal)).ok()
     }
@@ -235,7 +235,7 @@ impl Common {
         shorts.fold(0, |mask, (bit, ..)| mask | bit)
     }
 
-    /// Returns whether the interrupt line is up.
+    /// Returns whether the interrupt line is active.
     pub(crate) fn interrupts(&self) -> bool {
         self.raised & self.enabled != 0
     }

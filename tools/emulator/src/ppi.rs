@@ -1,8 +1,8 @@
 //! The programmable peripheral interconnect: nRF52840 Product Specification, section "PPI".
 //!
 //! Models the twenty programmable channels, each with a fork, and the six groups. Channels 20 to
-//! 31, whose events and tasks are fixed, are not modelled. A task follows its event at once; on
-//! silicon it may be one cycle of 16 MHz later.
+//! 31, whose events and tasks are fixed, are not modelled. A task follows its event immediately. On
+//! silicon it may follow one cycle of 16 MHz later.
 
 use crate::peripheral::{Common, Context, Peripheral, RegisterFile as _, registers};
 

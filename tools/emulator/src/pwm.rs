@@ -1,8 +1,8 @@
 //! PWM0: nRF52840 Product Specification, section "PWM".
 //!
 //! Modelled: up counter; sequence 0 with CNT and REFRESH, a value for each channel (individual load);
-//! SEQSTARTED, SEQEND, PWMPERIODEND, STOPPED. Not modelled, and refused: sequence 1, ENDDELAY, LOOP,
-//! the other loads, NEXTSTEP, up-and-down.
+//! SEQSTARTED, SEQEND, PWMPERIODEND, STOPPED. Not modelled, and rejected: sequence 1, ENDDELAY, LOOP,
+//! the other loads, NEXTSTEP, up-and-down counter.
 //!
 //! The specification leaves some points open. The model assumes the following. SEQSTART while the PWM runs takes effect
 //! at the end of the period. EasyDMA fetches a step when the step is loaded; the first step is loaded at SEQSTART.
@@ -20,8 +20,8 @@ const SEQEND0: u32 = 0x110;
 const PWMPERIODEND: u32 = 0x118;
 const ENABLE: u32 = 0x500;
 const DISCONNECTED: u32 = 1 << 31;
-/// The value of DECODER for individual load: one value for each channel, and the next step after
-/// REFRESH periods.
+/// The value of DECODER for individual load: a step has one value for each channel, and lasts
+/// REFRESH + 1 periods.
 const INDIVIDUAL: u32 = 2;
 /// The number of values in a step.
 const STEP: u32 = 4;
@@ -70,7 +70,7 @@ impl Period {
 struct Played {
     /// The number of 16-bit values loaded so far.
     loaded: u32,
-    /// The number of periods that the current step still lasts.
+    /// The number of additional periods for which the current step lasts.
     more_periods: u32,
 }
 
@@ -80,7 +80,8 @@ pub(crate) struct Pwm {
     values: [u16; 4],
     /// The current sequence, until its last step is over.
     played: Option<Played>,
-    /// The sequence that begins with the next period, and its first step. Set by a SEQSTART while the PWM runs.
+    /// The sequence that begins with the next period, and its first step. A SEQSTART while the PWM runs sets this
+    /// field.
     queued: Option<(Played, [u16; 4])>,
     period_ends_at: Option<u64>,
     stopping: bool,

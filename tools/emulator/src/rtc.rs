@@ -2,9 +2,9 @@
 //!
 //! A counter of 24 bits, at 32 768 Hz / (PRESCALER + 1). COMPARE\[n\] is raised when the count *becomes*
 //! CC\[n\], and OVRFLW when it becomes 0, each only while it is enabled in INTEN. TICK, and EVTEN for
-//! PPI, are not modelled and are refused.
+//! PPI, are not modelled and are rejected.
 //!
-//! Tasks take effect at once. On silicon they take effect at the next edges of the low-frequency clock.
+//! Tasks take effect immediately. On silicon they take effect at the next edges of the low-frequency clock.
 //! The model does not check that the firmware has started this clock.
 
 use crate::CYCLES_PER_SECOND;

@@ -36,7 +36,7 @@ fn low_frequency(cycles: u64) -> u64 {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watchdog {
     registers: Registers,
-    /// If the watchdog runs: the reload requests that have not come yet.
+    /// The reload requests that have not come yet, if the watchdog runs.
     requested: u32,
     times_out_at: Option<u64>,
     bites_at: Option<u64>,
@@ -69,7 +69,7 @@ impl Peripheral for Watchdog {
 
     fn write(&mut self, offset: u32, value: u32, context: &mut Context) -> Option<()> {
         match offset {
-            // "Can only be changed before the watchdog is started": writes after it are lost.
+            // "Can only be changed before the watchdog is started." Later writes have no effect.
             CRV | RREN | CONFIG if self.running => {}
             RR..=RR_LAST => {
                 if value == RELOAD && self.running && self.bites_at.is_none() {

@@ -1,7 +1,8 @@
 //! Reads C files, which contain harnesses in C, and functions that harnesses in Rust call.
 //!
 //! A harness in C is a function `void proof_NAME_BOUND(void)`, where no loop runs more than `BOUND - 1` times. A file
-//! writes it as `PROOF(NAME, BOUND)`. Each harness is checked twice: for an `int` of 32 bits and of 16 bits.
+//! writes it as `PROOF(NAME, BOUND)`. Each harness is checked twice, once for an `int` of 32 bits and once for an `int`
+//! of 16 bits.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -20,7 +21,7 @@ const HARNESS: &str = "void proof_";
 pub(crate) struct CFile {
     /// The file's name without its ending.
     name: String,
-    /// The text for an `int` of 32 bits, and for one of 16 bits.
+    /// The text for an `int` of 32 bits, and the text for an `int` of 16 bits.
     texts: [String; 2],
 }
 
@@ -79,7 +80,7 @@ impl CFile {
     }
 }
 
-/// Returns the C file of a harness: one of the harness's modules has the same name.
+/// Returns the C file of a harness, which has the same name as one of the harness's modules.
 pub(crate) fn file_of<'a>(harness: &Harness, files: &'a [CFile]) -> Result<&'a CFile> {
     let mut modules = harness.name.split("::");
     let file = modules.find_map(|module| files.iter().find(|file| file.name == module));

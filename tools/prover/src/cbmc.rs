@@ -16,8 +16,8 @@ use crate::harness::{Harness, Language};
 use crate::proof_cache::ProofCache;
 use crate::translate::{COVER, END, INPUT};
 
-/// CBMC's checks for harnesses in C. Wrapping unsigned arithmetic is an error too, so that machines with another width
-/// of `int` compute the same.
+/// CBMC's checks for harnesses in C. Unsigned arithmetic that wraps is an error too, so that the results do not depend
+/// on the width of `int`.
 const CHECKS_OF_C: [&str; 6] = [
     "--signed-overflow-check",
     "--unsigned-overflow-check",
@@ -262,8 +262,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Returns the values of a counterexample. Each line has a value's type, the source position that asked for it, and
-    /// the numbers of which the value consists.
+    /// Returns the values of a counterexample. Each line has a value's type, the source position at which the harness
+    /// asked for the value, and the numbers of which the value consists.
     fn inputs(&self, property: &str) -> Result<Vec<String>> {
         let properties = self.properties(&["--trace", "--property", property])?;
         let properties = properties.into_iter().flatten();

@@ -29,7 +29,7 @@ pub(crate) struct Harness {
     pub(crate) unwind: Option<u32>,
     /// The covers that the harness may reach, by the readable names of their functions.
     pub(crate) covers: BTreeSet<String>,
-    /// True if the last call of the harness is a cover. Kani shows that the end is reached only for such harnesses.
+    /// True if the last call of the harness is a cover. Only for such harnesses does Kani show that the end is reached.
     pub(crate) ends_with_cover: bool,
     #[serde(skip)]
     pub(crate) language: Language,
@@ -91,9 +91,9 @@ pub(crate) fn harnesses(module: &Module) -> Result<Vec<Harness>> {
     Ok(harnesses.into_values().collect())
 }
 
-/// Returns whether the function ends with a cover: on some path to its end, the last call is a cover, or a function
-/// that itself ends with a cover, and only unconditional jumps follow this call. Then an input that satisfies the cover
-/// reaches the end.
+/// Returns whether the function ends with a cover. This means that, on some path to its end, the last call is a cover
+/// or a function that itself ends with a cover, and that only unconditional jumps follow this call. Then an input that
+/// satisfies the cover reaches the end.
 fn ends_with_cover(module: &Module, graph: &DiGraphMap<&str, ()>, symbol: &str) -> Result<bool> {
     let Some(function) = module.functions.get(symbol) else {
         return Ok(false);

@@ -1,5 +1,5 @@
-//! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. Then the harnesses or the test that the
-//! list names for this mistake must fail. A harness that no mistake breaks proves nothing.
+//! `cargo xtask bugs`: puts one mistake at a time into a copy of the sources. For each mistake, a file lists the
+//! harnesses or the test that must fail. A harness that no mistake breaks proves nothing.
 
 use std::fs;
 use std::path::Path;
@@ -36,7 +36,8 @@ const PROOFS_MEMBERS: &[&str] = &[
     "tools/prover/tests/harnesses",
     "formats",
     "firmware/reception",
-    // Leave out this package. Only the core's tests depend on it, and they do not run here.
+    // Only tests of the core and of the formats depend on this package. They do not run here, but cargo needs the
+    // package.
     "fuzz/oracles",
     "c/proofs",
 ];
@@ -51,7 +52,7 @@ pub(crate) struct Arguments {
     engine: Option<Engine>,
 
     /// Only bugs whose mistake, file, harness or test contains one of these names. The name `checker` checks the engine
-    /// itself: it must reject harnesses that have a fault. Without names, check all bugs and `checker`
+    /// itself, which must reject harnesses that have a fault. Without names, check all bugs and `checker`
     names: Vec<String>,
 }
 

@@ -45,7 +45,7 @@ pub(crate) fn clippy(workspace: &Workspace, _: &mut Report) -> Result<()> {
     prove::clippy(workspace)
 }
 
-/// Installs the programs that the tests of generated C need, as far as they are missing.
+/// Installs the programs that the tests of generated C need, if any of them is missing.
 fn install_for_c(workspace: &Workspace) -> Result<()> {
     const COMMANDS: [&str; 5] = ["clang", "cmake", "arm-none-eabi-gcc", "avr-gcc", "simavr"];
     let sh = &workspace.shell()?;
@@ -78,7 +78,7 @@ const PACKAGES_FOR_C: [&str; 7] = [
 pub(crate) fn tests(workspace: &Workspace, report: &mut Report) -> Result<()> {
     install_for_c(workspace)?;
     let mut cargo = workspace.cargo_test();
-    // Leave out the firmware's tests: they need the images, and have a stage of their own.
+    // Leave out the firmware's tests, because they need the images and have a stage of their own.
     cargo.args([
         "--all-targets",
         "--no-fail-fast",
@@ -95,7 +95,8 @@ pub(crate) fn statistics(workspace: &Workspace, report: &mut Report) -> Result<(
     run_tests(cargo.env("FRAMELOCK_STATISTICS", "full"), &mut report.tests)
 }
 
-/// Checks that other programs read the command line's tables correctly, and name the messages of `MAVLink` alike.
+/// Checks that pandas and polars read the command line's tables correctly, and that pymavlink gives the messages of
+/// `MAVLink` the same names.
 pub(crate) fn tables(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let python = workspace.python_with(&["pandas==3.1.1", "polars==2.1.0", "pymavlink==2.4.50"])?;
     let sh = workspace.shell()?;
@@ -150,8 +151,8 @@ pub(crate) fn core(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let subsets = subsets(&workspace.core_features);
     report.says = format!("{} sets of features, by {}", subsets.len(), compiler.says);
     let sh = workspace.shell()?;
-    // Build in a separate folder. Another compiler and other flags would make everything in the
-    // common folder compile again.
+    // Build in a separate folder. With another compiler and other flags, cargo would compile everything in
+    // the common folder again.
     let folder = workspace.target_directory.join("microcontrollers");
     for (index, features) in subsets.iter().enumerate() {
         // Check every microcontroller with no features and with all features, and only one with the other subsets.

@@ -24,7 +24,7 @@ pub(crate) fn emulate(workspace: &Workspace, Arguments { arguments }: &Arguments
     let mut emulator = Command::new("cargo");
     emulator
         .args(["run", "--quiet", "--package", "nrf52840-emulator"])
-        // Do not change the folder: the user's file names are relative to the current one.
+        // Do not change the folder, because the user's file names are relative to the current folder.
         .arg("--manifest-path")
         .arg(workspace.root.join("Cargo.toml"))
         .args(["--", "--watch", "SETPOINT=pitch,roll,yaw"])

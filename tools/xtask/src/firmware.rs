@@ -21,9 +21,9 @@ pub(crate) const TESTS: &str = "framelock-firmware-tests";
 /// A build: the image's name, the program, and the options that select its features.
 pub(crate) type Build = (&'static str, &'static str, &'static [&'static str]);
 
-/// All images that the tests run. They have the same dependencies, so after the first one each takes only a second or
-/// two. `lecture` also leaves the debug port unchanged. `parser-steps` contains single steps of the parsers, to measure
-/// their costs.
+/// All images that the tests run. They have the same dependencies, so after the first image, each further image takes
+/// only a second or two to build. `lecture` also leaves the debug port unchanged. `parser-steps` contains single steps
+/// of the parsers, to measure their costs.
 pub(crate) const BUILDS: [Build; 8] = [
     ("default", "framelock-firmware", &[]),
     ("megabaud", "framelock-firmware", &["--features=megabaud"]),
@@ -166,7 +166,7 @@ fn lint(build: Cmd) -> Cmd {
     build.args(CLIPPY).envs([NO_WARNINGS])
 }
 
-/// Returns whether this test, fast or slow, passes on the images of the sources at `root`.
+/// Returns whether this test, fast or slow, passes with the images that are built from the sources at `root`.
 pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Result<bool> {
     let mut tests = tests(workspace, root)?;
     let mut count = TestCount::default();
@@ -179,7 +179,7 @@ pub(crate) fn test_passes(workspace: &Workspace, root: &Path, test: &str) -> Res
     Ok(outcome.is_ok())
 }
 
-/// Builds the images of the sources at `root`. Returns the command that tests them.
+/// Builds the images from the sources at `root`. Returns the command that tests the images.
 fn tests(workspace: &Workspace, root: &Path) -> Result<Command> {
     let images = build_images(workspace, root)?;
     let mut tests = workspace.cargo_test();
@@ -195,7 +195,7 @@ pub(crate) fn copy(workspace: &Workspace, to: &Path) -> Result<()> {
     workspace.copy(to, &folders, &["core", "firmware/reception"])
 }
 
-/// Builds all images of the sources at `root`. Returns their folder.
+/// Builds all images from the sources at `root`. Returns the images' folder.
 pub(crate) fn build_images(workspace: &Workspace, root: &Path) -> Result<PathBuf> {
     let compiler = Compiler::of(&[TARGET])?;
     for build in &BUILDS {
@@ -204,8 +204,8 @@ pub(crate) fn build_images(workspace: &Workspace, root: &Path) -> Result<PathBuf
     Ok(images(workspace, root))
 }
 
-/// Builds an image of the sources at `root`, and keeps it under its own name because the next build
-/// would overwrite it.
+/// Builds an image from the sources at `root`. Copies it to a file of its own, because the next build would
+/// overwrite it. Returns this file's path.
 pub(crate) fn build_image(
     workspace: &Workspace,
     root: &Path,
@@ -225,7 +225,7 @@ pub(crate) fn build_image(
     Ok(image)
 }
 
-/// Returns the folder of the images of the sources at `root`.
+/// Returns the folder for the firmware images that are built from the sources at `root`.
 fn images(workspace: &Workspace, root: &Path) -> PathBuf {
     target_folder(workspace, root).join("images")
 }

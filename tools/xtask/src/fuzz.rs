@@ -16,8 +16,8 @@ Examples:
   cargo xtask fuzz                                  every target for a minute
   cargo xtask fuzz parser --seconds 900 --jobs 2    one target, for longer, on two cores
 
-New inputs are kept in fuzz/corpus-found, inputs that show a bug in fuzz/artifacts. The exit code is 1 \
-if an input shows a bug. The committed corpora are replayed by `cargo test -p framelock-fuzz-oracles`.";
+New inputs are kept in fuzz/corpus-found, and inputs that show a bug in fuzz/artifacts. The exit code is 1 \
+if an input shows a bug. `cargo test -p framelock-fuzz-oracles` replays the committed corpora.";
 
 /// Search for inputs that contradict the theorems: a fuzzer makes inputs, and oracles check the outcomes
 #[derive(clap::Args)]
@@ -89,8 +89,8 @@ impl Fuzzer {
         Ok(fuzzer)
     }
 
-    /// Returns a command of the nightly toolchain, without the variables that `cargo xtask` set for
-    /// its own toolchain.
+    /// Returns a command of the nightly toolchain. Removes the variables that `cargo xtask` has inherited from its own
+    /// toolchain.
     fn nightly<const N: usize>(&self, program: &str, arguments: [&str; N]) -> Cmd<'_> {
         ["CARGO", "RUSTC", "RUSTUP_TOOLCHAIN", "LD_LIBRARY_PATH"]
             .into_iter()

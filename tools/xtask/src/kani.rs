@@ -16,8 +16,8 @@ use serde::Deserialize;
 use crate::theorems::{Answer, is_called};
 use crate::workspace::cargo_in;
 
-/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files: calling a `cargo kani` that
-/// is installed but not set up would start the setup.
+/// Returns Kani's name and version, or the reason why it cannot be used. Only reads files, because calling `cargo kani`
+/// would start the setup if Kani is installed but not set up.
 pub(crate) fn version() -> Result<String> {
     let path = env::var_os("PATH").unwrap_or_default();
     let mut programs = env::split_paths(&path).map(|folder| folder.join("cargo-kani"));
@@ -33,7 +33,7 @@ pub(crate) fn version() -> Result<String> {
     let files = fs::read_dir(home.unwrap_or_default()).into_iter().flatten();
     let names = files.filter_map(|file| file.ok()?.file_name().into_string().ok());
     let names: Vec<String> = names.collect();
-    // A bundle that is still there was not unpacked completely.
+    // If the downloaded bundle is still there, it was not unpacked completely.
     let unfinished = names.iter().any(|name| name.ends_with(".tar.gz"));
     let mut versions = names.iter().filter_map(|name| name.strip_prefix("kani-"));
     let version = versions.find(|version| !unfinished && content.contains(*version));
@@ -66,8 +66,8 @@ struct List {
     standard_harnesses: BTreeMap<String, Vec<String>>,
 }
 
-/// Lets Kani check the harnesses with these names. If no harness has a name, selects all harnesses whose names contain
-/// it. Without names, checks all harnesses.
+/// Lets Kani check the harnesses with these names. If no harness has one of the names, selects all harnesses whose
+/// names contain this name. Without names, checks all harnesses.
 pub(crate) fn check(command: &mut Command, names: &[String]) -> Result<Vec<Answer>> {
     command.env("NO_COLOR", "1");
     for name in names {

@@ -24,8 +24,8 @@ pub(crate) fn stage(workspace: &Workspace, report: &mut Report) -> Result<()> {
     bugs::run(workspace, None, &[NAME.to_owned()])
 }
 
-/// Returns whether the theorems hold for the images of the sources at `root`. If a seeded bug does not change the
-/// images, the theorems still hold, and this function returns true.
+/// Returns whether the theorems hold for the firmware images that are built from the sources at `root`. If a seeded bug
+/// does not change the images, the theorems still hold, and this function returns true.
 pub(crate) fn is_proved(workspace: &Workspace, root: &Path) -> Result<bool> {
     let mut count = TestCount::default();
     let mut prover = prover(workspace, root, &["default", "lecture"])?;

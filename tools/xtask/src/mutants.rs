@@ -1,9 +1,9 @@
-//! `cargo xtask mutants`: cargo-mutants changes one place of the sources at a time. For each
+//! `cargo xtask mutants`: cargo-mutants makes one small change to the sources at a time. For each
 //! change, some test or some harness of a theorem must fail.
 //!
 //! cargo-mutants compiles and tests only for the computer, not for the chip. So for the firmware's images, this command
-//! uses only cargo-mutants' list of changes. It makes each change in a copy of the firmware, and then some test of the
-//! copy's images in the emulator must fail.
+//! uses only cargo-mutants' list of changes. It makes each change in a copy of the firmware, builds the images from the
+//! copy, and tests them in the emulator. Some test must fail.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -26,7 +26,7 @@ use crate::workspace::{CORE, Workspace};
 
 const CARGO_MUTANTS: &str = "27.1.0";
 
-/// Change one place of the sources at a time, and check that some test or harness notices
+/// Make one small change to the sources at a time, and check that some test or harness notices it
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -101,7 +101,7 @@ pub(crate) fn mutants(workspace: &Workspace, Arguments { by, more }: &Arguments)
         "cargo mutants --workspace --config {config} {tested...} --output {output} {more...}"
     );
     let status = Command::from(mutants).status()?;
-    // Exit code 3 means that some change made tests run forever, which counts as noticed.
+    // Exit code 3 means that some change made the tests run into their time limit, which counts as noticed.
     ensure!(
         matches!(status.code(), Some(0 | 3)),
         "some changes are not noticed: see above"
@@ -131,7 +131,7 @@ fn by_images(workspace: &Workspace, sh: &Shell, output: &Path, more: &[String]) 
         "cargo mutants --dir firmware --config {config} --list --json {more...}"
     );
     let mut mutants: Vec<Mutant> = serde_json::from_str(&list.read()?)?;
-    // cargo-mutants lists changes in code that both programs share twice.
+    // cargo-mutants lists a change twice if both programs share the changed code.
     let mut listed = BTreeSet::new();
     mutants.retain(|mutant| listed.insert(mutant.name.clone()));
     fs::create_dir_all(output)?;

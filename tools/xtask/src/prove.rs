@@ -27,7 +27,7 @@ pub(crate) const C_PROOFS: &str = "framelock-c-proofs";
 const C_FOLDER: &str = "c/proofs";
 pub(crate) const OFFLINE_PROVER: &str = "framelock-offline-prover";
 
-/// Check the theorems: Kani's harnesses in `core` and `proofs`
+/// Check the theorems, with the Kani harnesses of `core`, `proofs`, `formats` and `firmware/reception`
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Engine that checks the harnesses [default: Kani if it is set up, otherwise the offline
@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
 
-    /// List all harnesses by theorem instead of checking them
+    /// List all harnesses, grouped by theorem, instead of checking them
     #[arg(long, conflicts_with = "harnesses")]
     list: bool,
 }
@@ -161,7 +161,8 @@ pub(crate) struct Prover {
 }
 
 impl Prover {
-    /// Chooses the requested engine, or else the one that is available.
+    /// Chooses the requested engine. If none is requested, chooses Kani if it is set up, and otherwise the offline
+    /// prover.
     pub(crate) fn new(workspace: &Workspace, engine: Option<Engine>) -> Result<Self> {
         let (engine, says) = match (engine, kani::version()) {
             (None | Some(Engine::Kani), Ok(says)) => (Engine::Kani, says),

@@ -20,8 +20,8 @@ const INTERFACE: &str = "PUBLIC-API.txt";
 /// is `overwrite`, writes it instead.
 pub(crate) fn interface(workspace: &Workspace, report: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;
-    // Build in a separate folder. In the common folder, allowing unstable features would make all dependencies compile
-    // again.
+    // Build in a separate folder. In the common folder, cargo would compile all dependencies again, because unstable
+    // features are allowed.
     let folder = workspace.target_directory.join("interface");
     let packages = names(workspace);
     cmd!(
@@ -87,8 +87,7 @@ pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
         .run()
         .is_err()
     {
-        // A shallow clone lacks the baseline. Fetch this commit by its name, without the commits
-        // between.
+        // A shallow clone lacks the baseline. Fetch only this commit, without its history.
         cmd!(
             sh,
             "git fetch --quiet --no-tags --depth=1 origin {baseline}"
@@ -109,7 +108,7 @@ pub(crate) fn semver(workspace: &Workspace, report: &mut Report) -> Result<()> {
     Ok(())
 }
 
-/// Does all steps of publishing the packages except the upload. Fails on any warning or uncommitted
+/// Performs all steps of publishing the packages except the upload. Fails on any warning or uncommitted
 /// file.
 pub(crate) fn publish(workspace: &Workspace, _: &mut Report) -> Result<()> {
     let sh = workspace.shell()?;

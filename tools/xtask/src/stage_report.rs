@@ -15,8 +15,8 @@ pub(crate) struct Report {
     pub(crate) tests: TestCount,
 }
 
-/// Runs tests and counts them. The command's exit code does not suffice: a test that ends its program with exit code 0
-/// would prevent the remaining tests from running.
+/// Runs tests and counts them. The command's exit code does not suffice, because a test may end its program with exit
+/// code 0 before the remaining tests have run.
 pub(crate) fn run_tests(command: &mut Command, count: &mut TestCount) -> Result<()> {
     eprintln!("$ {command:?}");
     let mut child = command

@@ -30,7 +30,7 @@ pub(crate) struct Workspace {
     pub(crate) core_features: Vec<String>,
     /// The packages whose manifests do not contain `publish = false`.
     pub(crate) published: Vec<Package>,
-    /// The baseline commit: the next version's public interface must be compatible with this commit.
+    /// The baseline commit. The public interface must stay compatible with the interface at this commit.
     pub(crate) semver_baseline: String,
 }
 

@@ -2,7 +2,7 @@
 //! logs the failsafe's output.
 //!
 //! `BufferedUarteRx` receives in the background. It reports only overruns, so a timer counts all errors
-//! of the UARTE. The line is idle when a read takes too long.
+//! of the UARTE. A read that takes too long shows that the line is idle.
 #![no_std]
 #![no_main]
 #![allow(

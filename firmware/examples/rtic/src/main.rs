@@ -22,7 +22,7 @@ mod app {
     /// Silence that ends a frame, in milliseconds. It is longer than the pauses that a USB serial
     /// adapter inserts into a frame.
     const IDLE: u32 = 5;
-    /// Number of bytes to drop after an error. They may have been received before it.
+    /// Number of bytes to drop after an error, because they may have been received before the error.
     const IN_DOUBT: u8 = 8;
     /// The byte in RAM to which the UARTE writes.
     static BYTE: AtomicU8 = AtomicU8::new(0);
@@ -89,7 +89,7 @@ mod app {
         }
         if uarte.events_endrx.read().bits() != 0 {
             uarte.events_endrx.reset();
-            // The byte was stored before the event, and the next one is stored after STARTRX.
+            // The byte was stored before ENDRX came, and no other byte is stored before STARTRX.
             fence(Ordering::SeqCst);
             let byte = BYTE.load(Ordering::Relaxed);
             fence(Ordering::SeqCst);

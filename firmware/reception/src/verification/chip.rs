@@ -14,7 +14,7 @@ pub(super) const TIMES: u8 = 5;
 #[derive(Clone, Copy, PartialEq, Eq, kani::Arbitrary)]
 pub(super) struct Byte {
     pub(super) number: u8,
-    /// Whether the byte was received after all errors that had occurred when it was stored.
+    /// Whether the byte is not corrupted, and no error occurred between its arrival and its storage in memory.
     pub(super) is_sound: bool,
     /// Whether the byte's value is [`NO_BYTE`].
     pub(super) is_hidden: bool,
@@ -24,8 +24,8 @@ pub(super) struct Byte {
 pub(super) struct Chip {
     /// The number of the next byte on the line. Lost bytes have numbers too.
     pub(super) next: u8,
-    /// The number of bytes in the FIFO, by kind. The first `old` bytes may be corrupted, or from before the last error.
-    /// The `new` bytes after them are sound, and are the latest bytes on the line.
+    /// The numbers of bytes in the FIFO. The first `old` bytes may be corrupted, or from before the last error. The
+    /// `new` bytes after them are sound, and are the latest bytes on the line.
     pub(super) old: u8,
     pub(super) new: u8,
     pub(super) open: bool,
@@ -39,10 +39,11 @@ pub(super) struct Chip {
     pub(super) error: bool,
     /// Whether an overrun of the FIFO is among the causes.
     pub(super) overran: bool,
-    /// The timer. Its values 0 to 4 stand for 0, `NONE_WAITS`, `GAP`, more than `GAP`, and twice `GAP`.
+    /// The timer. Its values 0 to 4 stand for less than `NONE_WAITS`, at least `NONE_WAITS`, at least `GAP`, more than
+    /// `GAP`, and at least twice `GAP`.
     pub(super) time: u8,
-    /// `stopping`: whether STOPRX was given and no transfer started since. `timeout`: whether RXTO has come, with or
-    /// without a reason.
+    /// `stopping`: whether STOPRX was given and no transfer started since. `timeout`: whether RXTO has come, even if
+    /// the receiver has not stopped.
     pub(super) stopping: bool,
     pub(super) timeout: bool,
     /// `may_owe`: whether an ENDRX may be late or lost. `moves`: whether the chip takes steps between two accesses.
@@ -71,8 +72,8 @@ impl Chip {
         self.next - self.new
     }
 
-    /// Takes any number of the chip's steps, or none, in any order. Between two accesses the chip stores at most one
-    /// byte, because nothing opens another transfer.
+    /// Takes any number of the chip's steps, or none, in any order. It stores at most one byte, because only an access
+    /// can open another transfer.
     pub(super) fn moves(&mut self) {
         if self.stopping {
             // While stopping, the handler reads only the timer and RXTO, and all bytes that arrive are lost.
@@ -98,7 +99,9 @@ impl Chip {
         }
     }
 
-    /// Advances the timer by any time. By A1 it stays below `NONE_WAITS` while a byte waits and a transfer is open.
+    /// Advances the timer by any time. The timer stands still while a byte waits and a transfer is open. So a byte that
+    /// waits at 0 is stored before `NONE_WAITS` (A1). A byte that is stored later than it began to wait is covered,
+    /// because this model also lets it arrive later.
     fn time_passes(&mut self) {
         let waits = self.open && (self.old > 0 || self.new > 0);
         if !waits {
@@ -116,15 +119,15 @@ impl Chip {
             // All bytes are sound, and the FIFO has room for them.
             self.new += more;
         } else {
-            // An error comes before the first of these bytes is stored, or corrupts it (A3, A4). An overrun may lose
-            // the bytes that were in the FIFO, except the last one.
+            // ERRORSRC shows an error before the first of these bytes is stored (A3). The error may have corrupted this
+            // byte. An overrun may lose any bytes that were in the FIFO, but at least one byte stays there (A4).
             self.failed = true;
             self.error |= kani::any::<bool>();
             self.old = kani::any();
             self.new = kani::any();
             kani::assume(self.new < more + 1);
             if kani::any() {
-                // A1: an open transfer takes a byte before the FIFO is full.
+                // A4: from `NONE_WAITS` on, an open transfer takes a byte before the FIFO overruns.
                 kani::assume(!self.open || self.time == 0);
                 self.overran = true;
             }
@@ -156,9 +159,9 @@ impl Chip {
         self.ended = !self.owes_end;
     }
 
-    /// Takes the chip's steps before an access. Every access that reads or changes the chip's state calls this
-    /// function. Other accesses need not call it: no step of the chip depends on them, so the steps can as well happen
-    /// before the next access that calls it.
+    /// Takes the chip's steps before an access. Accesses that read or change the chip's state call this function. The
+    /// other accesses need not call it, because no step of the chip depends on them. The steps can as well happen
+    /// before the next access that does call it.
     fn access(&mut self) {
         if self.moves {
             self.moves();
@@ -167,7 +170,7 @@ impl Chip {
 
     fn opens(&mut self) {
         assert!(!self.open || self.ghost, "a transfer is open already");
-        assert!(!self.owes_end, "the last transfer's ENDRX is to come");
+        assert!(!self.owes_end, "the last transfer's ENDRX is still due");
         if let (true, None, Some(byte)) = (self.ghost, self.looked_at, self.memory) {
             // The case of L4: the next transfer may overwrite the byte in memory.
             self.expected = if byte.is_sound {
@@ -204,8 +207,8 @@ impl Registers for Chip {
         self.error = false;
         self.access();
         let (failed, overran) = (self.failed, self.overran);
-        // An error may come before the causes are cleared. It is cleared with them if it has the same cause, or if any
-        // write clears all causes.
+        // An error may come before the causes are cleared. The error is cleared with them if it has the same cause, or
+        // if any write clears all causes.
         self.access();
         if !failed {
             return 0;

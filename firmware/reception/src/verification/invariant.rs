@@ -5,7 +5,7 @@ use super::Reception;
 use super::chip::{Byte, Chip, FIFO, TIMES};
 use crate::{ERRORS_A_TICK, SinceByte, State};
 
-/// The limit on the bytes' numbers at the start of a harness, so that they do not wrap within a round.
+/// The limit on the bytes' numbers at the start of a harness. With it, the numbers do not overflow within a round.
 const NUMBERS: u8 = 30;
 
 impl Chip {
@@ -58,7 +58,7 @@ impl Chip {
             // An event was reported before any byte that follows the drain.
             && (!draining || self.reported)
             && (self.failed || draining || self.is_lost_and_hidden() || self.is_clean())
-            // The FIFO was empty when `NONE_WAITS` passed, so all bytes that it holds now came after that moment.
+            // The FIFO was empty when the timer reached `NONE_WAITS`, so all bytes that it holds now came later.
             && (self.failed || !draining || !self.open || self.time == 0 || self.old == 0)
     }
 
@@ -71,15 +71,16 @@ impl Chip {
             && self.new < self.next + 1
             && self.time < TIMES
             && (self.failed || !self.overran)
-            // After an overrun, a byte stays in the FIFO until a transfer takes it, within the time of A1.
+            // A byte stays in the FIFO after an overrun (A4). An open transfer takes this byte before `NONE_WAITS`
+            // (A1).
             && (!self.open || !self.overran || self.time == 0 && self.old + self.new > 0)
             && u8::from(self.open) + u8::from(self.ended) + u8::from(self.owes_end) == 1
             && self.open != self.memory.is_some()
             && self.memory.is_none_or(|byte| byte.number < self.next)
     }
 
-    /// Returns whether all bytes in memory and in the FIFO come after the bytes that were handed on. So no byte is
-    /// handed on twice.
+    /// Returns whether the sound bytes in memory and in the FIFO come after all bytes that were handed on. So no byte
+    /// is handed on twice.
     fn is_in_order(&self) -> bool {
         let follows = match self.memory {
             Some(Byte {

@@ -1,13 +1,13 @@
-//! L1 to L4: the reception makes progress. In the harnesses of L1 to L3, the chip takes only the steps between two
-//! rounds that A1 demands.
+//! L1 to L4: the reception makes progress. In the harnesses of L1 to L3, the chip takes no step during a round or a
+//! tick. Between two rounds it takes at most the step of [`Chip::does_what_it_must`].
 
 use super::chip::{Chip, FIFO};
 use super::invariant::{any_reception, any_that_takes_bytes};
 use crate::{MOST_RESTARTS, State};
 
 impl Chip {
-    /// Takes the step that A1 demands: if a byte waits, it is stored and its ENDRX comes; if none waits, `NONE_WAITS`
-    /// passes.
+    /// Makes progress in an open transfer. If a byte waits, the byte is stored, and its ENDRX comes unless it is late
+    /// or lost. If no byte waits, `NONE_WAITS` elapses.
     fn does_what_it_must(&mut self) {
         if self.open && (self.old > 0 || self.new > 0) {
             self.stores();
@@ -24,16 +24,16 @@ fn a_round_takes_what_has_come() {
     let (before, had_ended) = (reception, chip.ended);
     let (time, had_failed) = (chip.time, chip.failed);
     reception.service(&mut chip);
-    // L1: the round takes the byte,
+    // L1: the round takes the byte.
     assert!(!chip.ended && (chip.open || chip.owes_end));
     let dropped = reception.skipped.wrapping_sub(before.skipped);
     assert!(u32::from(chip.pushed) + dropped == u32::from(had_ended));
     assert!(dropped == 0 || chip.reported, "dropped after a report");
-    // reports the gap and the error,
+    // The round reports the gap and the error.
     assert!(chip.idles == u8::from(time >= 2 && !before.since_byte.in_gap));
     assert!(!had_failed || chip.reported && reception.state != State::Receiving);
     assert!(had_ended || reception.since_byte.restarts >= before.since_byte.restarts);
-    // and clears an ERROR that has no cause.
+    // It clears ERROR.
     assert!(!chip.error);
     kani::cover!(chip.pushed == 1);
     kani::cover!(dropped == 1 && had_failed);
@@ -83,7 +83,7 @@ fn a_lost_endrx_is_seen_by_the_second_tick() {
     kani::assume(chip.owes_end && !chip.failed);
     let hidden = chip.memory.is_some_and(|byte| byte.is_hidden);
     if hidden {
-        // L3, if more bytes arrive and the FIFO overruns.
+        // L3: more bytes arrive, and the FIFO overruns.
         (chip.failed, chip.overran) = (true, true);
         chip.time = chip.time.max(1);
         reception.service(&mut chip);
@@ -117,8 +117,8 @@ fn after_a_stop_it_hears_again() {
     kani::cover!(!chip.timeout);
 }
 
-/// Checks that each restart is counted, and that only reading a byte resets the count. So if no more bytes are read,
-/// the tick returns false after `MOST_RESTARTS` restarts. The tick also returns false if there was no round.
+/// Checks that each lost ENDRX adds one to the count of restarts since the last byte. So if no more bytes are read, the
+/// tick returns false after `MOST_RESTARTS` restarts. The tick also returns false if there was no round.
 #[kani::proof]
 #[kani::unwind(6)]
 fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
@@ -138,7 +138,7 @@ fn if_endrx_or_the_rounds_come_no_more_it_says_so() {
     kani::cover!(works);
 }
 
-/// Checks L2 for any number of rounds: it holds whatever happened before, and however late the round is.
+/// Checks L2 after any number of rounds: the round ends the drain whatever happened before, and however late it is.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_in_a_pause_ends_the_drain() {
@@ -150,8 +150,8 @@ fn a_round_in_a_pause_ends_the_drain() {
     kani::cover!(before == State::Draining && chip.new > 0);
 }
 
-/// Checks L4: a duplicate ENDRX costs only one spurious byte, which is delivered in addition to the stored bytes or
-/// instead of one of them.
+/// Checks L4: a duplicate ENDRX causes at most one spurious byte. This byte is delivered in addition to the stored
+/// bytes, or instead of one of them.
 #[kani::proof]
 #[kani::unwind(6)]
 fn an_endrx_that_comes_again_for_an_open_transfer_costs_a_byte() {

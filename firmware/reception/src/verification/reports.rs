@@ -97,8 +97,8 @@ impl Registers for Uarte {
     fn push(&mut self, _: u8) {}
 }
 
-/// Checks that a round reports the gap, and each cause in ERRORSRC once. The round stops the UARTE only if an overrun
-/// came without an ENDRX, although a transfer had been open for long enough.
+/// Checks that a round reports the gap, and each cause in ERRORSRC once. The round stops the UARTE only if there was an
+/// overrun but no ENDRX, although a transfer had been open for `NONE_WAITS`.
 #[kani::proof]
 #[kani::unwind(6)]
 fn a_round_reports_what_has_happened() {

@@ -59,7 +59,7 @@ impl Board {
     }
 
     /// Interrupts the firmware for `cycles` from the instant `at` on, as a long handler of the highest priority would.
-    /// During this time the peripherals go on, and a sleeping core stays asleep.
+    /// During this time the peripherals keep running, and a sleeping core stays asleep.
     pub fn hold_off(&mut self, at: u64, cycles: u64) {
         let place = self.hold_offs.partition_point(|(other, _)| *other <= at);
         self.hold_offs.insert(place, (at, cycles));
@@ -124,7 +124,7 @@ impl Board {
         Ok(())
     }
 
-    /// Lets the firmware's handlers take faults. By default a fault ends the emulation with an error.
+    /// Lets the firmware's own handlers handle faults. By default a fault ends the emulation with an error.
     pub fn let_faults_be_handled(&mut self) {
         self.faults_stop = false;
     }

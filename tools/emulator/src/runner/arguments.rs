@@ -48,11 +48,11 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 0.0, value_name = "PROBABILITY", value_parser = probability)]
     pub(crate) pause: f64,
 
-    /// Let the chip deviate in one way from the default behaviour. An unknown name lists all names
+    /// Let the chip deviate in one way from the default behaviour. Give an unknown name for a list of the names
     #[arg(long, value_name = "NAME", value_parser = assumption)]
     pub(crate) assume: Option<Assumptions>,
 
-    /// Seed of the random faults. The same seed makes the same faults
+    /// Seed of the random faults. The same seed gives the same faults
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 }

@@ -86,8 +86,8 @@ impl Settings {
         }
     }
 
-    /// Returns the cycles of a bit, always whole cycles of 16 MHz. The section's "actual rates" for the
-    /// values of BAUDRATE show this: 115 108 baud for 0x01D60000.
+    /// Returns the cycles of a bit. A bit always lasts whole cycles of 16 MHz, as the section's "actual rates"
+    /// for the values of BAUDRATE show: for example, 115 108 baud for 0x01D60000.
     fn bit(&self) -> u64 {
         let cycles_of_16_mhz = (1 << 32) / u64::from(self.registers.baud);
         cycles_of_16_mhz.max(1) * (MICROSECOND / 16)

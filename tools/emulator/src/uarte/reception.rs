@@ -2,7 +2,7 @@
 //!
 //! Models EasyDMA reception with double-buffered RXD.PTR and RXD.MAXCNT, a FIFO, the shorts from ENDRX,
 //! stopping and flushing, and all four causes of ERROR. The transmitter is not modelled. Its registers are
-//! refused, except PSEL of unused pins.
+//! rejected, except PSEL of unused pins.
 //!
 //! Where the specification is silent or chips may differ from it, [`Assumptions`](crate::Assumptions)
 //! selects the behaviour.
@@ -48,7 +48,7 @@ pub(crate) struct Reception {
     stops_at: Option<u64>,
     /// The instant of the pending RXSTARTED.
     started_at: Option<u64>,
-    /// The instant at which a doubled ENDRX comes the second time.
+    /// The instant at which a doubled ENDRX comes for the second time.
     again_at: Option<u64>,
 }
 
@@ -116,8 +116,8 @@ impl Reception {
         Ok(())
     }
 
-    /// Writes the bytes that are left in the FIFO after RXTO to RXD.PTR. If none is left, AMOUNT keeps its
-    /// old value; existing drivers work around this.
+    /// Writes the bytes that are left in the FIFO after RXTO to the buffer at RXD.PTR. If none is left, AMOUNT
+    /// keeps its old value. Existing drivers work around this.
     fn flush(&mut self, context: &mut Context) -> Result<(), Refusal> {
         if self.sampler.runs() {
             return Err(Refusal::misused(
@@ -280,8 +280,8 @@ impl Reception {
         context.raise(ENDRX);
     }
 
-    /// Stops the receiver and raises RXTO. Before that, moves bytes from the FIFO into the open transfer as far as they
-    /// fit, and ends the transfer.
+    /// Stops the receiver and raises RXTO. Before that, moves as many bytes from the FIFO as fit into the open
+    /// transfer, and ends the transfer.
     fn stopped(&mut self, context: &mut Context) {
         while self.transfer.is_some() && !self.fifo.is_empty() {
             self.transfer_byte(context);
@@ -296,8 +296,8 @@ impl Reception {
     }
 }
 
-/// Returns whether this event is lost or doubled. `count` is the number of events that still will be, and this function
-/// counts it down. [`u32::MAX`] means every event.
+/// Returns whether this event is lost or doubled. `count` is the number of events that are still to be lost or doubled,
+/// and this function decrements it. [`u32::MAX`] means every event.
 fn lost(count: &mut u32) -> bool {
     let lost = *count > 0;
     if *count < u32::MAX {

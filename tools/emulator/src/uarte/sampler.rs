@@ -2,8 +2,8 @@
 //!
 //! The product specification (section "UARTE", "Reception" and "Error conditions") defines the errors, but not how the
 //! line is sampled. The model samples as UARTs usually do. It sees the start bit's edge with a resolution of a
-//! sixteenth of a bit. By the receiver's own clock, it samples each bit once, in the middle. It ignores a start bit
-//! that is high in the middle as noise.
+//! sixteenth of a bit. Then it samples each bit once, in the middle, as timed by the receiver's own clock. If a start
+//! bit is high in the middle, the model ignores it as noise.
 
 use crate::line::SerialLine;
 
@@ -14,7 +14,7 @@ pub(super) enum Heard {
     Byte { byte: u8, parity_error: bool },
     /// A character without a stop bit.
     FramingError,
-    /// The line was low for longer than a whole character. A framing error came before.
+    /// The line was low for longer than a whole character. The framing error was found before.
     Break,
 }
 
@@ -43,8 +43,8 @@ impl Sampler {
     pub(super) fn start(&mut self, now: u64, bit: u64, parity: bool) {
         self.bit = bit;
         self.parity = parity;
-        // A line that is low when the receiver starts counts as a start bit. This is why a floating
-        // RX pin causes a framing error and a break at once.
+        // A line that is low when the receiver starts counts as a start bit. This is why a floating RX
+        // pin that is low causes a framing error and a break within about one character of the start.
         self.state = State::Hunting { since: now };
     }
 

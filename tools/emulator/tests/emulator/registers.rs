@@ -98,7 +98,7 @@ pub(crate) fn asleep() -> Board {
 pub(crate) trait Registers {
     fn set(&mut self, address: u32, value: u32);
     fn set_all(&mut self, registers: &[(u32, u32)]);
-    /// Lets time pass, in cycles.
+    /// Runs the board for this number of cycles.
     fn wait(&mut self, cycles: u64);
     fn get(&mut self, address: u32) -> u32;
     /// Reads an event and clears it.

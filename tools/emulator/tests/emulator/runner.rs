@@ -131,7 +131,7 @@ fn lights_led_1_after_seven_bytes() -> Vec<u8> {
     elf_of(&code, words.as_flattened())
 }
 
-/// A file is sent as fast as the emulation runs. The run ends a second after the file.
+/// A file is sent as fast as the emulation runs. The run ends one emulated second after the end of the file.
 #[test]
 fn a_file_is_sent_at_the_lines_rate() {
     let bytes = file("bytes", b"seven b");

@@ -92,7 +92,7 @@ impl FunctionWriter<'_, '_> {
                 self.line(&format!("__CPROVER_input(\"{any}\", {to});"))
             }
             ("memcmp" | "bcmp", [left, right, length]) => {
-                // The result is the order of the first two bytes that differ.
+                // The result is the order of the first pair of bytes that differ.
                 let mut text = "0".to_owned();
                 for byte in (0..length.number()?).rev() {
                     let left = format!("({})[{byte}]", left.text);
@@ -160,8 +160,8 @@ impl Call<'_> {
 }
 
 /// Returns a message for a call that panics, escaped for a C string. The message begins with the call's text argument
-/// (an address and a length), or with the name of the called function if there is no text. The source position among
-/// the arguments follows.
+/// (an address and a length), or with the name of the called function if there is no text. If the arguments contain a
+/// source position, it follows.
 fn message(call: &Call, given: &HashMap<&str, &Token>, module: &Module) -> String {
     let mut says = readable(call.function);
     let mut place = String::new();

@@ -176,8 +176,8 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
         self.line(&jump)
     }
 
-    /// Writes a branch. A branch to a block that only panics becomes an assertion, so that CBMC
-    /// follows a single path instead of one for each place that may panic.
+    /// Writes a branch. A branch to a block that only panics becomes an assertion. Otherwise CBMC would
+    /// follow another path for each branch that may panic.
     fn branch(
         &mut self,
         condition: &str,

@@ -191,7 +191,7 @@ impl Program<'_> {
         Ok(text + &declared + &defined)
     }
 
-    /// Ensures that the constants that other constants point to will be declared.
+    /// Ensures that a constant will be declared if another constant points to it.
     fn follow_addresses(&mut self) {
         let mut followed = BTreeSet::new();
         loop {

@@ -1,9 +1,9 @@
 //! The order in which a function's blocks are written.
 //!
-//! CBMC follows a program in the order of its text. At each label it merges what it knows about values on all paths to
-//! this label. So three rules must hold. Every jump goes forward, unless it repeats a loop. The blocks of a loop are
-//! contiguous. Each loop is repeated from only one place: with two such places, CBMC would merge the loop's counter
-//! from different iterations, and would no longer know the counter's value.
+//! CBMC follows a program in the order of its text. At each label it merges its knowledge about the values on all paths
+//! to this label. So three rules must hold. Every jump goes forward, unless it repeats a loop. The blocks of a loop are
+//! contiguous. Each loop is repeated from only one place. Otherwise CBMC would merge the loop's counter from different
+//! iterations, and would no longer know the counter's value.
 
 use std::collections::{BTreeSet, HashSet};
 

@@ -119,7 +119,7 @@ impl<'p, 'm> FunctionWriter<'p, 'm> {
                     format!("((pointer){})", address.text)
                 }
                 "getelementptr" => {
-                    // Only an offset in bytes from a constant is modelled.
+                    // Only the `i8` form is modelled: a base plus an offset in bytes.
                     while !at.try_sign('(') {
                         at.next()?;
                     }

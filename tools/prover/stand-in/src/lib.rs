@@ -9,7 +9,7 @@
 //! | function | meaning |
 //! |---|---|
 //! | `any_u8` … | returns any value of that type |
-//! | `input` | the following values belong to this type, and this place asked for them |
+//! | `input` | the following values are of this type, and were requested at this source position |
 //! | `assume` | executions in which the condition is false are ignored |
 //! | `cover` | the condition must be true in some execution |
 //!
@@ -57,9 +57,9 @@ pub fn assume(condition: bool) {
     undecided::assume(condition);
 }
 
-/// Requires that some execution reaches this place and, if a condition is given, that the condition
-/// is true there. This shows that a proof is not vacuous. The message is only for readers of the
-/// source.
+/// Requires that some execution reaches this macro and, if a condition is given, that the condition
+/// is true in this execution. This shows that a proof is not vacuous. The message is only for readers
+/// of the source.
 #[macro_export]
 macro_rules! cover {
     () => {
@@ -70,8 +70,8 @@ macro_rules! cover {
     };
 }
 
-/// The function that [`cover!`] calls. Each place in the source, and each instance of a generic function, has its own
-/// type of `_place`. So each has its own instance of this function, and the prover checks every instance.
+/// The function that [`cover!`] calls. Each use of the macro, in each instance of a generic function, has its own type
+/// of `_place`. So each use has its own instance of this function, and the prover checks every instance.
 #[doc(hidden)]
 #[inline(never)]
 pub fn cover_in_line<const LINE: u32, Place: FnOnce()>(condition: bool, _place: Place) {
