@@ -40,10 +40,7 @@ struct Outcome {
 
 fn self_test(image_name: &str, assumptions: Assumptions, is_wired: bool) -> Outcome {
     let mut board = Board::new(image(image_name)).unwrap();
-    board.assume(Assumptions {
-        start_twice_is_ignored: true,
-        ..assumptions
-    });
+    board.assume(assumptions.with(|a| a.start_twice_is_ignored = true));
     board.wire_line_to(WIRE[1]);
     if is_wired {
         board.wire_loopback(WIRE[0]);
@@ -185,11 +182,10 @@ fn under_each_assumption_it_says_what_this_chip_does() {
 #[test]
 fn what_an_overrun_drops_and_what_seqstart_does_it_says() {
     for open in [false, true] {
-        let assumptions = Assumptions {
-            overrun_drops_oldest: open,
-            start_cuts_period: open,
-            ..Assumptions::default()
-        };
+        let assumptions = Assumptions::default().with(|a| {
+            a.overrun_drops_oldest = open;
+            a.start_cuts_period = open;
+        });
         let outcome = self_test("self-test-megabaud", assumptions, true);
         let oldest = if open { TIMES } else { 0 };
         assert_eq!(outcome.overruns, [TIMES, 6, oldest]);
@@ -205,29 +201,17 @@ fn what_an_overrun_drops_and_what_seqstart_does_it_says() {
 fn a_chip_that_does_less_is_not_fine() {
     let usual = Assumptions::default();
     for (assumptions, parts) in [
+        (usual.with(|a| a.start_lag = 300), &["3 of 5 bytes"][..]),
         (
-            Assumptions {
-                start_lag: 300,
-                ..usual
-            },
-            &["3 of 5 bytes"][..],
-        ),
-        (
-            Assumptions { fifo: 3, ..usual },
+            usual.with(|a| a.fifo = 3),
             &["3 of 5 bytes", "5 of 16 overruns"],
         ),
         (
-            Assumptions {
-                slowness: 1_300,
-                ..usual
-            },
+            usual.with(|a| a.slowness = 1_300),
             &["9 cycles of the parser", "2 frames sent"],
         ),
         (
-            Assumptions {
-                lost_timeout: 1,
-                ..usual
-            },
+            usual.with(|a| a.lost_timeout = 1),
             &["15 cycles from STOPRX"],
         ),
     ] {

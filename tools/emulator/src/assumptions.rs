@@ -10,6 +10,7 @@
     clippy::struct_excessive_bools,
     reason = "each is a question of its own"
 )]
+#[non_exhaustive]
 pub struct Assumptions {
     /// Cycles from the end of a byte until it is in RAM. The specification says that RXDRDY "is likely to occur
     /// before the corresponding data has been transferred to Data RAM", but not by how much.
@@ -108,15 +109,25 @@ const LONGEST_LAG: u64 = 190;
 const LATEST_READY: u64 = 639;
 
 impl Assumptions {
+    /// Returns these assumptions after a change of fields. Other crates cannot write a literal of this struct, because
+    /// later versions may add fields.
+    ///
+    /// ```
+    /// use nrf52840_emulator::Assumptions;
+    ///
+    /// let small_fifo = Assumptions::default().with(|a| a.fifo = 5);
+    /// ```
+    #[must_use]
+    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
+
     /// Returns deviations from the default, each alone and with its name. Leaves out `doubled_when_open` and
     /// `lost_timeout`.
     #[must_use]
     pub fn each() -> Vec<(&'static str, Self)> {
-        let change = |name, change: fn(&mut Self)| {
-            let mut assumptions = Self::default();
-            change(&mut assumptions);
-            (name, assumptions)
-        };
+        let change = |name, change: fn(&mut Self)| (name, Self::default().with(change));
         vec![
             change("dma_lag", |a| a.dma_lag = LONGEST_LAG),
             change("end_before_ready", |a| a.ready_lag = a.dma_lag),

@@ -20,6 +20,7 @@ const MOST_EVENTS: usize = 1000;
 
 /// Why the chip was reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ResetCause {
     /// The reset pin was pulled: [`crate::Board::reset`].
     Pin,

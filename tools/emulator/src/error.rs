@@ -5,6 +5,7 @@ use thiserror::Error;
 /// The reason why the emulation stopped. Each reason is an action of the firmware or a gap in the
 /// model.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Error {
     /// The firmware used the chip in a way that the product specification forbids or leaves open,
     /// or that is not modelled.
@@ -80,6 +81,7 @@ impl std::fmt::Display for Access {
 /// does not describe.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the texts say it")]
+#[non_exhaustive]
 pub enum Refusal {
     #[error(
         "{access} {peripheral} at {address:#010x}, which is not modelled: model it, or keep the \

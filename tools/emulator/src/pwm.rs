@@ -46,6 +46,7 @@ registers! {
 
 /// One period of the pulses on the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Period {
     /// The beginning of the period, in cycles.
     pub at: u64,

@@ -7,6 +7,7 @@ use crate::pwm::Period;
 
 /// A change of a watched word in RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Change {
     /// The number that [`crate::Board::watch`] gave the word.
     pub watch: usize,
@@ -18,6 +19,7 @@ pub struct Change {
 
 /// One run of an exception handler, from entry to return, without the handlers that preempted it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Activation {
     /// The exception's number: 16 + n for interrupt n.
     pub exception: u16,
@@ -31,6 +33,7 @@ pub struct Activation {
 
 /// A reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Reset {
     /// The instant of the reset.
     pub at: u64,
@@ -40,6 +43,7 @@ pub struct Reset {
 
 /// All events so far. The trace keeps growing. In a long run, empty it from time to time with `std::mem::take`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Trace {
     /// Changes of the watched words.
     pub changes: Vec<Change>,

@@ -293,10 +293,7 @@ fn copies_the_cycle_counter() -> Board {
 fn a_slow_core_does_less_in_the_same_time_and_its_cycle_counter_knows() {
     let run = |slowness| {
         let mut board = copies_the_cycle_counter();
-        board.assume(Assumptions {
-            slowness,
-            ..Assumptions::default()
-        });
+        board.assume(Assumptions::default().with(|a| a.slowness = slowness));
         let read = |board: &Board| u64::from(board.memory().word(RAM_START).unwrap());
         let (instructions, cycles, began) = (board.instructions(), read(&board), board.now());
         board.wait(30_000);
@@ -313,10 +310,7 @@ fn a_slow_core_does_less_in_the_same_time_and_its_cycle_counter_knows() {
 fn a_slow_core_is_awake_for_longer_and_wakes_as_often() {
     let run = |slowness| {
         let mut board = ticking();
-        board.assume(Assumptions {
-            slowness,
-            ..Assumptions::default()
-        });
+        board.assume(Assumptions::default().with(|a| a.slowness = slowness));
         let (slept, began) = (board.slept(), board.now());
         board.wait(10 * MILLISECOND);
         let awake = (board.now() - began) - (board.slept() - slept);

@@ -252,10 +252,7 @@ fn the_crystal_takes_its_time() {
 fn seqstart_may_cut_the_period() {
     for cuts in [false, true] {
         let mut board = servos(&[pulse(1_000), pulse(1_498), pulse(2_000), 0]);
-        board.assume(Assumptions {
-            start_cuts_period: cuts,
-            ..Assumptions::default()
-        });
+        board.assume(Assumptions::default().with(|a| a.start_cuts_period = cuts));
         board.set(SEQSTART0, 1);
         board.wait(1_200 * MICROSECOND);
         board.set(SEQSTART0, 1);
