@@ -318,8 +318,9 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// Declares the last byte with fixed bits after the header to be the number of a message. A receiver needs this number
-/// before it decides on the kind, so it also waits for the byte and checks its fixed bits first.
+/// Returns a list of messages whose number is the last byte with fixed bits after the header. The list has each value
+/// with these fixed bits. A receiver waits for the number of a message before it decides on the kind. So with this
+/// list, it waits for that byte, and checks the byte's fixed bits first.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

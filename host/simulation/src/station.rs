@@ -276,7 +276,8 @@ impl Station {
     }
 
     /// Records the outcome of a frame that began at the time `began`, when no more of its bytes can
-    /// come. Call this for frames in the order sent, and for each before the next one ends.
+    /// come. Call this for frames in the order in which they were sent, and for each frame before the
+    /// next frame ends.
     pub(crate) fn settle(&mut self, frame: &SentFrame, began: u64) {
         let began = frame.is_intact.then_some(began);
         let Some(at) = self.delivery(frame) else {
