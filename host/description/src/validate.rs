@@ -37,7 +37,8 @@ pub(crate) fn kind(
     }
     for entry in written.views.iter().map(Spanned::get_ref) {
         let mut all = written.clone();
-        // A view's items appear in addition to the field that takes the rest. Other values replace that field.
+        // If a view has items, its fields are added to the field that takes the rest of the frame. Otherwise they
+        // replace that field.
         let is_item = |field: &Spanned<FieldEntry>| field.get_ref().item.is_some();
         if !entry.fields.iter().any(is_item) {
             all.fields.retain(|field| !field.get_ref().takes_rest());

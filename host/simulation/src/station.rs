@@ -103,8 +103,8 @@ pub struct Station {
     failsafe: Failsafe<u8, 3>,
     baud: u32,
     hears_errors: bool,
-    /// The longest time between the ends of two consecutive bytes that is not a gap, and the
-    /// instant after which the next byte ends a gap.
+    /// The longest time between the ends of two consecutive bytes that does not count as a gap.
+    /// `idle_from` is the time after which the next byte ends a gap.
     idle_limit: u64,
     idle_from: u64,
     committed: u64,

@@ -179,7 +179,7 @@ impl MonitorSession {
             return std::mem::take(&mut self.has_help);
         }
         if key.modifiers.contains(KeyModifiers::CONTROL) {
-            // Ctrl-Z must not set the counters to zero.
+            // Ignore other keys with Ctrl. Otherwise Ctrl-Z would set the counters to zero.
             return true;
         }
         match key.code {
