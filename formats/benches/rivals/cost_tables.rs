@@ -28,7 +28,8 @@ outcome of each byte. The other crates are used as [their documentation shows](r
   long frames, one after another. When all bytes that a false start claims have arrived, the receiver checks them and
   finds them wrong. The streams are listed below. Nobody sends them by accident.
 
-UBX frames have at most 106 bytes here. The MAVLink format knows the messages that are sent, and one of 255 bytes.
+UBX frames have at most 106 bytes here. The MAVLink format knows the messages that are sent, and one message of 255
+bytes.
 ";
 
 const CHIP: &str = "

@@ -60,8 +60,8 @@ Two crates are faster on the chip. `parse_rc_ibus` with the textbook's machine n
 bytes of a wrong frame, and with them the whole frames that began among these bytes, as its row of lost frames shows.
 It decodes fourteen of the eighteen channels. `sbus-rs` loses about as few frames as framelock, and has nearly four
 times the code. Half of framelock's cycles are for bytes that are only stored: about 38 for each byte including the
-call, as with any format. Each byte asks the format about one place at most, in any stream, so hostile streams cost
-[less per byte](costs.md) than with `sbus-rs`.
+call, as with any format. For each byte, framelock makes at most one classification, in any stream, so hostile streams
+cost [less per byte](costs.md) than with `sbus-rs`.
 
 | protocol | | code | constants | state | cycles a frame | can panic |
 | --- | --- | ---: | ---: | ---: | ---: | --- |

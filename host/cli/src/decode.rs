@@ -26,7 +26,7 @@ use crate::serial::PortOptions;
 use rejected_headers::RejectedHeaders;
 use totals::{DiscardedTotals, Totals};
 
-/// The time and the number of bytes after which `decode` looks for a hint in a live stream.
+/// On a live stream, `decode` looks for a hint when this time has passed and this number of bytes has arrived.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 const ENOUGH: u64 = 200;
 
@@ -81,7 +81,7 @@ pub(crate) struct Arguments {
     idle_gap: Option<u64>,
 }
 
-/// The format of the frames.
+/// The output format of the frames.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 enum OutputFormat {
     /// A JSON object per line
@@ -151,14 +151,14 @@ struct Decoder<W> {
     /// The first bytes of the stream, for the hint.
     beginning: Vec<u8>,
     is_hinted: bool,
-    /// Whether the input is live. A hint then cannot wait for the end of the input.
+    /// Whether the input is live. On a live input, a hint cannot wait for the end of the input.
     is_live: bool,
     start: Instant,
     timestamps: Option<Timestamps>,
     idle_gap: Option<Duration>,
-    /// The time of the last arrival, or `None` after the following pause was reported.
+    /// The time of the last arrival, or `None` if the pause after it has already been reported.
     heard: Option<Instant>,
-    /// The output of the summary, until the summary is written.
+    /// The output for the summary; `None` if no summary is wanted, or it has been written.
     summary: Option<Output>,
 }
 
@@ -223,7 +223,7 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Takes a step, and writes the frames that it completes.
+    /// Performs a step, and writes the frames that the step completes.
     fn take(&mut self, step: Step) -> Result<()> {
         let time = self.timestamps.map(|since| since.now(self.start));
         let mut outcome = Ok(());
@@ -330,7 +330,7 @@ impl<W: Write> Decoder<W> {
         }
     }
 
-    /// Writes the hint and the summary, if they are needed and not written yet.
+    /// Writes the hint and the summary, unless they are not needed or were written before.
     fn summarise(&mut self) -> Result<()> {
         self.output.flush()?;
         self.print_hint();
@@ -424,7 +424,7 @@ impl Arguments {
         Output::create(path)
     }
 
-    /// Opens the output of the summary, if there is one.
+    /// Opens the output for the summary, if a summary is wanted.
     fn summary(&self) -> Result<Option<Output>> {
         let path = self.summary.as_deref();
         path.map(|path| match path {

@@ -1,7 +1,8 @@
-//! Shows the main use without hardware: a simulated motion PC sends frames over a faulty line.
+//! Demonstrates framelock without hardware: a simulated motion PC sends frames over a faulty line.
 //!
-//! The demonstration runs in virtual time and does not depend on its display. The live view runs it in
-//! real time, and the plain text runs it without waiting. The same seed gives the same numbers in both.
+//! The demonstration runs in virtual time, so its results do not depend on how they are shown. The live view
+//! advances in real time, and the plain text is printed without waiting. The same seed gives the same numbers
+//! in both.
 
 mod bytes;
 mod demonstration;
@@ -91,7 +92,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     print(&mut demonstration, is_live)
 }
 
-/// Prints the lines of text: all lines, or only the table that follows the live view.
+/// Prints the demonstration as text. After a live view, prints only the table.
 fn print(demonstration: &mut Demonstration, is_live: bool) -> Result<()> {
     let mut out = BufWriter::new(Output::standard()?);
     if !is_live {

@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         return arguments.encode(input, output);
     };
     Output::check_is_not(path, &arguments.input)?;
-    // Write to a new file in the same directory, which replaces `path` at the end.
+    // Write to a new file in the same directory. When all frames are written, the new file replaces `path`.
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     let outcome = Output::create(Path::new(&partial))
@@ -64,7 +64,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     outcome
 }
 
-/// Returns whether `path` is or becomes a regular file. A device receives each frame immediately.
+/// Returns whether writing to `path` replaces or creates a regular file. If `path` is a device, each frame is written
+/// to it immediately.
 fn becomes_a_file(path: &Path) -> bool {
     path.as_os_str() != "-" && fs::metadata(path).map_or(true, |metadata| metadata.is_file())
 }

@@ -8,7 +8,7 @@ use framelock_description::text::no_such;
 use framelock_description::{Column, Field, KIND, Kind, Value};
 use framelock_receiving::Protocol;
 
-/// The offset of a frame's last byte in the stream, and the time at which it arrived, if times are written.
+/// The offset of a frame's last byte in the stream and, if times are written, the time at which this byte arrived.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) offset: usize,

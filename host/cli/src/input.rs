@@ -118,7 +118,7 @@ impl<'a> Input<'a> {
         self
     }
 
-    /// Returns whether the input is a regular file, which does not record when its bytes arrived.
+    /// Returns whether the input is a regular file. Such a file does not tell when its bytes arrived.
     pub(crate) fn is_file(&self) -> bool {
         self.progress.length().is_some()
     }

@@ -70,7 +70,8 @@ enum Command {
 #[must_use]
 pub fn run() -> ExitCode {
     let mut command = CommandLine::command();
-    // The short help has no examples. (Clap's own long help would need three lines for each option.)
+    // `-h` shows the help without its examples. Clap's own short and long help is not used, because the long help needs
+    // three lines for each option.
     if std::env::args_os().any(|argument| argument == "-h") {
         command =
             command.mut_subcommands(|command| command.after_help(Resettable::<StyledStr>::Reset));
@@ -96,7 +97,8 @@ fn write_completions(shell: clap_complete::Shell) -> Result<()> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut CommandLine::command(), "framelock", &mut script);
     let mut script = String::from_utf8(script)?;
-    // A file may follow --frame too. Clap completes either names or files, not both. Bash adds files itself.
+    // `--frame` takes a name or a file, but clap's scripts complete only the names. Bash adds files by itself. For zsh
+    // and fish, add files here.
     let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
     if let (names, Some(last)) = (names.join(" "), names.last()) {
         let of_zsh = format!("{{compadd {names}; _files -g \"*.toml\"}}");

@@ -79,8 +79,7 @@ impl PortOptions {
         self.baud.unwrap_or(DEFAULT_BAUD)
     }
 
-    /// Returns the rate at which a byte without parity and with one stop bit takes as long as a byte
-    /// with these settings.
+    /// Returns the baud rate at which a byte in 8N1 takes the same time as a byte with these settings.
     pub(crate) fn usual_baud(&self) -> u32 {
         let more = u64::from(self.has_parity()) + u64::from(self.stop_bits == Some(2));
         let baud = u64::from(self.baud()) * 10 / (10 + more);

@@ -38,7 +38,7 @@ impl Description {
         // Views of several kinds may have the same name. Use the first view that accepts the values.
         for (number, kind) in self.kinds.iter().enumerate() {
             let has_view = kind.views.iter().any(|view| wanted == &*view.name);
-            // A row that contains the whole payload does not belong to the message's view.
+            // A row that contains the whole payload is encoded by the kind, not by the message's view.
             let mut rest = kind.fields.iter().filter(|field| field.length().is_none());
             let is_whole = kind.message_names.iter().any(|(_, name)| wanted == name)
                 && (!has_view || rest.any(is_given));
@@ -74,8 +74,9 @@ impl Description {
             let all = (0..field.values()).map(|number| value(&field.column(number)));
             all.flatten().collect()
         })?;
-        // Check which kind a receiver finds. A receiver tries earlier kinds first, and one of them may accept the
-        // frame. If a kind has views or named messages, a row for one of these may also give the name of the kind.
+        // Check which kind a receiver finds in the frame. A receiver tries earlier kinds first, and one of them may
+        // accept the frame. If the row gives the name of a kind, the receiver may also find one of the kind's views or
+        // named messages.
         let format = self.format();
         let is_whole = !shown.views.is_empty() || !shown.message_names.is_empty();
         let is_it = |name: &str| wanted == name || is_whole && wanted == &*shown.name;

@@ -30,7 +30,7 @@ pub struct Field {
     pub scale: Option<Scale>,
     /// The unit of measurement.
     pub unit: Option<String>,
-    /// The value of the bits that are the same in every frame, at the positions of the mask.
+    /// If the field has the same value in every frame: the bits of this value, at the positions of the mask.
     pub constant: Option<u64>,
     /// If the field takes the rest of the frame: the number of bytes after the field.
     pub margin: usize,

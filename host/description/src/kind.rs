@@ -86,7 +86,7 @@ impl Kind {
         Some(names.get(place.ok()?)?.1)
     }
 
-    /// Returns true if this is the name of the kind or of one of its messages.
+    /// Returns true if `is_it` returns true for the name of the kind or of one of its messages.
     #[must_use]
     pub fn has_name(&self, is_it: impl Fn(&str) -> bool) -> bool {
         is_it(&self.name) || self.message_names.iter().any(|(_, name)| is_it(name))

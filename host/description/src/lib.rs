@@ -1,5 +1,5 @@
 //! Serial frames described in TOML. This crate parses a description into a format for [`framelock`]'s receivers,
-//! decodes frames to values, and encodes values to frames. The command line, the page and tests use it.
+//! decodes frames to values, and encodes values to frames. The command line, the web page and tests use this crate.
 //! `docs/own-frame.md` documents all entries of a description.
 //!
 //! # Examples

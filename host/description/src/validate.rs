@@ -37,7 +37,8 @@ pub(crate) fn kind(
     }
     for entry in written.views.iter().map(Spanned::get_ref) {
         let mut all = written.clone();
-        // A view's items appear in addition to the field that takes the rest. Other values replace that field.
+        // If a view has items, its fields are added to the field that takes the rest of the frame. Otherwise they
+        // replace that field.
         let is_item = |field: &Spanned<FieldEntry>| field.get_ref().item.is_some();
         if !entry.fields.iter().any(is_item) {
             all.fields.retain(|field| !field.get_ref().takes_rest());
@@ -318,8 +319,9 @@ fn sorted(messages: impl Iterator<Item = KnownMessage>) -> &'static [KnownMessag
     messages.leak()
 }
 
-/// Declares the last byte with fixed bits after the header to be the number of a message. A receiver needs this number
-/// before it decides on the kind, so it also waits for the byte and checks its fixed bits first.
+/// Returns a list of messages whose number is the last byte with fixed bits after the header. The list has each value
+/// with these fixed bits. A receiver waits for the number of a message before it decides on the kind. So with this
+/// list, it waits for that byte, and checks the byte's fixed bits first.
 fn telling(fixed: &[FixedBits], header: usize) -> Option<Messages<'static>> {
     let behind = |bits: &&FixedBits| usize::try_from(bits.at).is_ok_and(|at| at >= header);
     let FixedBits {

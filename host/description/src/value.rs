@@ -53,7 +53,8 @@ impl Value<'_> {
                 _ => row.extend(decimal(*number, *decimals).as_bytes()),
             },
             Self::Bytes(bytes) => {
-                // The prefix is `x`, because some programs would read 0600 and 1E05 as numbers, and others 0x06.
+                // The prefix is `x`, because without a prefix, some programs would read 0600 and 1E05 as numbers. Other
+                // programs would read 0x06 as a number.
                 row.push(b'x');
                 text::append_hex(bytes, row);
             }

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | sum | `running[b] - running[a]` |
 //! | exclusive or | `running[b] ^ running[a]` |
-//! | Fletcher | both differences; then `a`'s first sum is subtracted from the second one, once for each byte |
+//! | Fletcher | the differences of both sums; from the second difference, `a`'s first sum is subtracted `b - a` times |
 //! | CRC | `running[b] ^ running[a] * x^(8 * (b - a))`, modulo the polynomial |
 
 use framelock_formats::layout::{Algorithm, Crc};

@@ -88,8 +88,8 @@ impl Parser for StreamReceiver {
 
     fn feed(&mut self, bytes: &[u8], mut found: impl FnMut(Found<&[u8]>)) {
         self.forget_decided();
-        // Append as many bytes of the slice as the longest frame has. These are enough to decide about each pending
-        // byte.
+        // From the slice, append at most the number of bytes in the longest frame. These are enough to decide about
+        // each pending byte.
         let before = self.held.len();
         let missing = bytes.get(..self.classifier.longest).unwrap_or(bytes);
         self.held.extend_from_slice(missing);
@@ -180,8 +180,8 @@ struct Classifier {
     repetition: Repetition,
 }
 
-/// A search for a delimiter. All starts share one search, so that bytes that were searched for an earlier start need
-/// not be searched again.
+/// A search for a delimiter. Frames that begin with the same byte share one search, so bytes that were searched for an
+/// earlier start need not be searched again.
 #[derive(Clone, Default, Debug)]
 struct Search {
     /// The position up to which bytes were searched for rejected starts.
@@ -257,8 +257,9 @@ impl Classifier {
     }
 }
 
-/// Classifies bytes if only one layout may begin with their first byte. If a search for an earlier start has already
-/// covered the bytes, searches them in small steps, to find out how many of them do not contain the delimiter.
+/// Classifies bytes if only one layout may begin with their first byte, and its frames end with a delimiter. If the
+/// bytes were already searched for an earlier start, passes a growing part of them to the layout, until the layout
+/// decides.
 fn classify_delimited(
     sums: &mut Sums,
     layouts: &[&'static Layout<'static>],
@@ -266,7 +267,7 @@ fn classify_delimited(
     at: usize,
     bytes: &[u8],
 ) -> Classification {
-    // A layout always decides when it gets as many bytes as its longest frame has.
+    // A layout always decides when it gets the number of bytes that its longest frame has.
     let longest = layouts.first().map(|layout| layout.longest());
     let bytes = longest
         .and_then(|longest| bytes.get(..longest))

@@ -32,8 +32,9 @@ pub struct Seed {
 }
 
 impl Seed {
-    /// Returns the generator for this purpose. Each trial has eight consecutive stream numbers for
-    /// the first eight purposes, and eight more in the upper half of all stream numbers for the others.
+    /// Returns the generator for this purpose. In each trial, the first eight purposes have eight
+    /// consecutive stream numbers. The other purposes have eight stream numbers in the upper half of
+    /// all stream numbers.
     pub(crate) fn random(self, purpose: Purpose) -> ChaCha8Rng {
         let purpose = purpose as u64;
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);

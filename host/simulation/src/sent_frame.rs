@@ -20,10 +20,9 @@ pub(crate) struct SentFrame {
     pub(crate) transmission: Transmission,
     /// The bit at which the frame begins.
     pub(crate) begin: u64,
-    /// The number of its bytes that have been sent.
+    /// The number of the frame's bytes that have been sent.
     pub(crate) sent: usize,
-    /// The number of this frame's bytes, from its first byte on, with which the received stream now
-    /// ends.
+    /// The received stream now ends with this number of the frame's first bytes.
     pub(crate) arrived: usize,
     /// Whether one of these bytes differs from the byte sent, or a line error occurred between two
     /// of them.

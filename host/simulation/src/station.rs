@@ -103,8 +103,8 @@ pub struct Station {
     failsafe: Failsafe<u8, 3>,
     baud: u32,
     hears_errors: bool,
-    /// The longest time between the ends of two consecutive bytes that is not a gap, and the
-    /// instant after which the next byte ends a gap.
+    /// The longest time between the ends of two consecutive bytes that does not count as a gap.
+    /// `idle_from` is the time after which the next byte ends a gap.
     idle_limit: u64,
     idle_from: u64,
     committed: u64,
@@ -276,7 +276,8 @@ impl Station {
     }
 
     /// Records the outcome of a frame that began at the time `began`, when no more of its bytes can
-    /// come. Call this for frames in the order sent, and for each before the next one ends.
+    /// come. Call this for frames in the order in which they were sent, and for each frame before the
+    /// next frame ends.
     pub(crate) fn settle(&mut self, frame: &SentFrame, began: u64) {
         let began = frame.is_intact.then_some(began);
         let Some(at) = self.delivery(frame) else {

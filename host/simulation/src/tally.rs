@@ -25,7 +25,7 @@ pub struct LineTally {
     pub breaks: u64,
 }
 
-/// Counts of the outcomes of frames in one receiver and in the failsafe that follows it.
+/// Counts of what happened at one receiver and at the failsafe that follows it.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct ReceiverTally {
     /// The kind of the station.
@@ -55,8 +55,8 @@ pub struct ReceiverTally {
     /// The largest difference of any axis between the failsafe's output and the setpoint sent last,
     /// in units of demand.
     pub largest_error: u8,
-    /// The sum of the squared differences over three axes, and the number of times that the outputs
-    /// were compared.
+    /// The sum of the squared differences between output and setpoint, over all three axes and all
+    /// comparisons, and the number of comparisons.
     pub(crate) error_squares: u64,
     pub(crate) looks: u64,
     pub(crate) lost_per_byte: Ratio,

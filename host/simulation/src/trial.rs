@@ -269,7 +269,8 @@ impl Trial {
         }
     }
 
-    /// Records that this byte of this frame arrived or was lost.
+    /// Handles the arrival or the loss of byte `place` of frame `number`. If the byte is the frame's last one,
+    /// reports the frame's outcome at each station.
     fn end(&mut self, number: u64, place: usize) {
         let is_it = |sent: &&SentFrame| sent.number == number;
         let frame = self.frames.iter().find(is_it);

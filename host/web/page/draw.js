@@ -22,7 +22,7 @@ function drawing(name, attributes, ...children) {
   return made;
 }
 
-/** Sets a text only if it differs, which spares screen readers and the browser. */
+/** Sets a text only if it differs, so that the browser and screen readers do nothing for an unchanged text. */
 function say(where, text) {
   if (where.textContent !== text) where.textContent = text;
 }

@@ -89,8 +89,8 @@ impl Machine {
         }
     }
 
-    /// Processes the byte at this position on the line. `whole` is the length of the frame that
-    /// arrived intact with this byte, if any.
+    /// Processes the byte at this position on the line. If this byte completes a frame that arrived
+    /// intact, `whole` is the frame's length.
     pub(crate) fn push(&mut self, place: usize, byte: u8, at: u32, whole: Option<usize>) {
         self.places.push_back(place);
         if let Some(length) = whole {

@@ -39,8 +39,8 @@ pub(crate) fn names(description: &Description, bytes: &[u8]) -> Vec<String> {
 fn names_of(kind: &Kind, bytes: &[u8], classification: Classification) -> Vec<String> {
     let (layout, header) = (&kind.layout, kind.layout.header());
     let is_fixed = layout.length() == Length::Fixed;
-    // Whether the frame's length is known. Without it, the positions of parts that are counted from
-    // the frame's end are not known.
+    // Whether the frame's length is known. Without the length, the positions of parts that are
+    // counted from the frame's end are unknown.
     let is_known = is_fixed || bytes.len() >= header && layout.length() != Length::Delimiter;
     let whole = match classification {
         _ if is_fixed => layout.longest(),

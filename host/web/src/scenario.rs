@@ -35,7 +35,7 @@ pub(crate) struct Scenario {
     /// The length of a file that is sent instead of frames. The address does not contain the file's
     /// bytes.
     pub(crate) file: usize,
-    /// The user's edits of bytes. Each place is counted after all earlier edits have been applied.
+    /// The user's edits of bytes, each with the byte's place on the line as it is after all earlier edits.
     pub(crate) edits: Vec<(usize, Action)>,
     /// The position: the number of bytes that have arrived.
     pub(crate) at: usize,

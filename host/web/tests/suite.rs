@@ -599,7 +599,7 @@ fn the_first_fault_and_the_first_missed_frame_hold_the_page_and_are_explained() 
     assert!(missed.contains("framelock delivers a frame: pitch 65"));
     assert!(!sentence(42).contains("misses"), "only the first one");
 
-    // Nobody can know whether the bytes of this payload are two frames.
+    // With this payload, a receiver cannot know at which of two offsets the frames begin.
     let ambiguous = decoded("frame=bin&payload=0D414280&edits=21d");
     let held = view(&ambiguous, 0, 0..0)["holds"].clone();
     let position = usize::try_from(held[1].as_u64().unwrap()).unwrap();

@@ -14,7 +14,8 @@ pub(super) const TRIED: usize = 64 * 1024;
 /// Returns the likely reason why a stream yields few frames of `protocol`. `stream` contains the stream's first bytes.
 pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -> Option<String> {
     let own = in_frames(protocol, policy, stream);
-    // With a guess, most bytes must be in frames, and more than twice as many as with the user's options.
+    // A guess fits if it puts more than half of all bytes into frames, and more than twice the number of bytes that the
+    // user's options put into frames.
     let fits = |protocol: &Protocol, stream: &[u8]| {
         let count = in_frames(protocol, Policy::Framelock, stream);
         2 * count > stream.len() && count > 2 * own
@@ -46,8 +47,8 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     if policy == Policy::Lecture && fits(protocol, stream) {
         return Some("--policy framelock finds frames".to_owned());
     }
-    // If the user's own description has the same sync as a shipped one, it is probably a variant. Then a key in it is
-    // wrong, not the choice of `--frame`.
+    // A user's description with the same sync as a shipped description is probably a variant of it. Then the choice of
+    // `--frame` is right, and a key in the user's description is wrong.
     let is_shipped = SHIPPED.iter().any(|(name, _)| *name == protocol.name);
     if let Some(other) = fitting(stream).filter(|it| is_shipped || sync(it) != sync(protocol)) {
         return Some(format!("they are frames of {other}: give --frame {other}"));
@@ -89,7 +90,8 @@ pub(super) fn likely_cause(protocol: &Protocol, policy: Policy, stream: &[u8]) -
     if let Some(cause) = wrong_period(protocol, stream) {
         return Some(cause);
     }
-    // A slower sender's start bit lasts for two or more of the receiver's bits.
+    // If the sender has half the baud rate or less, its start bit lasts for two or more of the receiver's bits. The
+    // lowest bit of each byte is then 0.
     let is_even = |byte: &&u8| **byte & 1 == 0;
     let is_steady = stream.iter().all(|byte| Some(byte) == stream.first());
     if stream.len() >= 64 && !is_steady && share(stream, is_even) > 0.98 {
@@ -162,7 +164,7 @@ fn with_line_ends(stream: &[u8], end: &[u8]) -> Vec<u8> {
 
 /// Returns the share of bytes for which the condition holds.
 fn share(stream: &[u8], holds: impl Fn(&&u8) -> bool) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "they are few")]
+    #[expect(clippy::cast_precision_loss, reason = "the counts are small")]
     let share = stream.iter().filter(holds).count() as f64 / stream.len().max(1) as f64;
     share
 }

@@ -1,15 +1,16 @@
-//! Counts the bytes that follow rejected headers. If they are many, the description does not fit the line.
+//! Counts the bytes that follow rejected headers. If there are many such bytes, the description probably does not fit
+//! the frames on the line.
 
 use framelock::DiscardReason;
 use framelock_receiving::Protocol;
 
-/// The smallest number of received bytes for a hint.
+/// No hint is given before this number of bytes has been received.
 const SOME: u64 = 200;
 
 /// The numbers of bytes that followed rejected headers, by reason.
 #[derive(Default)]
 pub(super) struct RejectedHeaders {
-    /// The reason why the last header was rejected; `None` if a frame has followed since.
+    /// The reason why the last header was rejected; `None` if a frame was delivered after it.
     last: Option<DiscardReason>,
     bad_header: usize,
     too_long: usize,

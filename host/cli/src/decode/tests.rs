@@ -41,7 +41,7 @@ fn noise(frame: &Protocol, random: &mut ChaCha8Rng) -> Vec<u8> {
     stream
 }
 
-/// Compares every row, every discarded byte and the summary with the reference.
+/// Compares every row, every discarded byte and the summary with the results of the naive reference.
 fn agrees<F: reference::NaiveFormat>(name: &str, policy: Policy) {
     let frame = &Protocol::named(name).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -1,4 +1,4 @@
-//! Counters of 64 bits, because the receiver's 32-bit counters may wrap in a long recording.
+//! Counts in 64 bits, because the receiver's 32-bit counters may wrap in a long recording.
 
 use framelock::{Counters, Discarded};
 use serde::Serialize;
@@ -11,7 +11,7 @@ pub(super) struct Totals {
     pub(super) frame_bytes: u64,
     pub(super) discarded: DiscardedTotals,
     pub(super) resynchronisations: u64,
-    /// The counters at the last call.
+    /// The counters at the last call of `add`.
     before: Counters,
 }
 

@@ -44,7 +44,7 @@ pub(super) struct Bytes {
 }
 
 impl Bytes {
-    /// Takes the next byte, which belongs to the frame that was due at that time.
+    /// Takes the next byte, which belongs to the frame that was due at `due`.
     pub(super) fn push(&mut self, due: Duration, byte: ByteOnLine) {
         let (is_fault, is_first) = (byte.is_fault(), self.close_up.is_empty());
         if byte.place == 0 {
@@ -94,8 +94,8 @@ fn column(byte: &ByteOnLine) -> [Span<'static>; 4] {
     [sent, arrived, outcome(0), outcome(1)]
 }
 
-/// Returns the receiver's state after the byte. If the byte caused a commit, says whether the commit was right
-/// instead.
+/// Returns the receiver's state after the byte. If the byte caused a commit, returns a mark for a right or a wrong
+/// commit instead.
 fn cell(outcome: &Outcome) -> Span<'static> {
     match outcome {
         Outcome::Pending(bytes) => {

@@ -17,21 +17,21 @@ use super::script::{Passage, Script};
 /// The number of bytes in a frame.
 const FRAME_LENGTH: usize = FrameFormat::Bin.length();
 
-/// The visible state of a station.
+/// The state of a station, for the views.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Report {
     pub(super) output: Output<u8, 3>,
     pub(super) tally: ReceiverTally,
     /// The number of frames whose setpoint was not committed with the frame's last byte.
     pub(super) lost: u64,
-    /// The number of other commits: with another setpoint, or not at a frame's last byte.
+    /// The number of commits whose setpoint is not the frame's, or that happen at another byte than a frame's last.
     pub(super) wrong: u64,
     /// The time since the receiver became deaf, if it is deaf.
     pub(super) deaf: Option<Duration>,
     pub(super) longest_deafness: Duration,
 }
 
-/// A motion PC, a line, and at the line's end a station for each policy.
+/// A motion PC, a line, and two stations at the end of the line, one for each policy.
 pub(super) struct Demonstration {
     pub(super) arguments: Arguments,
     /// The virtual time.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::demonstration::{Demonstration, Report};
 use super::story::story;
 
-/// The largest number of lines with counts, so that the output of a long run stays readable.
+/// The limit on the number of lines with counts. It keeps the output of a long run readable.
 const MOST_LINES: u32 = 20;
 
 /// Runs the demonstration to its end without waiting. Prints the story, and between its parts a line

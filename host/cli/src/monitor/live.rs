@@ -12,11 +12,11 @@ use crate::input::{Arrival, Input, for_each_arrival};
 use crate::screen::{DRAW_EVERY, Screen, key_within};
 use crate::serial::Device;
 
-/// The number of reads that may wait in the channel. It is enough for a serial line; a faster pipe has to
-/// wait.
+/// The number of messages that may wait in the channel. It is large enough for a serial line. A program that
+/// writes faster into a pipe has to wait.
 const MOST_WAITING: usize = 64;
 
-/// The longest time that is spent on waiting bytes before keys are checked again.
+/// The longest time for which messages are handled before keys are checked again.
 const LONGEST_CATCHING_UP: Duration = Duration::from_millis(50);
 
 /// A message from the thread that reads the input.

@@ -46,8 +46,8 @@ impl Recording {
         })
     }
 
-    /// Begins a recording in `directory`, in the first file of `framelock-1.bin`, `framelock-2.bin` and
-    /// so on that does not exist.
+    /// Begins a recording in a new file in `directory`. Tries the names `framelock-1.bin`, `framelock-2.bin` and
+    /// so on, and takes the first one that does not exist.
     fn begin_numbered(directory: &Path, frame: &FrameWriter) -> io::Result<Self> {
         (1..=MOST_NAMES)
             .map(|number| Self::begin(directory.join(format!("framelock-{number}.bin")), frame))
@@ -179,7 +179,7 @@ impl MonitorSession {
             return std::mem::take(&mut self.has_help);
         }
         if key.modifiers.contains(KeyModifiers::CONTROL) {
-            // Ctrl-Z must not set the counters to zero.
+            // Ignore other keys with Ctrl. Otherwise Ctrl-Z would set the counters to zero.
             return true;
         }
         match key.code {

@@ -1,4 +1,4 @@
-//! Watches a line with a receiver and with the failsafe of a board, and keeps their recent history.
+//! Watches a line as a board would, with a receiver and a failsafe, and keeps the recent history.
 //!
 //! The caller passes the time. Nothing in this module waits, draws or reads.
 
@@ -48,7 +48,7 @@ pub(super) struct Sample {
 pub(super) struct Watch {
     pub(super) now: Sample,
     pub(super) frame: FrameWriter,
-    /// Frames that the session has not taken yet, each with its place.
+    /// Frames that the session has not taken yet, each with its offset and time.
     pub(super) arrived: Vec<(Place, Vec<u8>)>,
     /// The last frame's bytes.
     pub(super) last: Option<Vec<u8>>,

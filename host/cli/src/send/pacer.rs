@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 /// Up to this lateness, the next frames are sent sooner to catch up. A greater lateness means that the process or the
-/// line was held up. Then all deadlines move back, so that the motion does not rush.
+/// line was held up. Then all later deadlines are postponed, so that the motion does not rush.
 pub(super) const MOST_MADE_UP: Duration = Duration::from_millis(250);
 
 /// A number of frames per second.
@@ -48,11 +48,11 @@ pub(super) trait Clock {
 /// Waits for deadlines, and measures the lateness.
 pub(super) struct Pacer<C> {
     pub(super) clock: C,
-    /// The clock's time at which the first frame was due.
+    /// The clock's time from which due times are counted. Postponing the deadlines increases it.
     start: Duration,
     /// The largest lateness of a frame.
     pub(super) worst: Duration,
-    /// How often all deadlines were moved back. `held_up` is the sum of these delays.
+    /// The number of times that all deadlines were postponed. `held_up` is the sum of these delays.
     pub(super) hold_ups: u32,
     pub(super) held_up: Duration,
 }
@@ -69,7 +69,7 @@ impl<C: Clock> Pacer<C> {
         }
     }
 
-    /// Restarts the clock at zero, so that times are counted from now.
+    /// Counts due times from now on.
     pub(super) fn restart(&mut self) {
         self.start = self.clock.now();
     }

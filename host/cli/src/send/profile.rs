@@ -10,7 +10,7 @@ use super::transmission::Source;
 use crate::input::Input;
 use crate::rows::{InputFormat, Row, rows};
 
-/// At least one frame and, if the file has times, the due time of each frame, counted from the first.
+/// One or more frames and, if the file has times, the due time of each frame, counted from the first frame.
 pub(super) struct Profile {
     frames: Vec<Vec<u8>>,
     times: Option<Vec<Duration>>,
@@ -37,10 +37,10 @@ impl Profile {
         self.times.is_some()
     }
 
-    /// Checks that the line is fast enough for the frames, at their times or, without times, at `rate`. With `is_held`,
+    /// Checks that the line is fast enough for the frames, at their times or, without times, at `rate`. If `is_held`,
     /// each frame is repeated until the next one is due. `time_of` returns the time that the line needs for a number of
-    /// bytes. Several frames may be due at the same time, as USB adapters deliver them, if the line catches up soon
-    /// enough.
+    /// bytes. Several frames may be due at the same time, for example in a recording from a USB adapter, if the line
+    /// then catches up soon enough.
     pub(super) fn check_line_carries(
         &self,
         rate: Rate,

@@ -21,7 +21,7 @@ impl Experiment {
     }
 }
 
-/// The options that are not numbers.
+/// The options that are not in the library's table.
 #[derive(Args)]
 struct Others {
     /// Seed the random numbers; the same seed gives the same results

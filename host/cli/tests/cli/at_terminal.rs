@@ -104,8 +104,8 @@ impl AtTerminal {
         (behind.to_owned(), code)
     }
 
-    /// Sends a signal to the program itself. The program may be a child of `setsid`, because `setsid --wait` forks if
-    /// it leads a process group.
+    /// Sends a signal to the program itself. If `setsid` leads a process group, it forks, and the program is a child of
+    /// `setsid`.
     pub(crate) fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let children = format!("/proc/{id}/task/{id}/children");

@@ -133,7 +133,7 @@ mod at_a_serial_port {
     /// A decoder that has already printed the header and a frame.
     struct Decoding {
         far_end: File,
-        /// The test holds this end open, because a pseudo-terminal counts as disconnected when its other end is closed.
+        /// The test keeps this end open, because the pseudo-terminal would otherwise count as disconnected.
         near_end: File,
         port: String,
         child: Child,

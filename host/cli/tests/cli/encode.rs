@@ -34,7 +34,8 @@ fn decoded_rows_can_be_encoded_again() {
     }
 }
 
-/// Clause F1: the reserved byte has no meaning, so no row contains it. A user's description may contain it.
+/// Clause F1: the reserved byte has no meaning, so the rows of `bin` do not contain it. A user's description may have a
+/// field for it.
 #[test]
 fn any_reserved_byte_is_accepted_and_zero_is_sent() {
     let reserved = |byte: u8| [b'A', b'B', byte, 0x7F, 0xC8, 0x4A, b'\r'];

@@ -28,7 +28,7 @@ fn watching_port(
     directory: &Path,
     arguments: &[&str],
 ) -> AtTerminal {
-    // A long hold time keeps the lock even if a busy computer takes long.
+    // With a long hold time, the view does not become SILENT, however slow the computer is.
     let patient = [port, "--hold-after=1000000", "--ramp-after=1000000"];
     let mut monitor = AtTerminal::monitor(&[&patient, arguments].concat(), "", directory);
     monitor.wait_for("help");
@@ -202,7 +202,7 @@ fn sent_frames_are_watched_and_recorded_over_a_serial_line() {
     }
     fs::write(directory.join("profile.csv"), &profile).unwrap();
 
-    // Two lines are connected by a cable.
+    // A thread connects two lines, as a cable would.
     let (mut from, _near_end, sender_port) = line();
     let (mut to, _other_near_end, monitor_port) = line();
     let cable = std::thread::spawn(move || {

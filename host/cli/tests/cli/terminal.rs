@@ -16,12 +16,13 @@ const HARMFUL: [&str; 6] = ["\x1B[2J", "\x07", "\x7F", "\u{9B}", "\u{202E}", "\u
 
 fn harmful(random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = HARMFUL.choose(random).unwrap().as_bytes().to_vec();
-    // End with another byte than CR or LF, because these would become part of the terminator.
+    // Do not end with CR or LF, because these bytes would become part of the terminator.
     bytes.push(random.random::<u8>().max(b'\r' + 1));
     bytes
 }
 
-/// Runs the fuzz target on the fuzzer's corpus and on random bytes, with every frame in every text format.
+/// Runs the fuzz target on the fuzzer's corpus and on random bytes, with every shipped description and every text
+/// format.
 #[test]
 fn no_text_of_a_stream_controls_the_terminal() {
     let all = TextOutputs::all(LINES).unwrap();

@@ -132,8 +132,8 @@ pub(super) fn field(spanned: &Spanned<FieldEntry>) -> Result<Field, Problem> {
     Ok(field)
 }
 
-/// Ends each field that takes the rest before the last `from_end` bytes, which hold the parts that are counted from the
-/// end.
+/// Sets the end of each field that takes the rest of the frame. The last `from_end` bytes of the frame hold the parts
+/// that are counted from the end, so the field ends before these bytes.
 pub(super) fn take_what_is_left(
     fields: &mut [Field],
     written: &FrameEntry,
@@ -218,7 +218,7 @@ pub(super) fn check_positions(
             (Some(bytes), _) => field.each_bit(bytes.len(), |bit, _, _| {
                 bits.push(8 * bytes.start + bit);
             }),
-            // The index of a bit past the end of the frame.
+            // The frame is too short for the field. A bit after the frame's end makes the check below fail.
             (None, Some(_)) => bits.push(8 * length),
             (None, None) => {}
         }

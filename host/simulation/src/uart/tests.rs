@@ -58,8 +58,9 @@ fn every_byte_is_read_as_it_was_sent() {
 }
 
 /// A pause follows each byte. The receiver sees the start bit's edge up to one tick late, and two of the three samples
-/// must lie in their bit. If the sender is fast, its last data bit is the first to miss this condition, beyond 144 /
-/// 137, 5.1 %. If the sender is slow, its stop bit is the first to miss it, beyond 144 / 152, 5.3 %.
+/// of a bit must lie in that bit. A fast sender first violates this condition in its last data bit, if its speed
+/// exceeds 144 / 137 of the receiver's, which is 5.1 % too fast. A slow sender first violates the condition in its stop
+/// bit, if its speed is below 144 / 152 of the receiver's, which is 5.3 % too slow.
 #[test]
 fn beyond_five_per_cent_bytes_are_misread() {
     let read = |error: f64| {
@@ -78,8 +79,8 @@ fn beyond_five_per_cent_bytes_are_misread() {
     }
 }
 
-/// The receiver decides a stop bit at its 154th tick and looks for the next start bit only then. So
-/// if a sender without pauses is faster by more than 160 / 154, 3.9 %, the receiver falls behind.
+/// The receiver decides a stop bit at its 154th tick and looks for the next start bit only then. So the receiver falls
+/// behind if a sender without pauses exceeds 160 / 154 of the receiver's speed, which is 3.9 % too fast.
 #[test]
 fn without_a_pause_a_sender_must_not_be_four_per_cent_fast() {
     let pieces = character(0x0F).repeat(100);

@@ -57,8 +57,8 @@ fn on_a_line_without_faults_nothing_is_lost() {
     }
 }
 
-/// Beyond this difference nothing arrives. The limit is lower for a fast sender: see the UART's own
-/// tests.
+/// If the clocks differ by more, no frame arrives. The limit for a fast sender is lower than the limit
+/// for a slow one. The UART's own tests explain the difference.
 #[test]
 fn clocks_may_differ_by_four_to_five_per_cent() {
     for (baud_error, is_delivered) in [

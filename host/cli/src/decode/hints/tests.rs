@@ -1,4 +1,4 @@
-//! Each hint, and streams without one.
+//! Tests each hint, and streams that get no hint.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -139,7 +139,7 @@ fn a_bad_stream_gets_a_hint_that_names_the_cause() {
         let cause = cause(frame, &stream);
         assert!(cause.contains(told), "{frame}, {told}: {cause}");
     }
-    // For noise, no cause is certain, except that it is none of the frames.
+    // Noise fits no cause, so the hint lists the settings to check.
     sbus.iter_mut().enumerate().for_each(|(at, byte)| {
         *byte = byte
             .wrapping_mul(77)
@@ -170,7 +170,7 @@ fn dumps_and_text_of_windows_are_recognised() {
         let words: Vec<String> = part.iter().map(|byte| glued(&[*byte])).collect();
         let text = String::from_utf8_lossy(part).replace(char::is_control, ".");
         let text: String = text.chars().filter(char::is_ascii).collect();
-        // As hexdump -C and xxd write them.
+        // A line as `hexdump -C` and `xxd` write it.
         writeln!(bytes, "{row:07x}0  {}  |{text}|", words.join(" ")).unwrap();
         let words: Vec<String> = words.chunks(2).map(<[String]>::concat).collect();
         writeln!(pairs, "{row:07x}0: {}  {text}", words.join(" ")).unwrap();
@@ -225,7 +225,7 @@ fn random_frames(protocol: &Protocol, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     frames
 }
 
-/// Joins frames. With noise, some bytes are inserted, altered and lost.
+/// Joins frames. If `is_noisy`, inserts, alters and loses some bytes.
 fn joined(frames: &[Vec<u8>], is_noisy: bool, random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut stream = Vec::new();
     for frame in frames {
@@ -266,7 +266,7 @@ fn streams_of_shipped_frames_get_no_hint_even_with_some_noise() {
     }
 }
 
-/// The fuzzer's inputs, as streams of every shipped frame.
+/// Decodes each of the fuzzer's inputs with every shipped description.
 #[test]
 fn streams_of_the_corpora_that_decode_well_get_no_hint() {
     let corpora = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");

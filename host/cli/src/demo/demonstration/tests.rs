@@ -58,7 +58,7 @@ fn broken(demonstration: &Demonstration) -> u64 {
     line.frames_sent - line.frames_intact
 }
 
-/// Calls the test for lines from good to hopeless, some of them without pauses, with several seeds each.
+/// Returns the arguments for lines from good to hopeless, some of them without pauses, with five seeds each.
 fn lines() -> impl Iterator<Item = Arguments> {
     let rates = [
         (0.004, 0.0005),
@@ -102,7 +102,8 @@ fn without_faults_nothing_is_lost_wrong_or_discarded() {
                 assert_eq!((report.lost, report.wrong), (0, 0), "{arguments:?}");
                 assert_eq!(report.tally.lost_intact, 0);
                 assert_eq!(report.tally.bytes_discarded, 0);
-                // At one frame per second, the silence lasts exactly as long as the failsafe waits.
+                // At one frame per second, the silence lasts exactly as long as the failsafe waits, so the failsafe
+                // need not engage.
                 assert!(report.tally.engagements == 1 || rate == 1);
                 assert_eq!(report.longest_deafness, Duration::ZERO);
             }

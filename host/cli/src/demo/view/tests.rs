@@ -67,7 +67,7 @@ fn within_five_seconds_one_receiver_is_deaf_and_the_other_listens() {
     assert!(framelock[2].contains("● 44 delivered  ○ 0 missed though whole"));
 }
 
-/// The frame of 2.1 s is the first that the lecture's machine misses.
+/// The first frame that the lecture's machine misses was due at 2.1 s.
 #[test]
 fn a_time_that_would_be_rounded_to_zero_is_not_shown() {
     for (milliseconds, status) in [

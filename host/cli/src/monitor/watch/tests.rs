@@ -94,7 +94,7 @@ fn the_failsafe_follows_holds_and_parks() {
     for frame in 1..=100 {
         feed(&mut watch, ms(20 * frame), FRAME);
     }
-    // A time stamp that goes back does not count as silence.
+    // A time that is earlier than the previous time does not count as silence.
     watch.advance_to(ms(2_030));
     feed(&mut watch, ms(2_020), FRAME);
     let output = watch.output();
