@@ -1,7 +1,7 @@
-//! Compares the costs of the formats on the chip with a file, on every commit. The costs are the same in every run.
+//! Compares the formats' costs on the chip with those in a file, on every commit. The costs are the same in every run.
 //!
 //! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes the file again. The
-//! costs are compared only with the same compiler that produced the file.
+//! costs are compared only if the compiler is the one that the file names.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -52,7 +52,7 @@ pub(crate) fn compare(file: &str) -> Result<(), Box<dyn Error>> {
     }
     let written = fs::read_to_string(file).unwrap_or_default();
     if written.contains(&compiler) && written != text {
-        return Err(format!("not as in {file}:\n{text}").into());
+        return Err(format!("the costs differ from those in {file}:\n{text}").into());
     }
     Ok(())
 }
