@@ -25,7 +25,8 @@ impl fmt::Display for BrokenLaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match self.law {
             1 => {
-                "a frame must have 1 byte to all of these bytes, and `at_least` must exceed their number but not the longest frame"
+                "a frame must have at least one and at most all of these bytes, and `at_least` must be more than their \
+                 number and at most the length of the longest frame"
             }
             2 => "a shorter prefix already had another final classification (a frame, or rejected)",
             3 => "a shorter prefix was incomplete and asked for more bytes than these",

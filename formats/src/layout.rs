@@ -181,7 +181,7 @@ impl<'a> Layout<'a> {
         self.other_terminators
     }
 
-    /// Returns the trailer, bytes that follow some frames.
+    /// Returns the trailer: the bytes that follow some frames.
     #[inline]
     #[must_use]
     pub const fn trailer(&self) -> Option<Trailer> {

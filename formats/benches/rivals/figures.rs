@@ -11,8 +11,9 @@ use crate::chip::Program;
 use crate::{costs, tables};
 
 const BEGINNING: &str = "\
-Costs of framelock's receivers on the emulated Cortex-M4, measured as in docs/costs.md: bytes of code and constants;
-instructions and cycles for 200 clean frames; cycles for the costliest hostile stream, and for the costliest byte.
+Costs of framelock's receivers on the emulated Cortex-M4, measured as in docs/costs.md. The columns are the bytes of code
+and of constants, the instructions and cycles for 200 clean frames, the cycles for the most expensive hostile stream,
+and the cycles for the most expensive byte of any stream.
 ";
 
 /// Returns an error if the costs differ from those in the file.

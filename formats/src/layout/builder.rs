@@ -150,7 +150,7 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets the trailer, bytes that follow some frames.
+    /// Sets the trailer: the bytes that follow some frames.
     #[inline]
     pub const fn trailer(mut self, trailer: Trailer) -> Self {
         self.0.trailer = Some(trailer);

@@ -263,7 +263,8 @@ pub(super) const fn without_trailer(layout: &Layout) -> usize {
     layout.longest
 }
 
-/// Returns true if the bytes consist of one pattern or more, without a rest. Without a length, there must be no bytes.
+/// Returns true if the bytes consist of one pattern or more, without a rest. If the length of a pattern is 0, there
+/// must be no bytes.
 const fn are_whole(patterns: &Patterns) -> bool {
     match patterns.bytes.len().checked_rem(patterns.length) {
         Some(rest) => rest == 0 && !patterns.bytes.is_empty(),

@@ -339,9 +339,8 @@ pub(super) const fn is_content(layout: &Layout, byte: u8) -> bool {
     false
 }
 
-/// Returns true if the fixed bits of a frame of `length` bytes allow its byte at index `at` to equal `byte` in the bits
-/// of
-/// `mask`.
+/// Returns true if the fixed bits of a frame of `length` bytes allow its byte at index `at` to equal `byte`. Compares
+/// only the bits of `mask`.
 pub(super) const fn agrees_with_fixed(
     fixed: &[FixedBits],
     length: usize,
