@@ -227,7 +227,7 @@ static inline bool nmea_is_content(uint8_t byte)
     return ((byte >= 0x25U) && (byte <= 0x7EU)) || ((byte >= 0x22U) && (byte <= 0x23U)) || (byte == 0x20U);
 }
 
-/* Returns the length of the terminator with which the bytes begin. Returns 0 if it takes more bytes to tell, and
+/* Returns the length of the terminator with which the bytes begin. Returns 0 if more bytes are needed to decide, and
  * 4 if the bytes begin with no terminator. */
 static inline uint16_t nmea_terminator(const uint8_t *bytes, uint16_t count)
 {
