@@ -135,7 +135,8 @@ static inline void failsafe_move(failsafe_axis *axis, failsafe_demand target, ui
         units = ticks / ticks_per_unit;
         rest = ticks % ticks_per_unit;
     }
-    /* Add the ticks since the last unit. Their sum with `rest` may exceed 32 bits. */
+    /* Add the ticks since the axis last moved by a unit. Compare before adding, because the sum with `rest` may exceed
+     * 32 bits. */
     if (axis->since_unit >= (ticks_per_unit - rest)) {
         units++;
         rest = axis->since_unit - (ticks_per_unit - rest);

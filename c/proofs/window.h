@@ -11,7 +11,7 @@
 
 /* More iterations than any loop performs. */
 #define BOUND 18
-/* More than the number of bytes in a receiver. */
+/* More than the size of a receiver in bytes. */
 #define INIT_BOUND 100
 
 /* Returns the number of bytes in frames plus the number of discarded bytes. */

@@ -1,4 +1,4 @@
-//! Cyclic redundancy checks, computed from their parameters.
+//! Computes cyclic redundancy checks from their parameters.
 //!
 //! The register has 32 bits. For a CRC that processes the lowest bit of each byte first (`reflected_in`), the lowest bits
 //! of the register hold the reflected CRC. For any other CRC, the highest bits of the register hold the CRC.

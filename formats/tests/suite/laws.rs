@@ -292,7 +292,7 @@ fn what_a_layout_says_at_its_limits() {
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
-        // The bytes contain no terminator, and are as many as the longest frame has.
+        // There are as many bytes as in the longest frame, but no terminator.
         (
             layout
                 .length(Length::Delimiter)

@@ -61,7 +61,7 @@ struct Found {
     length: usize,
 }
 
-/// Adds the shortest frames with this sync to the result.
+/// Updates the result with the shortest frames that have this sync.
 const fn with_sync(layout: &Layout, sync: &[u8], mut found: Found) -> Found {
     let Some(messages) = &layout.messages else {
         return with_length(layout, sync, None, found);
@@ -77,7 +77,7 @@ const fn with_sync(layout: &Layout, sync: &[u8], mut found: Found) -> Found {
     found
 }
 
-/// Adds the shortest frame with this sync and this message to the result.
+/// Updates the result with the shortest frame that has this sync and this message.
 const fn with_length(
     layout: &Layout,
     sync: &[u8],
