@@ -10,7 +10,7 @@ const WRONG: &str = r#"
     sync = "" => 1:8: no bytes: leave the key out
     sync = 5 => 1:8: invalid type: integer `5`, expected a string
     sync = "C8 | EE 01"\nlength = 4 => 1:8: all alternatives for the bytes that a frame begins with must have the same length
-    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: other terminators: without a content they cannot be told
+    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: other terminators: without a content, other bytes of a frame may look like them
     sync = "24"\nlength = 4\ncontent = "20-7E" => 3:11: content: only frames that a delimiter ends can have a content
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "7E-20" => 4:11: '7E-20' is not a byte, or a range such as 20-7E
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20 7" => 4:11: word 1, '7', is not a whole number of bytes
