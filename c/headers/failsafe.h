@@ -1,5 +1,4 @@
-/* A failsafe between a receiver and actuators: it moves the actuators safely when frames stop coming, and when they come
- * again.
+/* A failsafe between a receiver and actuators. It moves the actuators safely when frames stop and when they come again.
  * This is version 0.1.0 of framelock.
  * SPDX-License-Identifier: 0BSD
  * You may use, change and ship this file without conditions.
@@ -26,14 +25,15 @@
  *
  *   failsafe_init(&platform, &parameters, now);         returns false if the parameters contradict each other
  *   failsafe_frame(&platform, now, demands);            for each frame
- *   phase = failsafe_poll(&platform, now, output);      each time before the actuators are set
+ *   phase = failsafe_poll(&platform, now, output);      each time, before you set the actuators
  *
  * The time `now` is a counter that may wrap. Poll more often than the counter wraps. If the time goes backwards, the
  * failsafe assumes a long silence and moves the output to park, which is safe. Calls for one failsafe must not interrupt
  * each other.
  *
- * All functions are `static inline`. If several source files need them, define FAILSAFE_DEFINITIONS as 1 in one of these
- * files, and as 0 in the others, before they include this header: then there is one copy of the code. */
+ * All functions are `static inline`. If several source files need them, define FAILSAFE_DEFINITIONS as 1 in one of
+ * these files, and as 0 in the others, before they include this header. Then the program contains only one copy of the
+ * code. */
 #ifndef FAILSAFE_H
 #define FAILSAFE_H
 
@@ -68,7 +68,7 @@ typedef struct {
     uint32_t hold_after; /* silence after which the output is held: at least 1 */
     uint32_t ramp_after; /* silence after which the output moves to park: at least hold_after */
     failsafe_demand park[FAILSAFE_AXES]; /* the position of each axis while no frames come */
-    uint32_t ticks_per_unit[FAILSAFE_AXES]; /* the bounded rate of each axis: at least 1 */
+    uint32_t ticks_per_unit[FAILSAFE_AXES]; /* the time that each axis takes for one unit of demand: at least 1 */
 } failsafe_parameters;
 
 /* The state of the output. */
@@ -83,23 +83,24 @@ typedef enum {
 /* One axis that moves at a bounded rate. */
 typedef struct {
     failsafe_demand position;
-    uint32_t since_unit; /* ticks since the axis last moved by a unit, fewer than one unit takes */
+    uint32_t since_unit; /* ticks since the axis last moved by a unit; less than ticks_per_unit */
 } failsafe_axis;
 
 /* A failsafe. Its members are private. */
 typedef struct {
     failsafe_parameters parameters;
     uint32_t now; /* the time of the last call */
-    uint32_t silence; /* ticks since the last frame; saturates at the largest number */
+    uint32_t silence; /* ticks since the last frame; saturates at UINT32_MAX */
     failsafe_demand demands[FAILSAFE_AXES];
     failsafe_axis axes[FAILSAFE_AXES];
 } failsafe;
 
-/* Starts a failsafe: every axis is at park. Returns false, and does nothing, if the parameters contradict each other. */
+/* Initialises a failsafe with every axis at park. Returns false, and does nothing, if the parameters contradict each
+ * other. */
 FAILSAFE_FUNCTION bool failsafe_init(failsafe *self, const failsafe_parameters *parameters, uint32_t now);
 
-/* Starts a failsafe whose actuators are at `output`, for example after a reset. From there they move to park. Returns
- * false, and does nothing, if the parameters contradict each other. */
+/* Initialises a failsafe whose actuators are at `output`, for example after a reset. From there they move to park.
+ * Returns false, and does nothing, if the parameters contradict each other. */
 FAILSAFE_FUNCTION bool failsafe_resume(failsafe *self, const failsafe_parameters *parameters, uint32_t now,
                                        const failsafe_demand *output);
 
@@ -118,7 +119,7 @@ static inline void failsafe_set(failsafe_axis *axis, failsafe_demand position)
     axis->since_unit = 0U;
 }
 
-/* Moves an axis for `ticks` ticks, one unit in each `ticks_per_unit`. Stops at the target. */
+/* Moves an axis towards the target for `ticks` ticks, by one unit every `ticks_per_unit` ticks. Stops at the target. */
 static inline void failsafe_move(failsafe_axis *axis, failsafe_demand target, uint32_t ticks, uint32_t ticks_per_unit)
 {
     const bool is_up = target > axis->position;
@@ -134,7 +135,8 @@ static inline void failsafe_move(failsafe_axis *axis, failsafe_demand target, ui
         units = ticks / ticks_per_unit;
         rest = ticks % ticks_per_unit;
     }
-    /* Add the ticks since the last unit. Their sum with `rest` may exceed 32 bits. */
+    /* Add the ticks since the axis last moved by a unit. Compare before adding, because the sum with `rest` may exceed
+     * 32 bits. */
     if (axis->since_unit >= (ticks_per_unit - rest)) {
         units++;
         rest = axis->since_unit - (ticks_per_unit - rest);
@@ -149,7 +151,7 @@ static inline void failsafe_move(failsafe_axis *axis, failsafe_demand target, ui
     axis->since_unit = rest;
 }
 
-/* Moves all axes for `ticks` ticks. */
+/* Moves all axes towards their targets for `ticks` ticks. */
 static inline void failsafe_move_all(failsafe *self, const failsafe_demand *targets, uint32_t ticks)
 {
     uint8_t i;
@@ -172,7 +174,7 @@ static inline bool failsafe_is_at(const failsafe *self, const failsafe_demand *p
     return true;
 }
 
-/* Lets the time pass up to `now`. Returns the phase. */
+/* Moves the axes as they move up to the time `now`. Returns the phase at that time. */
 static inline failsafe_phase failsafe_pass(failsafe *self, uint32_t now)
 {
     const uint32_t hold_after = self->parameters.hold_after;
@@ -184,7 +186,7 @@ static inline failsafe_phase failsafe_pass(failsafe *self, uint32_t now)
 
     self->now = now;
     self->silence = (elapsed > (UINT32_MAX - before)) ? UINT32_MAX : (before + elapsed);
-    /* Move towards the demands until the hold, and towards park after the start of the ramp. */
+    /* Move towards the demands until the hold begins, and towards park after the ramp begins. */
     failsafe_move_all(self, self->demands, (elapsed < until_hold) ? elapsed : until_hold);
     failsafe_move_all(self, self->parameters.park, (elapsed > until_ramp) ? (elapsed - until_ramp) : 0U);
     if (self->silence < hold_after) {

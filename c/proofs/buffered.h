@@ -1,13 +1,21 @@
 /* Proofs about the parts of a receiver with a buffer that depend on the layout: classifying, decoding and encoding. The
- * other part is the engine, which engine.c proves once for all layouts. The file of a layout includes the header,
- * defines the following macros, and includes this file. NAME and UPPER are the prefixes of the header's names.
- * RUST_REASONS is explained in window.h. MOST is the number of bytes to classify, and TURNS more than the iterations
- * that any loop makes for these bytes. To prove the header's `encode` too, the file defines POINT, which makes the
- * pointers of a message point to at most PAYLOAD bytes; SPACE, the number of bytes for a frame; and ENCODE_TURNS, the
- * bound on the loops.
+ * other part is the engine. engine.c has proofs about it that hold for all layouts.
  *
- * The proofs show for up to MOST arbitrary bytes: a classification reads only these bytes, does not overflow, and
- * returns only answers that the engine allows. */
+ * The proofs show that a classification of up to MOST arbitrary bytes reads only these bytes, does not overflow, and
+ * returns only answers that the engine allows.
+ *
+ * The file of a layout includes the header, defines the following macros, and includes this file:
+ *
+ *   NAME, UPPER    the prefixes of the header's names
+ *   RUST_REASONS   see window.h
+ *   MOST           the greatest number of bytes to classify
+ *   TURNS          a number greater than the iterations of any loop for these bytes
+ *
+ * If it also defines these macros, there is a proof about the header's `encode`:
+ *
+ *   POINT          makes the pointers of a message point to at most PAYLOAD bytes
+ *   SPACE          the number of bytes for a frame
+ *   ENCODE_TURNS   a number greater than the iterations of any loop in `encode` */
 #include "proof.h"
 
 #define PAYLOAD 2U
@@ -30,7 +38,7 @@ PROOF(classify, TURNS)
     const X(outcome) outcome = X(classify)(at, count, seen, &number);
 
     ASSERT(outcome <= XX(INCOMPLETE) && outcome != XX(LINE_EVENT));
-    /* A frame lies in the bytes, or more bytes are needed to complete one. */
+    /* A frame ends within the bytes. An incomplete one needs more bytes, but not more than the longest frame has. */
     ASSERT(outcome != XX(FRAME) || (number >= 1U && number <= count));
     ASSERT(outcome != XX(INCOMPLETE) || (number > count && number <= XX(LONGEST)));
     ASSERT(X(starts)(at[0]) == (outcome != XX(NO_SYNC)));
@@ -62,7 +70,7 @@ PROOF(encode, ENCODE_TURNS)
 }
 #endif
 
-/* The functions that harnesses in Rust call. */
+/* Functions for the harnesses in Rust. */
 
 #define NONE XX(REASONS)
 

@@ -1,7 +1,7 @@
-/* Proofs about the engine of receivers with a buffer, once for all layouts: the classifier returns arbitrary outcomes
- * that a layout can return. The proofs show for a step from any state that satisfies the invariant: it accesses only
- * memory that it may access, does not overflow, keeps the invariant, ends, and gives each byte exactly one outcome, or
- * leaves it pending. */
+/* Proofs about the engine of receivers with a buffer. They hold for all layouts, because the classifier here returns an
+ * arbitrary outcome among those that a layout can return. The proofs show that a step from any state that satisfies the
+ * invariant accesses only memory that it may access, does not overflow, terminates, and keeps the invariant. They also
+ * show that the step gives each byte exactly one outcome or leaves the byte pending. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -12,7 +12,8 @@
 /* The engine has no case that depends on these sizes. */
 #define ANY_LONGEST 3U
 #define ANY_ROOM 5U
-/* More iterations than any loop makes: each but the last decides about at least one pending byte. */
+/* More iterations than any loop performs, because each iteration except the last decides about at least one of at most
+ * three pending bytes. */
 #define TURNS 4
 
 typedef uint8_t any_index;
@@ -56,8 +57,8 @@ typedef struct {
     uint8_t buffer[ANY_ROOM];
 } any_receiver;
 
-/* The classifier's next answers, and the questions that it was asked: the first byte, the number of bytes, and the
- * number of bytes that were seen before. */
+/* The classifier's next answers, and the questions that it was asked. A question consists of the first byte, the number
+ * of bytes, and the number of bytes that have been classified before. */
 #define ANSWERS (ANY_LONGEST + 1U)
 typedef struct {
     uint8_t outcome;
@@ -71,7 +72,7 @@ typedef struct {
 static answer answers[ANSWERS];
 static question questions[ANSWERS];
 static uint8_t asked;
-/* The bytes that can begin a frame: bit `byte & 7` of this mask is 1. */
+/* A byte can begin a frame if bit `byte & 7` of this mask is 1. */
 static uint8_t starting;
 
 static bool any_starts(uint8_t byte)
@@ -79,7 +80,7 @@ static bool any_starts(uint8_t byte)
     return ((starting >> (byte & 7U)) & 1U) != 0U;
 }
 
-/* Returns whether a layout can give this answer. Each layout's proof shows that it gives no other. */
+/* Returns whether a layout can give this answer. Each layout's own proof shows that it gives no other answer. */
 static bool is_possible(answer it, uint8_t count)
 {
     if (it.outcome == ANY_FRAME) {
@@ -144,8 +145,8 @@ static uint32_t placed(void)
         discarded[5] + discarded[6] + discarded[7];
 }
 
-/* Puts the receiver into any state, and makes the classifier give any answers. Counters are 0, because a step only adds
- * to them and does not depend on them. */
+/* Puts the receiver into any state that satisfies the invariant, and makes the classifier give arbitrary answers. The
+ * counters are 0, because a step only adds to them and does not depend on their values. */
 static void start(void)
 {
     static const any_counters none;
@@ -227,8 +228,8 @@ PROOF(line_event, TURNS)
     COVER(receiver.counters.discarded[ANY_LINE_EVENT] > 0U && received_frames == 1U);
 }
 
-/* The functions that harnesses in Rust call. The receiver in C makes its step first. Then the receiver in Rust must ask
- * the same questions, and gets the same answers. */
+/* Functions for the harnesses in Rust. The C receiver performs its step first. Then the Rust receiver must ask the
+ * classifier the same questions, and gets the same answers. */
 
 static uint8_t asked_in_rust;
 
@@ -238,7 +239,7 @@ void c_start_engine(void)
     asked_in_rust = 0U;
 }
 
-/* Returns part number `which` of the receiver's state. */
+/* Returns the part of the receiver's state that has this number. */
 uint8_t c_engine_state(uint8_t which)
 {
     switch (which) {
@@ -259,8 +260,8 @@ uint8_t c_starts(uint8_t byte)
     return any_starts(byte);
 }
 
-/* Checks that the question is the same as in C. Returns the answer: the outcome in the low byte, the number in the high
- * byte. */
+/* Checks that the Rust receiver asks the same question as the C receiver. Returns the answer, with the outcome in the
+ * low byte and the number in the high byte. */
 uint16_t c_answer(uint8_t first, uint8_t count, uint8_t seen)
 {
     const question it = questions[asked_in_rust];
@@ -277,7 +278,8 @@ uint8_t c_asked_the_same(void)
     return asked_in_rust == asked;
 }
 
-/* Pushes a byte. Returns the length of the delivered frame, which lies before `from`, or 0. */
+/* Pushes a byte. Returns the length of the delivered frame, whose bytes precede index `from`. Returns 0 if no frame is
+ * delivered. */
 uint8_t c_push(uint8_t byte)
 {
     return any_push(&receiver, byte, &message) ? message.length : 0U;
@@ -288,7 +290,7 @@ uint8_t c_poll_frame(void)
     return any_poll(&receiver, &message) ? message.length : 0U;
 }
 
-/* The lengths of the frames that a line event delivers, and their first bytes. */
+/* The lengths and the first bytes of the frames that a line event delivers. */
 static uint8_t lengths[ANY_LONGEST];
 static uint8_t firsts[ANY_LONGEST];
 

@@ -1,5 +1,5 @@
-/* The engine of every receiver with a buffer, as the generated headers have it: any_index is the type of its indexes. A
- * test compares this file with the headers. */
+/* The engine of every receiver with a buffer, copied from the generated headers. `any_index` stands for the type of an
+ * index. A test compares this file with the headers. */
 static void any_init(any_receiver *receiver)
 {
     any_clear(receiver, sizeof *receiver);
@@ -34,7 +34,7 @@ static inline void any_forget(any_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes. Classifies bytes at most once. If they are a frame, moves `from` past it and
+/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
  * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
 static inline any_index any_next(any_receiver *receiver, bool *again)
 {
@@ -153,7 +153,7 @@ static void any_line_event(any_receiver *receiver, any_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so the first pending byte starts no frame.
+            /* No more bytes follow, so no frame begins with the first pending byte.
              * Reset `ask_at`, which described the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;

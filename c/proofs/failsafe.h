@@ -1,6 +1,6 @@
-/* Proofs about the failsafe. A file includes the header, and then this file. The proofs show for any parameters that
- * `init` accepts, and for a call in any state that satisfies the invariant: the call accesses only memory that it may
- * access, does not overflow, keeps the invariant, and moves no axis away from its target. */
+/* Proofs about the failsafe. A file includes the header and then this file. The proofs cover all parameters that `init`
+ * accepts, and a call in any state that satisfies the invariant. They show that the call accesses only memory that it
+ * may access, does not overflow, keeps the invariant, and moves no axis away from its target. */
 #define NAME failsafe
 #define UPPER FAILSAFE
 #include "proof.h"
@@ -98,14 +98,14 @@ PROOF(poll, TURNS)
     COVER(phase == FAILSAFE_APPROACH && output[i] != from);
 }
 
-/* The functions that harnesses in Rust call. */
+/* Functions for the harnesses in Rust. */
 
 void c_start(void)
 {
     start();
 }
 
-/* Returns part number `which` of the state: four times, then five numbers for each axis. */
+/* Returns the part of the state that has this number. The first four parts are times. Then each axis has five parts. */
 uint32_t c_state(uint8_t which)
 {
     const uint8_t axis = (uint8_t)((which - 4U) / 5U);

@@ -1,14 +1,17 @@
-/* Proofs about a receiver of frames of one length. The file of a layout includes the header, defines the following
- * macros, and includes this file. NAME and UPPER are the prefixes of the header's names. RUST_REASONS lists the C
- * reason for each counter of the Rust receiver, or NONE. VALUES lists the values of a message.
+/* Proofs about a receiver whose frames all have the same length. They show that a step from any state that satisfies
+ * the invariant accesses only memory that it may access, does not overflow, and keeps the invariant. They also show
+ * that the step gives each byte exactly one outcome or leaves the byte pending.
  *
- * The proofs show for a step from any state that satisfies the invariant: it accesses only memory that it may access,
- * does not overflow, keeps the invariant, and gives each byte exactly one outcome, or leaves it pending. */
+ * The file of a layout includes the header, defines the following macros, and includes this file:
+ *
+ *   NAME, UPPER    the prefixes of the header's names
+ *   RUST_REASONS   for each reason that the Rust receiver counts, in its order: the C reason, or NONE
+ *   VALUES         the values of a message */
 #include "proof.h"
 
-/* More iterations than any loop makes. */
+/* More iterations than any loop performs. */
 #define BOUND 18
-/* More than the number of bytes in a receiver. */
+/* More than the size of a receiver in bytes. */
 #define INIT_BOUND 100
 
 /* Returns the number of bytes in frames plus the number of discarded bytes. */
@@ -31,7 +34,8 @@ static bool invariant(const X(receiver) *receiver)
         ((receiver->count == 0U) || (X(classify)(receiver->held, receiver->count, 0U, &number) == XX(INCOMPLETE)));
 }
 
-/* Returns a receiver in any state. Its counters are 0, because a step only adds to them and does not depend on them. */
+/* Returns a receiver in any state that satisfies the invariant. Its counters are 0, because a step only adds to them
+ * and does not depend on their values. */
 static X(receiver) any_receiver(void)
 {
     static const X(counters) none;
@@ -100,12 +104,12 @@ PROOF(encode, BOUND)
     COVER(length > 0U);
 }
 
-/* The functions that harnesses in Rust call. */
+/* Functions for the harnesses in Rust. */
 
 static X(receiver) receiver;
 static X(message) message;
 
-/* Makes `count` bytes pending, after a loss or not. */
+/* Makes `count` bytes pending. `is_lost` tells whether bytes were discarded since the last frame. */
 void c_hold(uint8_t count, uint8_t is_lost)
 {
     receiver.count = count;

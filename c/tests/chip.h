@@ -1,6 +1,6 @@
-/* A program on a chip, which reads steps and writes numbers. On simavr's ATmega328P, the steps are an array in flash,
- * which the test writes to steps.h, and the UART sends the numbers. On the emulated nRF52840, the test writes the steps
- * into RAM at `begin`, and reads the numbers at `end`. */
+/* Runs a program on a chip. The program reads steps and writes numbers. On simavr's ATmega328P, the steps are an array
+ * in flash, which the test writes to steps.h, and the UART sends the numbers. On the emulated nRF52840, the test writes
+ * the steps into RAM when the program reaches `begin`, and reads the last number when the program reaches `end`. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -95,7 +95,7 @@ __attribute__((noinline)) void end(void)
     }
 }
 
-/* The compiler may call these functions. */
+/* The compiler may insert calls of these functions. */
 void *memset(void *to, int byte, size_t count)
 {
     uint8_t *place = (uint8_t *)to;

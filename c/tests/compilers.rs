@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread;
 
-/// A compiler with its options, and the Debian package that has it.
+/// A compiler with its options, and the Debian package that contains it.
 pub(crate) struct Compiler {
     pub(crate) command: &'static [&'static str],
     pub(crate) package: &'static str,
@@ -66,10 +66,10 @@ const WARNINGS: [&str; 7] = [
 ];
 
 impl Compiler {
-    /// Compiles a program that exits with an error at undefined behaviour. With gcc, it also does so at an access outside of an
-    /// object.
+    /// Compiles a program so that it exits with an error at undefined behaviour. With gcc, it also exits at an access
+    /// outside of an object.
     pub(crate) fn compile_with_sanitizers(&self, source: &Path, options: &[&str], output: &Path) {
-        // Debian's clang lacks the library that the sanitizers of gcc use.
+        // Debian's package of clang lacks the sanitizers' library, so a program by clang traps instead.
         let sanitizers = if self.package == "clang" {
             ["-fsanitize=undefined", "-fsanitize-trap=undefined"]
         } else {
@@ -82,7 +82,7 @@ impl Compiler {
         );
     }
 
-    /// Compiles a source file without a warning.
+    /// Compiles a source file. A warning is an error.
     pub(crate) fn compile(&self, source: &Path, options: &[&str], output: &Path) {
         let (name, own) = self.command.split_first().unwrap();
         let mut command = Command::new(name);
@@ -92,8 +92,8 @@ impl Compiler {
     }
 }
 
-/// Runs a program that must exit successfully. Returns its standard output, followed by its standard error. `package` is the
-/// Debian package that contains the program.
+/// Runs a program that must exit successfully. Returns its standard output, followed by its standard error. `package`
+/// is the Debian package that contains the program.
 pub(crate) fn succeeds(command: &mut Command, input: &[u8], package: &str) -> String {
     command
         .stdin(Stdio::piped())
@@ -124,7 +124,7 @@ pub(crate) fn beside(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Shows the first line that differs.
+/// Asserts that two texts are the same. Shows the first line that differs.
 pub(crate) fn assert_same(found: &str, expected: &str) {
     for (number, (found, expected)) in found.lines().zip(expected.lines()).enumerate() {
         assert_eq!(found, expected, "line {number}");

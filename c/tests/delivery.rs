@@ -1,4 +1,5 @@
-//! Tests that the programs of `docs/c.md`, the Arduino examples and the target of `CMake` compile without a warning.
+//! Tests that the programs in `docs/c.md` and the Arduino examples compile without a warning, and that a project can
+//! use the `CMake` target.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use crate::headers;
 
 pub(crate) const PAGE: &str = include_str!("../../docs/c.md");
 
-/// Returns the page's blocks of code in this language.
+/// Returns the code blocks of the page that are in this language.
 pub(crate) fn blocks(page: &'static str, language: &str) -> Vec<&'static str> {
     let fence = format!("\n```{language}\n");
     let blocks = page.split(&fence).skip(1);

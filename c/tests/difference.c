@@ -1,12 +1,18 @@
 /* Runs steps against a generated receiver, and computes a digest of the frames, the counters and the number of pending
  * bytes after each step. receiver.h, which the test writes, includes the header and defines:
  *
- *   F(name), M(name)   a function or type, or a constant, of the header
+ *   F(name)            a function or type of the header
+ *   M(name)            a constant of the header
  *   IS_WINDOW          whether the receiver has a window instead of a buffer
  *   HAS_KINDS          whether a message has a kind
- *   REASONS            for each reason of the Rust receiver its index in the header, or -1
+ *   REASONS            for each reason of the Rust receiver: its index in the header, or -1
  *
- * Steps: 0 byte: push. 1 event: line event. 2: poll. 3 count bytes: push that many bytes, then poll. */
+ * The steps, as bytes:
+ *
+ *   0 byte             push the byte
+ *   1 event            report a line event
+ *   2                  poll until no frame is found
+ *   3 count bytes...   push `count` bytes, then poll until no frame is found */
 #include "receiver.h"
 
 static F(receiver) receiver;
@@ -67,7 +73,7 @@ static void push(uint8_t byte)
     }
 }
 
-/* Counter number `i`, in the order of the test. */
+/* Returns the counter with index `i`, in the order of `numbers` in difference.rs. */
 static uint32_t counter(uint8_t i)
 {
     const F(counters) *counters = &receiver.counters;
@@ -95,7 +101,7 @@ static uint32_t counter(uint8_t i)
     return F(pending)(&receiver);
 }
 
-/* Makes one step. `next` returns the next byte of the steps. */
+/* Performs one step. `next` returns the next byte of the steps. */
 static void step(uint8_t (*next)(void))
 {
     uint8_t count;
@@ -139,8 +145,9 @@ void run(void)
     say(digest);
 }
 #else
-/* On a PC, standard input has two numbers of four bytes, then the steps. The numbers are the first and the last step
- * that the program prints. It prints a digest for each thousand steps. */
+/* On a PC, standard input has two little-endian integers of four bytes, then the steps. The integers are the numbers of
+ * the first and the last step after which the program prints all counters. It prints the digest after every thousandth
+ * step and after the last one. */
 #include <stdio.h>
 #include <stdlib.h>
 

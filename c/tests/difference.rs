@@ -1,5 +1,5 @@
-//! A generated receiver in C and the Rust receiver process the same faulty streams. They must have the same frames, counters
-//! and pending bytes after each step.
+//! Tests that a generated C receiver and the Rust receiver have the same frames, counters and pending bytes after each
+//! step, on the same faulty streams.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -27,7 +27,7 @@ const EVENTS: [LineEvent; 5] = [
     LineEvent::Idle,
 ];
 
-/// The reasons of the Rust receiver, by their names in C, in the order of [`Reference::counters`].
+/// The C names of the Rust receiver's reasons, in the order of [`Reference::counters`].
 const REASONS: [&str; 8] = [
     "NO_SYNC",
     "BROKEN_SYNC",
@@ -73,7 +73,7 @@ impl Case {
         self.description.kinds.len() > 1
     }
 
-    /// Writes the header, and the file that tells `difference.c` its names.
+    /// Writes the header, and the file `receiver.h`, which defines the header's names for `difference.c`.
     pub(crate) fn write(&self, folder: &Path) {
         let (name, upper) = (&self.name, self.name.to_uppercase());
         fs::write(folder.join(format!("{name}.h")), &self.header).unwrap();
@@ -93,7 +93,7 @@ impl Case {
         fs::write(folder.join("receiver.h"), text).unwrap();
     }
 
-    /// Compares the program by this compiler with the Rust receiver.
+    /// Compiles the program with this compiler, and compares its output with the Rust receiver.
     fn check(&self, compiler: &Compiler) {
         let folder = TempDir::new().unwrap();
         self.write(folder.path());
@@ -118,7 +118,7 @@ impl Case {
         }
     }
 
-    /// Returns the expected output of the program: see `difference.c`.
+    /// Returns the output that `difference.c` must print.
     fn expected(&self, first: u32, last: u32) -> String {
         let mut reference = Reference::new(self);
         let (mut said, mut number, mut at) = (String::new(), 0, 0);
@@ -150,7 +150,7 @@ impl Case {
         reference.digest.0
     }
 
-    /// Returns the longest of some frames.
+    /// Returns the longest of several random frames.
     pub(crate) fn longest_frame(&self) -> Vec<u8> {
         let mut random = ChaCha8Rng::seed_from_u64(43);
         let frames = (0..10).flat_map(|_| drawn::frames(&self.description, &mut random));
@@ -161,7 +161,8 @@ impl Case {
         &self.steps
     }
 
-    /// Asserts that each counted event occurs, because a comparison without events would prove nothing.
+    /// Asserts that frames, line events and discarded bytes occur, because without them the comparison would prove
+    /// nothing.
     fn demand_that_all_happened(&self, reference: &Reference) {
         let (name, counters) = (&self.name, reference.counters());
         assert!(
@@ -178,7 +179,7 @@ impl Case {
                 *count == 0 || is_there,
                 "{name}: the header has no {reason}"
             );
-            // Bytes of any kind may begin a frame without a sync.
+            // If frames have no sync, any byte may begin a frame.
             let is_certain = *reason != "NO_SYNC"
                 || self
                     .description
@@ -219,17 +220,17 @@ impl Digest {
     }
 }
 
-/// The Rust receiver, which makes the steps of `difference.c`.
+/// The Rust receiver, which performs the same steps as `difference.c`.
 struct Reference {
     line: Line<BufferedReceiver<AnyOf<'static>, Vec<u8>>>,
     digest: Digest,
     is_window: bool,
     has_kinds: bool,
     can_fail: bool,
-    /// The numbers of bytes that the buffered receiver discarded for these reasons at line events. A receiver with a
-    /// window counts such bytes as pending at a line event.
+    /// For each reason, the number of bytes that the buffered receiver discarded at line events. A receiver with a
+    /// window counts all these bytes as `LINE_EVENT`.
     at_events: [u32; 8],
-    /// The receiver with a window, for the same bytes of BIN.
+    /// The Rust receiver with a window. It takes the same bytes if the format is BIN.
     bin: Option<Line<Receiver<Bin>>>,
 }
 
@@ -243,14 +244,14 @@ impl Reference {
             digest: Digest(2_166_136_261),
             is_window: case.is_window(),
             has_kinds: case.has_kinds(),
-            // Without a sync and a checksum, each terminator ends a frame.
+            // Without a sync and a checksum, each terminator ends a frame, so no byte is discarded.
             can_fail: layouts.any(|it| it.sync().length > 0 || it.checksum().is_some()),
             at_events: [0; 8],
             bin: (case.name == "bin").then(|| Line::new(Receiver::new())),
         }
     }
 
-    /// Makes the next step. Returns the number of its bytes.
+    /// Performs the next step. Returns the number of bytes that describe the step.
     fn step(&mut self, steps: &[u8]) -> usize {
         let Self {
             line,
@@ -263,7 +264,7 @@ impl Reference {
                 if let Some(frame) = line.push(byte) {
                     digest.mix_frame(frame.message(), *has_kinds);
                 }
-                // A window decides about all bytes at once.
+                // A receiver with a window leaves no decision to later calls.
                 if self.is_window {
                     self.poll();
                 }
@@ -349,7 +350,7 @@ fn discarded(counters: &Counters) -> [u32; 8] {
     ]
 }
 
-/// Returns all numbers that `difference.c` mixes.
+/// Returns the numbers that `difference.c` mixes into its digest after each step.
 fn numbers(all: &Counters, pending: usize) -> [u32; 18] {
     let first = [
         all.bytes,
@@ -372,8 +373,8 @@ fn numbers(all: &Counters, pending: usize) -> [u32; 18] {
         .unwrap()
 }
 
-/// Returns steps: frames, broken frames, false starts and noise, received byte by byte or in slices, with line events
-/// and polls.
+/// Returns random steps with at least `bytes` bytes. The bytes are frames, broken frames, false starts and noise, which
+/// arrive one by one or in slices. Some steps are line events and polls.
 fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Vec<u8> {
     let mut pool = Vec::new();
     for _ in 0..30 {
@@ -407,7 +408,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
                 let noise = (0..random.random_range(0..6)).map(|_| random.random());
                 piece = sync.iter().copied().chain(noise).collect();
             }
-            // Changes a byte at the beginning of the frame, where the header is.
+            // Change a byte at the beginning of the frame, where the header is.
             8 => {
                 let at = random.random_range(0..piece.len().min(10));
                 piece[at] = random.random();
@@ -433,7 +434,7 @@ fn steps(description: &Description, random: &mut ChaCha8Rng, bytes: usize) -> Ve
     steps
 }
 
-/// Returns cases of random descriptions that do not contradict themselves.
+/// Returns cases with random descriptions that do not contradict themselves.
 fn random_cases(count: usize, bytes: usize) -> impl Iterator<Item = Case> {
     let texts = (0..).map(|seed| drawn::description(&mut ChaCha8Rng::seed_from_u64(seed)));
     let right = texts.filter(|text| Description::parse("drawn", text).is_ok());
@@ -463,7 +464,7 @@ fn shipped_receivers_do_the_same_in_cpp_with_byte_tables() {
     }
 }
 
-/// Several kinds with the same header: the first one that does not reject the bytes decides.
+/// Several kinds with the same header. The first kind that does not reject the bytes decides.
 const SHARED_HEADER: &str = "
     sync = 'AA 55'
     longest = 21

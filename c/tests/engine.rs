@@ -1,4 +1,4 @@
-//! `c/proofs/engine.h`, about which there are proofs, is the engine of every header with a buffer.
+//! Tests that every header with a buffer contains the engine in `c/proofs/engine.h`, which is the one that is proved.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::headers::{folder, header_name};
 use framelock_description::SHIPPED;
 
-/// Returns the text without white space, because the generator breaks long lines.
+/// Returns the text without white space, because lines may break at different words in the header.
 fn packed(text: &str) -> String {
     text.split_whitespace().collect()
 }

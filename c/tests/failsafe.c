@@ -1,6 +1,9 @@
-/* Runs steps against the failsafe in C. Standard input: the parameters, then steps; numbers are little-endian, demands
- * have two bytes. Step 0 time demands: frame. 1 time: poll. 2 time output: resume. It prints the output after each
- * poll. */
+/* Runs steps against the failsafe in C. Standard input has the parameters, the time at which to start, and the steps.
+ * Numbers are little-endian. A demand has two bytes, a time has four. The steps:
+ *
+ *   0 time demands   a frame
+ *   1 time           a poll; prints the phase and the output
+ *   2 time output    resume at this output */
 #include "failsafe.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-//! The failsafe in C behaves like the failsafe in Rust: both have the same output and phase after each poll.
+//! Tests that the failsafe in C behaves like the failsafe in Rust: each poll returns the same output and phase.
 
 use std::fmt::Write as _;
 use std::num::NonZeroU32;
@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use crate::compilers::{CLANGXX, GCC, beside, succeeds};
 use crate::headers;
 
-/// Steps and the output of a failsafe.
+/// Steps, and what the Rust failsafe outputs for them.
 struct Trial {
     steps: Vec<u8>,
     said: String,
@@ -69,7 +69,7 @@ impl Trial {
         };
         let (mut said, mut phases) = (String::new(), [0; 5]);
         let mut all = park;
-        // Some trials have time to reach a demand of 16 bits.
+        // In some trials, so many ticks pass that an axis can reach a 16-bit demand.
         let ticks = if random.random() {
             12
         } else {

@@ -1,4 +1,4 @@
-/* Runs generated headers on streams: prints the values of each frame, and the frame that encodes these values.
+/* Runs generated headers on streams. Prints the values of each frame, and the frame that encodes these values.
  * After this text, a test appends main and, for each header, a function that prints its fields. */
 #include <stdbool.h>
 #include <stddef.h>
@@ -10,7 +10,7 @@
 static uint8_t stream[1 << 20], made[1 << 17];
 static size_t frames;
 
-/* Returns the next stream in the input. Its length precedes each stream. */
+/* Returns the next stream in the input, where the length of each stream precedes it. */
 static inline size_t next_stream(void)
 {
     uint8_t head[4];

@@ -1,5 +1,5 @@
-//! Compiles and runs generated code. On faulty streams, it must find the same frames as the description, and make the same
-//! frames.
+//! Compiles and runs generated code. On faulty streams, the code must find the same frames as a receiver that uses the
+//! description directly, and must encode the same frames.
 
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -140,7 +140,8 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
                 writeln!(text, "{}{values}", field.name).unwrap();
             }
             match description.encode(&drawn::values(description, frame)) {
-                // An empty text counts as missing in a row, but as present in code, so the frame in code may be longer.
+                // In a row, an empty text counts as a missing field. In generated code, the field is present, so this
+                // code may encode a longer frame.
                 Ok(_) if has_empty => text.push_str("= any\n"),
                 Ok(made) => {
                     text.push_str("= ");
@@ -154,7 +155,8 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     receiver.feed(stream, |found| note(found.map(|frame| frame.message())));
     let idle = framelock::LineEvent::Idle;
     receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
-    // Every compared event occurs at least once. Without sync and checksum, each terminator ends a frame.
+    // Frames and discarded bytes must occur, because otherwise the comparison proves nothing. Without a sync and a
+    // checksum, each terminator ends a frame, so no byte is discarded.
     let layout = description.kinds[0].layout;
     let takes_all = layout.sync().length == 0 && layout.checksum().is_none();
     assert!(
@@ -214,7 +216,8 @@ fn check(found: &str, cases: &[Case]) {
     assert_eq!(found.lines().count(), expected.lines().count());
 }
 
-/// A package with the modules as a library without `std`, in which clippy and rustfmt find nothing, and a program.
+/// Compiles the modules as a library without `std`, in which clippy and rustfmt must find nothing, and runs a program
+/// that uses the library.
 fn in_rust(cases: &[Case]) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("generated");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
@@ -372,7 +375,8 @@ fn hex(text: &mut String, bytes: &[u8]) {
     text.push('\n');
 }
 
-/// Values that no frame can contain: a channel of twelve bits, a payload that is too long, an address that does not exist.
+/// A function that checks that values are not encoded if no frame can contain them: a channel of twelve bits, a payload
+/// that is too long, an address that does not exist.
 const IMPOSSIBLE: &str = "
 static void impossible(void)
 {

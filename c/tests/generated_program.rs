@@ -1,4 +1,4 @@
-//! Runs generated modules on streams: prints the values of each frame, and the frame that encodes these values.
+//! Runs generated modules on streams. Prints the values of each frame, and the frame that encodes these values.
 //!
 //! After this text, a test appends `main` and, for each module, `say` with the names of the fields.
 
@@ -64,7 +64,7 @@ fn field(name: &str, field: &impl Values) {
     }
 }
 
-/// Returns the next stream in the input. Its length precedes each stream.
+/// Returns the next stream in the input, where the length of each stream precedes it.
 fn stream(input: &mut &[u8]) -> Vec<u8> {
     let (length, rest) = input.split_first_chunk().unwrap();
     let (stream, rest) = rest.split_at(u32::from_le_bytes(*length) as usize);
@@ -78,7 +78,8 @@ fn input() -> Vec<u8> {
     input
 }
 
-/// Values that no frame can contain: a channel of twelve bits, a payload that is too long, an address that does not exist.
+/// Checks that values are not encoded if no frame can contain them: a channel of twelve bits, a payload that is too
+/// long, an address that does not exist.
 fn impossible() {
     let mut made = [0; 100];
     let mut channels = generated::sbus::Message::decode(&[0; 25]);

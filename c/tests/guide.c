@@ -1,6 +1,6 @@
-/* The part that the programs of docs/c.md leave to the firmware. Reads steps of two bytes from standard input: {0, byte}
- * is a received byte, and {1, number} is another event. Prints what the program does, and at the end its frames and
- * discarded bytes. */
+/* The part that the programs in docs/c.md leave to the firmware. Reads steps of two bytes from standard input. The step
+ * {0, byte} is a received byte, and {1, number} is any other event. Prints what the program does, and at the end the
+ * numbers of frames, bytes and resynchronisations. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -49,7 +49,8 @@ void drive(const uint8_t *output)
     say(output, FAILSAFE_AXES);
 }
 
-/* {1, 0} is a byte with an error, {1, n} are n milliseconds. */
+/* Steps: {0, byte} is a received byte, {1, 0} is a byte with an error, and {1, n} with n > 0 advances the clock by n
+ * milliseconds. */
 static void run(void)
 {
     int kind;
@@ -83,7 +84,7 @@ void set_channels(const uint8_t *packed)
     say(packed, 22U);
 }
 
-/* {1, 0} is the interrupt of the DMA, {1, 1} that of the idle line. */
+/* Steps: {0, byte} is a received byte, {1, 0} is an interrupt of the DMA, and {1, 1} is the idle-line interrupt. */
 static void run(void)
 {
     int kind;
@@ -114,7 +115,7 @@ void use_sentence(const uint8_t *sentence, uint16_t length)
     say(sentence, length);
 }
 
-/* {1, any} is a turn of the main loop. */
+/* Steps: {0, byte} is a received byte, and {1, any} is an iteration of the main loop. */
 static void run(void)
 {
     int kind;
@@ -131,7 +132,7 @@ static void run(void)
 #else
 static void finish(void);
 
-/* {1, any} is a pause. */
+/* Steps: {0, byte} is a received byte, and {1, any} is a pause. */
 bool queue_take(uint8_t *byte, uint32_t wait)
 {
     int kind;
@@ -157,7 +158,7 @@ static void run(void)
 
 static void finish(void)
 {
-    printf("%lu frames of %lu bytes, the first after others: %lu\n", (unsigned long)receiver.counters.frames,
+    printf("%lu frames in %lu bytes, %lu resynchronisations\n", (unsigned long)receiver.counters.frames,
         (unsigned long)receiver.counters.bytes, (unsigned long)receiver.counters.resynchronisations);
     exit(0);
 }

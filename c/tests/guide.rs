@@ -1,4 +1,4 @@
-//! The programs of `docs/c.md` do the same as programs in Rust, on faulty streams.
+//! Tests that the programs in `docs/c.md` do the same as programs in Rust, on faulty streams.
 
 use std::fs;
 use std::num::NonZeroU32;
@@ -18,12 +18,12 @@ use crate::compilers::{GCC, assert_same, beside, succeeds};
 use crate::delivery::{PAGE, blocks};
 use crate::{drawn, headers};
 
-/// The kinds of a step of `guide.c`: a received byte, and another event.
+/// The two kinds of steps in `guide.c`: a received byte, and any other event.
 const BYTE: u8 = 0;
 const EVENT: u8 = 1;
 
-/// Asserts that the page's program with this number has the expected output. `guide.c` has the rest of the program, for
-/// this `option`.
+/// Asserts that the page's program with this index prints the expected output. `guide.c`, compiled with this `option`,
+/// is the rest of the program.
 fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("page.c"), blocks(PAGE, "c")[program]).unwrap();
@@ -37,7 +37,7 @@ fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
     );
 }
 
-/// Returns the last line of the output. Demands that frames are lost and received again.
+/// Returns the last line of the output. Asserts that frames are received, also after discarded bytes.
 fn summary(counters: &Counters) -> String {
     let Counters {
         frames,
@@ -46,7 +46,7 @@ fn summary(counters: &Counters) -> String {
         ..
     } = counters;
     assert!(*frames > 500 && *resynchronisations > 50, "{counters:?}");
-    format!("{frames} frames of {bytes} bytes, the first after others: {resynchronisations}\n")
+    format!("{frames} frames in {bytes} bytes, {resynchronisations} resynchronisations\n")
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -54,7 +54,7 @@ fn hex(bytes: &[u8]) -> String {
     digits.concat() + "\n"
 }
 
-/// Loses one byte in 300, and changes another one.
+/// Removes about one byte in 300, and changes about one in 300.
 fn with_faults(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes.retain(|_| random.random_range(0..300) != 0);
     for byte in &mut bytes {
@@ -119,7 +119,7 @@ fn interrupt_handler_with_failsafe() {
     );
 }
 
-/// The programs with a buffered receiver.
+/// The programs that have a buffered receiver.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Buffer {
     Dma,
@@ -127,7 +127,7 @@ enum Buffer {
     Queue,
 }
 
-/// Returns the expected output for the frames of which `say` returns a text.
+/// Returns the expected output. It has the text that `say` returns for a frame, and nothing for other frames.
 fn expected(
     buffer: Buffer,
     description: &Description,
@@ -175,7 +175,7 @@ fn expected(
         }
         at_events += u32::from(text.len() > before);
     }
-    // A wrong NMEA sentence ends before the next one begins, so no sentence waits.
+    // A broken NMEA sentence ends before the next one begins, so no complete sentence is pending at an event.
     assert!(
         at_events > 0 || buffer == Buffer::Ring,
         "no event delivers a frame"
@@ -184,7 +184,8 @@ fn expected(
     text + &summary(line.counters())
 }
 
-/// Returns steps with the frames, some of them faulty. An event follows some of the frames, and at most `most` bytes.
+/// Returns steps with the frames, some of which are faulty. An event follows some of the frames. There are at most
+/// `most` bytes between two events.
 fn steps(
     frames: impl IntoIterator<Item = Vec<u8>>,
     most: usize,
@@ -214,7 +215,7 @@ fn shipped(name: &str) -> Description {
     Description::parse(name, text).unwrap()
 }
 
-/// Returns the frames of 200 draws, with random values.
+/// Returns the frames of 200 random draws.
 fn drawn_frames(description: &Description, random: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     (0..200)
         .flat_map(|_| drawn::frames(description, random))

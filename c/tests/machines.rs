@@ -1,5 +1,5 @@
-//! Runs generated receivers on an emulated Cortex-M4 and on simavr's `ATmega328P`. Compares their digests with the Rust
-//! receivers', and measures sizes and cycles.
+//! Runs generated receivers on an emulated Cortex-M4 and on simavr's `ATmega328P`. Compares their digests with those of
+//! the Rust receivers, and measures sizes and cycles.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -47,7 +47,8 @@ fn build_for_m4(case: &Case, program: &str, folder: &Path) -> Vec<u8> {
     fs::read(output).unwrap()
 }
 
-/// Returns the board at `begin`, with the steps in its memory.
+/// Runs a board up to `begin`, and writes the steps into its memory. Returns the board, and the addresses of `end`,
+/// `take_byte` and `taken`.
 fn board_with(elf: &[u8], steps: &[u8]) -> (Board, [u32; 3]) {
     let image = Image::parse(elf).unwrap();
     let address = |name| image.symbol(name).map_or(0, |symbol| symbol.address);
@@ -63,7 +64,7 @@ fn board_with(elf: &[u8], steps: &[u8]) -> (Board, [u32; 3]) {
 
 const LIMIT: u64 = 60 * CYCLES_PER_SECOND;
 
-/// Runs `program` with a receiver and steps on simavr's `ATmega328P`. Returns the numbers that it prints.
+/// Runs `program` with a receiver on simavr's `ATmega328P`. Returns the numbers that the program prints for the steps.
 fn on_avr(case: &Case, program: &str, steps: &[u8]) -> Vec<u32> {
     let folder = TempDir::new().unwrap();
     case.write(folder.path());
@@ -95,7 +96,7 @@ fn on_avr(case: &Case, program: &str, steps: &[u8]) -> Vec<u32> {
         .collect()
 }
 
-/// The number of bytes of steps for a chip.
+/// The least number of received bytes in the steps for each chip.
 const FOR_M4: usize = 15_000;
 const FOR_AVR: usize = 8_000;
 
@@ -141,8 +142,8 @@ fn receivers_on_an_atmega328p_do_the_same() {
     }
 }
 
-/// Returns the bytes of flash and RAM of a receiver, and an upper bound of the stack that its functions use. Each of
-/// the `parts` adds more of the receiver's functions.
+/// Returns the bytes of flash and RAM that a receiver takes, and an upper bound on the stack that its functions use.
+/// Each option in `parts` adds more of the receiver's functions.
 fn size(case: &Case, compiler: &Compiler, parts: &[&str]) -> [usize; 3] {
     let folder = TempDir::new().unwrap();
     case.write(folder.path());
@@ -175,7 +176,7 @@ fn size(case: &Case, compiler: &Compiler, parts: &[&str]) -> [usize; 3] {
     [bytes(is_flash), bytes(|name| name == ".size"), stack]
 }
 
-/// Returns the average and the greatest number of cycles of `push`.
+/// Returns the average and the greatest number of cycles that `push` takes for a byte.
 fn cycles_on_m4(case: &Case, stream: &[u8]) -> [u64; 2] {
     let folder = TempDir::new().unwrap();
     let elf = build_for_m4(case, "cycles.c", folder.path());
@@ -216,7 +217,7 @@ fn measured() -> [(&'static str, Case, Vec<u8>, Vec<u8>); 4] {
     let (crsf, crsf_frame) = case("crsf", shipped("crsf"));
     let (ubx, ubx_frame) = case("ubx", SHORT_UBX);
     let (nmea, nmea_frame) = case("nmea", shipped("nmea"));
-    // The longest sentence, with a wrong checksum. None of its other bytes begins a sentence.
+    // The longest sentence, with a wrong checksum. Only its first byte begins a sentence.
     let long_sentence = [b"$", &[b'A'; 509][..], b"*00\r\n"].concat();
     [
         ("BIN", bin, bin_frame, b"AB".to_vec()),

@@ -1,5 +1,5 @@
-/* All functions of a receiver, or only `init` and `push`. The receiver's variable is not part of the code: see
- * receiver_size. */
+/* Calls all functions of a receiver, or only `init` and `push`, so that a test can measure their code. The receiver's
+ * variable is not defined here. `receiver_size` states its size. */
 #include "receiver.h"
 
 extern F(receiver) receiver;
@@ -56,5 +56,5 @@ size_t encode(uint8_t *frame, size_t room)
 }
 #endif
 
-/* The size of the receiver, as that of a separate section. */
+/* An array as large as the receiver, in a section of its own, whose size the test reads. */
 __attribute__((section(".size"))) const uint8_t receiver_size[sizeof(F(receiver))] = {0U};

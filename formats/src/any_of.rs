@@ -7,12 +7,12 @@ use framelock::{Classification, DiscardReason, Format};
 use crate::checksum::{Computed, Sum};
 use crate::layout::{Algorithm, Layout};
 
-/// Frames of several layouts on one line: UBX and NMEA and RTCM, or the messages of one protocol.
+/// Frames of several layouts on one line: for example UBX, NMEA and RTCM frames, or different messages of one protocol.
 ///
 /// The layouts are tried in order. If a layout rejects the bytes, the next layout is tried. The first layout that does
 /// not reject the bytes decides whether they are a frame or are incomplete. Layouts may therefore share a header, as
-/// Modbus requests and responses do. A frame of a later layout waits as long as the bytes may still become a frame of
-/// an earlier layout, so put layouts with shorter frames first.
+/// Modbus requests and responses do. A frame of a later layout stays pending as long as its bytes may still become a
+/// frame of an earlier layout, so put layouts with shorter frames first.
 ///
 /// # Examples
 /// ```
@@ -36,8 +36,8 @@ pub struct AnyOf<'a, L = Layout<'a>>(
     pub &'a [L],
 );
 
-// Not derived, because a derived `Clone` or `Copy` would require the same trait of `L`. The copy contains only a
-// reference to the layouts.
+// `Clone` and `Copy` are not derived, because a derived implementation would require the same trait of `L`. The copy
+// contains only a reference to the layouts.
 impl<L> Clone for AnyOf<'_, L> {
     fn clone(&self) -> Self {
         *self
@@ -140,7 +140,8 @@ pub(crate) fn first<L>(
 
 /// Returns the index of the first layout that accepts a frame.
 ///
-/// An earlier layout may find the frame's bytes incomplete, if it rejected the frame only after more bytes had arrived.
+/// An earlier layout may classify the frame's bytes alone as incomplete, if it rejected the frame only after more bytes
+/// had arrived.
 #[inline(always)]
 pub(crate) fn kind<L>(
     all: &[L],
@@ -149,7 +150,7 @@ pub(crate) fn kind<L>(
 ) -> usize {
     let (mut kind, mut rest) = (0_usize, all);
     while let [one, others @ ..] = rest {
-        // If no later layout can begin with this byte, only this layout can have accepted the frame.
+        // If frames of the later layouts cannot begin with this byte, only this layout can have accepted the frame.
         if starts(one) && (!others.iter().any(&starts) || is_its_frame(one)) {
             return kind;
         }

@@ -1,4 +1,4 @@
-//! Checksums: checks the checksum of a frame, and computes and writes it.
+//! Checks the checksum in a frame, or computes and writes it.
 
 use crate::layout::{Algorithm, Checksum, Encoding, index};
 
@@ -29,8 +29,8 @@ impl<F: Fn(&Algorithm, &[u8], Option<u8>) -> u32> Sum for F {
 impl Checksum<'_> {
     /// Returns true if the checksum in the frame is correct.
     ///
-    /// Positions relative to the end are counted from `length`. `extra` is a byte that the checksum covers after the
-    /// frame's own bytes. `sum` returns the same value as [`Algorithm::of`].
+    /// Negative offsets count back from `length`. `extra` is a byte that the checksum covers after the frame's own
+    /// bytes. `sum` returns the same value as [`Algorithm::of`].
     #[inline(always)]
     pub(crate) fn is_right(
         &self,
@@ -60,7 +60,7 @@ impl Checksum<'_> {
 
     /// Writes the checksum into a frame that is otherwise complete. Returns false if the frame has no room for it.
     ///
-    /// Positions relative to the end are counted from `length`.
+    /// Negative offsets count back from `length`.
     pub(crate) fn write(&self, frame: &mut [u8], length: usize, extra: Option<u8>) -> bool {
         let place = self.place(length);
         let (Some(place), Some(covered)) = (place, self.covered(frame, length)) else {
@@ -87,7 +87,7 @@ impl Checksum<'_> {
         frame.get(from..to.wrapping_add(1))
     }
 
-    /// Returns the range of the checksum in a frame. Positions relative to the end are counted from `length`.
+    /// Returns the range of the checksum in a frame. Negative offsets count back from `length`.
     #[inline(always)]
     fn place(&self, length: usize) -> Option<core::ops::Range<usize>> {
         let at = index(self.at, length)?;
@@ -114,8 +114,8 @@ pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
 }
 
 impl Algorithm<'_> {
-    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. Only the low bytes of the result
-    /// are valid, as many as the checksum has in the frame.
+    /// Computes the checksum of `bytes`, followed by the byte `extra` if there is one. If the checksum has `n` bytes in
+    /// the frame, only the lowest `n` bytes of the result are valid.
     #[inline(always)]
     #[must_use]
     pub fn of(&self, bytes: &[u8], extra: Option<u8>) -> u32 {

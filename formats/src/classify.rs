@@ -33,8 +33,8 @@ impl Layout<'_> {
         self.classify_after(bytes, 0)
     }
 
-    /// Does the same as [`classify`](Self::classify), but faster if `seen` is not 0. The first `seen` bytes must be
-    /// incomplete.
+    /// Does the same as [`classify`](Self::classify), but faster if `seen` is not 0. The first `seen` bytes must have
+    /// been classified as incomplete.
     #[inline(always)]
     #[must_use]
     pub fn classify_after(&self, bytes: &[u8], seen: usize) -> Classification {
@@ -79,8 +79,8 @@ impl Layout<'_> {
     pub fn starts(&self, byte: u8) -> bool {
         let Patterns { bytes, length } = self.sync;
         let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
-        // For a constant layout, the first five syncs compile to five comparisons. Otherwise a loop over the syncs
-        // would run for each byte of noise.
+        // For a constant layout, the tests of the first five syncs compile to five comparisons. Otherwise a loop over
+        // the syncs would run for each byte of noise.
         let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
         length == 0 || is(0) || bytes.len() > length && is_other()
     }
@@ -102,7 +102,7 @@ impl Layout<'_> {
         if let Some(why) = self.sync.refuses(bytes) {
             return Err(Classification::Rejected(why));
         }
-        // Demand only the next byte of the sync, so that a wrong byte is rejected as soon as it arrives.
+        // Ask only for the next byte of the sync, so that a wrong byte is rejected as soon as it arrives.
         let at_least = if bytes.len() < self.sync.length {
             bytes.len().wrapping_add(1)
         } else {
@@ -168,7 +168,7 @@ impl Layout<'_> {
         })
     }
 
-    /// Returns the bytes of the frame with this header if the frame is complete. The rest of the frame is not checked.
+    /// Returns the bytes of the frame with this header if the frame is complete. Does not check the rest of the frame.
     #[inline(always)]
     pub(crate) fn frame_of<'a>(
         &self,
@@ -186,7 +186,7 @@ impl Layout<'_> {
             .ok_or(Classification::Incomplete { at_least })
     }
 
-    /// Returns the reason why a complete frame, including its trailer, is wrong.
+    /// Returns the reason to reject a complete frame, or `None` if the frame is valid. `frame` includes the trailer.
     #[inline(always)]
     fn mismatch(&self, header: &Header, frame: &[u8], sum: &impl Sum) -> Option<DiscardReason> {
         let end = frame.len().saturating_sub(header.trailer);
@@ -206,8 +206,8 @@ impl Layout<'_> {
         }
     }
 
-    /// Returns the index after the first terminator. The first `seen` bytes are incomplete, so they contain no whole
-    /// terminator.
+    /// Returns the index after the first terminator. The first `seen` bytes have been classified as incomplete, so they
+    /// contain no whole terminator.
     #[inline(always)]
     fn end(&self, bytes: &[u8], seen: usize) -> Result<usize, Classification> {
         let others = self.other_terminators.iter().map(|it| it.len());
@@ -340,7 +340,7 @@ impl Trailer {
 }
 
 impl FixedBits {
-    /// Returns true if the frame has these bits. Positions relative to the end are counted from `length`.
+    /// Returns true if the frame has these bits. Negative offsets count back from `length`.
     #[inline(always)]
     fn are_right(self, frame: &[u8], length: usize) -> bool {
         let byte = index(self.at, length).and_then(|at| frame.get(at));

@@ -1,4 +1,4 @@
-//! Cyclic redundancy checks, computed from their parameters.
+//! Computes cyclic redundancy checks from their parameters.
 //!
 //! The register has 32 bits. For a CRC that processes the lowest bit of each byte first (`reflected_in`), the lowest bits
 //! of the register hold the reflected CRC. For any other CRC, the highest bits of the register hold the CRC.
@@ -58,8 +58,8 @@ impl Crc<'_> {
         table
     }
 
-    /// Computes the tables that process sixteen bytes at once, for [`Table::Sixteens`] and a CRC of any width. Entry
-    /// `b` of table `n` is the register after the byte `b` and `n` zero bytes.
+    /// Computes the tables of a CRC of any width, for [`Table::Sixteens`], which processes sixteen bytes in one step.
+    /// Entry `b` of table `n` is the register after the byte `b` and `n` zero bytes.
     #[must_use]
     pub const fn table_of_sixteens(&self) -> [[u32; 256]; 16] {
         let mut tables = [[0; 256]; 16];
@@ -109,8 +109,8 @@ impl Crc<'_> {
         })
     }
 
-    /// Processes the bytes sixteen at a time, as four words. Each table is made for a number of following bytes: the
-    /// last word uses the first four tables, the word before it the next four, and so on.
+    /// Processes sixteen bytes in each step, as four words. Table `n` is for a byte that `n` of the sixteen bytes
+    /// follow. So the last word uses the first four tables, the word before it the next four, and so on.
     #[inline(never)]
     fn sixteens(&self, tables: &[[u32; 256]; 16], register: u32, bytes: &[u8]) -> u32 {
         let word = |bytes: &[u8]| {
@@ -149,7 +149,8 @@ impl Crc<'_> {
         self.run(register, rest, |byte| entry(one, byte))
     }
 
-    /// Returns the value to xor into the register after this byte has been shifted out of it. Computed bit by bit.
+    /// Returns the value to xor into the register after this byte has been shifted out of it. Computes the value bit by
+    /// bit.
     pub(crate) const fn remainder(&self, byte: u8) -> u32 {
         let polynomial = self.aligned(self.polynomial);
         let mut register = u32::from_le_bytes([byte, 0, 0, 0]);
@@ -170,7 +171,7 @@ impl Crc<'_> {
         register
     }
 
-    /// Returns the [`remainder`](Self::remainder) of an 8-bit CRC in the lowest eight bits.
+    /// Returns the [`remainder`](Self::remainder) of an 8-bit CRC, moved to the lowest eight bits.
     pub(crate) const fn narrow(&self, byte: u8) -> u32 {
         let remainder = self.remainder(byte);
         if self.reflected_in {
@@ -190,7 +191,7 @@ fn entry<T: Copy + Default>(table: &[T; 256], byte: u8) -> T {
     table.get(usize::from(byte)).copied().unwrap_or_default()
 }
 
-/// Fills a table: computes each entry from its index.
+/// Fills a table by computing each entry from its index.
 macro_rules! fill {
     ($table:ident, $byte:ident => $entry:expr) => {
         let mut rest: &mut [_] = &mut $table;
@@ -204,7 +205,7 @@ macro_rules! fill {
 }
 use fill;
 
-/// Updates MAVLink's CRC, which the catalogue calls CRC-16/MCRF4XX: four bytes at once, without a table.
+/// Updates MAVLink's CRC, which the catalogue calls CRC-16/MCRF4XX. Processes four bytes in each step, without a table.
 ///
 /// Let `y` be `1/x`. To divide 32 bits by `x^16 + x^12 + x^5 + 1`, multiply them by `1 / (1 + y^4 + y^11 + y^16)`. Up to
 /// `y^31`, this factor equals `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The product is the quotient. The remainder

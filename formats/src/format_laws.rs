@@ -1,5 +1,5 @@
-//! Checks for the tests of your own format: that it keeps the laws of [`Format`], and that its encoding agrees with its
-//! decoding.
+//! Checks for the tests of your own format. They check that the format keeps the laws of [`Format`], and that its
+//! encoding agrees with its decoding.
 
 use core::fmt;
 
@@ -24,10 +24,13 @@ pub struct BrokenLaw {
 impl fmt::Display for BrokenLaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match self.law {
-            1 => "the length is 0, or more than the bytes present, or more than the longest frame",
-            2 => "fewer bytes were a frame or rejected, and more bytes changed that",
-            3 => "fewer bytes were incomplete and asked for more bytes than these",
-            4 => "`starts` says that no frame begins with this byte",
+            1 => {
+                "a frame must have at least one and at most all of these bytes, and `at_least` must be more than their \
+                 number and at most the length of the longest frame"
+            }
+            2 => "a shorter prefix already had another final classification (a frame, or rejected)",
+            3 => "a shorter prefix was incomplete and asked for more bytes than these",
+            4 => "`starts` says that no frame begins with the first byte",
             _ => "`classify_after` and `classify` differ",
         };
         let (law, from, length, classification) =
@@ -55,9 +58,10 @@ impl core::error::Error for BrokenLaw {}
 /// `proptest` or a fuzzer generates. This function is a test, not a proof: bytes that it does not try may still break a
 /// law. It restores `stream` at the end.
 ///
-/// If the longest frame has up to 64 bytes, every prefix of the bytes is classified. If it has more, only the prefixes
-/// near a change and every sixteenth prefix are classified, and bytes after a final classification take only sixteen
-/// values instead of all. A frame of 300 bytes takes seconds, even without optimisation.
+/// If the longest frame has up to 64 bytes, the function classifies every prefix of the bytes. If the longest frame has
+/// more bytes, the function classifies only some prefixes, and changes a byte after a final classification to only
+/// sixteen values. The classified prefixes are those near the changed byte, those near the length that the format asked
+/// for, every sixteenth one, and the longest one. A frame of 300 bytes takes seconds, even without optimisation.
 ///
 /// # Errors
 /// Returns the first law that is broken, and the bytes that show it.
@@ -113,10 +117,10 @@ pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), Broken
     Ok(())
 }
 
-/// If a format's longest frame is at most this long, every prefix is classified.
+/// The length up to which a format's longest frame is short. Then every prefix is classified.
 const SHORT: usize = 64;
 
-/// Returns the bytes of the stream from `from` on, at most as many as the longest frame has.
+/// Returns the bytes of the stream from index `from` on, but not more bytes than the longest frame has.
 fn classified<'a, F: Format>(format: &F, stream: &'a [u8], from: usize) -> &'a [u8] {
     let bytes = stream.get(from..).unwrap_or_default();
     bytes.get(..format.longest()).unwrap_or(bytes)
@@ -131,11 +135,11 @@ fn set(stream: &mut [u8], place: usize, byte: u8) {
 /// The format's answers about shorter prefixes of the same bytes.
 #[derive(Clone, Copy)]
 struct Said {
-    /// The final classification, which must not change, if there is one.
+    /// The final classification, which must not change; `None` if all shorter prefixes were incomplete.
     settled: Option<Classification>,
     /// The number of bytes in the longest prefix that was incomplete.
     incomplete: usize,
-    /// The number of bytes that an incomplete classification asked for. A shorter prefix must be incomplete.
+    /// The greatest number of bytes that an incomplete classification asked for. Any shorter prefix must be incomplete.
     due: usize,
 }
 
@@ -150,7 +154,7 @@ impl Said {
         self.settled.is_some()
     }
 
-    /// Classifies the prefixes of `bytes` that have `count` bytes or more, and checks each classification.
+    /// Classifies prefixes of `bytes` that have `count` bytes or more, and checks each classification.
     fn of_all<F: Format>(
         mut self,
         format: &F,
@@ -236,7 +240,7 @@ impl fmt::Display for BrokenEncoding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Shape(place) => {
-                write!(f, "encode: the byte at place {place} differs from SHAPE")
+                write!(f, "encode: the byte at index {place} differs from SHAPE")
             }
             Self::Check => f.write_str("encode: CHECK rejects the frame"),
             Self::Decode => f.write_str("decode returns another message than the encoded one"),

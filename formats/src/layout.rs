@@ -23,10 +23,10 @@ pub use parts::{
 ///  └──────┴───────────────────────────────────┴──────────────┴──────────┴────────────┴──────────┘
 /// ```
 ///
-/// A *place* is the position of a byte in a frame: 0 is the first byte, 1 the second, -1 the last, -2 the second to
-/// last. A trailer comes after the last byte, and has no places.
+/// An *offset* states the position of a byte in a frame: 0 is the first byte, 1 the second, -1 the last, -2 the second
+/// to last. No offset refers to a byte of the trailer, and -1 is the last byte before the trailer.
 ///
-/// A [builder](Self::builder) makes and checks a layout. If the parts contradict each other, a constant does not
+/// A [builder](Self::builder) makes and checks a layout. If the parts contradict each other, a constant layout does not
 /// compile, and at run time the builder returns an error. Every layout keeps the laws of [`Format`](framelock::Format)
 /// (theorem 13g).
 ///
@@ -104,28 +104,28 @@ impl<'a> Layout<'a> {
         LayoutBuilder::from_layout(&self)
     }
 
-    /// The bytes that a frame begins with.
+    /// Returns the bytes that a frame begins with.
     #[inline]
     #[must_use]
     pub const fn sync(&self) -> Patterns<'a> {
         self.sync
     }
 
-    /// The part that determines the length of a frame.
+    /// Returns the part that determines the length of a frame.
     #[inline]
     #[must_use]
     pub const fn length(&self) -> Length {
         self.length
     }
 
-    /// The number of bytes in the shortest frame.
+    /// Returns the number of bytes in the shortest frame.
     #[inline]
     #[must_use]
     pub const fn shortest(&self) -> usize {
         self.shortest
     }
 
-    /// The number of bytes in the longest frame, including its trailer.
+    /// Returns the number of bytes in the longest frame, including its trailer.
     #[inline]
     #[must_use]
     pub const fn longest(&self) -> usize {
@@ -138,59 +138,59 @@ impl<'a> Layout<'a> {
         check::without_trailer(self)
     }
 
-    /// The bits that are the same in each frame, except the sync and the terminator.
+    /// Returns the bits that are the same in every frame, except the sync and the terminator.
     #[inline]
     #[must_use]
     pub const fn fixed(&self) -> &'a [FixedBits] {
         self.fixed
     }
 
-    /// The known messages, if frames of other messages are rejected.
+    /// Returns the known messages, or `None` if the layout does not restrict the messages.
     #[inline]
     #[must_use]
     pub const fn messages(&self) -> Option<Messages<'a>> {
         self.messages
     }
 
-    /// The checksum.
+    /// Returns the checksum.
     #[inline]
     #[must_use]
     pub const fn checksum(&self) -> Option<Checksum<'a>> {
         self.checksum
     }
 
-    /// The bytes that a frame ends with.
+    /// Returns the bytes that a frame ends with.
     #[inline]
     #[must_use]
     pub const fn terminator(&self) -> Patterns<'a> {
         self.terminator
     }
 
-    /// The bytes that are allowed between the sync and the terminator, as inclusive ranges. Without ranges, any byte is
-    /// allowed.
+    /// Returns the bytes that are allowed between the sync and the terminator, as inclusive ranges. If there are no
+    /// ranges, any byte is allowed.
     #[inline]
     #[must_use]
     pub const fn content(&self) -> &'a [(u8, u8)] {
         self.content
     }
 
-    /// The other terminators that a frame may end with. They may have different lengths.
+    /// Returns the other terminators that a frame may end with. They may have different lengths.
     #[inline]
     #[must_use]
     pub const fn other_terminators(&self) -> &'a [&'a [u8]] {
         self.other_terminators
     }
 
-    /// The bytes that follow some frames.
+    /// Returns the trailer: the bytes that follow some frames.
     #[inline]
     #[must_use]
     pub const fn trailer(&self) -> Option<Trailer> {
         self.trailer
     }
 
-    /// Returns the length from which places relative to the end of this frame are counted. This is the frame's length,
-    /// unless the frame ends with one of the [`other_terminators`](Self::other_terminators): then it is the length that
-    /// the frame would have with the [`terminator`](Self::terminator).
+    /// Returns the length from which negative offsets in this frame count back. This is the frame's length, unless the
+    /// frame ends with one of the [`other_terminators`](Self::other_terminators). Then it is the length that the frame
+    /// would have if it ended with the [`terminator`](Self::terminator) instead.
     #[inline(always)]
     #[must_use]
     pub fn counted_length(&self, frame: &[u8]) -> usize {
@@ -215,7 +215,8 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Returns the number of bytes, at least one, that are needed to know the length of a frame.
+    /// Returns the number of bytes in the header, at least one. The header determines the length of the frame, unless a
+    /// delimiter ends the frame.
     #[inline(always)]
     #[must_use]
     pub const fn header(&self) -> usize {
@@ -233,7 +234,8 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// Returns the index of a place in a frame of `length` bytes; `None` if the place is before the first byte.
+/// Returns the index of the byte at an offset in a frame of `length` bytes; `None` if a negative offset refers to a
+/// position before the first byte.
 #[inline]
 #[must_use]
 pub const fn index(place: i16, length: usize) -> Option<usize> {

@@ -23,9 +23,9 @@
 //!
 //! # In an interrupt
 //!
-//! The UART also reports errors and pauses. Pass them on as line events. Then no delivered frame contains bytes from
-//! before and after an event, and at an event the receiver delivers any frame that waits after a false start. A
-//! [`Line`](framelock::Line) counts every byte.
+//! The UART also reports errors and pauses. Pass them on as line events. Then no delivered frame contains both bytes
+//! from before an event and bytes from after it. At an event, the receiver also delivers any complete frame that is
+//! still pending after a false start. A [`Line`](framelock::Line) counts every byte.
 //!
 //! ```
 //! use framelock::{Line, LineEvent};
@@ -80,11 +80,12 @@
 //! delivered, and which frames can be lost. `SixAxes` is a [`FixedFormat`](framelock::FixedFormat) for the small
 //! [`Receiver`](framelock::Receiver).
 //!
-//! The formats find the bytes of each message, check them, and separate the parts that all messages have in common. The
-//! meaning of a CRSF, UBX or MAVLink payload is left to you.
+//! The formats find the bytes of each message, check them, and separate the parts that all messages have in common.
+//! Your program interprets the payloads of CRSF, UBX and MAVLink.
 //!
-//! For a protocol of your own, write down its [`Layout`]; [`classify_by!`] makes it a format. [`AnyOf`] receives several
-//! layouts on one line. In tests, [`check_laws`] and [`check_encoding`] check a format that you write by hand.
+//! To receive a protocol of your own, describe its frames as a [`Layout`], and turn the layout into a format with
+//! [`classify_by!`]. [`AnyOf`] receives several layouts on one line. In tests, [`check_laws`] and [`check_encoding`]
+//! check a format that you write by hand.
 //!
 //! The repository's `docs/costs.md` compares the cost per byte with other crates, for clean streams and for the most
 //! expensive streams.
@@ -102,7 +103,7 @@
 )]
 #![allow(
     clippy::inline_always,
-    reason = "inlining compiles the classification for each constant layout; compiled once for any layout, it takes at least twice as long"
+    reason = "inlining specialises the classification for each constant layout; code that works for any layout takes at least twice as long"
 )]
 #![cfg_attr(
     kani,
@@ -163,7 +164,8 @@ use framelock::EncodeError;
 #[macro_export]
 macro_rules! classify_by {
     ($layout:expr) => {
-        // `const`, so that a layout that is written here as a block is not built again for each byte.
+        // The `const` block builds the layout once, at compile time. Otherwise a layout that the caller writes as a
+        // block would be built again for each byte.
         $crate::classify_by!($layout, |_format| const { $layout });
     };
     ($longest:expr, |$format:ident| $layout:expr) => {

@@ -28,7 +28,7 @@ const CHECKSUM: Checksum<'static> = Checksum::at_the_end(2)
 /// Returns the layout of MAVLink 1 frames with these messages: see [`Mavlink1`].
 ///
 /// # Panics
-/// Panics if the messages are not in ascending order of their numbers, or none of the numbers is below 256.
+/// Panics if the messages are not in ascending order of their numbers, or if none of the numbers is below 256.
 #[must_use]
 pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
     Layout::builder()
@@ -43,7 +43,7 @@ pub const fn layout_v1(messages: &[KnownMessage]) -> Layout<'_> {
 /// Returns the layout of MAVLink 2 frames with these messages, signed or unsigned: see [`Mavlink2`].
 ///
 /// # Panics
-/// Panics if the messages are not in ascending order of their numbers, or there are none.
+/// Panics if the messages are not in ascending order of their numbers, or if there are no messages.
 #[must_use]
 pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
     Layout::builder()
@@ -78,9 +78,9 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 /// header announces it.
 ///
 /// The value contains the messages of a dialect, in ascending order of their numbers. [`ARDUPILOTMEGA`] contains all
-/// messages of the dialects `common` and `ardupilotmega`. Frames of other messages are dropped, because their CRC cannot
-/// be checked: it covers an extra byte that is computed from the message's definition. Frames with incompatible flags
-/// other than "signed" are dropped too. **Signatures are not verified.**
+/// messages of the dialects `common` and `ardupilotmega`. Frames of other messages are rejected. Their CRC cannot be
+/// checked, because it covers an extra byte that is computed from the message's definition. Frames with incompatible
+/// flags other than "signed" are rejected too. **Signatures are not verified.**
 ///
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
@@ -258,7 +258,7 @@ impl EncodeInto for Mavlink2<'_> {
         message: Message<'_>,
         into: &'b mut [u8],
     ) -> Result<&'b [u8], EncodeError> {
-        // Trailing zeros are left out, but the first byte of the payload is always sent.
+        // Leave out trailing zeros, but always send the first byte of the payload.
         let zeros = message.payload.iter().skip(1).rev();
         let zeros = zeros.take_while(|&&byte| byte == 0).count();
         let (payload, _) = message

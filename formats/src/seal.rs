@@ -1,4 +1,4 @@
-//! Writes frames by their layout.
+//! Completes frames according to their layout.
 
 use framelock::Classification;
 
@@ -8,8 +8,8 @@ use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 impl Layout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
     /// bytes as they are. Writes the first of several syncs or terminators, unless the bytes already have a valid one.
-    /// If the frame has a trailer, set the bits that announce the trailer before this call, and append the trailer
-    /// after it.
+    /// If the frame has a trailer, set the bits that announce the trailer before you call this function, and append the
+    /// trailer after the call.
     ///
     /// Returns true if the bytes are now a frame. Returns false if no frame has this length, if the message is unknown,
     /// if there is a terminator before the end, or if a byte is not allowed as content.

@@ -1,9 +1,9 @@
 //! Theorem 13g. Every layout keeps the laws of [`Format`], alone and together with other layouts. Other harnesses show
-//! that no function panics, whatever the bytes. They cover classifying, checking and writing frames, and decoding the
-//! shipped formats.
+//! that no function panics, whatever the bytes are. They cover the functions that classify, check and write frames, and
+//! the functions that decode the frames of the shipped formats.
 //!
 //! Each harness for the laws classifies two prefixes of arbitrary bytes: the first `some` bytes, and the first `more`
-//! bytes. An arbitrary function of the frame decides whether the checksum is right, so the laws hold with every
+//! bytes. An arbitrary function of the frame decides whether the checksum is correct, so the laws hold with every
 //! checksum.
 
 mod any_layout;

@@ -1,4 +1,4 @@
-/* The integers of a machine whose `int` has 16 bits, and `long` 32. */
+/* The integers of a machine whose `int` has 16 bits and whose `long` has 32 bits. */
 typedef signed char int8_t;
 typedef unsigned char uint8_t;
 typedef int int16_t;

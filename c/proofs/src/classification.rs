@@ -1,6 +1,6 @@
-//! Proves for the layouts of receivers with a buffer: C and Rust classify any bytes, up to a stated
-//! number, in the same way. The classification includes the reason, the length of a frame, and the
-//! number of bytes that are needed.
+//! Proves, for the layouts of receivers with a buffer, that C and Rust classify arbitrary bytes, up
+//! to a stated number, in the same way. The compared classification includes the reason, the length
+//! of a frame, and the number of bytes that the next decision needs.
 
 use framelock::{Classification, DiscardReason, Format};
 use framelock_formats::crsf::Crsf;
@@ -59,8 +59,8 @@ unsafe extern "C" {
     safe fn c_begins(byte: u8) -> u8;
 }
 
-/// Checks the classification of up to `MOST` bytes. The first `seen` bytes are incomplete, which
-/// matters only for frames with a delimiter.
+/// Checks the classification of up to `MOST` bytes. Assumes that the first `seen` bytes are
+/// incomplete if frames have a delimiter. Otherwise the classification does not depend on `seen`.
 fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: F) {
     let bytes: [u8; MOST] = kani::any();
     let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);

@@ -1,9 +1,9 @@
-//! Proves for the engine of receivers with a buffer, once for all layouts: from any state that satisfies the invariant,
-//! a byte, a poll and a line event do the same in C and in Rust. Both sides use the same classifier, which is any
-//! function that a layout can have. The delivered frame, each counter, the questions to the classifier, and the state
-//! afterwards are the same.
+//! Proves that the engine of receivers with a buffer does the same in C and in Rust. From any state that satisfies the
+//! invariant, a byte, a poll and a line event lead to the same delivered frame, counters, questions to the classifier,
+//! and state. The proof holds for all layouts, because both sides use the same classifier, which is any function that a
+//! layout can have.
 //!
-//! Frames have up to three bytes, and the buffer five. The engine has no case that depends on these sizes.
+//! Frames have up to three bytes, and the buffer has five bytes. The engine has no case that depends on these sizes.
 
 use framelock::{BufferedReceiver, Classification, DiscardReason, Format, Found, Line};
 
@@ -71,14 +71,14 @@ fn low(number: usize) -> u8 {
 
 type Receiver = BufferedReceiver<Any, [u8; ROOM]>;
 
-/// Returns the state of the receiver in C: the bytes and the indexes.
+/// Returns the bytes and the indexes of the C receiver.
 fn state() -> ([u8; ROOM], [usize; 3]) {
     let bytes = [c_byte(0), c_byte(1), c_byte(2), c_byte(3), c_byte(4)];
     let [from, to, ask_at] = [c_engine_state(0), c_engine_state(1), c_engine_state(2)];
     (bytes, [from, to, ask_at].map(usize::from))
 }
 
-/// Puts the receiver in C into an arbitrary state. Returns a Rust line in the same state.
+/// Puts the C receiver into an arbitrary state. Returns a Rust line in the same state.
 fn related() -> Line<Receiver> {
     c_start_engine();
     let (bytes, indexes) = state();
@@ -104,7 +104,7 @@ fn are_related(line: &Line<Receiver>) {
     assert!(which >= counters.len() || counters[which] == c_counter(low(which)));
 }
 
-/// Checks that both receivers have delivered the same frame. In C the frame's bytes lie before `from` in the buffer.
+/// Checks that both receivers have delivered the same frame. In C the frame's bytes precede index `from` in the buffer.
 fn frame_is_same(frame: Option<&[u8]>, length_in_c: u8) {
     let frame = frame.unwrap_or_default();
     assert!(frame.len() == usize::from(length_in_c));
@@ -145,7 +145,7 @@ fn poll_is_same() {
         length > 0 && line.counters().discarded.bad_header == 1,
         "a frame after a discarded byte"
     );
-    kani::cover!(length == 0 && line.pending() > 0, "the rest waits");
+    kani::cover!(length == 0 && line.pending() > 0, "bytes stay pending");
 }
 
 #[kani::proof]

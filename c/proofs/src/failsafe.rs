@@ -1,5 +1,5 @@
-//! Proves for the failsafe: from any state that satisfies the invariant, `poll` and `frame` do the
-//! same in C and in Rust. The output, the phase and the state afterwards are the same.
+//! Proves that the failsafe's `poll` and `frame` do the same in C and in Rust, from any state that
+//! satisfies the invariant. The output, the phase and the state afterwards are the same.
 //!
 //! The failsafe has two axes, with demands of 8 or 16 bits. At most `TICKS` ticks pass, and a unit
 //! takes at most `RATE` ticks, because C and Rust divide by different methods, which the solver
@@ -33,7 +33,7 @@ fn units<D: Demand>(demand: D) -> u32 {
     units.into()
 }
 
-/// Puts the failsafe in C into an arbitrary state. Returns a Rust failsafe in the same state.
+/// Puts the C failsafe into an arbitrary state. Returns a Rust failsafe in the same state.
 fn related<D: Demand>() -> Failsafe<D, 2> {
     c_start();
     let rate = |place| {

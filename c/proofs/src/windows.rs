@@ -1,8 +1,8 @@
-//! Proves for frames of one length: from any pair of related states, a byte and a line event have the same result in C
-//! and in Rust. The message, each counter, the pending bytes, and the state afterwards are the same.
+//! Proves that receivers of frames of one length do the same in C and in Rust. From any pair of related states, a byte
+//! and a line event lead to the same message, counters, pending bytes, and state.
 //!
-//! For six axes, up to 13 bytes are pending. If the first byte of the terminator is wrong, the Rust receiver notices it
-//! at once. The receiver in C notices it one byte later, as a `BufferedReceiver` with the same layout does.
+//! For six axes, up to 13 bytes are pending. If the first byte of the terminator is wrong, the Rust receiver detects it
+//! immediately. The C receiver detects it one byte later, as a `BufferedReceiver` with the same layout does.
 
 use core::ops::Range;
 
@@ -41,8 +41,8 @@ fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
     bytes
 }
 
-/// Returns a Rust line in any state in which the first `count` bytes of `held` are pending, and puts the receiver in C
-/// into the related state. Older bytes do not matter to the receiver in Rust, but its state contains them. All counters
+/// Returns a Rust line in any state in which the first `count` bytes of `held` are pending, and puts the C receiver
+/// into the related state. The Rust receiver's state also contains older bytes, which do not matter to it. All counters
 /// are 0.
 fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Receiver<F>> {
     let mut history: [u8; N] = kani::any();
@@ -208,8 +208,8 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Runs a step for one of these numbers. Any of them can be the one. Each call has a number that the prover knows. If the
-/// loop compared `number` with an unknown one, the compiler would pass the unknown one to the step.
+/// Runs the step for an arbitrary one of these numbers. The prover chooses the call, but knows the number in each call.
+/// If the loop compared `number` with an arbitrary number instead, the compiler would pass that number to the step.
 fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     let mut number = numbers.start;
     while number < numbers.end {
@@ -221,7 +221,8 @@ fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     }
 }
 
-/// Defines the harnesses of a format: its frames' length, the bound of the loops, and the numbers of pending bytes.
+/// Defines the harnesses of each format. A line states the length of a frame, the bound on the loops, the possible
+/// numbers of pending bytes, the fixed bytes, and how to convert a message to its values.
 macro_rules! for_formats {
     ($($name:ident $format:ident $length:literal $bound:literal $counts:expr, $fixed:expr, $values:expr;)*) => {
         $(

@@ -1,4 +1,4 @@
-//! Compares the frames that a receiver found with the frames that arrived whole, and with the reference.
+//! Compares the frames that a receiver delivered with the frames that arrived whole, and with the reference.
 
 use std::collections::HashMap;
 
@@ -10,8 +10,8 @@ use crate::streams::{Protocol, Stream};
 pub(crate) struct Answer {
     /// The number of frames that arrived whole and were not delivered.
     pub(crate) lost: usize,
-    /// The number of delivered frames that did not arrive whole, or were never sent: damaged frames whose check is right,
-    /// and frames inside the payload of others.
+    /// The number of delivered frames that did not arrive whole or were never sent: damaged frames whose check is
+    /// correct, and frames inside the payloads of other frames.
     pub(crate) false_frames: usize,
     /// The greatest number of bytes between the last byte of a frame and its delivery.
     pub(crate) latest: usize,
@@ -41,7 +41,7 @@ impl Answer {
 }
 
 /// Panics unless framelock delivers the same frames as the reference, in the same order, however the stream is split.
-/// Also panics if framelock loses a whole frame, unless a false frame with a right check shares bytes with it.
+/// Also panics if framelock loses a whole frame, unless a delivered false frame shares bytes with it.
 pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
     let Some(reference) = &entry.reference else {
         return;
@@ -58,7 +58,7 @@ pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
             .collect();
         assert!(
             delivered == keys,
-            "{} of {} by {cut:?}: not what the reference finds",
+            "{} of {} by {cut:?}: other frames than the reference finds",
             entry.name,
             protocol.name
         );

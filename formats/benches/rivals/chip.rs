@@ -1,4 +1,5 @@
-//! Measures the receivers on the emulated Cortex-M4: the size that each adds to a program, and the cost of a byte.
+//! Measures the receivers on the emulated Cortex-M4: how much each adds to the size of a program, and what a byte
+//! costs.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -41,7 +42,7 @@ const COMMON: [&str; 4] = ["memcpy", "memclr", "memset", "rivals_on_chip::messag
 /// The number of bytes in the instruction that calls a function.
 const CALL: u32 = 4;
 
-/// The sizes of a receiver on the chip. The sizes of the same program without a receiver are subtracted.
+/// A receiver's figures on the chip. Those of the same program without a receiver are subtracted.
 pub(crate) struct Figures {
     pub(crate) protocol: &'static str,
     pub(crate) contender: &'static str,
@@ -68,7 +69,7 @@ pub(crate) fn measure(protocols: &[&Protocol]) -> Result<Vec<Figures>, Box<dyn E
             return Err(format!("{features}: {} frames of {FRAMES}", run.frames).into());
         }
         let [text, rodata] = program.more_than(&nothing);
-        // Even an empty call takes a few cycles.
+        // Subtract the cycles of empty calls.
         let cycles = run.all.cycles - nothing.take(&stream, 0)?.all.cycles;
         figures.push(Figures {
             protocol,
@@ -112,7 +113,8 @@ impl Cost {
 pub(crate) struct Run {
     state: u32,
     pub(crate) frames: u32,
-    /// The cost of all bytes except the skipped ones. Each byte is counted from the first instruction of its call to the return.
+    /// The cost of all bytes except the skipped ones. The cost of a byte is counted from the first instruction of its
+    /// call to the return.
     pub(crate) all: Cost,
     /// The cycles of the most expensive byte.
     pub(crate) costliest: u64,
@@ -157,7 +159,7 @@ impl Program {
         })
     }
 
-    /// Returns the size of code and constants that this program has in addition to another one.
+    /// Returns by how many bytes the code and the constants of this program are larger than those of the other program.
     pub(crate) fn more_than(&self, nothing: &Self) -> [u64; 2] {
         [
             self.text - nothing.text,
@@ -165,7 +167,7 @@ impl Program {
         ]
     }
 
-    /// Runs the program on a stream. The cost of the first `skip` bytes is not counted.
+    /// Runs the program on a stream. Does not count the cost of the first `skip` bytes.
     pub(crate) fn take(&self, stream: &[u8], skip: usize) -> Result<Run, Box<dyn Error>> {
         let image = Image::parse(&self.elf)?;
         let mut symbols = image.symbols().iter().filter(|symbol| {
@@ -188,7 +190,7 @@ impl Program {
         board.patch(bytes, stream)?;
         board.patch(length, &count.to_le_bytes())?;
         let (mut all, mut costliest, mut bytes_taken) = (Cost::default(), 0, 0);
-        // The return address of the current call, and the total cost before the call.
+        // The return address of the current call, and the total cost up to the call.
         let mut call: Option<(u32, Cost)> = None;
         let mut before = 0;
         let is_over = board.run(limit, |board| {

@@ -1,4 +1,4 @@
-//! The receivers in the comparison: their interface, and framelock's receiver.
+//! The interface of the receivers that are compared, and framelock's receiver.
 
 use std::hint::black_box;
 use std::ops::Range;
@@ -49,11 +49,12 @@ impl<F: Format, const N: usize> Contender for Framelock<F, N> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Cut {
     Bytes,
-    /// A common size of half a DMA buffer.
+    /// Chunks of 64 bytes, a common size for half of a DMA buffer.
     ChunksOf64,
 }
 
-/// A delivered frame: its key, and the number of bytes of the stream that had been processed by then.
+/// A delivered frame: its key, and the number of bytes of the stream that the receiver had processed when it delivered
+/// the frame.
 pub(crate) struct Delivered {
     pub(crate) key: Vec<u8>,
     pub(crate) taken: usize,
@@ -66,7 +67,7 @@ pub(crate) struct Entry {
     pub(crate) deliver: Box<dyn Fn(&[u8], Cut) -> Vec<Delivered>>,
     /// Returns the time that the contender takes for a stream.
     pub(crate) time: Box<dyn Fn(&[u8], Cut) -> Duration>,
-    /// The reference's frames. Only framelock's own entries have this function.
+    /// Returns the frames that the reference finds in a stream. Only framelock's own entries have this function.
     pub(crate) reference: Option<Box<dyn Fn(&[u8]) -> Vec<Range<usize>>>>,
 }
 

@@ -26,10 +26,10 @@ outcome of each byte. The other crates are used as [their documentation shows](r
 * **Noise**: random bytes. All values are equally likely.
 * **Worst**: the most expensive of a few hostile streams, for each receiver. They consist of false starts that claim
   long frames, one after another. When all bytes that a false start claims have arrived, the receiver checks them and
-  finds them wrong. The streams are listed below. Nobody sends them by accident.
+  rejects them. The streams are listed below. Nobody sends them by accident.
 
-UBX frames have at most 106 bytes here. The MAVLink format knows the messages that are sent, and one message of 255
-bytes.
+UBX frames have at most 106 bytes here. The MAVLink format knows the messages that are sent, and one message with a
+payload of 255 bytes.
 ";
 
 const CHIP: &str = "
@@ -38,7 +38,7 @@ const CHIP: &str = "
 Instructions and cycles per byte, in the [emulator](../tools/emulator/README.md). The emulator's cycles include no wait
 states of the flash, so silicon is slower. The programs are built like the firmware: for size, with link-time
 optimisation. Each byte is one call of a function, counted from its first instruction to its return. *One byte* is the
-number of cycles for the most expensive single byte of all these streams: an interrupt must have that much time.
+number of cycles for the most expensive single byte of all these streams. An interrupt handler must have that much time.
 
 | | | clean | | noise | | worst | | one byte |
 | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
@@ -48,7 +48,7 @@ number of cycles for the most expensive single byte of all these streams: an int
 const HERE: &str = "
 ## On a PC
 
-Instructions per byte on x86-64, in a loop over the stream, counted by valgrind's callgrind:
+Valgrind's callgrind counts the instructions of a loop over the stream on x86-64. The table shows instructions per byte.
 
 | | | clean | noise | worst |
 | --- | --- | ---: | ---: | ---: |
@@ -106,7 +106,8 @@ pub(crate) fn document() -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// Measures MAVLink's checksum of the longest frame, without and with a table, in turns.
+/// Measures how fast MAVLink's checksum of the longest frame is computed. Computations without and with a table take
+/// turns.
 fn checks(text: &mut String) -> fmt::Result {
     let frame = [0x55; 278];
     let mut fastest = [f64::MAX; 2];
@@ -122,13 +123,13 @@ fn checks(text: &mut String) -> fmt::Result {
     let [plain, tabled] = fastest.map(|seconds| frame.len() as f64 / 1e6 / seconds);
     writeln!(
         text,
-        "\n*`pc-crc-table`* is a feature of the formats: a table of 16 KiB. MAVLink's CRC alone, over {} bytes, is computed at \
-         {plain:.0} MB/s without the table and at {tabled:.0} MB/s with it.",
+        "\n*`pc-crc-table`* is a feature of the formats that adds a table of 16 KiB. MAVLink's CRC alone, over {} bytes, is \
+         computed at {plain:.0} MB/s without the table and at {tabled:.0} MB/s with it.",
         frame.len()
     )
 }
 
-/// Returns three costs: of the first stream, of the second stream, and the highest of all streams.
+/// Returns three costs: that of the first stream, that of the second stream, and the highest cost of all streams.
 fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
     let worst = costs.iter().copied().fold(0.0, f64::max);
     [costs[0], costs[1], worst]

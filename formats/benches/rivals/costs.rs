@@ -1,4 +1,5 @@
-//! The cost of a byte in clean streams, in noise, and in the worst of a few streams that were designed to be costly.
+//! The formats and the streams for which the cost of a byte is measured: clean streams, noise, and hostile streams,
+//! which were designed to be expensive.
 
 use std::hint::black_box;
 
@@ -14,10 +15,10 @@ use crate::contender::{Cut, Entry};
 use crate::streams::{Protocol, SEED, Stream};
 use crate::{crsf, ibus, mavlink2, sbus, ubx};
 
-/// The number of bytes in a stream of noise, and in a hostile stream.
+/// The number of bytes in a stream of noise and in a hostile stream.
 pub(crate) const BYTES: usize = 6_000;
-/// The number of bytes at the beginning of a hostile stream that are not counted. Nothing is decided until the first false
-/// frame ends.
+/// The number of bytes at the beginning of a hostile stream whose cost is not counted, because a receiver decides
+/// nothing until the first false frame ends.
 pub(crate) const SKIPPED: usize = 1_000;
 /// The number of frames in a clean stream.
 const FRAMES: u16 = 200;
@@ -55,8 +56,8 @@ impl Case {
         }
     }
 
-    /// Returns the clean stream, the noise, and the hostile streams, each with the number of bytes that are not
-    /// counted.
+    /// Returns the clean stream, the noise, and the hostile streams, each with the number of bytes at its beginning
+    /// whose cost is not counted.
     pub(crate) fn streams(&self) -> impl Iterator<Item = (&[u8], usize)> {
         let hostile = self.hostile.iter().map(|(_, bytes)| (&bytes[..], SKIPPED));
         [(&self.clean[..], 0), (&self.noise[..], 0)]
@@ -65,7 +66,7 @@ impl Case {
     }
 }
 
-/// A receiver that takes a stream byte by byte, to be counted.
+/// A receiver that takes a stream byte by byte, so that the cost of a byte can be counted.
 pub(crate) struct Counted {
     pub(crate) name: &'static str,
     /// The features of `on-chip` that select the receiver; `None` if it does not run on the chip.
@@ -116,8 +117,8 @@ pub(crate) fn cases() -> Vec<Case> {
             &[
                 b"\xFD\xFF\0\0\0\0\0\x83\0\0",
                 b"\xFD\xFF\x01\0\0\0\0\x83\0\0",
-                // Two interleaved series of false starts, in which the length byte of one is the message byte of the
-                // other.
+                // Two interleaved series of false starts. The length byte of a false start in one series is the message
+                // byte of a false start in the other series.
                 b"\xFD\x83\0\0\xFD\xFF\0\x83\0\0",
                 b"\xFD",
             ],
@@ -210,7 +211,7 @@ fn of_fixed_format<F: Encode + 'static>(
     Case::new(format, clean, periods, ours)
 }
 
-/// Returns framelock's receiver twice: by `push` alone, and on a `Line`.
+/// Returns framelock's receiver twice: called by `push` alone, and in a `Line`.
 fn ours<P: Parser + 'static>(
     feature: &str,
     new: impl Fn() -> P + Copy + 'static,

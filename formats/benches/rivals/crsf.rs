@@ -19,7 +19,8 @@ pub(crate) const PROTOCOL: Protocol = Protocol {
     key: inside,
 };
 
-/// Makes a frame: channels, link statistics, GPS, battery, attitude, or an entry of any length up to the longest.
+/// Makes a frame of a random kind: channels, link statistics, GPS, battery, attitude, or a parameter entry. The longest
+/// parameter entry fills the longest frame.
 fn frame(payload: &mut Payload) -> Vec<u8> {
     let (kind, length) = payload.one_of(&[
         (0x16, 22),
@@ -79,8 +80,8 @@ fn inside(frame: &[u8]) -> Vec<u8> {
 }
 
 /// The crate `crsf`. It does not check raw packets, so the adapter decodes each packet. Packets of kinds that the crate
-/// does not know count as found. The crate panics on a packet of channels or link statistics that is too short. After a
-/// lost byte such a packet sometimes has a right check, so the adapter does not decode it.
+/// does not know count as delivered. The crate panics on a packet of channels or link statistics that is too short.
+/// After a lost byte such a packet sometimes has a correct check, so the adapter does not decode it.
 struct CrsfCrate(PacketParser<64>);
 
 impl Default for CrsfCrate {

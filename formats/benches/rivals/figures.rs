@@ -1,7 +1,7 @@
-//! Compares the costs of the formats on the chip with a file, on every commit. The costs are the same in every run.
+//! Compares the formats' costs on the chip with those in a file, on every commit. The costs are the same in every run.
 //!
 //! After an intended change, `FRAMELOCK_WRITE_FIGURES=1 cargo xtask verify --only emulated` writes the file again. The
-//! costs are compared only with the same compiler that produced the file.
+//! costs are compared only if the compiler is the one that the file names.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -11,8 +11,9 @@ use crate::chip::Program;
 use crate::{costs, tables};
 
 const BEGINNING: &str = "\
-Costs of framelock's receivers on the emulated Cortex-M4, measured as in docs/costs.md: bytes of code and constants;
-instructions and cycles for 200 clean frames; cycles for the costliest hostile stream, and for the costliest byte.
+Costs of framelock's receivers on the emulated Cortex-M4, measured as in docs/costs.md. The columns are the bytes of code
+and of constants, the instructions and cycles for 200 clean frames, the cycles for the most expensive hostile stream,
+and the cycles for the most expensive byte of any stream.
 ";
 
 /// Returns an error if the costs differ from those in the file.
@@ -52,7 +53,7 @@ pub(crate) fn compare(file: &str) -> Result<(), Box<dyn Error>> {
     }
     let written = fs::read_to_string(file).unwrap_or_default();
     if written.contains(&compiler) && written != text {
-        return Err(format!("not as in {file}:\n{text}").into());
+        return Err(format!("the costs differ from those in {file}:\n{text}").into());
     }
     Ok(())
 }

@@ -46,8 +46,8 @@ fn key(channels: [u16; 14]) -> Vec<u8> {
     channels.into_iter().flat_map(u16::to_le_bytes).collect()
 }
 
-/// The textbook's state machine: waits for 20, 40 and thirty more bytes, and starts again after each frame, right or
-/// wrong.
+/// The textbook state machine. Waits for the bytes 0x20 and 0x40, takes thirty more bytes, and starts again, whether
+/// the frame is valid or not.
 #[derive(Default)]
 struct Textbook {
     bytes: [u8; 32],

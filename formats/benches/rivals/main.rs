@@ -38,8 +38,8 @@ mod valgrind;
 const FRAMES: u16 = 6_000;
 /// The number of frames in a stream if nothing is timed.
 const FEW_FRAMES: u16 = 300;
-/// The number of measurements. The fastest one counts, because other work on the machine can only slow a measurement
-/// down.
+/// The number of times that each measurement is repeated. Only the fastest one counts, because other work on the
+/// machine can only slow a measurement down.
 const ROUNDS: usize = 60;
 
 /// A protocol, and the results of its contenders.
@@ -55,9 +55,9 @@ struct Row {
     name: &'static str,
     by_byte: Vec<Answer>,
     by_chunk: Vec<Answer>,
-    /// Chunks of 64 bytes.
+    /// The speed in chunks of 64 bytes, for each stream.
     megabytes_per_second: Vec<f64>,
-    /// The first stream, byte by byte.
+    /// The speed in megabytes per second for the first stream, byte by byte.
     by_byte_clean: f64,
 }
 

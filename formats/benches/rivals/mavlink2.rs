@@ -22,7 +22,8 @@ pub(crate) const PROTOCOL: Protocol = Protocol {
 };
 
 /// The messages that are sent, from MAVLink's `common.xml`: HEARTBEAT, SYS_STATUS, GPS_RAW_INT, ATTITUDE,
-/// GLOBAL_POSITION_INT, RC_CHANNELS, VFR_HUD, STATUSTEXT. Each entry: number, CRC extra, length of the longest payload.
+/// GLOBAL_POSITION_INT, RC_CHANNELS, VFR_HUD, STATUSTEXT. Each entry has the number, the CRC extra, and the length of
+/// the longest payload.
 const MESSAGES: [(u8, u8, u8); 8] = [
     (0, 50, 9),
     (1, 124, 43),
@@ -34,10 +35,10 @@ const MESSAGES: [(u8, u8, u8); 8] = [
     (253, 83, 54),
 ];
 
-/// The longest message of `common.xml`, ENCAPSULATED_DATA: known, but not sent.
+/// The longest message of `common.xml`, ENCAPSULATED_DATA. It is known to the receivers, but not sent.
 pub(crate) const LONGEST: (u8, u8, u8) = (131, 223, 255);
 
-/// All of these messages, in ascending order of their numbers.
+/// The sent messages and the longest message, in ascending order of their numbers.
 pub(crate) const DIALECT: &[KnownMessage] = &{
     let [a, b, c, d, e, f, g, h] = MESSAGES;
     [
@@ -132,7 +133,7 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// The same messages for `mavlink-core`, which returns the frames undecoded.
+/// The same messages for `mavlink-core`, which does not decode the frames.
 struct Known;
 
 impl Dialect for Known {

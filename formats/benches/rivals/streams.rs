@@ -6,11 +6,11 @@ use framelock_simulation::{ByteFaults, FaultRates, Seed};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// One seed for all streams: the same bytes in every run, on every machine.
+/// The seed of all streams, so that their bytes are the same in every run and on every machine.
 pub(crate) const SEED: u64 = 15;
 
-/// The number of padding bytes after the last frame. The padding begins no frame, but completes any false frame for
-/// which a receiver still waits.
+/// The padding after the last frame. No frame begins in the padding, but it completes any false frame that a receiver
+/// still waits for.
 const BEHIND: [u8; 300] = [0x55; 300];
 
 /// The faults of the line.
@@ -79,12 +79,13 @@ pub(crate) struct Payload {
 }
 
 impl Payload {
-    /// Returns one of several kinds of frames. All kinds are equally frequent.
+    /// Returns a random one of these values. All elements are equally likely.
     pub(crate) fn one_of<T: Copy>(&mut self, kinds: &[T]) -> T {
         kinds[self.random.random_range(0..kinds.len())]
     }
 
-    /// Returns `length` bytes of payload: the frame's number, which makes it unique, then bytes of the stream's kind.
+    /// Returns `length` bytes of payload: the frame's number, which makes the payload unique, and then random bytes of
+    /// those that the stream's payloads consist of.
     pub(crate) fn bytes(&mut self, length: usize) -> Vec<u8> {
         let mut payload = self.number.to_be_bytes().to_vec();
         while payload.len() < length {
@@ -97,7 +98,7 @@ impl Payload {
     }
 }
 
-/// Bytes as they arrive.
+/// The bytes that arrive.
 pub(crate) struct Stream {
     pub(crate) bytes: Vec<u8>,
     /// The positions of the frames that have arrived whole.

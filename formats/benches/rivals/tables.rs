@@ -19,31 +19,32 @@ One command writes this page. It takes two minutes:
 cargo bench -p framelock-rivals -- --write docs/rivals.md
 ```
 
-This page states the results of these crates, in these versions, on these streams, and nothing beyond that. The
-streams are generated, and real lines also fail in other ways. No crate was given line events, with which framelock's
-receivers decide about pending bytes when the line falls silent.
+This page states only how these crates perform, in these versions, on these streams. The streams are generated, and real
+lines also fail in other ways. No crate gets line events. With line events, framelock's receivers would decide about
+pending bytes as soon as the line falls silent.
 
-* **Each crate is used as its documentation shows**, and at its best. `ublox` and `mavlink-core` know the same
-  messages as framelock, and do not decode the payloads. Packets of kinds that `crsf` does not know count as found.
-  `crsf` panics on packets of channels or link statistics that are too short, so it does not get them.
-  `parse_rc_ibus` only checks 32 bytes; a textbook state machine finds these bytes. framelock decodes the frames of
-  its own formats.
+* **Each crate is used as its documentation shows**, and in the way in which it performs best. `ublox` and
+  `mavlink-core` know the same messages as framelock, and do not decode the payloads. Packets of kinds that `crsf` does
+  not know count as delivered. `crsf` panics on packets of channels or link statistics that are too short, so it does
+  not decode them. `parse_rc_ibus` only checks 32 bytes, which a textbook state machine finds. framelock decodes the
+  frames of its own formats.
 * **The streams** have the same frames and the same faults for each crate of a protocol. *1 % lost*: each byte is lost
-  with this probability. *0.1 % flips*: one bit of a byte is inverted. *Bursts*: one byte in a thousand begins a burst,
-  in which 1 to 40 random bytes replace the sent ones. *Sync-dense*: the payloads consist of bytes that begin frames
-  and of short lengths, and 1 % of the bytes are lost. *Length lost*: one frame in ten lacks its length byte, or its
-  second byte if the protocol has no length byte.
+  with this probability. *0.1 % flips*: each byte gets one inverted bit with this probability. *Bursts*: one byte in a
+  thousand begins a burst, in which 1 to 40 random bytes replace the sent ones. *Sync-dense*: the payloads consist of
+  bytes that begin frames and of short lengths, and 1 % of the bytes are lost. *Length lost*: one frame in ten lacks its
+  length byte, or its second byte if the protocol has no length byte.
 * **Lost** frames arrive whole and are not delivered. **False** frames are delivered, but were not sent or did not
-  arrive whole: damaged frames whose check is right, and frames inside the payload of others. The tables show single
-  bytes and chunks of 64 separately if their results differ: `crsf` and `sbus` need single bytes.
+  arrive whole: damaged frames whose check is correct, and frames inside the payloads of other frames. If the results
+  for single bytes and for chunks of 64 differ, the tables show both. `crsf` and `sbus` need single bytes.
 * **Every answer is confirmed.** framelock delivers the same frames as the
   [naive reference](../proofs/src/reference.rs), byte by byte and in chunks. Each frame that it loses overlaps a false
-  frame whose check is right, which no receiver can recognise. The answers of the other crates are compared with the
-  sent frames.
-* **Latest** is the greatest number of bytes between a frame's last byte and its delivery, when fed byte by byte.
-  After a false start, framelock waits for the end of the false frame, as `uf-crsf`, `ublox` and `mavlink-core` do.
+  frame whose check is correct, so no receiver can recognise it as false. The answers of the other crates are compared
+  with the sent frames.
+* **Latest** is the greatest number of bytes between a frame's last byte and its delivery, if the receiver gets the
+  stream byte by byte. After a false start, framelock waits for the end of the false frame, as `uf-crsf`, `ublox` and
+  `mavlink-core` do.
 * **Megabytes per second** are those of the fastest of many passes, in which the crates took turns. Compare them only
-  within a column: another machine has other figures.
+  within a column, because another machine has other figures.
 ";
 
 const CHIP: &str = "
@@ -56,12 +57,13 @@ include `memcpy` and similar functions, or the MAVLink dialect, which the user c
 stack. All of these crates build for the chip without `std`. *Can panic* says whether the program contains a function
 of `core::panicking`.
 
-Two crates are faster on the chip. `parse_rc_ibus` with the textbook's machine never searches bytes again: it drops all
-bytes of a wrong frame, and with them the whole frames that began among these bytes, as its row of lost frames shows.
-It decodes fourteen of the eighteen channels. `sbus-rs` loses about as few frames as framelock, and has nearly four
-times the code. Half of framelock's cycles are for bytes that are only stored: about 38 for each byte including the
-call, as with any format. For each byte, framelock makes at most one classification, in any stream, so hostile streams
-cost [less per byte](costs.md) than with `sbus-rs`.
+For a clean stream, framelock takes the fewest cycles in each protocol. On noise and on hostile streams, three crates
+take [fewer cycles per byte](costs.md). `parse_rc_ibus` with the textbook state machine never searches bytes again. It
+drops all bytes of an invalid frame, and with them the whole frames that began among these bytes, as its row of lost
+frames shows. It decodes fourteen of the eighteen channels. `sbus` and `uf-sbus` take at most half as many cycles as
+framelock in the worst hostile stream, because framelock classifies the remaining bytes again after each false start.
+For each received byte, framelock makes at most one classification, so hostile streams cost less than with `sbus-rs`,
+which has three times as much code.
 
 | protocol | | code | constants | state | cycles a frame | can panic |
 | --- | --- | ---: | ---: | ---: | ---: | --- |
@@ -79,7 +81,7 @@ pub(crate) fn document(matches: &[Match], figures: &[Figures]) -> Result<String,
     for played in matches {
         protocol(&mut text, played)?;
     }
-    text.push_str("\n## What the others do as well, or better\n\nFor each crate, the measurements in which it is at least as good as framelock:\n\n");
+    text.push_str("\n## What other crates do as well or better\n\nEach line lists the measurements in which a crate is at least as good as framelock.\n\n");
     for played in matches {
         as_good(&mut text, played, figures)?;
     }
@@ -128,7 +130,7 @@ fn protocol(text: &mut String, played: &Match) -> fmt::Result {
     }
     write!(
         text,
-        "\nMegabytes per second in chunks of 64; *by byte*: the clean stream byte by byte:\n\n\
+        "\nMegabytes per second in chunks of 64. *By byte* is for the clean stream, byte by byte.\n\n\
          | | {columns} | by byte |\n| --- |{} ---: |\n",
         " ---: |".repeat(Fault::ALL.len()),
     )?;
@@ -138,7 +140,7 @@ fn protocol(text: &mut String, played: &Match) -> fmt::Result {
     Ok(())
 }
 
-/// Returns a line for each rival, which lists the figures in which the rival is at least as good as framelock.
+/// Writes a line for each rival, which lists the figures in which the rival is at least as good as framelock.
 fn as_good(text: &mut String, played: &Match, figures: &[Figures]) -> fmt::Result {
     let (ours, rivals): (Vec<&Row>, Vec<&Row>) = played
         .rows

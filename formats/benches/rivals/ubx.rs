@@ -7,10 +7,10 @@ use ublox::{FixedBuffer, Parser, ParserError, UbxPacket, UbxProtocol, UbxUnknown
 use crate::contender::{Contender, Entry};
 use crate::streams::{Payload, Protocol};
 
-/// The longest payload in the streams, that of NAV-PVT.
+/// The length of the longest payload in the streams, which is that of NAV-PVT.
 const MOST: usize = 92;
-/// The longest frame that the receivers accept. Its payload length is the value of a sync byte, so that false starts
-/// can be packed as densely as possible.
+/// The length of the longest frame that the receivers accept. The length of its payload equals a sync byte, so that
+/// false starts can be packed as densely as possible.
 pub(crate) const LONGEST: usize = 0x62 + 8;
 
 pub(crate) const PROTOCOL: Protocol = Protocol {
@@ -60,7 +60,7 @@ pub(crate) fn contenders() -> Vec<Entry> {
 }
 
 /// A protocol version for `ublox` that states the longest payload and does not decode messages. The crate's own
-/// versions would also decode messages, and would wait for false frames of over a thousand bytes.
+/// versions would also decode messages, and would wait for the ends of false frames of over a thousand bytes.
 struct FramesOnly;
 
 impl UbxProtocol for FramesOnly {

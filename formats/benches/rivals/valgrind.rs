@@ -7,19 +7,19 @@ use std::process::{Command, Stdio};
 
 use crate::costs::Case;
 
-/// The argument of the benchmark under valgrind. It makes the benchmark run only the receivers whose instructions are
-/// counted.
+/// The argument with which the benchmark runs under valgrind. Then the benchmark runs only the receivers whose
+/// instructions are counted.
 pub(crate) const ARGUMENT: &str = "--under-valgrind";
 
-/// Runs a receiver. Callgrind counts the instructions from the call of this function to its return, and no others.
+/// Runs a receiver. Callgrind counts only the instructions from the call of this function to its return.
 #[inline(never)]
 #[unsafe(no_mangle)]
 extern "Rust" fn framelock_counted(run: &dyn Fn(&[u8]), stream: &[u8]) {
     run(stream);
 }
 
-/// Runs every receiver on every stream under valgrind: once on the bytes that are not counted, and once on the whole
-/// stream.
+/// Runs every receiver on every stream under valgrind. Each receiver gets first only the bytes that are not counted,
+/// and then the whole stream.
 pub(crate) fn take_all(cases: &[Case]) {
     for case in cases {
         for contender in &case.contenders {

@@ -86,7 +86,7 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets the bits that are the same in each frame, except the sync and the terminator.
+    /// Sets the bits that are the same in every frame, except the sync and the terminator.
     #[inline]
     pub const fn fixed(mut self, fixed: &'a [FixedBits]) -> Self {
         self.0.fixed = fixed;
@@ -115,8 +115,8 @@ impl<'a> LayoutBuilder<'a> {
     }
 
     /// Sets the bytes that are allowed between the sync and the terminator, as inclusive ranges. Use this only for
-    /// frames that end with a delimiter. A byte outside the ranges must begin the terminator, otherwise the frame is
-    /// rejected at once. The check is fastest if the widest range comes first.
+    /// frames that end with a delimiter. A byte outside the ranges must begin the terminator; otherwise the frame is
+    /// rejected immediately. The check is fastest if the widest range comes first.
     ///
     /// # Examples
     /// Lines of printable characters except `#`:
@@ -141,23 +141,24 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets more terminators, of any lengths, for frames with a [`content`](Self::content). Places from the end and
-    /// [`shortest`](Self::shortest) are counted as if the frame ended with the [`terminator`](Self::terminator).
-    /// [`seal`](Layout::seal) writes that terminator.
+    /// Sets further terminators, of any lengths, for frames with a [`content`](Self::content). Offsets from the end and
+    /// [`shortest`](Self::shortest) are counted as if each frame ended with the [`terminator`](Self::terminator), which
+    /// [`seal`](Layout::seal) writes.
     #[inline]
     pub const fn other_terminators(mut self, terminators: &'a [&'a [u8]]) -> Self {
         self.0.other_terminators = terminators;
         self
     }
 
-    /// Sets the bytes that follow some frames.
+    /// Sets the trailer: the bytes that follow some frames.
     #[inline]
     pub const fn trailer(mut self, trailer: Trailer) -> Self {
         self.0.trailer = Some(trailer);
         self
     }
 
-    /// Returns the number of bytes, at least one, that are needed to know the length of a frame.
+    /// Returns the number of bytes in the header, at least one. The header determines the length of the frame, unless a
+    /// delimiter ends the frame.
     #[inline]
     #[must_use]
     pub const fn header(&self) -> usize {

@@ -50,7 +50,7 @@ pub(super) const fn check(layout: &Layout) -> Result<(), Contradiction> {
     check_positions(layout, without_trailer(layout))
 }
 
-/// Returns the smallest number of bytes that any frame has: the header, and the parts that are counted from the end.
+/// Returns the number of bytes that every frame has at least: the header, and the parts that are counted from the end.
 pub(super) const fn least(layout: &Layout) -> usize {
     // A frame may consist of only the delimiter.
     let header = match layout.length {
@@ -58,7 +58,7 @@ pub(super) const fn least(layout: &Layout) -> usize {
         _ => layout.header(),
     };
     let mut from_end = layout.terminator.length;
-    // In frames of fixed length, a place counted from the end is the same in each frame.
+    // In a format of fixed length, a position counted from the end is also a fixed position from the start.
     if !matches!(layout.length, Length::Fixed) {
         if let Some(checksum) = &layout.checksum {
             from_end = larger(from_end, distance_from_end(checksum.at));
@@ -89,12 +89,12 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
     reject_if!(
         !are_whole(&layout.sync),
         Part::Sync,
-        "sync: its bytes are not a whole number of patterns, 1 or more, of the given length"
+        "sync: its bytes must be one pattern or more, each of the given length"
     );
     reject_if!(
         !are_whole(&layout.terminator),
         Part::Terminator,
-        "terminator: its bytes are not a whole number of patterns, 1 or more, of the given length"
+        "terminator: its bytes must be one pattern or more, each of the given length"
     );
     reject_if!(
         layout.sync.length == 0 && layout.terminator.length == 0 && layout.checksum.is_none(),
@@ -106,7 +106,7 @@ const fn check_each_part(layout: &Layout) -> Result<(), Contradiction> {
         Length::Delimiter => reject_if!(
             layout.terminator.length == 0,
             Part::Terminator,
-            "terminator: the length is given by a delimiter, but there is none: give a terminator"
+            "terminator: a delimiter ends each frame, but there is no terminator: give one"
         ),
         Length::Field(field) => {
             reject_if!(
@@ -187,7 +187,7 @@ pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
     reject_if!(
         shortest < least(layout),
         Part::Shortest,
-        "shortest: such a frame has no room for its header and for the parts that are counted from the end"
+        "shortest: a frame of this length has no room for its header and for the parts that are counted from the end"
     );
     let most = match &layout.trailer {
         Some(trailer) => without_trailer(layout).saturating_add(trailer.bytes),
@@ -201,7 +201,7 @@ pub(crate) const fn check_bounds(layout: &Layout) -> Result<(), Contradiction> {
     Ok(())
 }
 
-/// Checks that each frame contains the places of the fixed bits, and that their masks and values are valid.
+/// Checks that every frame contains the bytes of the fixed bits, and that the masks and values are valid.
 const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
     let (mut number, mut rest) = (0_usize, layout.fixed);
     while let [bits, others @ ..] = rest {
@@ -219,7 +219,7 @@ const fn check_fixed_bits(layout: &Layout) -> Result<(), Contradiction> {
         reject_if!(
             !is_inside,
             part,
-            "fixed: the shortest frame has no such place: give a greater shortest"
+            "fixed: the shortest frame has no byte at this offset: give a greater shortest"
         );
         (number, rest) = (number.wrapping_add(1), others);
     }
@@ -242,7 +242,7 @@ const fn check_positions(layout: &Layout, length: usize) -> Result<(), Contradic
     reject_if!(
         !frame::ends_with_a_terminator(layout, length),
         Part::Terminator,
-        "terminator: the fixed bits at its place have other values"
+        "terminator: the fixed bits at its offset have other values"
     );
     try_step!(check_checksum(layout, length));
     check_content_of_parts(layout, length)
@@ -263,7 +263,8 @@ pub(super) const fn without_trailer(layout: &Layout) -> usize {
     layout.longest
 }
 
-/// Returns true if the bytes divide into a whole number of patterns.
+/// Returns true if the bytes consist of one pattern or more, without a rest. If the length of a pattern is 0, there
+/// must be no bytes.
 const fn are_whole(patterns: &Patterns) -> bool {
     match patterns.bytes.len().checked_rem(patterns.length) {
         Some(rest) => rest == 0 && !patterns.bytes.is_empty(),

@@ -10,11 +10,11 @@ pub struct Checksum<'a> {
     pub bytes: usize,
     /// The encoding of the checksum in the frame.
     pub encoding: Encoding,
-    /// The place of the checksum's first byte.
+    /// The offset of the checksum's first byte.
     pub at: i16,
-    /// The place of the first byte that the checksum covers.
+    /// The offset of the first byte that the checksum covers.
     pub from: i16,
-    /// The place of the last byte that the checksum covers.
+    /// The offset of the last byte that the checksum covers.
     pub to: i16,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Checksum<'a> {
         self
     }
 
-    /// Sets the place of the checksum's first byte.
+    /// Sets the offset of the checksum's first byte.
     #[inline]
     #[must_use]
     pub const fn at(mut self, at: i16) -> Self {
@@ -63,7 +63,7 @@ impl<'a> Checksum<'a> {
         self
     }
 
-    /// Sets the place of the first byte that the checksum covers.
+    /// Sets the offset of the first byte that the checksum covers.
     #[inline]
     #[must_use]
     pub const fn from(mut self, from: i16) -> Self {
@@ -71,7 +71,7 @@ impl<'a> Checksum<'a> {
         self
     }
 
-    /// Sets the place of the last byte that the checksum covers.
+    /// Sets the offset of the last byte that the checksum covers.
     #[inline]
     #[must_use]
     pub const fn to(mut self, to: i16) -> Self {
@@ -98,8 +98,8 @@ pub enum Encoding {
     Little,
     /// As a number, the highest byte first.
     Big,
-    /// As text: two hexadecimal digits for each byte, the highest byte first. Writes capital letters, and reads capital
-    /// and small letters.
+    /// As text: two hexadecimal digits for each byte, the highest byte first. Encoding writes capital letters, but
+    /// receivers also accept small letters.
     Hex,
 }
 
@@ -139,7 +139,7 @@ pub struct Crc<'a> {
     pub reflected_out: bool,
     /// The number that the result is xored with: `xorout`.
     pub xor_out: u32,
-    /// The table, which costs flash and saves time.
+    /// The table, which takes flash and saves time.
     pub table: Table<'a>,
 }
 
@@ -167,7 +167,7 @@ impl<'a> Crc<'a> {
         self
     }
 
-    /// Processes each byte from its lowest bit on, and puts the lowest bit of the result first.
+    /// Makes the CRC process each byte from its lowest bit on, and put the lowest bit of the result first.
     #[inline]
     #[must_use]
     pub const fn reflected(self) -> Self {
@@ -207,16 +207,16 @@ impl<'a> Crc<'a> {
     }
 }
 
-/// A table of a CRC: the remainder of each byte. [`Crc::table_of_bytes`] and similar functions compute it.
+/// A table with the CRC remainder of each byte. [`Crc::table_of_bytes`] and similar functions compute it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Table<'a> {
     /// No table: the CRC is computed bit by bit.
     None,
-    /// The table of a CRC of 8 bits: 256 bytes.
+    /// A table for a CRC of 8 bits. It takes 256 bytes.
     Bytes(&'a [u8; 256]),
-    /// The table of any CRC: 1 KiB.
+    /// A table for any CRC. It takes 1 KiB.
     Words(&'a [u32; 256]),
-    /// The tables of any CRC for sixteen bytes at once: 16 KiB, for a PC.
+    /// Tables for any CRC, to process sixteen bytes in each step on a PC. They take 16 KiB.
     Sixteens(&'a [[u32; 256]; 16]),
 }

@@ -52,7 +52,7 @@ impl<'a> Patterns<'a> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Length {
-    /// Each frame has [`longest`](super::Layout::longest) bytes.
+    /// Every frame has [`longest`](super::Layout::longest) bytes.
     Fixed,
     /// A number in the header.
     Field(LengthField),
@@ -125,7 +125,7 @@ impl LengthField {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Number {
-    /// The place of the number's first byte, counted from the front.
+    /// The offset of the number's first byte from the start of the frame.
     pub at: usize,
     /// The number of bytes in the number, 1 to 4.
     pub bytes: usize,
@@ -134,7 +134,7 @@ pub struct Number {
 }
 
 impl Number {
-    /// Returns a number of `bytes` bytes that begins at place `at`.
+    /// Returns a number of `bytes` bytes that begins at offset `at`.
     #[inline]
     #[must_use]
     pub const fn new(at: usize, bytes: usize, order: ByteOrder) -> Self {
@@ -148,7 +148,7 @@ impl Number {
         Self::new(at, 1, ByteOrder::Little)
     }
 
-    /// Returns the place after the number's last byte.
+    /// Returns the offset after the number's last byte.
     #[inline]
     #[must_use]
     pub const fn end(&self) -> usize {
@@ -165,11 +165,11 @@ pub enum ByteOrder {
     Big,
 }
 
-/// Bits of one byte that are the same in each frame.
+/// Bits of one byte that are the same in every frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct FixedBits {
-    /// The place of the byte. Bits in the header are checked before the rest of the frame has arrived.
+    /// The offset of the byte. Bits in the header are checked before the rest of the frame has arrived.
     pub at: i16,
     /// The bits of the byte that are fixed.
     pub mask: u8,
@@ -211,7 +211,8 @@ impl<'a> Messages<'a> {
 pub struct KnownMessage {
     /// The message's number.
     pub number: u32,
-    /// The greatest value of the length field's counted bits. In MAVLink this is the length of the longest payload.
+    /// The greatest value that the length field may have, without the bits that its mask excludes. In MAVLink this is
+    /// the length of the longest payload.
     pub longest_payload: u16,
     /// A byte that the checksum covers after the frame's bytes, although it is not sent: MAVLink's `CRC_EXTRA`.
     pub extra: u8,
@@ -220,7 +221,7 @@ pub struct KnownMessage {
 }
 
 impl KnownMessage {
-    /// Returns the message with this number, of any length.
+    /// Returns the message with this number. Its frames may have any length.
     #[inline]
     #[must_use]
     pub const fn new(number: u32) -> Self {
@@ -262,7 +263,7 @@ impl KnownMessage {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Trailer {
-    /// The place of the byte that announces the trailer, counted from the front.
+    /// The offset, from the start of the frame, of the byte that announces the trailer.
     pub at: usize,
     /// The mask of bits in that byte. Any of these bits announces the trailer.
     pub mask: u8,

@@ -11,7 +11,8 @@ use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 /// The number of bytes in the longest frame.
 const MOST: usize = 4;
 
-/// A stand-in for one of the layouts: arbitrary lawful classifications of the bytes from one position of the stream on.
+/// A stand-in for one of the layouts. It classifies the bytes from one position of the stream on in an arbitrary lawful
+/// way.
 struct Classified {
     longest: usize,
     starts: bool,
@@ -27,7 +28,7 @@ impl Classified {
         let row = Row::any(longest);
         let starts = row.settled != Classification::Rejected(DiscardReason::NoSync);
         kani::assume(starts || row.settled_at == 1);
-        // A layout recognises a frame without the bytes after it: see `keeps_the_laws`.
+        // A layout recognises a frame as soon as its last byte has arrived: see `keeps_the_laws`.
         if let Classification::Frame(length) = row.settled {
             kani::assume(length == row.settled_at);
         }
@@ -45,7 +46,7 @@ impl Classified {
         }
     }
 
-    /// Classifies `count` bytes. The caller claims that the first `seen` of them are incomplete.
+    /// Classifies `count` bytes. The caller claims that the first `seen` bytes have been classified as incomplete.
     fn classify(&self, count: usize, seen: usize) -> Classification {
         match self.row.settled(count) {
             None => Classification::Incomplete {
@@ -58,8 +59,8 @@ impl Classified {
     }
 }
 
-/// Proves the laws for three layouts. One or two layouts are special cases, because a layout that no byte starts has no
-/// effect.
+/// Proves the laws for three layouts. One or two layouts are special cases, because a layout whose frames no byte can
+/// start has no effect.
 #[kani::proof]
 #[kani::unwind(6)]
 fn any_of_three() {
@@ -84,7 +85,7 @@ fn any_of_three() {
         Some(one) => assert!(late == *one),
         None => assert!(is_rejected(&late)),
     }
-    // A frame is decoded by the layout that decided.
+    // The layout that decided also decodes the frame.
     if let Classification::Frame(length) = late {
         let is_its_frame =
             |one: &Classified| one.classify(length, 0) == Classification::Frame(length);
@@ -147,8 +148,8 @@ fn any_of_two_layouts() {
     );
 }
 
-/// Proves that a frame may begin with the first byte of each sync, and with no other byte, and that the first layout with
-/// this sync decodes it. Uses two layouts, one of them with six syncs.
+/// Proves that a frame may begin with the first byte of each sync and with no other byte, and that the first layout
+/// with the frame's sync decodes the frame. Uses two layouts, one of them with six syncs.
 #[kani::proof]
 #[kani::unwind(8)]
 fn starts_are_those_of_the_syncs() {

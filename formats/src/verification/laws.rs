@@ -1,4 +1,4 @@
-//! The laws, for any layout.
+//! Proves the laws for any layout.
 
 use core::cell::Cell;
 
@@ -32,16 +32,16 @@ pub(super) fn assert_lawful(
     kani::cover!(
         matches!(early, Classification::Incomplete { .. })
             && matches!(late, Classification::Frame(_)),
-        "it is completed"
+        "an incomplete frame is completed"
     );
     kani::cover!(
         matches!(early, Classification::Incomplete { .. })
             && matches!(late, Classification::Rejected(_)),
-        "it is refused"
+        "an incomplete frame is rejected"
     );
 }
 
-/// Returns two arbitrary numbers of bytes in ascending order, neither above `most` or `longest`.
+/// Returns two arbitrary numbers of bytes in ascending order. Neither is greater than `most` or `longest`.
 pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     let most = most.min(longest);
     let some = kani::any_where(|&some| 1 <= some && some <= most);
@@ -54,7 +54,7 @@ struct Classified<'a> {
     layout: Layout<'a>,
     header: Result<Header, DiscardReason>,
     mismatch: Option<DiscardReason>,
-    /// The length of the frame that was checked, once a frame has been checked.
+    /// The length of the frame that was checked; `None` if no frame has been checked yet.
     asked: Cell<Option<usize>>,
 }
 
@@ -104,9 +104,9 @@ fn what_a_header_says() {
         ..parts.layout()
     };
     let count = layout.header();
-    // Only the bounds are assumed, so the layout may still contain other contradictions.
+    // Only the bounds are known to be valid here, so the layout may still contain other contradictions.
     if check_bounds(&layout).is_ok() {
-        // If a frame may consist of only the delimiter and the layout has no messages, the frame needs no header.
+        // With a delimiter and without messages, a frame may consist of only the delimiter, so it needs no header.
         let is_alone = layout.length == Length::Delimiter && layout.messages.is_none();
         assert!(is_alone || has_header_and_terminator(&layout));
         assert!(layout.shortest <= layout.longest);
@@ -159,7 +159,8 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     let no_sync = late == Classification::Rejected(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
-    // A frame is found without the bytes after it, because `build` rejects frames that are shorter than their header.
+    // A frame is recognised as soon as its last byte has arrived, because `build` rejects layouts whose frames may be
+    // shorter than their header.
     let is_built = layout.layout.header() <= layout.layout.shortest;
     assert!(!is_built || late != Classification::Frame(some) || early == late);
     assert_lawful(early, late, some, more, longest);
@@ -175,7 +176,7 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     };
     let end = |bytes, seen| layout.frame_of(&header, bytes, seen).map(<[u8]>::len);
     let (seen, more) = any_some_and_more(MOST, layout.longest);
-    // Nothing has searched for the end as long as the header was incomplete.
+    // As long as the header was incomplete, nothing has searched for the end.
     let looked = seen >= layout.header();
     let found_none = matches!(
         end(&bytes[..seen], 0),
@@ -185,7 +186,10 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     let late = end(&bytes[..more], seen);
     assert!(late == end(&bytes[..more], 0));
     kani::cover!(late == Ok(MOST), "a frame");
-    kani::cover!(looked && late == Ok(MOST), "that was looked for before");
+    kani::cover!(
+        looked && late == Ok(MOST),
+        "a frame whose end was searched for before"
+    );
 }
 
 /// Asserts the laws for a layout with a length field and two syncs of `SYNC` bytes. The length field begins at byte 0
@@ -225,9 +229,9 @@ fn lengths_behind_three_bytes() {
     a_layout_with_lengths::<3, 6>();
 }
 
-/// Defines harnesses for layouts with delimiters: two syncs of `SYNC` bytes, two terminators of `END` bytes, and up to
-/// one other terminator of `OTHER` bytes. The content is one range of bytes, or any bytes. The position of the
-/// message's number determines where the header ends.
+/// Defines harnesses for layouts with delimiters: two alternative syncs of `SYNC` bytes each, two alternative
+/// terminators of `END` bytes each, and at most one entry in `other_terminators`, of `OTHER` bytes. The content is one
+/// range of bytes, or any bytes. The position of the message's number determines where the header ends.
 macro_rules! delimiters {
     ($keeps:ident: $($name:ident $sync:literal $end:literal $other:literal)*) => {$(
         #[kani::proof]

@@ -22,8 +22,8 @@ fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
     part(bytes, 0, kani::any_where(|&count| count <= N))
 }
 
-/// Calls a function with an arbitrary checksum of each algorithm except a CRC. The algorithms come one by one, because all
-/// five at once would be too much for the prover.
+/// Calls a function once for each algorithm except a CRC, with an arbitrary checksum of this algorithm. An arbitrary
+/// one of all five algorithms in a single call would be too much for the prover.
 fn for_each_sum(mut of: impl FnMut(Checksum<'static>)) {
     let mut of = |algorithm| {
         of(Checksum {
@@ -54,8 +54,8 @@ fn in_checking() {
     });
 }
 
-/// Uses one algorithm, because all sums are written in the same way. [`in_checking`] and [`in_a_crc`] compute the other
-/// algorithms.
+/// Uses one algorithm, because checksums of all algorithms are written in the same way. [`in_checking`] and
+/// [`in_a_crc`] compute the other algorithms.
 #[kani::proof]
 #[kani::unwind(9)]
 fn in_writing_a_checksum() {
@@ -67,7 +67,8 @@ fn in_writing_a_checksum() {
     kani::cover!(sum.write(&mut bytes, kani::any(), any_extra()), "written");
 }
 
-/// Computes CRCs bit by bit, four bytes at once with MAVLink's CRC, and sixteen, four and one bytes at once with tables.
+/// Computes a CRC bit by bit, MAVLink's CRC in steps of four bytes, and a CRC with tables in steps of sixteen, four and
+/// one bytes.
 #[kani::proof]
 #[kani::unwind(22)]
 fn in_a_crc() {
@@ -86,9 +87,9 @@ fn in_a_crc() {
     }
 }
 
-/// Seals `N` bytes as a frame of an arbitrary layout, except for its length and its checksum: see [`in_writing_a_length`]
-/// and [`in_checking`]. A length may overwrite the sync, so the sync may also be missing. `seal` also
-/// classifies the bytes, which [`super::laws`] covers.
+/// Seals `N` bytes as a frame of an arbitrary layout, except its length and its checksum, which [`in_writing_a_length`]
+/// and [`in_checking`] cover. A length may overwrite the sync, so the sync may also be missing. `seal` also classifies
+/// the bytes, which [`super::laws`] covers.
 fn in_sealing<const N: usize>() {
     let (mut bytes, ends, other) = kani::any::<([u8; N], [[u8; 1]; 2], [u8; 2])>();
     let parts = Parts::<1, 1>::any();

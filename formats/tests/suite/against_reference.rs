@@ -1,5 +1,5 @@
-//! Streams with faults, cut into slices anywhere. The receiver must find the same frames as the reference. Each frame must
-//! begin where the protocol says.
+//! Tests that a receiver finds the same frames as the reference in streams with faults, which are cut into slices
+//! anywhere, and that each frame begins where the protocol says.
 
 use framelock_fuzz_oracles::{Fault, FormatLine, FormatStep, Protocol, formats};
 use proptest::prelude::*;

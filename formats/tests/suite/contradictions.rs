@@ -1,4 +1,4 @@
-//! Tests of the check of layouts. Each contradiction must be an error that names the wrong part. Every layout that passes
+//! Tests the check of layouts. Each contradiction must be an error that names the wrong part. Every layout that passes
 //! the check must have frames.
 
 use std::collections::BTreeMap;
@@ -57,17 +57,17 @@ const KNOWN: [KnownMessage; 3] = [
 const BYTES: [u8; 256] = Crc::new(8, 7).table_of_bytes();
 const WORDS: [u32; 256] = Crc::new(16, 7).table_of_words();
 
-/// A layout that contradicts itself, the expected part and message of the error, and a similar layout without the
-/// contradiction.
+/// Each entry is a layout that contradicts itself, the error's expected part and the beginning of its message, and a
+/// similar layout without the contradiction.
 #[rustfmt::skip]
 const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
-    (COUNTED.sync(Patterns::any_of(b"ABC", 2)), Part::Sync, "sync: its bytes are not a whole number", COUNTED.sync(Patterns::any_of(b"ABCD", 2))),
-    (COUNTED.sync(Patterns::any_byte_of(b"")), Part::Sync, "sync: its bytes are not a whole number", COUNTED.sync(Patterns::any_byte_of(b"A"))),
-    (COUNTED.sync(Patterns::any_of(b"A", 0)), Part::Sync, "sync: its bytes are not a whole number", COUNTED.sync(Patterns::NONE)),
-    (FIXED.terminator(Patterns::any_of(b"ABC", 2)), Part::Terminator, "terminator: its bytes are not a whole number", FIXED.terminator(Patterns::any_of(b"ABCD", 2))),
+    (COUNTED.sync(Patterns::any_of(b"ABC", 2)), Part::Sync, "sync: its bytes must be one pattern or more", COUNTED.sync(Patterns::any_of(b"ABCD", 2))),
+    (COUNTED.sync(Patterns::any_byte_of(b"")), Part::Sync, "sync: its bytes must be one pattern or more", COUNTED.sync(Patterns::any_byte_of(b"A"))),
+    (COUNTED.sync(Patterns::any_of(b"A", 0)), Part::Sync, "sync: its bytes must be one pattern or more", COUNTED.sync(Patterns::NONE)),
+    (FIXED.terminator(Patterns::any_of(b"ABC", 2)), Part::Terminator, "terminator: its bytes must be one pattern or more", FIXED.terminator(Patterns::any_of(b"ABCD", 2))),
     (Layout::builder().longest(4), Part::Sync, "sync: nothing tells a frame from noise", Layout::builder().longest(4).checksum(Checksum::at_the_end(1))),
     (Layout::builder().longest(4), Part::Sync, "sync: nothing tells a frame from noise", Layout::builder().longest(4).terminator(Patterns::one(b"\n"))),
-    (COUNTED.length(Length::Delimiter), Part::Terminator, "terminator: the length is given by a delimiter", LINE),
+    (COUNTED.length(Length::Delimiter), Part::Terminator, "terminator: a delimiter ends each frame", LINE),
     (field(LengthField::new(Number::new(2, 0, ByteOrder::Big))), Part::Length, "length: the length field must have 1 to 4", field(LengthField::new(Number::new(2, 1, ByteOrder::Big)))),
     (field(LengthField::new(Number::new(2, 5, ByteOrder::Big))), Part::Length, "length: the length field must have 1 to 4", field(LengthField::new(Number::new(2, 4, ByteOrder::Big)))),
     (field(LengthField::byte(2).factor(0)), Part::Length, "length: with this mask or factor", field(LengthField::byte(2).factor(3))),
@@ -77,9 +77,9 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (COUNTED.shortest(40), Part::Longest, "longest: it is less than shortest", COUNTED.shortest(20)),
     (FIXED.longest(1), Part::Longest, "longest: the header and the terminator do not fit", FIXED.longest(2)),
     (FIXED.shortest(10), Part::Shortest, "shortest: each frame has exactly longest bytes", FIXED.shortest(11)),
-    (COUNTED.shortest(3), Part::Shortest, "shortest: such a frame has no room", COUNTED.shortest(4)),
-    (field(LengthField::byte(2).plus(8)).shortest(7), Part::Shortest, "shortest: such a frame has no room", field(LengthField::byte(2).plus(8)).shortest(8)),
-    (LINE.fixed(&[FixedBits::new(-3, 1, 1)]).shortest(3), Part::Shortest, "shortest: such a frame has no room", LINE.fixed(&[FixedBits::new(-3, 1, 1)]).shortest(4)),
+    (COUNTED.shortest(3), Part::Shortest, "shortest: a frame of this length has no room", COUNTED.shortest(4)),
+    (field(LengthField::byte(2).plus(8)).shortest(7), Part::Shortest, "shortest: a frame of this length has no room", field(LengthField::byte(2).plus(8)).shortest(8)),
+    (LINE.fixed(&[FixedBits::new(-3, 1, 1)]).shortest(3), Part::Shortest, "shortest: a frame of this length has no room", LINE.fixed(&[FixedBits::new(-3, 1, 1)]).shortest(4)),
     (COUNTED.longest(260), Part::Longest, "longest: it is more than the greatest length", COUNTED.longest(259)),
     (field(LengthField::byte(2).mask(7).factor(2).plus(6)).longest(21), Part::Longest, "longest: it is more than the greatest length", field(LengthField::byte(2).mask(7).factor(2).plus(6)).longest(20)),
     (field(LengthField::byte(2).factor(8)).shortest(9).longest(15), Part::Length, "length: no number that the length field can hold", field(LengthField::byte(2).factor(8)).shortest(9).longest(16)),
@@ -99,14 +99,14 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (COUNTED.trailer(Trailer::new(2, 1, 0)), Part::Trailer, "trailer: it must have 1 byte or more", COUNTED.trailer(Trailer::new(2, 1, 1))),
     (FIXED.trailer(Trailer::new(2, 1, 3)), Part::Trailer, "trailer: only frames with a length field", COUNTED.trailer(Trailer::new(2, 1, 3))),
     (COUNTED.trailer(Trailer::new(2, 1, 17)), Part::Trailer, "trailer: the shortest frame with a trailer", COUNTED.trailer(Trailer::new(2, 1, 16))),
-    (COUNTED.trailer(Trailer::new(9, 1, 3)).shortest(10), Part::Shortest, "shortest: such a frame has no room", COUNTED.trailer(Trailer::new(9, 1, 3)).shortest(11)),
+    (COUNTED.trailer(Trailer::new(9, 1, 3)).shortest(10), Part::Shortest, "shortest: a frame of this length has no room", COUNTED.trailer(Trailer::new(9, 1, 3)).shortest(11)),
     (FIXED.fixed(&[FixedBits::new(1, 0, 0)]), Part::Fixed(0), "fixed: the mask is 0", FIXED.fixed(&[FixedBits::new(1, 1, 0)])),
     (FIXED.fixed(&[FixedBits::new(1, 1, 3)]), Part::Fixed(0), "fixed: the mask is 0, or the value has bits", FIXED.fixed(&[FixedBits::new(1, 3, 3)])),
-    (FIXED.fixed(&[FixedBits::new(1, 1, 1), FixedBits::new(11, 1, 1)]), Part::Fixed(1), "fixed: the shortest frame has no such place", FIXED.fixed(&[FixedBits::new(1, 1, 1), FixedBits::new(9, 1, 1)])),
-    (FIXED.fixed(&[FixedBits::new(-12, 1, 1)]), Part::Fixed(0), "fixed: the shortest frame has no such place", FIXED.fixed(&[FixedBits::new(-11, 1, 1)])),
+    (FIXED.fixed(&[FixedBits::new(1, 1, 1), FixedBits::new(11, 1, 1)]), Part::Fixed(1), "fixed: the shortest frame has no byte at this offset", FIXED.fixed(&[FixedBits::new(1, 1, 1), FixedBits::new(9, 1, 1)])),
+    (FIXED.fixed(&[FixedBits::new(-12, 1, 1)]), Part::Fixed(0), "fixed: the shortest frame has no byte at this offset", FIXED.fixed(&[FixedBits::new(-11, 1, 1)])),
     (FIXED.fixed(&[FixedBits::new(2, 3, 1), FixedBits::new(-9, 2, 2)]), Part::Fixed(0), "fixed: other fixed bits", FIXED.fixed(&[FixedBits::new(2, 1, 1), FixedBits::new(-9, 2, 2)])),
-    (FIXED.fixed(&[FixedBits::new(0, 1, 0)]), Part::Sync, "sync: the fixed bits at its place", FIXED.fixed(&[FixedBits::new(0, 1, 1)])),
-    (FIXED.fixed(&[FixedBits::new(-1, 1, 1)]), Part::Terminator, "terminator: the fixed bits at its place", FIXED.fixed(&[FixedBits::new(-1, 1, 0)])),
+    (FIXED.fixed(&[FixedBits::new(0, 1, 0)]), Part::Sync, "sync: the fixed bits at its offset", FIXED.fixed(&[FixedBits::new(0, 1, 1)])),
+    (FIXED.fixed(&[FixedBits::new(-1, 1, 1)]), Part::Terminator, "terminator: the fixed bits at its offset", FIXED.fixed(&[FixedBits::new(-1, 1, 0)])),
     (LINE.shortest(5).fixed(&[FixedBits::new(3, 0xFF, b'\n')]), Part::Terminator, "terminator: the fixed bits or the message contain it", LINE.shortest(5).fixed(&[FixedBits::new(4, 0xFF, b'\n')])),
     (LINE.messages(Messages::new(Number::byte(1), &[KnownMessage::new(10)])), Part::Terminator, "terminator: the fixed bits or the message contain it", LINE.messages(Messages::new(Number::byte(1), &KNOWN))),
     (FIXED.content(&[(b' ', b'~')]), Part::Content, "content: only frames that a delimiter ends", TEXT),
@@ -123,24 +123,24 @@ const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (TEXT.checksum(DIGITS.encoding(Encoding::Big).at(-2).to(-3)), Part::Checksum, "checksum: its bytes may be outside the content", TEXT.checksum(DIGITS)),
     (TEXT.checksum(DIGITS).content(&[(b'0', b'E')]), Part::Checksum, "checksum: its bytes may be outside the content", TEXT.checksum(DIGITS).content(&[(b'0', b'F')])),
     (TEXT.checksum(DIGITS.at(1).from(-2).to(-1)).shortest(5), Part::Checksum, "checksum: in frames with a content, it can only cover", TEXT.checksum(DIGITS.at(1).from(-2).to(-2)).shortest(5)),
-    (sum(Checksum::at_the_end(0)), Part::Checksum, "checksum: it has 1 to 4 bytes", sum(Checksum::at_the_end(1))),
-    (sum(Checksum::at_the_end(5)), Part::Checksum, "checksum: it has 1 to 4 bytes", sum(Checksum::at_the_end(4))),
-    (sum(Checksum::at_the_end(2).algorithm(Algorithm::Xor)), Part::Checksum, "checksum: the algorithm has another number", sum(Checksum::at_the_end(1).algorithm(Algorithm::Xor))),
-    (sum(Checksum::at_the_end(1).algorithm(Algorithm::Fletcher)), Part::Checksum, "checksum: the algorithm has another number", sum(Checksum::at_the_end(2).algorithm(Algorithm::Fletcher))),
-    (crc(1, Crc::new(12, 7)), Part::Checksum, "checksum: the algorithm has another number", crc(2, Crc::new(12, 7))),
+    (sum(Checksum::at_the_end(0)), Part::Checksum, "checksum: it must have 1 to 4 bytes", sum(Checksum::at_the_end(1))),
+    (sum(Checksum::at_the_end(5)), Part::Checksum, "checksum: it must have 1 to 4 bytes", sum(Checksum::at_the_end(4))),
+    (sum(Checksum::at_the_end(2).algorithm(Algorithm::Xor)), Part::Checksum, "checksum: the algorithm needs another number", sum(Checksum::at_the_end(1).algorithm(Algorithm::Xor))),
+    (sum(Checksum::at_the_end(1).algorithm(Algorithm::Fletcher)), Part::Checksum, "checksum: the algorithm needs another number", sum(Checksum::at_the_end(2).algorithm(Algorithm::Fletcher))),
+    (crc(1, Crc::new(12, 7)), Part::Checksum, "checksum: the algorithm needs another number", crc(2, Crc::new(12, 7))),
     (crc(4, Crc::new(33, 7)), Part::Checksum, "checksum: the width of a CRC must be 8 to 32", crc(4, Crc::new(32, 7))),
     (crc(1, Crc::new(7, 7)), Part::Checksum, "checksum: the width of a CRC must be 8 to 32", crc(1, Crc::new(8, 7))),
     (crc(1, Crc::new(8, 0x107)), Part::Checksum, "checksum: the polynomial, the initial or", crc(2, Crc::new(9, 0x107))),
     (crc(1, Crc::new(8, 7).initial(0x100)), Part::Checksum, "checksum: the polynomial, the initial or", crc(1, Crc::new(8, 7).initial(0xFF))),
     (crc(1, Crc::new(8, 7).xor_out(0x100)), Part::Checksum, "checksum: the polynomial, the initial or", crc(1, Crc::new(8, 7).xor_out(0xFF))),
     (crc(1, Crc::new(8, 0)), Part::Checksum, "checksum: the polynomial is 0", crc(1, Crc::new(8, 1))),
-    (crc(2, Crc::new(16, 7).table(Table::Bytes(&BYTES))), Part::Checksum, "checksum: a table of bytes is for a CRC of 8", crc(1, Crc::new(8, 7).table(Table::Bytes(&BYTES)))),
-    (crc(1, Crc::new(8, 9).table(Table::Bytes(&BYTES))), Part::Checksum, "checksum: the table is of another CRC", crc(1, Crc::new(8, 9).table(Table::Bytes(&Crc::new(8, 9).table_of_bytes())))),
-    (crc(2, Crc::new(16, 7).reflected().table(Table::Words(&WORDS))), Part::Checksum, "checksum: the table is of another CRC", crc(2, Crc::new(16, 7).table(Table::Words(&WORDS)))),
-    (crc(1, Crc::new(8, 7).reflected().table(Table::Bytes(&BYTES))), Part::Checksum, "checksum: the table is of another CRC", crc(1, Crc::new(8, 7).reflected().table(Table::Bytes(&Crc::new(8, 7).reflected().table_of_bytes())))),
-    (sum(CHECKSUM.at(4)), Part::Checksum, "checksum: it is not in the shortest", sum(CHECKSUM.at(3).to(2))),
-    (sum(CHECKSUM.encoding(Encoding::Hex)), Part::Checksum, "checksum: it is not in the shortest", sum(CHECKSUM.encoding(Encoding::Hex).at(-2).to(-3))),
-    (FIXED.checksum(Checksum::at_the_end(1).at(-12)), Part::Checksum, "checksum: it is not in the shortest", FIXED.checksum(Checksum::at_the_end(1).at(-2).to(-3))),
+    (crc(2, Crc::new(16, 7).table(Table::Bytes(&BYTES))), Part::Checksum, "checksum: a table of bytes is only for a CRC of 8", crc(1, Crc::new(8, 7).table(Table::Bytes(&BYTES)))),
+    (crc(1, Crc::new(8, 9).table(Table::Bytes(&BYTES))), Part::Checksum, "checksum: the table belongs to another CRC", crc(1, Crc::new(8, 9).table(Table::Bytes(&Crc::new(8, 9).table_of_bytes())))),
+    (crc(2, Crc::new(16, 7).reflected().table(Table::Words(&WORDS))), Part::Checksum, "checksum: the table belongs to another CRC", crc(2, Crc::new(16, 7).table(Table::Words(&WORDS)))),
+    (crc(1, Crc::new(8, 7).reflected().table(Table::Bytes(&BYTES))), Part::Checksum, "checksum: the table belongs to another CRC", crc(1, Crc::new(8, 7).reflected().table(Table::Bytes(&Crc::new(8, 7).reflected().table_of_bytes())))),
+    (sum(CHECKSUM.at(4)), Part::Checksum, "checksum: it is outside of the shortest", sum(CHECKSUM.at(3).to(2))),
+    (sum(CHECKSUM.encoding(Encoding::Hex)), Part::Checksum, "checksum: it is outside of the shortest", sum(CHECKSUM.encoding(Encoding::Hex).at(-2).to(-3))),
+    (FIXED.checksum(Checksum::at_the_end(1).at(-12)), Part::Checksum, "checksum: it is outside of the shortest", FIXED.checksum(Checksum::at_the_end(1).at(-2).to(-3))),
     (sum(CHECKSUM.to(-1)), Part::Checksum, "checksum: it covers itself", sum(CHECKSUM.to(-2))),
     (sum(CHECKSUM.to(20)), Part::Checksum, "checksum: the bytes that it covers", sum(CHECKSUM.to(2))),
     (sum(CHECKSUM.from(4)).shortest(4), Part::Checksum, "checksum: the bytes that it covers", sum(CHECKSUM.from(3)).shortest(4)),
@@ -210,7 +210,7 @@ fn delivers(layout: &Layout) -> bool {
     let lengths = (layout.shortest()..=layout.longest())
         .flat_map(|length| (0..16).map(move |try_| (length, try_)));
     let mut of_lengths = lengths.flat_map(|(length, try_)| {
-        // Try a header that names no known message, and a header for each known message.
+        // Try a header for each known message, or random headers if the layout does not restrict the messages.
         let messages = known.iter().map(|message| Some(message.number));
         let messages: Vec<_> = if known.is_empty() {
             vec![None]
@@ -277,7 +277,7 @@ fn is_received(layout: &Layout, frame: &[u8]) -> bool {
     frames == 1
 }
 
-/// Returns the next random number (xorshift).
+/// A generator of random numbers (xorshift).
 struct Random(u64);
 
 impl Random {
@@ -375,8 +375,8 @@ impl Random {
     }
 }
 
-/// Shows that the check is neither too strict nor too lax: each layout of random parts is either rejected, or has
-/// frames that a receiver delivers.
+/// Shows that the check is not too lax: each layout of random parts is either rejected, or has frames that a receiver
+/// delivers.
 #[test]
 fn a_layout_that_the_check_accepts_has_frames() {
     let mut random = Random(26);

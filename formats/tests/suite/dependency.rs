@@ -1,11 +1,12 @@
-//! Compiles a package that depends on both crates. The package renames the crates, or gives a format to the wrong receiver.
+//! Compiles packages that depend on both crates. A package may rename the crates. If it gives a format to the wrong
+//! receiver, the compiler's error must name the right one.
 
 use std::path::Path;
 use std::process::Command;
 use std::{env, fs};
 
-/// Returns the output of the compiler for a package with this source. The package renames the crates to `receiver` and
-/// `frames`.
+/// Compiles a package with this source, in which the crates are named `receiver` and `frames`. Returns whether the
+/// package compiles, and the compiler's output.
 fn checked(name: &str, source: &str) -> (bool, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let package = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);

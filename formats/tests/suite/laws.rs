@@ -98,7 +98,7 @@ fn mavlink2() {
     );
 }
 
-/// The longest frame is determined by the format's value, not by its type.
+/// The value of the format determines the longest frame, not the format's type.
 #[test]
 fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     /// A deliberate mistake: `AnyOf` states a longest frame that is too short.
@@ -123,10 +123,10 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     keeps_the_laws(&several, &[stream.clone()]);
 }
 
-/// Long frames can be checked even in a test without optimisation.
+/// The check is fast enough for long frames, even in a test without optimisation.
 #[test]
 fn a_frame_of_300_bytes() {
-    /// A deliberate mistake that only one value of one byte reveals, and that no valid frame reveals.
+    /// A deliberate mistake that only one value of a single byte reveals. No valid frame reveals it.
     #[derive(Clone, Copy)]
     struct Hasty;
     impl Format for Hasty {
@@ -152,7 +152,7 @@ fn a_frame_of_300_bytes() {
     assert_eq!((broken.law, broken.changed), (3, Some((201, 0x51))));
 }
 
-/// Returns the frame with a signature, and with the CRC of a signed frame.
+/// Returns the frame with a signature and with the CRC that a signed frame has.
 pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
     let (unsigned, _) = frame.split_last_chunk::<2>().expect("a CRC");
     let mut signed = unsigned.to_vec();
@@ -185,7 +185,7 @@ fn bin_and_bin_crc8() {
     }
 }
 
-/// If a byte contains the length and other bits, sealing writes only the bits of the length.
+/// If a byte contains bits of the length and other bits, sealing writes only the bits of the length.
 #[test]
 fn what_is_not_of_the_length_stays_as_it_is() {
     const LAYOUT: Layout = Layout::builder()
@@ -198,8 +198,7 @@ fn what_is_not_of_the_length_stays_as_it_is() {
     assert_eq!(frame, [0x24, 0x85, 1, 2, 3]);
 }
 
-/// Numbers of each size are read highest byte first or lowest byte first, as the layout says. Sealing writes them in the
-/// same order.
+/// Numbers of each size are read in the byte order that the layout states. Sealing writes them in the same order.
 #[test]
 fn numbers_in_the_header_have_a_size_and_an_order() {
     for (bytes, order) in
@@ -293,7 +292,7 @@ fn what_a_layout_says_at_its_limits() {
             &[0x24, 3],
             Classification::Rejected(DiscardReason::BadHeader),
         ),
-        // The bytes contain no terminator, and are as many as the longest frame has.
+        // There are as many bytes as in the longest frame, but no terminator.
         (
             layout
                 .length(Length::Delimiter)
@@ -308,8 +307,8 @@ fn what_a_layout_says_at_its_limits() {
     }
 }
 
-/// `classify_after` skips seen bytes only if the layout has searched them for the end of the frame. It has not, if its
-/// header was incomplete or an earlier layout accepted the bytes.
+/// `classify_after` skips the first `seen` bytes only if the layout has searched them for the end of the frame. The
+/// layout has not searched them if its header was incomplete, or if an earlier layout found them incomplete.
 #[test]
 fn an_end_in_what_was_seen_is_found() {
     let lines = Layout::builder()

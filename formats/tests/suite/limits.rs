@@ -1,4 +1,4 @@
-//! Limits that no receiver of such frames can overcome: N4 and N5 of docs/protocol.md, each with its example.
+//! Shows limits that no receiver of such frames can overcome: N4 and N5 in docs/protocol.md, each with its example.
 
 use framelock::{BufferedReceiver, LineEvent};
 use framelock_formats::crsf::{self, Crsf};
@@ -40,7 +40,7 @@ fn a_frame_behind_a_false_beginning_is_late() {
     assert_eq!(found, [2]);
 }
 
-/// A false start `C8 04` swallows the beginning of the true frame: together they form a valid frame.
+/// A false start `C8 04` takes the first two bytes of the true frame, and forms a valid frame with them.
 #[test]
 fn a_frame_that_begins_in_a_false_one_whose_check_is_right_is_lost() {
     let sent = crsf(0x16, &[1, 2, 3]);
@@ -49,10 +49,10 @@ fn a_frame_that_begins_in_a_false_one_whose_check_is_right_is_lost() {
         kinds(&stream) == [5]
     };
     let false_head = (0..=u8::MAX).any(is_false_head);
-    assert!(false_head, "one in 256 has a right check");
+    assert!(false_head, "one in 256 has a valid CRC");
 }
 
-/// The first byte of a frame is lost. The receiver then delivers a frame from its payload.
+/// If the first byte of a frame is lost, the receiver delivers a frame that the payload contains.
 #[test]
 fn a_frame_inside_one_whose_beginning_is_lost_is_delivered() {
     let sent = crsf(7, &crsf(9, &[1, 2, 3]));

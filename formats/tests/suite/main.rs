@@ -1,4 +1,4 @@
-//! Tests of the formats against other crates' encoders and decoders, the laws, and the reference.
+//! Tests the formats against other crates' encoders and decoders, the laws, and the reference.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 mod against_reference;
@@ -27,7 +27,7 @@ fn receive<F: Format, const N: usize>(
     }
 }
 
-/// Asserts that the format finds exactly one message in a frame; `see` checks the message.
+/// Asserts that the format finds exactly one message in a frame. `see` checks the message.
 fn receive_one<F: Format, const N: usize>(
     format: F,
     frame: &[u8],
@@ -41,7 +41,7 @@ fn receive_one<F: Format, const N: usize>(
     assert_eq!(received, 1, "{frame:02X?}");
 }
 
-/// HEARTBEAT and ATTITUDE of the dialect `common`, and one with the longest payload.
+/// HEARTBEAT and ATTITUDE of the dialect `common`, and a message with the longest possible payload.
 const DIALECT: &[KnownMessage] = &[
     KnownMessage::with_extra(0, 50, 9),
     KnownMessage::with_extra(30, 39, 28),

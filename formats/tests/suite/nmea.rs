@@ -1,4 +1,5 @@
-//! NMEA sentences from other projects' recordings, with the line ends, lengths and noise that occur in practice.
+//! Receives NMEA sentences from other projects' recordings, with the line ends, lengths and noise that occur in
+//! practice.
 
 use framelock::EncodeInto;
 use framelock_formats::gnss::{Gnss, Message};

@@ -22,7 +22,7 @@ fn channels() -> impl Strategy<Value = [u16; 16]> {
     prop::array::uniform16(0_u16..2048)
 }
 
-/// A CRC of 24 bits with a polynomial that is meant for sixteen bits.
+/// A CRC of 24 bits whose polynomial is intended for sixteen bits.
 const OF_24_BITS: crc::Algorithm<u32> = crc::Algorithm {
     width: 24,
     poly: 0x1021,
@@ -289,7 +289,7 @@ fn mavlink2_with_an_unknown_incompatible_flag_is_dropped() {
     }
 }
 
-/// CRSF frames of fewer than four bytes are rejected, although a CRC over no bytes would match.
+/// CRSF frames of fewer than four bytes are rejected, even if their CRC, which covers no bytes, is correct.
 #[test]
 fn crsf_has_no_frame_of_fewer_than_four_bytes() {
     let stream = [0xC8, 0, 0xC8, 1, 0, 0xC8, 0];

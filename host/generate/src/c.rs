@@ -1,4 +1,4 @@
-//! Computes the values that depend on the layout, for the template of a receiver in C.
+//! Computes the values that the template of a C receiver needs about a layout.
 
 use framelock_formats::layout::{
     Algorithm, ByteOrder, Checksum, Crc, Encoding, FixedBits, Layout, Length, LengthField,
@@ -12,7 +12,7 @@ use crate::Item;
 /// Frames of fixed length up to this length are received with a window instead of a buffer.
 const LONGEST_WINDOW: usize = 16;
 
-/// The size of a CRC's table.
+/// The size of the table with which C code computes a CRC.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum CrcTable {
     /// A table of 16 entries, with two look-ups for each byte.
@@ -92,10 +92,10 @@ pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
     }
 }
 
-/// The reasons to discard bytes. Each entry has the reason's name, its text, and the number of the frame's part in
-/// which the classification finds it.
+/// The reasons to discard bytes. Each entry has the reason's name, its text, and a number for the part of the frame in
+/// which classification finds it: 0 for the first byte, 1 for the rest of the sync, 2 for the header, 3 for the rest.
 const REASONS: [(&str, &str, u8); 7] = [
-    ("NO_SYNC", "no frame begins with them", 0),
+    ("NO_SYNC", "no frame begins with these bytes", 0),
     ("BROKEN_SYNC", "a later byte of the sync is wrong", 1),
     (
         "BAD_HEADER",
@@ -103,7 +103,7 @@ const REASONS: [(&str, &str, u8); 7] = [
         2,
     ),
     ("TOO_LONG", "the length is too great", 2),
-    ("UNKNOWN_MESSAGE", "the message is not in the list", 2),
+    ("UNKNOWN_MESSAGE", "the message is unknown", 2),
     ("CHECKSUM_MISMATCH", "the checksum is wrong", 3),
     (
         "WRONG_TERMINATOR",
@@ -112,7 +112,7 @@ const REASONS: [(&str, &str, u8); 7] = [
     ),
 ];
 
-/// Returns the values that the template needs about all kinds.
+/// Returns the values that the template needs about all kinds together.
 pub(crate) fn program(layouts: &[Layout]) -> Value {
     let longest = layouts
         .iter()
@@ -192,7 +192,7 @@ fn occurring(layout: &Layout) -> [bool; 7] {
     ]
 }
 
-/// Returns the distinct values in ascending order.
+/// Returns the bytes without duplicates, in the order in which they first occur.
 fn distinct(bytes: &[u8]) -> Vec<u8> {
     let mut distinct = Vec::new();
     for byte in bytes {
@@ -216,7 +216,7 @@ fn patterns(patterns: &Patterns) -> Value {
     context! { each, length => patterns.length }
 }
 
-/// Joins conditions, in parentheses if there are several.
+/// Joins conditions with `||`. If there are several, each gets parentheses.
 fn any_of(conditions: impl Iterator<Item = String>) -> String {
     let conditions: Vec<String> = conditions.collect();
     if let [one] = &*conditions {
@@ -226,7 +226,7 @@ fn any_of(conditions: impl Iterator<Item = String>) -> String {
     each.collect::<Vec<_>>().join(" || ")
 }
 
-/// Returns the expression for the index that lies `more` bytes after a position in a frame.
+/// Returns the expression for the index `more` bytes after the position `at` in a frame.
 fn index(at: i16, more: usize) -> String {
     match (at, usize::from(at.unsigned_abs())) {
         (0.., distance) => format!("{}U", distance + more),
@@ -253,7 +253,7 @@ fn set_bits(bits: FixedBits) -> String {
     }
 }
 
-/// Returns the expression that reads a number of 1, 2, 3, 4 or 8 bytes with a helper.
+/// Returns the expression that reads a number of 1, 2, 3, 4 or 8 bytes from an array.
 fn number(array: &str, at: &str, bytes: usize, order: ByteOrder) -> String {
     let order = if order == ByteOrder::Big { "be" } else { "le" };
     match bytes {
@@ -272,7 +272,7 @@ fn greatest(field: &LengthField) -> u32 {
     field.mask & (u32::MAX >> unused)
 }
 
-/// Returns the smallest and the greatest value that a length field can have after a correct sync.
+/// Returns the smallest and the greatest value that a length field can have if the sync is correct.
 fn range(layout: &Layout, field: &LengthField) -> (u32, u32) {
     let in_sync = layout.sync().each().filter_map(|sync| {
         let bytes = sync.get(field.number.at..field.number.end())?;
@@ -521,9 +521,9 @@ pub(crate) struct Access {
     /// The type of the field's values.
     #[serde(rename = "type")]
     kind: String,
-    /// The expression that reads the field from `frame`.
+    /// The expression that reads the field's value from `frame`.
     read: String,
-    /// The statement that writes the field.
+    /// The statement that writes the field's value into `frame`.
     write: String,
 }
 
@@ -617,7 +617,7 @@ pub(crate) fn access(item: &Item) -> Access {
     }
 }
 
-/// Casts the number that was read to the field's type.
+/// Returns the expression that casts the number `read` to the field's type.
 fn cast(item: &Item, kind: &str, read: &str) -> String {
     if item.number == "f32" {
         return format!("PREFIX_float({read})");
@@ -635,7 +635,7 @@ fn cast(item: &Item, kind: &str, read: &str) -> String {
     }
 }
 
-/// Returns the type of a field.
+/// Returns the C type of a field.
 fn c_type(number: &str) -> String {
     match number.split_at(1) {
         ("f", _) => "float".to_owned(),

@@ -1,8 +1,8 @@
-//! Generates source code from a [`Description`]: the layout, a struct with the fields of each kind, and functions to
-//! decode and encode.
+//! Generates source code from a [`Description`]: the layout, a struct for the fields of each kind, and functions that
+//! decode and encode frames.
 //!
-//! There is one template per language, which contains the text of the generated program. The code here prepares the
-//! values that the template inserts.
+//! Each language has a template, which contains the text of the generated program. The code here prepares the values
+//! that the template inserts.
 #![forbid(unsafe_code)]
 
 mod c;
@@ -65,15 +65,15 @@ struct Program {
 struct KindItem {
     /// The kind's name in the description.
     described_name: String,
-    /// The kind's name in the program. In Rust it is the name of the type, in C a part of the names of the type and the
-    /// functions.
+    /// The kind's name in the program. In Rust it is the name of the kind's type. In C it is a part of the names of the
+    /// kind's type and functions.
     name: String,
     layout: Value,
     /// The fields whose values differ between frames.
     items: Vec<Item>,
     /// Whether the kind's values borrow bytes of the frame.
     borrows: bool,
-    /// The number of bytes that every frame has, without the trailer.
+    /// The length of the shortest frame, with the zero bytes that a sender may leave out and without the trailer.
     start: usize,
     /// A divisor and a remainder: the length of every frame is a multiple of the divisor, plus the remainder.
     multiple: Option<(usize, usize)>,
@@ -88,7 +88,8 @@ struct Zeros {
     first: usize,
     /// The number of bytes that follow the payload in a frame without its trailer.
     margin: usize,
-    /// Whether `encode` leaves out these zero bytes. If a field takes the rest of the frame, `encode` writes them.
+    /// Whether `encode` leaves out these zero bytes. It writes them if a field takes the rest of the frame, or if not
+    /// every length is possible.
     are_left_out: bool,
 }
 
@@ -100,7 +101,8 @@ struct Item {
     name: String,
     /// The length of the shortest frame that has the field; `None` if every frame has it.
     needs: Option<usize>,
-    /// The length of the shortest frame that contains this field, if that length may exceed `start`.
+    /// The length of the shortest frame that contains this field. `None` if this field never makes a frame longer than
+    /// `start`.
     least: Option<usize>,
     /// The index of the field's first byte. A negative index counts from the end of the frame.
     at: i16,
@@ -120,10 +122,11 @@ struct Item {
     number: String,
     /// Whether the number has a sign and fewer bits than its type.
     is_narrow_signed: bool,
-    /// The number of bytes in a number. The order of these bytes, `order`, is `le` or `be`.
+    /// The number of bytes in a number.
     bytes: usize,
+    /// The order of these bytes: `le` or `be`.
     order: &'static str,
-    /// The index of the first bit of a sequence of bits, counted from the lowest bit of the byte at `at`.
+    /// The index of a bit field's first bit, counted from the lowest bit of the byte at `at`.
     first: Option<usize>,
     /// The number of bits in the value.
     width: usize,

@@ -1,18 +1,19 @@
-//! The languages, and unique valid names in them.
+//! Describes the target languages, and converts names to valid and unique names in them.
 
 use std::collections::HashSet;
 
-/// A language: the names that it allows, and the texts of generated programs.
+/// A target language: the names that it forbids, and the texts from which programs are generated.
 pub(crate) struct Language {
     keywords: &'static [&'static str],
-    /// Other names that no kind can have, because every generated program uses them.
+    /// Further names that no kind can have, because every generated program uses them.
     own: &'static [&'static str],
-    /// Makes a valid name of a kind.
+    /// Converts the name of a kind to a name that is valid in this language.
     pub(crate) kind: fn(&str) -> String,
-    /// The name of the kind, if there is only one.
+    /// The name of the only kind, if a description has just one.
     pub(crate) message: &'static str,
-    /// The template of a program, and the helper functions that a program may call.
+    /// The template of a program.
     pub(crate) template: &'static str,
+    /// The helper functions that a program may call.
     pub(crate) helpers: &'static str,
 }
 
@@ -55,7 +56,7 @@ impl Language {
         self.keywords.iter().copied().map(str::to_owned).collect()
     }
 
-    /// The names that no kind can have.
+    /// Returns the names that no kind can have.
     pub(crate) fn taken(&self) -> HashSet<String> {
         let names = self.keywords.iter().chain(self.own);
         names.copied().map(str::to_owned).collect()
@@ -71,19 +72,19 @@ pub(crate) fn free(name: &str, taken: &mut HashSet<String>) -> String {
     name
 }
 
-/// Returns the parts of a name, in small letters.
+/// Returns the words of a name in lower case.
 pub(crate) fn words(name: &str) -> Vec<String> {
     let parts = name.split(|c: char| !c.is_ascii_alphanumeric());
     let words = parts.filter(|part| !part.is_empty());
     words.map(str::to_ascii_lowercase).collect()
 }
 
-/// Returns the name of a module, or of a header's functions.
+/// Converts a name to a valid name for a module, or to a valid prefix for a header's names.
 pub(crate) fn module(name: &str) -> String {
     starting_with_letter(words(name).join("_"), "frame")
 }
 
-/// Returns the name of a type, such as `MotorState`.
+/// Converts a name to a valid name for a type, such as `MotorState`.
 fn camel(name: &str) -> String {
     let words = words(name).into_iter();
     let capital = |word: String| word[..1].to_ascii_uppercase() + &word[1..];
@@ -98,7 +99,7 @@ fn starting_with_letter(name: String, otherwise: &str) -> String {
     }
 }
 
-/// Returns text that fits into a comment of one line.
+/// Changes a text so that it fits into a one-line comment.
 pub(crate) fn one_line(text: &str) -> String {
     text.replace(char::is_control, " ").replace("*/", "* /")
 }

@@ -32,7 +32,7 @@ pub(crate) fn source(program: Value, name: &str, language: &Language) -> String 
     source.trim_end().to_owned() + "\n"
 }
 
-/// Returns the functions that the code calls. Each function in `functions` is followed by a blank line.
+/// Returns those functions that the code calls. Each function in `functions` is followed by a blank line.
 fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
     let is_called = |function: &&str| {
@@ -46,12 +46,12 @@ fn called(code: &str, functions: &str) -> String {
     functions.filter(is_called).collect()
 }
 
-/// Indents each line by the number of open brackets. A line that begins with a dot belongs to a chain of calls, and is
-/// indented by one more. The indentation in the templates has no effect.
+/// Indents each line by one level per open bracket. A line that begins with a dot belongs to a chain of calls, and is
+/// indented by one more level. The indentation in the templates has no effect.
 fn indented(code: &str) -> String {
     let mut text = String::new();
     let mut depth = 0_usize;
-    // The depths of the open chains.
+    // The levels of the open chains.
     let mut chains = Vec::new();
     for line in code.lines().map(str::trim) {
         let is_comment = ["//", "/*", "* ", "*/"]

@@ -24,7 +24,7 @@ static inline void PREFIX_copy(void *to, const void *from, size_t size)
     }
 }
 
-/* Returns whether bytes are equal. */
+/* Returns whether `size` bytes are equal. */
 static inline bool PREFIX_same(const void *one, const void *other, size_t size)
 {
     const uint8_t *byte = (const uint8_t *)one;
@@ -41,43 +41,43 @@ static inline bool PREFIX_same(const void *one, const void *other, size_t size)
     return true;
 }
 
-/* Reads a number of two bytes, little-endian. */
+/* Reads a little-endian integer of two bytes. */
 static inline uint16_t PREFIX_le16(const uint8_t *bytes)
 {
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Reads a number of two bytes, big-endian. */
+/* Reads a big-endian integer of two bytes. */
 static inline uint16_t PREFIX_be16(const uint8_t *bytes)
 {
     return (uint16_t)(((unsigned)bytes[0] << 8U) | bytes[1]);
 }
 
-/* Reads a number of three bytes, little-endian. */
+/* Reads a little-endian integer of three bytes. */
 static inline uint32_t PREFIX_le24(const uint8_t *bytes)
 {
     return ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
 }
 
-/* Reads a number of three bytes, big-endian. */
+/* Reads a big-endian integer of three bytes. */
 static inline uint32_t PREFIX_be24(const uint8_t *bytes)
 {
     return ((uint32_t)bytes[0] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[2];
 }
 
-/* Reads a number of four bytes, little-endian. */
+/* Reads a little-endian integer of four bytes. */
 static inline uint32_t PREFIX_le32(const uint8_t *bytes)
 {
     return ((uint32_t)bytes[3] << 24U) | ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
 }
 
-/* Reads a number of four bytes, big-endian. */
+/* Reads a big-endian integer of four bytes. */
 static inline uint32_t PREFIX_be32(const uint8_t *bytes)
 {
     return ((uint32_t)bytes[0] << 24U) | ((uint32_t)bytes[1] << 16U) | ((uint32_t)bytes[2] << 8U) | bytes[3];
 }
 
-/* Reads a number of eight bytes, little-endian. */
+/* Reads a little-endian integer of eight bytes. */
 static inline uint64_t PREFIX_le64(const uint8_t *bytes)
 {
     uint64_t number = 0U;
@@ -89,7 +89,7 @@ static inline uint64_t PREFIX_le64(const uint8_t *bytes)
     return number;
 }
 
-/* Reads a number of eight bytes, big-endian. */
+/* Reads a big-endian integer of eight bytes. */
 static inline uint64_t PREFIX_be64(const uint8_t *bytes)
 {
     uint64_t number = 0U;
@@ -101,7 +101,7 @@ static inline uint64_t PREFIX_be64(const uint8_t *bytes)
     return number;
 }
 
-/* Extends the sign of a number of `width` bits. */
+/* Sign-extends a number of `width` bits. */
 static inline int32_t PREFIX_signed(uint32_t number, uint8_t width)
 {
     const uint32_t sign = (uint32_t)1U << (width - 1U);
@@ -109,7 +109,7 @@ static inline int32_t PREFIX_signed(uint32_t number, uint8_t width)
     return (int32_t)((number ^ sign) - sign);
 }
 
-/* Extends the sign of a number of `width` bits. */
+/* Sign-extends a number of `width` bits. */
 static inline int64_t PREFIX_signed64(uint64_t number, uint8_t width)
 {
     const uint64_t sign = (uint64_t)1U << (width - 1U);
@@ -117,7 +117,7 @@ static inline int64_t PREFIX_signed64(uint64_t number, uint8_t width)
     return (int64_t)((number ^ sign) - sign);
 }
 
-/* Reads `width` bits, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+/* Reads `width` bits, from bit `first` on. Bit 0 is the lowest bit of the first byte. */
 static inline uint32_t PREFIX_bits(const uint8_t *bytes, uint16_t first, uint8_t width)
 {
     const uint8_t *byte = &bytes[first / 8U];
@@ -131,7 +131,7 @@ static inline uint32_t PREFIX_bits(const uint8_t *bytes, uint16_t first, uint8_t
     return bits & (UINT32_MAX >> (32U - width));
 }
 
-/* Reads `width` bits, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+/* Reads `width` bits, from bit `first` on. Bit 0 is the lowest bit of the first byte. */
 static inline uint64_t PREFIX_bits64(const uint8_t *bytes, uint16_t first, uint8_t width)
 {
     const uint8_t *byte = &bytes[first / 8U];
@@ -163,7 +163,7 @@ static inline uint32_t PREFIX_bits_of(float number)
     return bits;
 }
 
-/* Writes a number of `count` bytes, little-endian, by setting those bits that are 1. */
+/* Writes a little-endian integer of `count` bytes into bits that are 0. */
 static inline void PREFIX_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -174,7 +174,7 @@ static inline void PREFIX_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
     }
 }
 
-/* Writes a number of `count` bytes, big-endian, by setting those bits that are 1. */
+/* Writes a big-endian integer of `count` bytes into bits that are 0. */
 static inline void PREFIX_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -185,7 +185,7 @@ static inline void PREFIX_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
     }
 }
 
-/* Writes a number of `count` bytes, little-endian, by setting those bits that are 1. */
+/* Writes a little-endian integer of `count` bytes into bits that are 0. */
 static inline void PREFIX_put_le64(uint8_t *bytes, uint8_t count, uint64_t number)
 {
     uint8_t i;
@@ -196,7 +196,7 @@ static inline void PREFIX_put_le64(uint8_t *bytes, uint8_t count, uint64_t numbe
     }
 }
 
-/* Writes a number of `count` bytes, big-endian, by setting those bits that are 1. */
+/* Writes a big-endian integer of `count` bytes into bits that are 0. */
 static inline void PREFIX_put_be64(uint8_t *bytes, uint8_t count, uint64_t number)
 {
     uint8_t i;
@@ -207,7 +207,8 @@ static inline void PREFIX_put_be64(uint8_t *bytes, uint8_t count, uint64_t numbe
     }
 }
 
-/* Writes `width` bits by setting those that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+/* Writes the lowest `width` bits of a number into bits that are 0, from bit `first` on. Bit 0 is the lowest bit of the
+ * first byte. */
 static inline void PREFIX_put_bits(uint8_t *bytes, uint16_t first, uint8_t width, uint32_t number)
 {
     uint8_t i;
@@ -221,7 +222,8 @@ static inline void PREFIX_put_bits(uint8_t *bytes, uint16_t first, uint8_t width
     }
 }
 
-/* Writes `width` bits by setting those that are 1, from bit `first` on: bit 0 is the lowest bit of the first byte. */
+/* Writes the lowest `width` bits of a number into bits that are 0, from bit `first` on. Bit 0 is the lowest bit of the
+ * first byte. */
 static inline void PREFIX_put_bits64(uint8_t *bytes, uint16_t first, uint8_t width, uint64_t number)
 {
     uint8_t i;
@@ -235,7 +237,7 @@ static inline void PREFIX_put_bits64(uint8_t *bytes, uint16_t first, uint8_t wid
     }
 }
 
-/* Writes bytes by setting those bits that are 1. */
+/* Writes bytes into bits that are 0. */
 static inline void PREFIX_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;

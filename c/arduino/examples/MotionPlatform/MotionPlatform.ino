@@ -1,5 +1,5 @@
-// A motion platform with three servos: BIN frames on the serial port set their positions, and the failsafe moves them to
-// the middle when frames stop. The servos' signal wires are at pins 9, 10 and 11.
+// A motion platform with three servos. BIN frames on the serial port set the servos' positions. When frames stop, the
+// failsafe moves the servos to the middle. Their signal wires are at pins 9, 10 and 11.
 
 #include <bin.h>
 #include <failsafe.h>
@@ -21,7 +21,7 @@ static void pulse(uint8_t pin, uint8_t position)
 
 void setup()
 {
-    // Hold after 100 ms without a frame, move to the middle after 500 ms, one unit each 10 ms.
+    // Hold after 100 ms without a frame. Move to the middle after 500 ms, by one unit every 10 ms.
     static const failsafe_parameters parameters = {100, 500, {128, 128, 128}, {10, 10, 10}};
 
     for (uint8_t i = 0; i < FAILSAFE_AXES; i++) {

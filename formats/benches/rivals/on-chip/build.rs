@@ -1,4 +1,4 @@
-//! Gives the linker the firmware's memory map and cortex-m-rt's sections.
+//! Passes the firmware's memory map and cortex-m-rt's linker script to the linker.
 
 use std::path::PathBuf;
 use std::{env, fs, io};

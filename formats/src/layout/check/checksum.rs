@@ -3,8 +3,8 @@
 use super::{get, reject_if};
 use crate::layout::{Algorithm, Checksum, Contradiction, Crc, Layout, Length, Part, Table, index};
 
-const OUTSIDE: &str = "checksum: it is not in the shortest or not in the longest frame: change at, or count it from the other end";
-const NOT_COVERED: &str = "checksum: the bytes that it covers are not in the shortest or not in the longest frame, or from is after to";
+const OUTSIDE: &str = "checksum: it is outside of the shortest or the longest frame: change at, or count it from the other end";
+const NOT_COVERED: &str = "checksum: the bytes that it covers are outside of the shortest or the longest frame, or from is after to";
 
 /// Checks the checksum in a frame of `length` bytes.
 pub(super) const fn check_checksum(layout: &Layout, length: usize) -> Result<(), Contradiction> {
@@ -75,12 +75,12 @@ const fn check_algorithm(checksum: &Checksum) -> Result<(), Contradiction> {
     reject_if!(
         checksum.bytes < 1 || checksum.bytes > 4,
         Part::Checksum,
-        "checksum: it has 1 to 4 bytes"
+        "checksum: it must have 1 to 4 bytes"
     );
     reject_if!(
         checksum.bytes != bytes,
         Part::Checksum,
-        "checksum: the algorithm has another number of bytes: xor 1, Fletcher 2, a CRC its width / 8, rounded up"
+        "checksum: the algorithm needs another number of bytes: xor 1, Fletcher 2, a CRC its width / 8, rounded up"
     );
     Ok(())
 }
@@ -105,7 +105,7 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
     reject_if!(
         matches!(crc.table, Table::Bytes(_)) && crc.width != 8,
         Part::Checksum,
-        "checksum: a table of bytes is for a CRC of 8 bits: give a table of words"
+        "checksum: a table of bytes is only for a CRC of 8 bits: give a table of words"
     );
     // The table entry of this byte is the polynomial.
     let byte = if crc.reflected_in { 0x80_u8 } else { 1 };
@@ -121,7 +121,7 @@ const fn check_crc(crc: &Crc) -> Result<(), Contradiction> {
     reject_if!(
         !is_its_own,
         Part::Checksum,
-        "checksum: the table is of another CRC: compute it from the same parameters"
+        "checksum: the table belongs to another CRC: compute it from the same parameters"
     );
     Ok(())
 }

@@ -11,7 +11,7 @@ pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> 
         reject_if!(
             has_others,
             Part::OtherTerminators,
-            "other terminators: without a content they cannot be told from the frame's other bytes: give a content"
+            "other terminators: without a content, other bytes of a frame may look like them: give a content"
         );
         return Ok(());
     }
@@ -114,7 +114,7 @@ pub(super) const fn check_content_of_parts(
     Ok(())
 }
 
-/// Returns a terminator by its number. The other terminators are numbered after the terminators.
+/// Returns the terminator with this number. The patterns of `terminator` come first, then the other terminators.
 const fn nth_terminator<'a>(layout: &Layout<'a>, number: usize) -> Option<&'a [u8]> {
     if is_other(layout, number) {
         return get(
@@ -136,7 +136,7 @@ const fn is_other(layout: &Layout, number: usize) -> bool {
     number >= count(layout)
 }
 
-/// Returns the number of terminators that have the same length.
+/// Returns the number of patterns in `terminator`.
 const fn count(layout: &Layout) -> usize {
     match layout
         .terminator

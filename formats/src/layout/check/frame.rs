@@ -27,7 +27,7 @@ pub(super) const fn shortest_frame(layout: &Layout) -> Result<usize, Contradicti
     let (part, message) = if !found.has_sync {
         (
             Part::Sync,
-            "sync: the fixed bits at its place have other values",
+            "sync: the fixed bits at its offset have other values",
         )
     } else if !found.has_message {
         (
@@ -61,7 +61,7 @@ struct Found {
     length: usize,
 }
 
-/// Adds the shortest frames with this sync to the result.
+/// Updates the result with the shortest frames that have this sync.
 const fn with_sync(layout: &Layout, sync: &[u8], mut found: Found) -> Found {
     let Some(messages) = &layout.messages else {
         return with_length(layout, sync, None, found);
@@ -77,7 +77,7 @@ const fn with_sync(layout: &Layout, sync: &[u8], mut found: Found) -> Found {
     found
 }
 
-/// Adds the shortest frame with this sync and this message to the result.
+/// Updates the result with the shortest frame that has this sync and this message.
 const fn with_length(
     layout: &Layout,
     sync: &[u8],
@@ -152,8 +152,8 @@ const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> 
     if from & !bits == 0 && from & known == values {
         return Some(from);
     }
-    // Otherwise the result is greater than `from`. It has a bit that `from` lacks. Above this bit it equals `from`, and
-    // below it has the smallest possible value.
+    // Otherwise the result is greater than `from`. It has a bit that `from` lacks. Above this bit, it equals `from`.
+    // Below this bit, it has the smallest possible value.
     let mut bit = 1_u32;
     while bit != 0 {
         let below = bit.wrapping_sub(1);
@@ -168,8 +168,8 @@ const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> 
     None
 }
 
-/// Returns the mask and the values of those bits of a byte that are the same in each frame of `length` bytes with this
-/// sync and message.
+/// Returns which bits of the byte at index `at` are the same in every frame of `length` bytes with this sync and
+/// message: the mask of these bits, and their values.
 const fn known_bits(
     layout: &Layout,
     length: usize,
@@ -210,7 +210,7 @@ const fn sync_agrees(layout: &Layout, sync: &[u8]) -> bool {
     true
 }
 
-/// Returns true if the message's number fits into its bytes, and agrees with the other parts of the header.
+/// Returns true if the message's number fits into the number's bytes, and agrees with the other parts of the header.
 const fn message_agrees(
     layout: &Layout,
     sync: &[u8],
@@ -233,7 +233,7 @@ const fn message_agrees(
     message.number & !all_bits(number) == 0
 }
 
-/// Returns true if each frame of `length` bytes must contain a terminator before its end.
+/// Returns true if every frame of `length` bytes must contain a terminator before its end.
 const fn ends_early(
     layout: &Layout,
     length: usize,
@@ -261,7 +261,7 @@ const fn ends_early(
     false
 }
 
-/// Returns true if the bytes from `at` on are a terminator in each frame of `length` bytes.
+/// Returns true if the bytes from index `at` on are a terminator in every frame of `length` bytes.
 const fn ends_early_at(
     layout: &Layout,
     length: usize,
@@ -313,7 +313,7 @@ pub(super) const fn ends_with_a_terminator(layout: &Layout, length: usize) -> bo
     false
 }
 
-/// Returns true if a byte with these bits may be content.
+/// Returns true if some byte with these bits is content.
 pub(super) const fn agrees_with_content(layout: &Layout, value: u8, mask: u8) -> bool {
     let mut byte = 0_u8;
     loop {
@@ -339,7 +339,8 @@ pub(super) const fn is_content(layout: &Layout, byte: u8) -> bool {
     false
 }
 
-/// Returns true if the byte at `at` of a frame of `length` bytes may equal `byte` in the bits of `mask`.
+/// Returns true if the fixed bits of a frame of `length` bytes allow its byte at index `at` to equal `byte`. Compares
+/// only the bits of `mask`.
 pub(super) const fn agrees_with_fixed(
     fixed: &[FixedBits],
     length: usize,
@@ -364,13 +365,13 @@ const fn is_at(bits: FixedBits, length: usize, at: usize) -> bool {
     }
 }
 
-/// Returns the byte of the number that comes at index `byte` in the frame.
+/// Returns the byte with index `byte` among the bytes that encode the number in the frame.
 const fn byte_of(number: &Number, value: u32, byte: usize) -> u8 {
     let [lowest, ..] = value.wrapping_shr(shift_of(number, byte)).to_le_bytes();
     lowest
 }
 
-/// Returns the bit position of this byte in the number.
+/// Returns the position in the number of the lowest bit of the byte with index `byte` in the frame.
 const fn shift_of(number: &Number, byte: usize) -> u32 {
     let below = match number.order {
         ByteOrder::Little => byte,

@@ -10,7 +10,7 @@ const WRONG: &str = r#"
     sync = "" => 1:8: no bytes: leave the key out
     sync = 5 => 1:8: invalid type: integer `5`, expected a string
     sync = "C8 | EE 01"\nlength = 4 => 1:8: all alternatives for the bytes that a frame begins with must have the same length
-    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: other terminators: without a content they cannot be told
+    sync = "24"\nlength = 4\nterminator = "00 | 0D 0A" => 3:14: other terminators: without a content, other bytes of a frame may look like them
     sync = "24"\nlength = 4\ncontent = "20-7E" => 3:11: content: only frames that a delimiter ends can have a content
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "7E-20" => 4:11: '7E-20' is not a byte, or a range such as 20-7E
     sync = "24"\nlongest = 9\nterminator = "0A"\ncontent = "20 7" => 4:11: word 1, '7', is not a whole number of bytes
@@ -38,17 +38,17 @@ const WRONG: &str = r#"
     sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", mask = 7, factor = 2, plus = 2 } => 2:11: longest: it is more than the greatest length
     sync = "24"\nlongest = 1\nlength_field = { at = 1, type = "u8", plus = 2 } => 2:11: longest: it is less than shortest
     sync = "24"\nlength = 4\nchecksum = { name = "CRC-8/DVBS3", type = "u8", at = -1 } => 3:21: there is no checksum "CRC-8/DVBS3"; the nearest names are CRC-8/DVB-S2
-    sync = "24"\nlength = 4\nchecksum = { name = "CRC-16/MODBUS", type = "u8", at = -1 } => 3:12: checksum: the algorithm has another number of bytes
-    sync = "24"\nlength = 9\nchecksum = { name = "CRC-12/DECT", type = "u8", at = -1 } => 3:12: checksum: the algorithm has another number of bytes
-    sync = "24"\nlength = 9\nchecksum = { name = "xor", type = "hex16", at = -4 } => 3:12: checksum: the algorithm has another number of bytes
+    sync = "24"\nlength = 4\nchecksum = { name = "CRC-16/MODBUS", type = "u8", at = -1 } => 3:12: checksum: the algorithm needs another number of bytes
+    sync = "24"\nlength = 9\nchecksum = { name = "CRC-12/DECT", type = "u8", at = -1 } => 3:12: checksum: the algorithm needs another number of bytes
+    sync = "24"\nlength = 9\nchecksum = { name = "xor", type = "hex16", at = -4 } => 3:12: checksum: the algorithm needs another number of bytes
     sync = "24"\nlength = 9\nchecksum = { type = "u8", at = -1 } => 3:12: give a name, or a CRC's width and polynomial
     sync = "24"\nlength = 9\nchecksum = { name = "xor", polynomial = 7, type = "u8", at = -1 } => 3:12: give a name, or
     sync = "24"\nlength = 9\nchecksum = { width = 40, polynomial = 7, type = "u8", at = -1 } => 3:12: checksum: the width of a CRC must be 8 to 32
     sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0x107, type = "u8", at = -1 } => 3:12: checksum: the polynomial, the initial or the xored value has more bits
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1, to = -1 } => 3:12: checksum: it covers itself
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -2, from = 3 } => 3:12: checksum: the bytes that it covers
-    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = 4 } => 3:12: checksum: it is not in the shortest
-    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "hex8", at = -1 } => 3:12: checksum: it is not in the shortest
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = 4 } => 3:12: checksum: it is outside of the shortest
+    sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "hex8", at = -1 } => 3:12: checksum: it is outside of the shortest
     sync = "24"\nlength = 4\nchecksum = { name = "xor", type = "u8", at = -1 }\nterminator = "0A" => 3:12: checksum: it overlaps the sync
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 4, type = "bytes" }] => 3:11: no bytes of the frame are left
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 3, type = "u16le" }] => 3:30: a is not in a frame of 4 bytes
@@ -75,7 +75,7 @@ const WRONG: &str = r#"
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", unit = "m\u001B" }] => 3:53: a unit must be a word
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = 1, type = "u8", units = "m" }] => 3:46: unknown field `units`
     sync = "24"\nlength = 4\nfields = [{ name = "a", at = -1, type = "bytes" }] => 3:30: a field that takes the rest of the frame must be counted from the front
-    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", plus = 2 }\nfields = [{ name = "a", at = 9, type = "u8", value = 1 }] => 4:54: fixed: the shortest frame has no such place: give a greater shortest
+    sync = "24"\nlongest = 40\nlength_field = { at = 1, type = "u8", plus = 2 }\nfields = [{ name = "a", at = 9, type = "u8", value = 1 }] => 4:54: fixed: the shortest frame has no byte at this offset: give a greater shortest
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = { x = 1 } } => 3:43: known messages are "common"
     sync = "24"\nlength = 9\ntrailer = { name = "a", at = 1, mask = 1, bytes = 4 } => 3:11: trailer: only frames with a length field
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", plus = 2 }\ntrailer = { name = "a", at = 1, mask = 0, bytes = 4 } => 4:11: trailer: it must have 1 byte or more, and a mask
@@ -84,8 +84,8 @@ const WRONG: &str = r#"
     sync = "24"\nlongest = 9\nlength_field = { at = 1, type = "u8", mask = 0xF0 }\nshortest = 5 => 3:16: length: no number that the length field can hold
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [] } => 3:12: messages: none are known
     sync = "24"\nlength = 9\nmessages = { at = 1, type = "u8", known = [[300]] } => 3:12: messages: no known number fits
-    sync = "24"\nlength = 9\nfields = [{ name = "a", at = 0, type = "u8", value = 1 }] => 1:8: sync: the fixed bits at its place
-    sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 3:14: terminator: the fixed bits at its place
+    sync = "24"\nlength = 9\nfields = [{ name = "a", at = 0, type = "u8", value = 1 }] => 1:8: sync: the fixed bits at its offset
+    sync = "24"\nlength = 9\nterminator = "0A"\nfields = [{ name = "a", at = -1, type = "u8", value = 1 }] => 3:14: terminator: the fixed bits at its offset
     sync = "24"\nlength = 9\nfields = [{ name = "b", at = 1, type = "u8" }, { name = "a", at = 2, type = "u8", value = 1 }, { name = "c", at = 2, type = "u8", value = 2 }] => 3:91: fixed: other fixed bits
     sync = "24"\nlength = 9\nchecksum = { width = 8, polynomial = 0, type = "u8", at = -1 } => 3:12: checksum: the polynomial is 0
     any_of = ["ubx", "nmae"] => 1:18: there is no nmae (perhaps nmea?); there are bin

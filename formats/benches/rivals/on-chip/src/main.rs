@@ -1,4 +1,4 @@
-//! Hands a stream to one receiver byte by byte, and counts frames.
+//! Passes a stream to one receiver byte by byte, and counts the frames.
 //!
 //! A feature selects the receiver. The benchmark `rivals` builds this program once for each receiver, runs it in the
 //! emulator, and writes a stream into its memory. The benchmark finds the symbols below by their names.
@@ -91,7 +91,7 @@ fn receive<R: Receiver>(mut receiver: R) -> ! {
         frames += receiver.take(byte.load(Ordering::Relaxed));
     }
     FRAMES.store(frames, Ordering::Relaxed);
-    // Keeps the compiler from removing the counters.
+    // Keep the compiler from removing the counters.
     black_box(&receiver);
     end()
 }
@@ -117,7 +117,8 @@ fn panic(_: &PanicInfo) -> ! {
     end()
 }
 
-/// Defines the entry point of a feature: framelock's receiver, on a `Line` with the feature `line`.
+/// Defines the entry point for a feature that selects one of framelock's receivers. With the feature `line`, the
+/// receiver is in a `Line`.
 macro_rules! framelock {
     ($($feature:literal: $receiver:expr;)*) => {$(
         #[cfg(feature = $feature)]
@@ -142,8 +143,8 @@ framelock! {
     "mavlink2": BufferedReceiver::<_, [u8; 560]>::new(framelock_formats::mavlink::Mavlink2(MESSAGES));
 }
 
-/// The `MAVLink` messages that are sent, and the longest message, `ENCAPSULATED_DATA`. Each entry: number, CRC extra,
-/// length of the longest payload.
+/// The `MAVLink` messages that are sent, and the longest message, `ENCAPSULATED_DATA`. Each entry has the number, the
+/// CRC extra, and the length of the longest payload.
 #[cfg(any(feature = "mavlink2", feature = "mavlink2-mavlink-core"))]
 const MESSAGES: &[framelock_formats::layout::KnownMessage] = &[
     framelock_formats::layout::KnownMessage::with_extra(0, 50, 9),

@@ -1,7 +1,7 @@
-//! Receivers of other crates, and one that does nothing. An adapter uses its crate as the crate's documentation shows,
-//! and adds nothing.
+//! Receivers of other crates, and a receiver that does nothing. An adapter uses its crate as the crate's documentation
+//! shows, and adds nothing.
 
-/// A receiver that does nothing. The benchmark subtracts its cost from the cost of the others.
+/// A receiver that does nothing. The benchmark subtracts its cost from the costs of the other receivers.
 #[cfg(feature = "nothing")]
 mod nothing {
     use core::hint::black_box;
@@ -108,7 +108,7 @@ mod uf_sbus {
     }
 }
 
-/// `parse_rc_ibus`, which checks and decodes the bytes that the textbook's machine has found.
+/// `parse_rc_ibus`, which checks and decodes the 32 bytes that a textbook state machine finds.
 #[cfg(feature = "ibus-parse_rc_ibus")]
 mod parse_rc_ibus {
     use crate::Receiver;
