@@ -57,7 +57,7 @@ include `memcpy` and similar functions, or the MAVLink dialect, which the user c
 stack. All of these crates build for the chip without `std`. *Can panic* says whether the program contains a function
 of `core::panicking`.
 
-For a clean stream, framelock takes the fewest cycles in each protocol. On noise and on hostile streams, three crates
+For a clean stream, framelock takes the fewest cycles in each protocol. On noise or on hostile streams, four crates
 take [fewer cycles per byte](costs.md). `parse_rc_ibus` with the textbook state machine never searches bytes again. It
 drops all bytes of an invalid frame, and with them the whole frames that began among these bytes, as its row of lost
 frames shows. It decodes fourteen of the eighteen channels. `sbus` and `uf-sbus` take at most half as many cycles as
