@@ -1,5 +1,5 @@
 /* Proofs about the parts of a receiver with a buffer that depend on the layout: classifying, decoding and encoding. The
- * other part is the engine. engine.c has proofs about it that hold for all layouts.
+ * remaining part is the engine. The proofs in engine.c cover the engine for all layouts.
  *
  * The proofs show that a classification of up to MOST arbitrary bytes reads only these bytes, does not overflow, and
  * returns only answers that the engine allows.
@@ -9,13 +9,13 @@
  *   NAME, UPPER    the prefixes of the header's names
  *   RUST_REASONS   see window.h
  *   MOST           the greatest number of bytes to classify
- *   TURNS          a number greater than the iterations of any loop for these bytes
+ *   TURNS          more iterations than any loop performs for these bytes
  *
  * If it also defines these macros, there is a proof about the header's `encode`:
  *
- *   POINT          makes the pointers of a message point to at most PAYLOAD bytes
+ *   POINT          statements that point the message's pointers to at most PAYLOAD bytes
  *   SPACE          the number of bytes for a frame
- *   ENCODE_TURNS   a number greater than the iterations of any loop in `encode` */
+ *   ENCODE_TURNS   more iterations than any loop in `encode` performs */
 #include "proof.h"
 
 #define PAYLOAD 2U
@@ -38,7 +38,7 @@ PROOF(classify, TURNS)
     const X(outcome) outcome = X(classify)(at, count, seen, &number);
 
     ASSERT(outcome <= XX(INCOMPLETE) && outcome != XX(LINE_EVENT));
-    /* A frame ends within the bytes. An incomplete one needs more bytes, but not more than the longest frame has. */
+    /* A frame ends within the bytes. An incomplete frame needs more bytes, but not more than the longest frame has. */
     ASSERT(outcome != XX(FRAME) || (number >= 1U && number <= count));
     ASSERT(outcome != XX(INCOMPLETE) || (number > count && number <= XX(LONGEST)));
     ASSERT(X(starts)(at[0]) == (outcome != XX(NO_SYNC)));
@@ -82,8 +82,8 @@ void c_set(uint8_t place, uint8_t byte)
     bytes[place] = byte;
 }
 
-/* Classifies the first `count` bytes. Returns 8 for a frame, 9 for incomplete bytes, and otherwise the number of the
- * reason, in the order of the Rust receiver's counters. */
+/* Classifies the first `count` bytes. Returns 8 for a frame and 9 for incomplete bytes. For rejected bytes, returns the
+ * index of the reason in the order of the Rust receiver's counters. */
 uint8_t c_classify(uint8_t count, uint8_t seen)
 {
     static const X(outcome) reasons[] = RUST_REASONS;

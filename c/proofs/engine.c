@@ -80,7 +80,7 @@ static bool any_starts(uint8_t byte)
     return ((starting >> (byte & 7U)) & 1U) != 0U;
 }
 
-/* Returns whether a layout can give this answer. Each layout's own proof shows that it gives no other answer. */
+/* Returns whether a layout can give this answer. Proofs about each layout show that it gives no other answers. */
 static bool is_possible(answer it, uint8_t count)
 {
     if (it.outcome == ANY_FRAME) {
@@ -228,8 +228,8 @@ PROOF(line_event, TURNS)
     COVER(receiver.counters.discarded[ANY_LINE_EVENT] > 0U && received_frames == 1U);
 }
 
-/* Functions for the harnesses in Rust. The C receiver performs its step first. Then the Rust receiver must ask the
- * classifier the same questions, and gets the same answers. */
+/* Functions for the harnesses in Rust. The C receiver performs its step first. Then the Rust receiver performs the same
+ * step. It must ask the classifier the same questions, and gets the same answers. */
 
 static uint8_t asked_in_rust;
 
@@ -239,7 +239,7 @@ void c_start_engine(void)
     asked_in_rust = 0U;
 }
 
-/* Returns the part of the receiver's state that has this number. */
+/* Returns one part of the receiver's state. `which` selects the part. */
 uint8_t c_engine_state(uint8_t which)
 {
     switch (which) {

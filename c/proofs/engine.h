@@ -1,5 +1,5 @@
-/* The engine of every receiver with a buffer, copied from the generated headers. `any_index` stands for the type of an
- * index. A test compares this file with the headers. */
+/* The engine of every receiver with a buffer, copied from the generated headers. `any_index` stands for the type of
+ * indexes. A test compares this file with the headers. */
 static void any_init(any_receiver *receiver)
 {
     any_clear(receiver, sizeof *receiver);

@@ -5,13 +5,13 @@
 #define X(name) JOIN(NAME, name)
 #define XX(name) JOIN(UPPER, name)
 
-/* Defines a harness. Each loop makes fewer than `bound` iterations. */
+/* Defines a harness. Each loop performs fewer than `bound` iterations. */
 #define PROOF_(name, bound) void proof_##name##_##bound(void)
 #define PROOF(name, bound) PROOF_(name, bound)
 
 #define ASSUME(condition) __CPROVER_assume(condition)
 #define ASSERT(condition) __CPROVER_assert((condition), #condition)
-/* At least one input must satisfy the condition here. */
+/* The proof fails if no input satisfies this condition. */
 #define COVER(condition) __CPROVER_assert(!(condition), "cover: " #condition)
 
 /* Each of these functions returns an arbitrary value. */

@@ -5,7 +5,7 @@
  * The file of a layout includes the header, defines the following macros, and includes this file:
  *
  *   NAME, UPPER    the prefixes of the header's names
- *   RUST_REASONS   for each reason that the Rust receiver counts, in its order: the C reason, or NONE
+ *   RUST_REASONS   the reasons that the Rust receiver counts, in its order: the C name of each, or NONE
  *   VALUES         the values of a message */
 #include "proof.h"
 
@@ -109,7 +109,7 @@ PROOF(encode, BOUND)
 static X(receiver) receiver;
 static X(message) message;
 
-/* Makes `count` bytes pending. `is_lost` tells whether bytes were discarded since the last frame. */
+/* Makes `count` bytes pending. `is_lost` says whether bytes were discarded since the last frame. */
 void c_hold(uint8_t count, uint8_t is_lost)
 {
     receiver.count = count;

@@ -66,10 +66,10 @@ const WARNINGS: [&str; 7] = [
 ];
 
 impl Compiler {
-    /// Compiles a program so that it exits with an error at undefined behaviour. With gcc, it also exits at an access
-    /// outside of an object.
+    /// Compiles a program so that it exits with an error at undefined behaviour. With gcc, it also exits with an error
+    /// at an access outside of an object.
     pub(crate) fn compile_with_sanitizers(&self, source: &Path, options: &[&str], output: &Path) {
-        // Debian's package of clang lacks the sanitizers' library, so a program by clang traps instead.
+        // Debian's package of clang lacks the sanitizers' library, so a program that clang compiles traps instead.
         let sanitizers = if self.package == "clang" {
             ["-fsanitize=undefined", "-fsanitize-trap=undefined"]
         } else {
@@ -124,7 +124,7 @@ pub(crate) fn beside(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Asserts that two texts are the same. Shows the first line that differs.
+/// Asserts that two texts are the same. If they differ, shows the first different line.
 pub(crate) fn assert_same(found: &str, expected: &str) {
     for (number, (found, expected)) in found.lines().zip(expected.lines()).enumerate() {
         assert_eq!(found, expected, "line {number}");

@@ -1,5 +1,5 @@
-/* Runs steps against a generated receiver, and computes a digest of the frames, the counters and the number of pending
- * bytes after each step. receiver.h, which the test writes, includes the header and defines:
+/* Runs steps against a generated receiver. After each step, adds the frames, the counters and the number of pending
+ * bytes to a digest. receiver.h, which the test writes, includes the header and defines:
  *
  *   F(name)            a function or type of the header
  *   M(name)            a constant of the header
@@ -26,7 +26,7 @@ static void mix(uint32_t value)
     digest ^= digest >> 15;
 }
 
-/* Mixes the bytes of the frame that was just received. */
+/* Mixes the frame that was just received into the digest. */
 static void mix_frame(const F(message) *received)
 {
     const uint32_t length = receiver.counters.frame_bytes - frame_bytes;
@@ -146,8 +146,8 @@ void run(void)
 }
 #else
 /* On a PC, standard input has two little-endian integers of four bytes, then the steps. The integers are the numbers of
- * the first and the last step after which the program prints all counters. It prints the digest after every thousandth
- * step and after the last one. */
+ * the first and the last step after which the program prints all counters. The program also prints the digest after
+ * every thousandth step and after the last step. */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -1,5 +1,5 @@
-//! Tests that a generated C receiver and the Rust receiver have the same frames, counters and pending bytes after each
-//! step, on the same faulty streams.
+//! Tests that a generated C receiver and the Rust receiver deliver the same frames on the same faulty streams, and that
+//! their counters and pending bytes are the same after each step.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -161,8 +161,7 @@ impl Case {
         &self.steps
     }
 
-    /// Asserts that frames, line events and discarded bytes occur, because without them the comparison would prove
-    /// nothing.
+    /// Asserts that frames, line events and discarded bytes occur. Without them, the comparison would prove nothing.
     fn demand_that_all_happened(&self, reference: &Reference) {
         let (name, counters) = (&self.name, reference.counters());
         assert!(
@@ -464,7 +463,7 @@ fn shipped_receivers_do_the_same_in_cpp_with_byte_tables() {
     }
 }
 
-/// Several kinds with the same header. The first kind that does not reject the bytes decides.
+/// Several kinds with the same header. The first kind that does not reject the bytes classifies them.
 const SHARED_HEADER: &str = "
     sync = 'AA 55'
     longest = 21

@@ -1,4 +1,4 @@
-//! Tests that every header with a buffer contains the engine in `c/proofs/engine.h`, which is the one that is proved.
+//! Tests that every header with a buffer contains the proved engine, which is in `c/proofs/engine.h`.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::headers::{folder, header_name};
 use framelock_description::SHIPPED;
 
-/// Returns the text without white space, because lines may break at different words in the header.
+/// Returns the text without white space, because the two texts may have different line breaks.
 fn packed(text: &str) -> String {
     text.split_whitespace().collect()
 }
@@ -42,7 +42,7 @@ fn the_proved_engine_is_in_every_header_with_a_buffer() {
             .replace("ANY_", &format!("{upper}_"));
         assert!(
             packed(&header).contains(&packed(&engine)),
-            "{name}.h has another engine"
+            "{name}.h has a different engine"
         );
         checked += 1;
     }

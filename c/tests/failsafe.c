@@ -1,5 +1,5 @@
-/* Runs steps against the failsafe in C. Standard input has the parameters, the time at which to start, and the steps.
- * Numbers are little-endian. A demand has two bytes, a time has four. The steps:
+/* Runs steps against the failsafe in C. Standard input has the parameters, the start time, and the steps. Numbers are
+ * little-endian. A demand has two bytes, and a time has four. The steps:
  *
  *   0 time demands   a frame
  *   1 time           a poll; prints the phase and the output

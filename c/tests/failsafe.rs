@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use crate::compilers::{CLANGXX, GCC, beside, succeeds};
 use crate::headers;
 
-/// Steps, and what the Rust failsafe outputs for them.
+/// Steps, and the expected output, which is that of the Rust failsafe.
 struct Trial {
     steps: Vec<u8>,
     said: String,

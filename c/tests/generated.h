@@ -1,5 +1,5 @@
 /* Runs generated headers on streams. Prints the values of each frame, and the frame that encodes these values.
- * After this text, a test appends main and, for each header, a function that prints its fields. */
+ * A test appends main and, for each header, a function that prints its fields. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -10,7 +10,7 @@
 static uint8_t stream[1 << 20], made[1 << 17];
 static size_t frames;
 
-/* Returns the next stream in the input, where the length of each stream precedes it. */
+/* Reads the next stream from the input. Each stream begins with its length. */
 static inline size_t next_stream(void)
 {
     uint8_t head[4];

@@ -1,5 +1,5 @@
-//! Compiles and runs generated code. On faulty streams, the code must find the same frames as a receiver that uses the
-//! description directly, and must encode the same frames.
+//! Compiles and runs generated code. On faulty streams, the code must find the same frames as a receiver that
+//! interprets the description, and must encode the same frames.
 
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -101,7 +101,7 @@ impl Case {
     }
 }
 
-/// Returns the shipped descriptions, one with several kinds, and random ones.
+/// Returns the shipped descriptions, [`MOTOR`], [`TRUNCATED`], and random descriptions.
 fn cases(random_ones: usize) -> Vec<Case> {
     let mut random = ChaCha8Rng::seed_from_u64(26);
     let others = [("motor", MOTOR), ("truncated", TRUNCATED)];
@@ -140,8 +140,8 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
                 writeln!(text, "{}{values}", field.name).unwrap();
             }
             match description.encode(&drawn::values(description, frame)) {
-                // In a row, an empty text counts as a missing field. In generated code, the field is present, so this
-                // code may encode a longer frame.
+                // For the description, an empty text is a missing field. For generated code, it is a field, so the
+                // generated code may encode a longer frame.
                 Ok(_) if has_empty => text.push_str("= any\n"),
                 Ok(made) => {
                     text.push_str("= ");
@@ -155,8 +155,8 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
     receiver.feed(stream, |found| note(found.map(|frame| frame.message())));
     let idle = framelock::LineEvent::Idle;
     receiver.line_event(idle, |found| note(found.map(|frame| frame.message())));
-    // Frames and discarded bytes must occur, because otherwise the comparison proves nothing. Without a sync and a
-    // checksum, each terminator ends a frame, so no byte is discarded.
+    // Frames and discarded bytes must occur. Otherwise the comparison proves nothing. The exceptions are layouts
+    // without a sync and a checksum. With such a layout, each terminator ends a frame, so no byte is discarded.
     let layout = description.kinds[0].layout;
     let takes_all = layout.sync().length == 0 && layout.checksum().is_none();
     assert!(

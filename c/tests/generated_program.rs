@@ -1,6 +1,6 @@
 //! Runs generated modules on streams. Prints the values of each frame, and the frame that encodes these values.
 //!
-//! After this text, a test appends `main` and, for each module, `say` with the names of the fields.
+//! A test appends `main` and, for each module, a function `say`, which prints the fields.
 
 use std::fmt::Display;
 use std::io::Read;
@@ -64,7 +64,7 @@ fn field(name: &str, field: &impl Values) {
     }
 }
 
-/// Returns the next stream in the input, where the length of each stream precedes it.
+/// Reads the next stream from the input. Each stream begins with its length.
 fn stream(input: &mut &[u8]) -> Vec<u8> {
     let (length, rest) = input.split_first_chunk().unwrap();
     let (stream, rest) = rest.split_at(u32::from_le_bytes(*length) as usize);

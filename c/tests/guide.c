@@ -16,7 +16,7 @@ static void say(const uint8_t *bytes, uint32_t count)
     printf("\n");
 }
 
-/* Reads the next step. Returns whether there is one. */
+/* Reads the next step. Returns false if there are no more steps. */
 static bool next(int *kind, uint8_t *number)
 {
     *kind = getchar();

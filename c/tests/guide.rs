@@ -22,8 +22,8 @@ use crate::{drawn, headers};
 const BYTE: u8 = 0;
 const EVENT: u8 = 1;
 
-/// Asserts that the page's program with this index prints the expected output. `guide.c`, compiled with this `option`,
-/// is the rest of the program.
+/// Compiles the page's program with this index together with `guide.c`. Asserts that the program prints the expected
+/// output. `option` selects the part of `guide.c`.
 fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("page.c"), blocks(PAGE, "c")[program]).unwrap();
@@ -37,7 +37,7 @@ fn check(program: usize, option: &str, steps: &[u8], expected: &str) {
     );
 }
 
-/// Returns the last line of the output. Asserts that frames are received, also after discarded bytes.
+/// Returns the last line of the output. Asserts that many frames were received, some of them after discarded bytes.
 fn summary(counters: &Counters) -> String {
     let Counters {
         frames,
@@ -127,7 +127,7 @@ enum Buffer {
     Queue,
 }
 
-/// Returns the expected output. It has the text that `say` returns for a frame, and nothing for other frames.
+/// Returns the expected output, which consists of the texts that `say` returns for the frames.
 fn expected(
     buffer: Buffer,
     description: &Description,
@@ -175,7 +175,8 @@ fn expected(
         }
         at_events += u32::from(text.len() > before);
     }
-    // A broken NMEA sentence ends before the next one begins, so no complete sentence is pending at an event.
+    // A broken NMEA sentence is rejected before the next sentence begins, so no complete sentence is pending at an
+    // event.
     assert!(
         at_events > 0 || buffer == Buffer::Ring,
         "no event delivers a frame"

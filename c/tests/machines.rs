@@ -96,7 +96,7 @@ fn on_avr(case: &Case, program: &str, steps: &[u8]) -> Vec<u32> {
         .collect()
 }
 
-/// The least number of received bytes in the steps for each chip.
+/// The minimum number of received bytes in the steps, for each chip.
 const FOR_M4: usize = 15_000;
 const FOR_AVR: usize = 8_000;
 
@@ -142,8 +142,8 @@ fn receivers_on_an_atmega328p_do_the_same() {
     }
 }
 
-/// Returns the bytes of flash and RAM that a receiver takes, and an upper bound on the stack that its functions use.
-/// Each option in `parts` adds more of the receiver's functions.
+/// Returns three sizes in bytes: the flash and the RAM that a receiver takes, and an upper bound on the stack that its
+/// functions use. `parts` are the compiler's options, each of which adds some of the receiver's functions.
 fn size(case: &Case, compiler: &Compiler, parts: &[&str]) -> [usize; 3] {
     let folder = TempDir::new().unwrap();
     case.write(folder.path());
@@ -217,7 +217,7 @@ fn measured() -> [(&'static str, Case, Vec<u8>, Vec<u8>); 4] {
     let (crsf, crsf_frame) = case("crsf", shipped("crsf"));
     let (ubx, ubx_frame) = case("ubx", SHORT_UBX);
     let (nmea, nmea_frame) = case("nmea", shipped("nmea"));
-    // The longest sentence, with a wrong checksum. Only its first byte begins a sentence.
+    // The longest sentence, with a wrong checksum. Only its first byte can begin a sentence.
     let long_sentence = [b"$", &[b'A'; 509][..], b"*00\r\n"].concat();
     [
         ("BIN", bin, bin_frame, b"AB".to_vec()),

@@ -1,5 +1,5 @@
-/* Calls all functions of a receiver, or only `init` and `push`, so that a test can measure their code. The receiver's
- * variable is not defined here. `receiver_size` states its size. */
+/* Calls all functions of a receiver, or only `init` and `push`, so that a test can measure their code. The variable for
+ * the receiver is only declared here. `receiver_size` states its size. */
 #include "receiver.h"
 
 extern F(receiver) receiver;

@@ -1,5 +1,5 @@
-//! Proves, for the layouts of receivers with a buffer, that C and Rust classify arbitrary bytes, up
-//! to a stated number, in the same way. The compared classification includes the reason, the length
+//! Proves that C and Rust classify arbitrary bytes in the same way. The harnesses cover layouts of
+//! receivers with a buffer, each up to a stated number of bytes. They compare the reason, the length
 //! of a frame, and the number of bytes that the next decision needs.
 
 use framelock::{Classification, DiscardReason, Format};
@@ -59,8 +59,9 @@ unsafe extern "C" {
     safe fn c_begins(byte: u8) -> u8;
 }
 
-/// Checks the classification of up to `MOST` bytes. Assumes that the first `seen` bytes are
-/// incomplete if frames have a delimiter. Otherwise the classification does not depend on `seen`.
+/// Checks the classification of up to `MOST` bytes. If frames have a delimiter, assumes that the
+/// first `seen` bytes are incomplete. Without a delimiter, the classification does not depend on
+/// `seen`.
 fn same<F: Format, const MOST: usize, const HAS_DELIMITER: bool>(format: F) {
     let bytes: [u8; MOST] = kani::any();
     let count: u8 = kani::any_where(|&count| count > 0 && usize::from(count) <= MOST);

@@ -1,7 +1,7 @@
 //! Proves that the engine of receivers with a buffer does the same in C and in Rust. From any state that satisfies the
 //! invariant, a byte, a poll and a line event lead to the same delivered frame, counters, questions to the classifier,
-//! and state. The proof holds for all layouts, because both sides use the same classifier, which is any function that a
-//! layout can have.
+//! and state. The proof holds for all layouts, because both engines ask the same classifier, and this classifier may
+//! give any answer that a layout can give.
 //!
 //! Frames have up to three bytes, and the buffer has five bytes. The engine has no case that depends on these sizes.
 
@@ -64,7 +64,7 @@ impl Format for Any {
     }
 }
 
-/// Returns the lowest byte of a small number.
+/// Converts a number below 256 to a byte.
 fn low(number: usize) -> u8 {
     number.to_le_bytes()[0]
 }

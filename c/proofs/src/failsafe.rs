@@ -1,9 +1,9 @@
 //! Proves that the failsafe's `poll` and `frame` do the same in C and in Rust, from any state that
-//! satisfies the invariant. The output, the phase and the state afterwards are the same.
+//! satisfies the invariant: the output, the phase and the next state are the same.
 //!
 //! The failsafe has two axes, with demands of 8 or 16 bits. At most `TICKS` ticks pass, and a unit
-//! takes at most `RATE` ticks, because C and Rust divide by different methods, which the solver
-//! cannot compare for larger numbers in reasonable time. All other numbers are arbitrary.
+//! takes at most `RATE` ticks. C and Rust divide by different methods, and for larger numbers the
+//! solver cannot compare these methods in reasonable time. All other numbers are arbitrary.
 
 use core::num::NonZeroU32;
 
@@ -107,8 +107,8 @@ fn frame_is_same<D: Demand>() {
     failsafe.frame(now, of_type);
     c_frame(now);
     are_related(&failsafe);
-    kani::cover!(c_state(7) != c_state(6), "an axis is on its way");
-    kani::cover!(c_state(7) == c_state(6), "an axis is there");
+    kani::cover!(c_state(7) != c_state(6), "an axis is not at its demand");
+    kani::cover!(c_state(7) == c_state(6), "an axis is at its demand");
 }
 
 mod failsafe8 {

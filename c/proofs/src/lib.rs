@@ -1,8 +1,8 @@
 //! Proves that the C receivers do the same as the Rust receivers.
 //!
-//! Each harness calls functions of a C file in the folder above `src`. A module that contains the harness has the name
-//! of this C file. `cargo xtask prove --c` runs these harnesses. It also runs the harnesses in the C files, which
-//! concern only the C code. `docs/c.md` has the table of all proofs.
+//! Each harness calls functions of a C file in the folder above `src`. The module of a harness has the name of this C
+//! file. `cargo xtask prove --c` runs these harnesses. It also runs the harnesses in the C files, which concern only
+//! the C code. `docs/c.md` lists all proofs.
 #![no_std]
 #![cfg_attr(
     kani,

@@ -1,8 +1,9 @@
-//! Proves that receivers of frames of one length do the same in C and in Rust. From any pair of related states, a byte
+//! Proves that receivers of fixed-length frames do the same in C and in Rust. From any pair of related states, a byte
 //! and a line event lead to the same message, counters, pending bytes, and state.
 //!
-//! For six axes, up to 13 bytes are pending. If the first byte of the terminator is wrong, the Rust receiver detects it
-//! immediately. The C receiver detects it one byte later, as a `BufferedReceiver` with the same layout does.
+//! For six axes, the proofs cover only up to 13 pending bytes. If the first byte of the terminator is wrong, the Rust
+//! receiver rejects the frame immediately. The C receiver rejects it one byte later, as a `BufferedReceiver` with the
+//! same layout does.
 
 use core::ops::Range;
 
@@ -27,7 +28,7 @@ unsafe extern "C" {
 /// The positions and values of a format's fixed bytes, except the last byte of the frame.
 type Fixed = &'static [(u8, u8)];
 
-/// Returns arbitrary bytes. The first `count` of them agree with the fixed bytes, so they may become a frame.
+/// Returns arbitrary bytes. The first `count` bytes agree with the fixed bytes, so they may become a frame.
 fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
     let mut bytes: [u8; N] = kani::any();
     let mut next = 0;
@@ -42,8 +43,8 @@ fn any_beginning<const N: usize>(fixed: Fixed, count: u8) -> [u8; N] {
 }
 
 /// Returns a Rust line in any state in which the first `count` bytes of `held` are pending, and puts the C receiver
-/// into the related state. The Rust receiver's state also contains older bytes, which do not matter to it. All counters
-/// are 0.
+/// into the related state. The Rust receiver's state also contains older bytes, which do not affect the receiver. All
+/// counters are 0.
 fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Receiver<F>> {
     let mut history: [u8; N] = kani::any();
     let mut place = 0;
@@ -65,8 +66,8 @@ fn related<F: FixedFormat, const N: usize>(held: &[u8; N], count: u8) -> Line<Re
     if is_lost { line.after_loss() } else { line }
 }
 
-/// Checks that both receivers have the same counters and the same pending bytes after this stream. In Rust the pending
-/// bytes are always the last bytes of the stream (theorem 4).
+/// Checks that both receivers have the same counters and the same pending bytes after this stream. The Rust receiver's
+/// pending bytes are always the last bytes of the stream (theorem 4).
 fn are_related<F: FixedFormat, const N: usize>(
     line: &Line<Receiver<F>>,
     stream: &[u8; N],
@@ -208,8 +209,9 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Runs the step for an arbitrary one of these numbers. The prover chooses the call, but knows the number in each call.
-/// If the loop compared `number` with an arbitrary number instead, the compiler would pass that number to the step.
+/// Runs the step for one of these numbers, which the prover chooses. Each call passes a number that is known before the
+/// proof. If the loop instead compared `number` with an arbitrary number, the compiler would pass the arbitrary number
+/// to the step.
 fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     let mut number = numbers.start;
     while number < numbers.end {

@@ -1,5 +1,5 @@
-// A CRSF receiver. Channel 1 sets the brightness of an LED at pin 9, which goes out when frames stop. The board's own
-// LED is on while frames arrive.
+// A CRSF receiver. Channel 1 sets the brightness of an LED at pin 9. When frames stop, this LED goes out. The board's
+// own LED is on while frames arrive.
 //
 // Set the radio receiver to 115200 baud. The UART of a board with 16 MHz cannot receive 420000 baud.
 
@@ -42,7 +42,7 @@ void loop()
             received(NULL, &message);
         }
     }
-    // Frames are sent with pauses. A pause within a frame means that bytes were lost.
+    // Senders pause between frames. A pause within a frame means that bytes were lost.
     if ((crsf_pending(&receiver) > 0U) && (millis() - byte_time >= 3U)) {
         crsf_line_event(&receiver, CRSF_IDLE_LINE, received, NULL);
     }

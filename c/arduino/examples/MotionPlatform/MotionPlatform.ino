@@ -1,5 +1,5 @@
 // A motion platform with three servos. BIN frames on the serial port set the servos' positions. When frames stop, the
-// failsafe moves the servos to the middle. Their signal wires are at pins 9, 10 and 11.
+// failsafe moves the servos to the middle. The servos' signal wires are at pins 9, 10 and 11.
 
 #include <bin.h>
 #include <failsafe.h>
