@@ -7,12 +7,12 @@ use framelock::{Classification, DiscardReason, Format};
 use crate::checksum::{Computed, Sum};
 use crate::layout::{Algorithm, Layout};
 
-/// Frames of several layouts on one line: for example UBX, NMEA and RTCM frames, or different messages of one protocol.
+/// Frames of several layouts on one line, for example UBX, NMEA and RTCM frames, or different messages of one protocol.
 ///
 /// The layouts are tried in order. If a layout rejects the bytes, the next layout is tried. The first layout that does
-/// not reject the bytes decides whether they are a frame or are incomplete. Layouts may therefore share a header, as
-/// Modbus requests and responses do. A frame of a later layout stays pending as long as its bytes may still become a
-/// frame of an earlier layout, so put layouts with shorter frames first.
+/// not reject the bytes decides whether they are a frame or are incomplete. So several layouts may have the same
+/// header, as Modbus requests and responses do. A frame of a later layout stays pending as long as its bytes may still
+/// become a frame of an earlier layout, so put layouts with shorter frames first.
 ///
 /// # Examples
 /// ```
@@ -36,8 +36,8 @@ pub struct AnyOf<'a, L = Layout<'a>>(
     pub &'a [L],
 );
 
-// `Clone` and `Copy` are not derived, because a derived implementation would require the same trait of `L`. The copy
-// contains only a reference to the layouts.
+// `Clone` and `Copy` are not derived, because a derived implementation would require that `L` implements the trait too.
+// A copy contains only a reference to the layouts, so `L` need not implement it.
 impl<L> Clone for AnyOf<'_, L> {
     fn clone(&self) -> Self {
         *self
@@ -50,7 +50,8 @@ impl<'l, L: Borrow<Layout<'l>>> AnyOf<'_, L> {
     /// Does the same as [`classify_after`](Format::classify_after), but gets checksums from `sum`.
     ///
     /// `sum` is called with a slice of `bytes`, and must return the same value as [`Algorithm::of`]. A receiver on a PC
-    /// uses it to compute the checksums of many overlapping frames together, which is faster than one by one.
+    /// passes a `sum` that computes the checksums of many overlapping frames together. This is faster than computing
+    /// them one by one.
     #[inline]
     #[must_use]
     pub fn classify_with(
@@ -122,8 +123,8 @@ pub(crate) fn first<L>(
     let mut furthest = DiscardReason::NoSync;
     let mut rest = all;
     while let [one, others @ ..] = rest {
-        // Some layout has found the first `seen` bytes incomplete. If every other layout rejects the first byte, that
-        // layout must be this one.
+        // One of the layouts has found the first `seen` bytes incomplete. If every other layout rejects the first byte,
+        // it was this layout.
         let is_alone = furthest == DiscardReason::NoSync && !others.iter().any(&starts);
         match classify(one, if is_alone { seen } else { 0 }) {
             Classification::Rejected(why) => {
@@ -140,8 +141,8 @@ pub(crate) fn first<L>(
 
 /// Returns the index of the first layout that accepts a frame.
 ///
-/// An earlier layout may classify the frame's bytes alone as incomplete, if it rejected the frame only after more bytes
-/// had arrived.
+/// An earlier layout may classify the frame's bytes as incomplete. Such a layout rejected the stream only after more
+/// bytes had arrived.
 #[inline(always)]
 pub(crate) fn kind<L>(
     all: &[L],

@@ -2,14 +2,14 @@
 
 use crate::layout::{Algorithm, Checksum, Encoding, index};
 
-/// Computes sums, to be compared with the checksums in frames.
-// This is a trait instead of a plain `Fn`, because `Computed` is always inlined, but a closure would be a call.
+/// Computes checksums, which are then compared with those in frames.
+// This is a trait instead of an `Fn` bound, because a call of `Computed` is always inlined. A closure would be called.
 pub(crate) trait Sum {
     /// Returns the same value as [`Algorithm::of`].
     fn of(&self, algorithm: &Algorithm, bytes: &[u8], extra: Option<u8>) -> u32;
 }
 
-/// Computes each sum with [`Algorithm::of`].
+/// Computes each checksum with [`Algorithm::of`].
 pub(crate) struct Computed;
 
 impl Sum for Computed {
@@ -30,7 +30,7 @@ impl Checksum<'_> {
     /// Returns true if the checksum in the frame is correct.
     ///
     /// Negative offsets count back from `length`. `extra` is a byte that the checksum covers after the frame's own
-    /// bytes. `sum` returns the same value as [`Algorithm::of`].
+    /// bytes, although it is not sent. `sum` must return the same values as [`Algorithm::of`].
     #[inline(always)]
     pub(crate) fn is_right(
         &self,
@@ -105,7 +105,7 @@ fn digits(byte: u8) -> [u8; 2] {
     })
 }
 
-/// Copies bytes into `place`, and stops when either is exhausted.
+/// Copies bytes into `place`, and stops when `place` is full or there are no more bytes.
 pub(crate) fn fill(place: &mut [u8], bytes: impl Iterator<Item = u8>) {
     place
         .iter_mut()
@@ -145,11 +145,11 @@ fn sum(bytes: &[u8], extra: Option<u8>) -> u32 {
     })
 }
 
-/// Computes the Fletcher checksum: the sum of the bytes in the lowest eight bits, and the sum of the running sums in the
-/// eight bits above.
+/// Computes the Fletcher checksum. Its lowest eight bits are the sum of the bytes. The eight bits above are the sum of
+/// the first sum's values after each byte.
 #[inline(never)]
 fn fletcher(bytes: &[u8], extra: Option<u8>) -> u32 {
-    // Computed in full registers; the upper bits never affect the low bytes.
+    // The sums use full registers, because the upper bits never affect the low bytes.
     let (mut a, mut b) = (0_u32, 0_u32);
     for byte in bytes {
         a = a.wrapping_add((*byte).into());

@@ -55,7 +55,8 @@ impl Layout<'_> {
     }
 
     /// Does the same as [`classify_after`](Self::classify_after). If the header alone decides the classification,
-    /// returns it as an error, for use with `?`. `sum` must return the same values as [`Algorithm::of`].
+    /// returns the classification as an error, for use with `?`. `sum` must return the same values as
+    /// [`Algorithm::of`].
     #[inline(always)]
     fn try_classify(
         &self,
@@ -73,14 +74,14 @@ impl Layout<'_> {
         })
     }
 
-    /// Returns true if a frame may begin with this byte.
+    /// Returns true if a frame can begin with this byte.
     #[inline(always)]
     #[must_use]
     pub fn starts(&self, byte: u8) -> bool {
         let Patterns { bytes, length } = self.sync;
         let is = |sync: usize| bytes.get(sync.wrapping_mul(length)) == Some(&byte);
-        // For a constant layout, the tests of the first five syncs compile to five comparisons. Otherwise a loop over
-        // the syncs would run for each byte of noise.
+        // The first five syncs are tested without a loop. For a constant layout, these tests compile to five
+        // comparisons. A loop over the syncs would run for each byte of noise.
         let is_other = || is(1) | is(2) | is(3) | is(4) || (5..bytes.len()).any(is);
         length == 0 || is(0) || bytes.len() > length && is_other()
     }
@@ -147,7 +148,7 @@ impl Layout<'_> {
                 }
                 let plus = i64::from(number).wrapping_mul(i64::from(field.factor));
                 let length = plus.wrapping_add(field.plus.into());
-                // A negative length counts as too short.
+                // A negative length is too short.
                 if length.is_negative() {
                     return Err(DiscardReason::BadHeader);
                 }
@@ -272,7 +273,8 @@ impl Layout<'_> {
 }
 
 impl Patterns<'_> {
-    /// Returns the reason why no sync agrees with these bytes, or `None` if a sync does. There must be at least one byte.
+    /// Returns the reason why no sync agrees with these bytes, or `None` if a sync agrees. There must be at least one
+    /// byte.
     #[inline(always)]
     fn refuses(&self, bytes: &[u8]) -> Option<DiscardReason> {
         if self.length == 0 {

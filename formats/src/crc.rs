@@ -1,7 +1,7 @@
 //! Computes cyclic redundancy checks from their parameters.
 //!
-//! The register has 32 bits. For a CRC that processes the lowest bit of each byte first (`reflected_in`), the lowest bits
-//! of the register hold the reflected CRC. For any other CRC, the highest bits of the register hold the CRC.
+//! The register has 32 bits. For a CRC that processes the lowest bit of each byte first (`reflected_in`), the lowest
+//! bits of the register hold the reflected CRC. For any other CRC, the highest bits of the register hold the CRC.
 
 use crate::layout::{Crc, Table};
 
@@ -87,7 +87,7 @@ impl Crc<'_> {
         32_u32.saturating_sub(self.width)
     }
 
-    /// Moves the bits of a CRC to their position in the register.
+    /// Returns the bits of a CRC at their position in the register.
     const fn aligned(&self, bits: u32) -> u32 {
         let highest = bits.wrapping_shl(self.unused());
         if self.reflected_in {
@@ -109,8 +109,8 @@ impl Crc<'_> {
         })
     }
 
-    /// Processes sixteen bytes in each step, as four words. Table `n` is for a byte that `n` of the sixteen bytes
-    /// follow. So the last word uses the first four tables, the word before it the next four, and so on.
+    /// Processes sixteen bytes in each step, as four words. Table `n` is for the byte that has `n` of the sixteen bytes
+    /// after it. So the last word uses the first four tables, the word before it uses the next four, and so on.
     #[inline(never)]
     fn sixteens(&self, tables: &[[u32; 256]; 16], register: u32, bytes: &[u8]) -> u32 {
         let word = |bytes: &[u8]| {
@@ -135,8 +135,7 @@ impl Crc<'_> {
             let (first, others) = sixteen.split_at(4);
             let others = others.chunks_exact(4).rev().zip(tables.chunks_exact(4));
             let others = others.fold(0, |sum, (four, tables)| sum ^ of_word(word(four), tables));
-            // The first word is processed last, because it is the only one that depends on the previous iteration's
-            // register.
+            // Only the first word depends on the previous iteration's register, so it is processed last.
             let last_tables = tables.get(12..).unwrap_or_default();
             register = others ^ of_word(word(first) ^ register, last_tables);
             rest = behind;
@@ -149,8 +148,8 @@ impl Crc<'_> {
         self.run(register, rest, |byte| entry(one, byte))
     }
 
-    /// Returns the value to xor into the register after this byte has been shifted out of it. Computes the value bit by
-    /// bit.
+    /// Returns the value to xor into the register after the register has shifted out this byte. Computes the value bit
+    /// by bit.
     pub(crate) const fn remainder(&self, byte: u8) -> u32 {
         let polynomial = self.aligned(self.polynomial);
         let mut register = u32::from_le_bytes([byte, 0, 0, 0]);
@@ -207,9 +206,9 @@ use fill;
 
 /// Updates MAVLink's CRC, which the catalogue calls CRC-16/MCRF4XX. Processes four bytes in each step, without a table.
 ///
-/// Let `y` be `1/x`. To divide 32 bits by `x^16 + x^12 + x^5 + 1`, multiply them by `1 / (1 + y^4 + y^11 + y^16)`. Up to
-/// `y^31`, this factor equals `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The product is the quotient. The remainder
-/// is the last 16 bits of the quotient times `1 + x^5 + x^12`.
+/// Let `y` be `1/x`. To divide 32 bits by `x^16 + x^12 + x^5 + 1`, multiply them by `1 / (1 + y^4 + y^11 + y^16)`. Up
+/// to `y^31`, this factor equals `(1 + y^8 + y^22)(1 + (y^4 + y^11)(1 + y^16))`. The product is the quotient. The
+/// remainder is the last 16 bits of the quotient times `1 + x^5 + x^12`.
 #[inline(never)]
 fn mcrf4xx(register: u32, bytes: &[u8]) -> u32 {
     let (mut wide, mut rest) = (register, bytes);

@@ -40,8 +40,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 /// 60 bytes of payload, and a CRC-8 of type and payload. The line runs at 416 666 or 400 000 baud.
 ///
 /// A frame begins with the serial sync byte C8 or with the [`address`] of a device. This format accepts the bytes
-/// that flight controllers, handsets, receivers and transmitter modules send: C8, 00, EA, EC, EE. Each accepted byte
-/// causes more false starts. To accept fewer or other bytes, give your own format the layout [`LAYOUT`] with another
+/// that flight controllers, handsets, receivers and transmitter modules send: C8, 00, EA, EC, EE. Each further byte
+/// would cause more false starts. To accept other bytes, define a format of your own that uses [`LAYOUT`] with another
 /// `sync`.
 ///
 /// The CRC detects every burst of up to 8 wrong bits in the type, the payload and the CRC. One in 256 random frames
@@ -104,7 +104,8 @@ impl fmt::Display for Message<'_> {
 }
 
 impl Message<'_> {
-    /// Returns the channels of a frame of type 0x16: 0 to 2047, where 172 is 988 µs, 992 is 1500 µs and 1811 is 2012 µs.
+    /// Returns the channels of a frame of type 0x16, or `None` for other frames and payloads that are too short. A
+    /// channel is 0 to 2047: 172 means 988 µs, 992 means 1500 µs, and 1811 means 2012 µs.
     #[must_use]
     pub fn channels(&self) -> Option<[u16; 16]> {
         let bytes = self.payload.first_chunk::<CHANNEL_BYTES>();
@@ -116,7 +117,7 @@ impl Message<'_> {
 }
 
 impl EncodeInto for Crsf {
-    /// Fails for messages of more than 64 bytes, and for an [`address`] that [`Crsf`] does not accept.
+    /// Fails for payloads of more than 60 bytes, and for an [`address`] that [`Crsf`] does not accept.
     fn encode_into<'b>(
         &self,
         message: Message<'_>,
@@ -133,7 +134,7 @@ impl EncodeInto for Crsf {
     }
 }
 
-/// CRSF's device addresses, without the reserved ones.
+/// CRSF's device addresses, except the reserved addresses.
 #[allow(missing_docs, reason = "the specification, too, has names only")]
 pub mod address {
     pub const BROADCAST: u8 = 0x00;

@@ -1,12 +1,12 @@
 //! The messages of MAVLink's dialects. Each has a number, and an extra byte that the CRC covers (`CRC_EXTRA`).
 //!
 //! The tables were computed by pymavlink 2.4.50 from mavlink.io's definitions (github.com/mavlink/mavlink, de1e078 of
-//! 22 July 2026) and from ArduPilot's (github.com/ArduPilot/mavlink, 13f2f73 of 1 July 2026). A dialect includes the
-//! dialects that its definition includes. The two sources give each message the same extra byte. ArduPilot's dialects
-//! lack some of mavlink.io's messages, and have no additional ones.
+//! 22 July 2026) and from ArduPilot's (github.com/ArduPilot/mavlink, 13f2f73 of 1 July 2026). A dialect's table also
+//! contains the messages of the dialects that its definition includes. The two sources give each message the same extra
+//! byte. ArduPilot's dialects lack some of mavlink.io's messages, and have no additional messages.
 //!
-//! The tables do not limit the length of payloads. A new definition may add fields at the end of a message. The CRC's
-//! extra byte does not depend on these fields, so older receivers accept such messages.
+//! The tables do not limit the length of payloads, because a new definition may add fields at the end of a message. The
+//! CRC's extra byte does not depend on these fields, so older receivers accept such messages.
 
 use crate::layout::KnownMessage;
 

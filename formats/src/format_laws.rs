@@ -1,4 +1,4 @@
-//! Checks for the tests of your own format. They check that the format keeps the laws of [`Format`], and that its
+//! Functions for the tests of your own format. They check that the format keeps the laws of [`Format`], and that its
 //! encoding agrees with its decoding.
 
 use core::fmt;
@@ -11,7 +11,7 @@ use framelock::{Classification, DiscardReason, Encode, Format};
 pub struct BrokenLaw {
     /// The number of the law, 1 to 5.
     pub law: u8,
-    /// The index in the stream at which the classified bytes begin.
+    /// The index in the stream of the first classified byte.
     pub from: usize,
     /// The number of classified bytes.
     pub length: usize,
@@ -25,8 +25,8 @@ impl fmt::Display for BrokenLaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match self.law {
             1 => {
-                "a frame must have at least one and at most all of these bytes, and `at_least` must be more than their \
-                 number and at most the length of the longest frame"
+                "a frame must have at least one and at most all of these bytes, and `at_least` must be more than the \
+                 number of these bytes and at most the length of the longest frame"
             }
             2 => "a shorter prefix already had another final classification (a frame, or rejected)",
             3 => "a shorter prefix was incomplete and asked for more bytes than these",
@@ -59,9 +59,10 @@ impl core::error::Error for BrokenLaw {}
 /// law. It restores `stream` at the end.
 ///
 /// If the longest frame has up to 64 bytes, the function classifies every prefix of the bytes. If the longest frame has
-/// more bytes, the function classifies only some prefixes, and changes a byte after a final classification to only
-/// sixteen values. The classified prefixes are those near the changed byte, those near the length that the format asked
-/// for, every sixteenth one, and the longest one. A frame of 300 bytes takes seconds, even without optimisation.
+/// more bytes, the function classifies only some prefixes: those near the changed byte, those near the length that the
+/// format asked for, every sixteenth prefix, and the longest prefix. It also tries fewer changes: if the bytes before a
+/// byte already have a final classification, it changes this byte to only sixteen values. A frame of 300 bytes takes
+/// seconds, even without optimisation.
 ///
 /// # Errors
 /// Returns the first law that is broken, and the bytes that show it.
@@ -117,7 +118,7 @@ pub fn check_laws<F: Format>(format: &F, stream: &mut [u8]) -> Result<(), Broken
     Ok(())
 }
 
-/// The length up to which a format's longest frame is short. Then every prefix is classified.
+/// If a format's longest frame has at most this length, every prefix is classified.
 const SHORT: usize = 64;
 
 /// Returns the bytes of the stream from index `from` on, but not more bytes than the longest frame has.
@@ -228,11 +229,11 @@ impl Said {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum BrokenEncoding {
-    /// [`SHAPE`](framelock::FixedFormat::SHAPE) has another byte at this index.
+    /// [`SHAPE`](framelock::FixedFormat::SHAPE) has a different byte at this index.
     Shape(usize),
     /// [`CHECK`](framelock::FixedFormat::CHECK) rejects the frame.
     Check,
-    /// [`decode`](framelock::FixedFormat::decode) returns another message.
+    /// [`decode`](framelock::FixedFormat::decode) returns a different message.
     Decode,
 }
 
@@ -243,7 +244,7 @@ impl fmt::Display for BrokenEncoding {
                 write!(f, "encode: the byte at index {place} differs from SHAPE")
             }
             Self::Check => f.write_str("encode: CHECK rejects the frame"),
-            Self::Decode => f.write_str("decode returns another message than the encoded one"),
+            Self::Decode => f.write_str("decode returns a different message from the encoded one"),
         }
     }
 }

@@ -9,8 +9,8 @@ use crate::{AnyOf, nmea, rtcm, ubx};
 
 /// The protocols that satellite receivers send on one line: UBX, NMEA and RTCM 3.
 ///
-/// `LONGEST` is the length in bytes of the longest frame of any of the three protocols: see [`Ubx`](ubx::Ubx). RTCM frames
-/// have up to 1 029 bytes.
+/// `LONGEST` is the length in bytes of the longest frame of all three protocols. To choose it, see [`Ubx`](ubx::Ubx).
+/// RTCM frames have up to 1 029 bytes.
 ///
 /// # Examples
 /// ```
@@ -40,7 +40,7 @@ pub enum Message<'a> {
 }
 
 impl fmt::Display for Message<'_> {
-    /// Writes one line, as in `UBX class 0x05, id 0x01: 06 01`, `NMEA GPTXT,01,01,02,ok` or `RTCM message 1077: 43 50 00`.
+    /// Writes one line: `UBX class 0x05, id 0x01: 06 01`, `NMEA GPTXT,01,01,02,ok` or `RTCM message 1077: 43 50 00`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Ubx(message) => write!(f, "UBX {message}"),

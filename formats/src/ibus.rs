@@ -14,10 +14,10 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 /// The servo frames of FlySky's iBUS. A frame has 32 bytes: `20 40`, fourteen 16-bit numbers in little endian, and a
 /// checksum. The checksum is 0xFFFF minus the sum of all preceding bytes. The line runs at 115 200 baud.
 ///
-/// The message contains the values of eighteen channels as they were sent: pulse lengths of 1000 to 2000 µs, with 1500
-/// µs in the middle. Channels 1 to 14 are the lower twelve bits of the fourteen numbers. Channels 15 to 18 use the
-/// upper four bits of the first twelve numbers, three numbers for each channel. Channels that the radio does not send
-/// are 0.
+/// The message contains the values of eighteen channels as they were sent. A value is a pulse length of 1000 to 2000
+/// µs, with 1500 µs in the middle. Channels 1 to 14 are the lower twelve bits of the fourteen numbers. Channels 15 to
+/// 18 use the upper four bits of the first twelve numbers, three numbers for each channel. Channels that the radio does
+/// not send are 0.
 ///
 /// The sum detects any single wrong byte, but not swapped bytes.
 ///
@@ -48,7 +48,7 @@ impl Format for Ibus {
     #[inline]
     fn decode(&self, frame: &[u8]) -> [u16; 18] {
         let mut channels = [0; 18];
-        // With a length known at compile time, decoding takes half the time on a PC.
+        // If the length is known at compile time, decoding takes half the time on a PC.
         let Some(frame) = frame.first_chunk::<32>() else {
             return channels;
         };

@@ -1,5 +1,4 @@
-//! The layout of a protocol's frames. In Rust a layout is a constant; for the command line it is written as a TOML
-//! file.
+//! The layout of a protocol's frames. In Rust a layout is a constant. For the command line, a TOML file describes it.
 
 mod builder;
 pub(crate) mod check;
@@ -14,7 +13,7 @@ pub use parts::{
     ByteOrder, FixedBits, KnownMessage, Length, LengthField, Messages, Number, Patterns, Trailer,
 };
 
-/// The layout of a protocol's frames. It suffices to find, check and write frames.
+/// The layout of a protocol's frames. It contains all that is needed to find, check and write frames.
 ///
 /// ```text
 ///   sync   header: length, message, fixed bits     payload     checksum   terminator   trailer
@@ -24,11 +23,11 @@ pub use parts::{
 /// ```
 ///
 /// An *offset* states the position of a byte in a frame: 0 is the first byte, 1 the second, -1 the last, -2 the second
-/// to last. No offset refers to a byte of the trailer, and -1 is the last byte before the trailer.
+/// to last. Offsets do not count the trailer, so -1 is the last byte before the trailer.
 ///
-/// A [builder](Self::builder) makes and checks a layout. If the parts contradict each other, a constant layout does not
-/// compile, and at run time the builder returns an error. Every layout keeps the laws of [`Format`](framelock::Format)
-/// (theorem 13g).
+/// A [builder](Self::builder) creates and checks a layout. If the parts contradict each other, a constant layout does
+/// not compile, and a builder at run time returns an error. Every layout keeps the laws of
+/// [`Format`](framelock::Format) (theorem 13g).
 ///
 /// # Examples
 /// `'A' 'B' length payload crc8`, with up to 16 bytes of payload:
@@ -195,7 +194,7 @@ impl<'a> Layout<'a> {
     #[must_use]
     pub fn counted_length(&self, frame: &[u8]) -> usize {
         let others = self.other_terminators.iter().copied();
-        // Take the longest terminator that fits, because a shorter one may be the end of a longer one.
+        // Take the longest terminator that fits, because a shorter terminator may be the end of a longer terminator.
         let ends = self.terminator.each().chain(others);
         let ends = ends.filter(|end| {
             let mut both = end.iter().rev().zip(frame.iter().rev());

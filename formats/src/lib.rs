@@ -23,9 +23,9 @@
 //!
 //! # In an interrupt
 //!
-//! The UART also reports errors and pauses. Pass them on as line events. Then no delivered frame contains both bytes
-//! from before an event and bytes from after it. At an event, the receiver also delivers any complete frame that is
-//! still pending after a false start. A [`Line`](framelock::Line) counts every byte.
+//! The UART also reports errors and pauses. Pass these to the receiver as line events. Then no delivered frame contains
+//! both bytes from before an event and bytes from after it. At an event, the receiver also delivers complete frames
+//! that are still pending after a false start. A [`Line`](framelock::Line) counts every byte.
 //!
 //! ```
 //! use framelock::{Line, LineEvent};
@@ -87,8 +87,8 @@
 //! [`classify_by!`]. [`AnyOf`] receives several layouts on one line. In tests, [`check_laws`] and [`check_encoding`]
 //! check a format that you write by hand.
 //!
-//! The repository's `docs/costs.md` compares the cost per byte with other crates, for clean streams and for the most
-//! expensive streams.
+//! The repository's `docs/costs.md` compares the cost per byte of these formats and of other crates, for clean streams
+//! and for the most expensive known streams.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![forbid(unsafe_code)]
@@ -158,9 +158,9 @@ use framelock::EncodeError;
 /// Implements the items of [`Format`](framelock::Format) that find frames: `LONGEST`, `classify`, `classify_after` and
 /// `starts`. Use it inside an `impl` of `Format`.
 ///
-/// `classify_by!(LAYOUT)` takes a constant layout. `classify_by!(LONGEST, |format| ..)` takes a closure that returns
-/// the layout for a value of the format. Here `LONGEST` is a constant layout, and no frame of the returned layout may
-/// be longer than the longest frame of `LONGEST`.
+/// `classify_by!(LAYOUT)` takes a constant layout. Use `classify_by!(LONGEST, |format| ..)` if the layout depends on
+/// the value of the format. The closure returns the layout for this value. `LONGEST` is a constant layout. No frame of
+/// the returned layout may be longer than the longest frame of `LONGEST`.
 #[macro_export]
 macro_rules! classify_by {
     ($layout:expr) => {

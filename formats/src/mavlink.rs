@@ -20,7 +20,7 @@ const TABLED: Crc<'static> = CRC.table(crate::layout::Table::Sixteens(&CRC.table
 #[cfg(not(feature = "pc-crc-table"))]
 const TABLED: Crc<'static> = CRC;
 
-/// MAVLink's checksum, which covers all bytes except the first.
+/// MAVLink's checksum, which covers all bytes before it except the first.
 const CHECKSUM: Checksum<'static> = Checksum::at_the_end(2)
     .algorithm(Algorithm::Crc(TABLED))
     .from(1);
@@ -60,8 +60,8 @@ pub const fn layout_v2(messages: &[KnownMessage]) -> Layout<'_> {
         .build_const()
 }
 
-/// The layouts with a placeholder message. A format replaces only the placeholder with its own messages, so the check
-/// of the layout runs at compile time, not for each byte.
+/// Both layouts have a placeholder message. A format only replaces this message with its own messages, so the layouts
+/// are checked at compile time, not for each byte.
 const MAVLINK1: Layout<'static> = layout_v1(&[KnownMessage::new(0)]);
 const MAVLINK2: Layout<'static> = layout_v2(&[KnownMessage::new(0)]);
 
@@ -84,8 +84,8 @@ const fn with_messages<'a>(layout: Layout<'static>, known: &'a [KnownMessage]) -
 ///
 /// To receive MAVLink 1 on the same line, give [`AnyOf`](crate::AnyOf) the layouts [`layout_v1`] and [`layout_v2`].
 ///
-/// The CRC detects every burst of up to 16 wrong bits. One in 65 536 random frames passes undetected. The CRC is computed
-/// without a table. The feature `pc-crc-table` adds a table of 16 KiB, which is faster on a PC.
+/// The CRC detects every burst of up to 16 wrong bits. One in 65 536 random frames passes undetected. The CRC is
+/// computed without a table. The feature `pc-crc-table` adds a table of 16 KiB, which is faster on a PC.
 ///
 /// Source: <https://mavlink.io/en/guide/serialization.html>, "MAVLink 2 Packet Format", "Payload
 /// Truncation", "Checksum", and <https://mavlink.io/en/guide/message_signing.html>.
@@ -119,7 +119,7 @@ pub type Receiver2 = framelock::BufferedReceiver<Mavlink2<'static>, [u8; 560]>;
 /// The contents of a MAVLink frame.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Message<'a> {
-    /// A counter of the component's frames. A gap shows that frames were lost.
+    /// A counter of the component's frames. A gap in the numbers shows that frames were lost.
     pub sequence: u8,
     /// The sender's system.
     pub system: u8,
@@ -134,8 +134,8 @@ pub struct Message<'a> {
 }
 
 /// A frame's signature, not verified. To verify it, check two conditions. `value` must be the first six bytes of the
-/// SHA-256 of the secret key followed by `signed`. The timestamp must be later than the last one of this link, system
-/// and component.
+/// SHA-256 hash of the secret key followed by `signed`. The timestamp must be later than the previous timestamp of this
+/// link, system and component.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Signature<'a> {
     /// The sender's link.
@@ -251,8 +251,8 @@ impl EncodeInto for Mavlink1<'_> {
 }
 
 impl EncodeInto for Mavlink2<'_> {
-    /// Writes an unsigned frame. Fails for messages that the format does not contain, and for payloads that are too long
-    /// for their message.
+    /// Writes an unsigned frame. Fails for messages that the format does not contain, and for payloads that are too
+    /// long for their message.
     fn encode_into<'b>(
         &self,
         message: Message<'_>,

@@ -37,9 +37,9 @@ pub const SIX_AXES: Layout<'static> = Layout::builder()
 
 /// Six axes of a motion platform: 16 bytes, `FF FF`, six numbers of 16 bits, `0A 0D`.
 ///
-/// The numbers are little endian and run from 0 to 65 535 over an axis's travel. [`SixAxesBigEndian`] has big-endian
-/// numbers instead. Use both formats with the small [`Receiver`](framelock::Receiver), which delivers each frame with
-/// the frame's last byte.
+/// The numbers are little endian. They go from 0 at one end of an axis's travel to 65 535 at the other end.
+/// [`SixAxesBigEndian`] has big-endian numbers instead. Use both formats with the small
+/// [`Receiver`](framelock::Receiver), which delivers each frame with the frame's last byte.
 ///
 /// There is no checksum. Only the first two and the last two bytes are checked, and the bytes of an axis may equal
 /// them. Therefore report the idle gap after each frame as a [`LineEvent`](framelock::LineEvent).

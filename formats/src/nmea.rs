@@ -34,7 +34,8 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 ///
 /// The checksum is an exclusive or. It detects each single wrong bit. One in 256 random sentences passes undetected.
 ///
-/// Source: the standard is sold; u-blox F9 HPG 1.32 Interface Description, UBX-22008968, "NMEA frame structure".
+/// Source: u-blox F9 HPG 1.32 Interface Description, UBX-22008968, "NMEA frame structure". The standard itself is not
+/// free.
 ///
 /// # Examples
 /// ```

@@ -32,7 +32,7 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 ///
 /// The CRC detects every burst of up to 24 wrong bits. One in 16 777 216 random frames passes undetected.
 ///
-/// Source: the standard is sold; SNIP, "RTCM 3 message list", and RTKLIB's rtcm.c agree on the frame.
+/// Source: SNIP, "RTCM 3 message list", and RTKLIB's rtcm.c agree on the frame. The standard itself is not free.
 ///
 /// # Examples
 /// ```

@@ -7,7 +7,8 @@ use crate::layout::{ByteOrder, Layout, Length, LengthField, Patterns, index};
 
 impl Layout<'_> {
     /// Turns bytes into a frame: writes the sync, fixed bits, length, terminator and checksum, and leaves the other
-    /// bytes as they are. Writes the first of several syncs or terminators, unless the bytes already have a valid one.
+    /// bytes as they are. If the layout has several syncs or terminators, writes the first, unless the bytes already
+    /// have one of them.
     /// If the frame has a trailer, set the bits that announce the trailer before you call this function, and append the
     /// trailer after the call.
     ///
@@ -47,7 +48,7 @@ impl Layout<'_> {
 }
 
 impl Patterns<'_> {
-    /// Writes the first pattern at `at`, unless one of the patterns is already there.
+    /// Writes the first pattern at index `at`, unless one of the patterns is already there.
     fn write(&self, frame: &mut [u8], at: usize) {
         let place = frame
             .get_mut(at..)

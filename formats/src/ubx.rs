@@ -9,7 +9,7 @@ use crate::layout::{
     Algorithm, ByteOrder, Checksum, Layout, Length, LengthField, Number, Patterns,
 };
 
-/// The layout of a UBX frame, up to the longest that the protocol allows: see [`Ubx`].
+/// The layout of a UBX frame. Its longest frame is the longest that the protocol allows. See [`Ubx`].
 pub const LAYOUT: Layout<'static> = Layout::builder()
     .sync(Patterns::one(&[0xB5, 0x62]))
     .length(Length::Field(
@@ -26,10 +26,10 @@ pub const LAYOUT: Layout<'static> = Layout::builder()
 /// u-blox's UBX: `B5 62`, class, id, a 16-bit length in little endian, the payload, and a checksum. The checksum is a
 /// Fletcher checksum of two bytes, which covers everything except the sync.
 ///
-/// `LONGEST` is the length in bytes of the longest frame, which is eight more than its payload. Headers that state a
-/// longer frame are rejected. Choose `LONGEST` for the messages that you enable: 100 for NAV-PVT, 2 072 for RXM-RAWX
-/// with 64 measurements. `LONGEST` determines the size of the buffer, and the longest delay of a frame after a false
-/// start. The protocol allows 65 543.
+/// `LONGEST` is the length in bytes of the longest frame, which is eight more than the length of its payload. Headers
+/// that state a longer frame are rejected. Choose `LONGEST` for the messages that you enable: 100 for NAV-PVT, 2 072
+/// for RXM-RAWX with 64 measurements. `LONGEST` determines the size of the buffer, and the longest delay of a frame
+/// after a false start. The protocol allows 65 543.
 ///
 /// The checksum detects each single wrong byte. One in 65 536 random frames passes undetected.
 ///

@@ -1,10 +1,9 @@
-//! Theorem 13g. Every layout keeps the laws of [`Format`], alone and together with other layouts. Other harnesses show
-//! that no function panics, whatever the bytes are. They cover the functions that classify, check and write frames, and
-//! the functions that decode the frames of the shipped formats.
+//! Proves theorem 13g: every layout keeps the laws of [`Format`], alone and together with other layouts. Other
+//! harnesses prove that these functions do not panic for any bytes: the functions that classify, check and write
+//! frames, and the functions that decode the frames of the shipped formats.
 //!
 //! Each harness for the laws classifies two prefixes of arbitrary bytes: the first `some` bytes, and the first `more`
-//! bytes. An arbitrary function of the frame decides whether the checksum is correct, so the laws hold with every
-//! checksum.
+//! bytes. An arbitrary function decides whether a frame's checksum is correct, so the laws hold with every checksum.
 
 mod any_layout;
 mod any_of;

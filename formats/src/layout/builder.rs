@@ -5,7 +5,7 @@ use super::{
     Checksum, Contradiction, FixedBits, Layout, Length, Messages, Patterns, Trailer, larger,
 };
 
-/// A builder of a [`Layout`]. Each setter replaces one part; [`build`](Self::build) checks that the parts agree.
+/// A builder of a [`Layout`]. Each setter replaces one part. [`build`](Self::build) checks that the parts agree.
 ///
 /// # Examples
 /// ```
@@ -78,8 +78,8 @@ impl<'a> LayoutBuilder<'a> {
         self
     }
 
-    /// Sets the number of bytes in the longest frame, including its trailer. It determines the size of the buffer,
-    /// and the delay of a frame after a false start.
+    /// Sets the number of bytes in the longest frame, including its trailer. This number determines the size of the
+    /// buffer, and the longest delay of a frame after a false start.
     #[inline]
     pub const fn longest(mut self, bytes: usize) -> Self {
         self.0.longest = bytes;
@@ -115,7 +115,7 @@ impl<'a> LayoutBuilder<'a> {
     }
 
     /// Sets the bytes that are allowed between the sync and the terminator, as inclusive ranges. Use this only for
-    /// frames that end with a delimiter. A byte outside the ranges must begin the terminator; otherwise the frame is
+    /// frames that end with a delimiter. A byte outside the ranges must begin a terminator. Otherwise the frame is
     /// rejected immediately. The check is fastest if the widest range comes first.
     ///
     /// # Examples
@@ -186,11 +186,12 @@ impl<'a> LayoutBuilder<'a> {
     /// Returns the layout, for use in a constant. If the parts contradict each other, the constant does not compile.
     ///
     /// # Panics
-    /// Panics if the parts contradict each other. At run time, [`build`](Self::build) returns the same contradiction.
+    /// Panics if the parts contradict each other. At run time, use [`build`](Self::build), which returns an error
+    /// instead.
     #[must_use]
     #[expect(
         clippy::panic,
-        reason = "the compiler reports it as an error of a constant"
+        reason = "the compiler reports the panic as an error in the constant"
     )]
     pub const fn build_const(self) -> Layout<'a> {
         match self.build() {

@@ -9,7 +9,7 @@ use checksum::check_checksum;
 use content::{check_content, check_content_of_parts};
 use frame::{agrees_with_fixed, shortest_frame};
 
-/// Returns from the function if a step finds a contradiction.
+/// Returns from the function with a contradiction if a step finds one.
 macro_rules! try_step {
     ($step:expr) => {
         if let Err(contradiction) = $step {
@@ -50,7 +50,7 @@ pub(super) const fn check(layout: &Layout) -> Result<(), Contradiction> {
     check_positions(layout, without_trailer(layout))
 }
 
-/// Returns the number of bytes that every frame has at least: the header, and the parts that are counted from the end.
+/// Returns the minimum number of bytes in a frame: the header, and the parts that are counted from the end.
 pub(super) const fn least(layout: &Layout) -> usize {
     // A frame may consist of only the delimiter.
     let header = match layout.length {
@@ -257,14 +257,16 @@ pub(super) const fn without_trailer(layout: &Layout) -> usize {
     let counted = (number as u64).wrapping_mul(field.factor as u64);
     let most = counted.saturating_add_signed(field.plus as i64);
     if most < layout.longest as u64 {
-        #[expect(clippy::cast_possible_truncation, reason = "it is less than a usize")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the result fits into a usize"
+        )]
         return most as usize;
     }
     layout.longest
 }
 
-/// Returns true if the bytes consist of one pattern or more, without a rest. If the length of a pattern is 0, there
-/// must be no bytes.
+/// Returns true if the bytes are one or more whole patterns. If the length of a pattern is 0, there must be no bytes.
 const fn are_whole(patterns: &Patterns) -> bool {
     match patterns.bytes.len().checked_rem(patterns.length) {
         Some(rest) => rest == 0 && !patterns.bytes.is_empty(),

@@ -6,7 +6,7 @@
 pub struct Checksum<'a> {
     /// The algorithm that computes the checksum.
     pub algorithm: Algorithm<'a>,
-    /// The number of bytes in the frame that hold the checksum, 1 to 4. A longer sum is cut to its lowest bytes.
+    /// The number of bytes in the frame that hold the checksum, 1 to 4. They hold the lowest bytes of a longer sum.
     pub bytes: usize,
     /// The encoding of the checksum in the frame.
     pub encoding: Encoding,
@@ -98,8 +98,8 @@ pub enum Encoding {
     Little,
     /// As a number, the highest byte first.
     Big,
-    /// As text: two hexadecimal digits for each byte, the highest byte first. Encoding writes capital letters, but
-    /// receivers also accept small letters.
+    /// As text: two hexadecimal digits for each byte, the highest byte first. Encoding writes upper-case digits, but
+    /// receivers also accept lower-case digits.
     Hex,
 }
 
@@ -117,8 +117,8 @@ pub enum Algorithm<'a> {
     NegatedSum,
     /// The exclusive or of the bytes.
     Xor,
-    /// Fletcher's checksum: two sums of 8 bits. The low byte is the sum of the bytes. The high byte is the sum of all
-    /// values that the low byte takes on the way.
+    /// Fletcher's checksum: two sums of 8 bits. The low byte is the sum of the bytes. The high byte is the sum of the
+    /// low byte's values after each byte.
     Fletcher,
 }
 
@@ -139,7 +139,7 @@ pub struct Crc<'a> {
     pub reflected_out: bool,
     /// The number that the result is xored with: `xorout`.
     pub xor_out: u32,
-    /// The table, which takes flash and saves time.
+    /// The table. It takes flash, but saves time.
     pub table: Table<'a>,
 }
 
@@ -207,7 +207,7 @@ impl<'a> Crc<'a> {
     }
 }
 
-/// A table with the CRC remainder of each byte. [`Crc::table_of_bytes`] and similar functions compute it.
+/// A table with the CRC remainder of each byte. Functions such as [`Crc::table_of_bytes`] compute it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Table<'a> {

@@ -69,7 +69,7 @@ pub struct LengthField {
     pub number: Number,
     /// The mask of the number's bits that are part of the length.
     pub mask: u32,
-    /// The unit of the number in bytes, for example 2 if the number counts 16-bit words.
+    /// The unit of the number, in bytes: for example 2 if the number counts 16-bit words.
     pub factor: u32,
     /// The correction in bytes, positive or negative: the number of bytes in the frame that the number does not count.
     pub plus: i32,
@@ -103,7 +103,7 @@ impl LengthField {
         self
     }
 
-    /// Sets the unit of the number in bytes.
+    /// Sets the unit of the number, in bytes.
     #[inline]
     #[must_use]
     pub const fn factor(mut self, factor: u32) -> Self {
@@ -178,7 +178,7 @@ pub struct FixedBits {
 }
 
 impl FixedBits {
-    /// Returns the bits of `mask` in the byte at `at`, with these values.
+    /// Returns fixed bits in the byte at `at`: the bits of `mask`, with the values that `value` has there.
     #[inline]
     #[must_use]
     pub const fn new(at: i16, mask: u8, value: u8) -> Self {
@@ -197,7 +197,7 @@ pub struct Messages<'a> {
 }
 
 impl<'a> Messages<'a> {
-    /// Returns the known messages, identified by this number in the header. `known` must be in ascending order.
+    /// Returns the known messages, which this number in the header identifies. `known` must be in ascending order.
     #[inline]
     #[must_use]
     pub const fn new(number: Number, known: &'a [KnownMessage]) -> Self {

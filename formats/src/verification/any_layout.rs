@@ -64,7 +64,7 @@ impl<const F: usize, const M: usize> Parts<F, M> {
     }
 }
 
-/// Returns patterns that consist of these two sequences, which may be equal.
+/// Returns patterns that consist of these two sequences. The sequences may be equal.
 pub(super) fn patterns<const LENGTH: usize>(bytes: &[[u8; LENGTH]; 2]) -> Patterns<'_> {
     Patterns {
         bytes: bytes.as_flattened(),

@@ -1,5 +1,5 @@
-//! Several layouts on one line keep the laws if each of them keeps the laws. The first layout that does not reject the
-//! bytes decides.
+//! Proves that several layouts on one line keep the laws if each layout keeps the laws, and that the first layout that
+//! does not reject the bytes decides.
 
 use framelock::any_format::{Row, any_up_to, any_verdict, part};
 use framelock::{Classification, DiscardReason, Format};
@@ -11,8 +11,8 @@ use crate::layout::{FixedBits, Layout, Length, LengthField, Patterns};
 /// The number of bytes in the longest frame.
 const MOST: usize = 4;
 
-/// A stand-in for one of the layouts. It classifies the bytes from one position of the stream on in an arbitrary lawful
-/// way.
+/// A stand-in for one of the layouts. It classifies the bytes that follow one position of the stream. The
+/// classifications are arbitrary, but keep the laws.
 struct Classified {
     longest: usize,
     starts: bool,
@@ -59,8 +59,8 @@ impl Classified {
     }
 }
 
-/// Proves the laws for three layouts. One or two layouts are special cases, because a layout whose frames no byte can
-/// start has no effect.
+/// Proves the laws for three layouts. The proof includes one and two layouts, because a layout that rejects every first
+/// byte has no effect.
 #[kani::proof]
 #[kani::unwind(6)]
 fn any_of_three() {
@@ -93,7 +93,7 @@ fn any_of_three() {
         assert!(part(&each, 0, kind).iter().all(is_rejected) && each[kind] == late);
         kani::cover!(
             kind == 2 && starts(&all[0]) && starts(&all[1]),
-            "a frame of the third, and the others begin like it"
+            "a frame of the third layout, whose first byte the other layouts accept too"
         );
     }
 }
@@ -144,7 +144,7 @@ fn any_of_two_layouts() {
     }
     kani::cover!(
         bytes[0] != one[0] && classification == Classification::Frame(bytes.len()),
-        "a frame of the second"
+        "a frame of the second layout"
     );
 }
 

@@ -48,8 +48,8 @@ pub(super) fn any_some_and_more(most: usize, longest: usize) -> (usize, usize) {
     (some, kani::any_where(|&more| some <= more && more <= most))
 }
 
-/// A layout for which parsing the header, and checking the rest of the frame, have arbitrary results. Each result stays
-/// the same for the whole harness.
+/// A layout for which two functions return arbitrary results: the function that parses the header, and the function
+/// that checks the rest of the frame. Each function always returns the same result in one harness.
 struct Classified<'a> {
     layout: Layout<'a>,
     header: Result<Header, DiscardReason>,
@@ -82,8 +82,8 @@ impl Classified<'_> {
     }
 }
 
-/// Returns true if parsing a header can have this result. [`what_a_header_says`] proves that every parsed header
-/// satisfies this function.
+/// Returns true if parsing a header can have this result. [`what_a_header_says`] proves that this function returns true
+/// for every parsed header.
 fn is_possible(layout: &Layout, header: Result<Header, DiscardReason>) -> bool {
     match header {
         Ok(header) => match header.length {
@@ -155,7 +155,7 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     let (some, more) = any_some_and_more(MOST, longest);
     let early = layout.classify_after(&bytes[..some], 0);
     let late = layout.classify_after(&bytes[..more], 0);
-    // Check law 4. In addition, `starts` accepts no byte that cannot start a frame, if the layout has frames at all.
+    // Check law 4. If the layout has frames, also check that `starts` accepts no byte that cannot start a frame.
     let no_sync = late == Classification::Rejected(DiscardReason::NoSync);
     let has_frames = layout.layout.header() <= longest;
     assert!(layout.layout.starts(bytes[0]) != no_sync || no_sync && !has_frames);
@@ -166,7 +166,8 @@ fn keeps_the_laws<const MOST: usize>(layout: &Layout) {
     assert_lawful(early, late, some, more, longest);
 }
 
-/// Asserts law 5 for a layout. Only [`Layout::frame_of`] uses `seen`, and only to search for the end of a frame.
+/// Asserts law 5 for a layout. Only [`Layout::frame_of`] uses `seen`, and it does so only to search for the end of a
+/// frame.
 fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     let bytes: [u8; MOST] = kani::any();
     let header = Header {
@@ -176,7 +177,7 @@ fn what_was_seen_changes_nothing<const MOST: usize>(layout: &Layout) {
     };
     let end = |bytes, seen| layout.frame_of(&header, bytes, seen).map(<[u8]>::len);
     let (seen, more) = any_some_and_more(MOST, layout.longest);
-    // As long as the header was incomplete, nothing has searched for the end.
+    // If the header was incomplete, the bytes have not been searched for the end of the frame.
     let looked = seen >= layout.header();
     let found_none = matches!(
         end(&bytes[..seen], 0),

@@ -1,4 +1,4 @@
-//! Proofs that no function of the formats panics.
+//! Proves that no function of the formats panics.
 
 use framelock::Format;
 use framelock::any_format::part;
@@ -22,8 +22,8 @@ fn any_bytes<const N: usize>(bytes: &[u8; N]) -> &[u8] {
     part(bytes, 0, kani::any_where(|&count| count <= N))
 }
 
-/// Calls a function once for each algorithm except a CRC, with an arbitrary checksum of this algorithm. An arbitrary
-/// one of all five algorithms in a single call would be too much for the prover.
+/// Calls a function once for each algorithm except a CRC, with an arbitrary checksum of this algorithm. A single call
+/// with an arbitrary one of these five algorithms would be too much for the prover.
 fn for_each_sum(mut of: impl FnMut(Checksum<'static>)) {
     let mut of = |algorithm| {
         of(Checksum {
@@ -54,8 +54,8 @@ fn in_checking() {
     });
 }
 
-/// Uses one algorithm, because checksums of all algorithms are written in the same way. [`in_checking`] and
-/// [`in_a_crc`] compute the other algorithms.
+/// Writes a checksum of one algorithm, because checksums of all algorithms are written in the same way. [`in_checking`]
+/// and [`in_a_crc`] cover the computation of the other algorithms.
 #[kani::proof]
 #[kani::unwind(9)]
 fn in_writing_a_checksum() {
@@ -87,9 +87,9 @@ fn in_a_crc() {
     }
 }
 
-/// Seals `N` bytes as a frame of an arbitrary layout, except its length and its checksum, which [`in_writing_a_length`]
-/// and [`in_checking`] cover. A length may overwrite the sync, so the sync may also be missing. `seal` also classifies
-/// the bytes, which [`super::laws`] covers.
+/// Seals `N` bytes as a frame of an arbitrary layout without a length field and a checksum. [`in_writing_a_length`] and
+/// [`in_checking`] cover these two parts. A length field may overwrite the sync, so the sync may be missing here.
+/// [`super::laws`] covers the classification of the bytes, which `seal` performs too.
 fn in_sealing<const N: usize>() {
     let (mut bytes, ends, other) = kani::any::<([u8; N], [[u8; 1]; 2], [u8; 2])>();
     let parts = Parts::<1, 1>::any();
@@ -126,7 +126,7 @@ fn in_sealing_three_bytes() {
     in_sealing::<3>();
 }
 
-/// Writes only the length.
+/// Writes the length of a frame, and none of its other parts.
 #[kani::proof]
 #[kani::unwind(5)]
 fn in_writing_a_length() {
@@ -148,12 +148,12 @@ fn in_writing_a_length() {
     kani::cover!(bytes[2] != last, "written to the last byte");
 }
 
-/// Decodes arbitrary bytes, also bytes that are not a frame.
+/// Decodes arbitrary bytes, which need not be a frame.
 fn in_decoding<F: Format, const N: usize>(format: &F) {
     let bytes: [u8; N] = kani::any();
     let bytes = any_bytes(&bytes);
     let _ = format.decode(bytes);
-    kani::cover!(bytes.len() == N, "as long as can be");
+    kani::cover!(bytes.len() == N, "the longest bytes");
 }
 
 const MESSAGES: &[KnownMessage] = &[];

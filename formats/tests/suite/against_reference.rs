@@ -1,5 +1,5 @@
-//! Tests that a receiver finds the same frames as the reference in streams with faults, which are cut into slices
-//! anywhere, and that each frame begins where the protocol says.
+//! Tests that a receiver finds the same frames as the reference. The streams have faults, and are split into slices at
+//! any positions. Also tests that each frame begins with the bytes that its protocol states.
 
 use framelock_fuzz_oracles::{Fault, FormatLine, FormatStep, Protocol, formats};
 use proptest::prelude::*;

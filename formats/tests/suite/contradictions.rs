@@ -1,5 +1,5 @@
-//! Tests the check of layouts. Each contradiction must be an error that names the wrong part. Every layout that passes
-//! the check must have frames.
+//! Tests the check of layouts. For each contradiction, it must return an error that names the wrong part. Every layout
+//! that passes the check must have frames.
 
 use std::collections::BTreeMap;
 
@@ -57,8 +57,8 @@ const KNOWN: [KnownMessage; 3] = [
 const BYTES: [u8; 256] = Crc::new(8, 7).table_of_bytes();
 const WORDS: [u32; 256] = Crc::new(16, 7).table_of_words();
 
-/// Each entry is a layout that contradicts itself, the error's expected part and the beginning of its message, and a
-/// similar layout without the contradiction.
+/// Each entry has a layout that contradicts itself, the part that the error must name, the beginning of the error's
+/// message, and a similar layout without the contradiction.
 #[rustfmt::skip]
 const CONTRADICTIONS: &[(LayoutBuilder, Part, &str, LayoutBuilder)] = &[
     (COUNTED.sync(Patterns::any_of(b"ABC", 2)), Part::Sync, "sync: its bytes must be one pattern or more", COUNTED.sync(Patterns::any_of(b"ABCD", 2))),
@@ -375,7 +375,7 @@ impl Random {
     }
 }
 
-/// Shows that the check is not too lax: each layout of random parts is either rejected, or has frames that a receiver
+/// Shows that the check is strict enough. Each layout of random parts is either rejected, or has frames that a receiver
 /// delivers.
 #[test]
 fn a_layout_that_the_check_accepts_has_frames() {

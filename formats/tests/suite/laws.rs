@@ -98,7 +98,7 @@ fn mavlink2() {
     );
 }
 
-/// The value of the format determines the longest frame, not the format's type.
+/// The longest frame depends on the format's value, not only on its type.
 #[test]
 fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     /// A deliberate mistake: `AnyOf` states a longest frame that is too short.
@@ -123,7 +123,7 @@ fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     keeps_the_laws(&several, &[stream.clone()]);
 }
 
-/// The check is fast enough for long frames, even in a test without optimisation.
+/// The check is fast enough for long frames, even without optimisation.
 #[test]
 fn a_frame_of_300_bytes() {
     /// A deliberate mistake that only one value of a single byte reveals. No valid frame reveals it.
@@ -166,7 +166,7 @@ pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
     signed
 }
 
-/// A layout and the small receiver's format classify frames in the same way.
+/// The layout of a BIN frame and the format of the small receiver classify frames in the same way.
 #[test]
 fn bin_and_bin_crc8() {
     for seed in 0..=u8::MAX {
@@ -185,7 +185,7 @@ fn bin_and_bin_crc8() {
     }
 }
 
-/// If a byte contains bits of the length and other bits, sealing writes only the bits of the length.
+/// If a byte contains bits of the length and other bits, sealing changes only the bits of the length.
 #[test]
 fn what_is_not_of_the_length_stays_as_it_is() {
     const LAYOUT: Layout = Layout::builder()
@@ -263,7 +263,7 @@ fn built<'a>(builder: &LayoutBuilder<'a>) -> Layout<'a> {
     builder.build().expect("its parts agree")
 }
 
-/// Limits: the shortest and longest frames, fixed bits next to the end of the header, and negative lengths.
+/// Limiting cases: the shortest and longest frames, fixed bits next to the end of the header, and negative lengths.
 #[test]
 fn what_a_layout_says_at_its_limits() {
     let counted = |field| {

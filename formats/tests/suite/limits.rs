@@ -1,4 +1,4 @@
-//! Shows limits that no receiver of such frames can overcome: N4 and N5 in docs/protocol.md, each with its example.
+//! Shows limits that no receiver of these frames can overcome: the examples of N4 and N5 in docs/protocol.md.
 
 use framelock::{BufferedReceiver, LineEvent};
 use framelock_formats::crsf::{self, Crsf};
@@ -14,7 +14,7 @@ fn crsf(kind: u8, payload: &[u8]) -> Vec<u8> {
     frame(&Crsf, message)
 }
 
-/// Returns the kinds of the messages in a stream.
+/// Returns the types of the CRSF messages in a stream.
 fn kinds(stream: &[u8]) -> Vec<u8> {
     let mut kinds = Vec::new();
     receive::<_, 64>(Crsf, stream, |message| kinds.push(message.kind));
@@ -40,7 +40,7 @@ fn a_frame_behind_a_false_beginning_is_late() {
     assert_eq!(found, [2]);
 }
 
-/// A false start `C8 04` takes the first two bytes of the true frame, and forms a valid frame with them.
+/// A false start `C8 04` and the first two bytes of the true frame together form a valid frame.
 #[test]
 fn a_frame_that_begins_in_a_false_one_whose_check_is_right_is_lost() {
     let sent = crsf(0x16, &[1, 2, 3]);

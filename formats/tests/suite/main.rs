@@ -1,4 +1,4 @@
-//! Tests the formats against other crates' encoders and decoders, the laws, and the reference.
+//! Tests the formats against other crates' encoders and decoders, against the laws, and against the reference.
 #![allow(clippy::indexing_slicing, reason = "a panic is a failed test")]
 
 mod against_reference;

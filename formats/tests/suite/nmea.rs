@@ -1,4 +1,4 @@
-//! Receives NMEA sentences from other projects' recordings, with the line ends, lengths and noise that occur in
+//! Receives NMEA sentences from other projects' recordings. They have the line ends, lengths and noise that occur in
 //! practice.
 
 use framelock::EncodeInto;
@@ -17,7 +17,8 @@ const PUBX_03: &str = "$PUBX,03,23,1,-,014,06,08,000,12,U,207,43,28,009,14,-,049
      000,52,-,,,28,013,65,-,176,07,,000,66,U,223,57,35,064,67,-,315,42,23,000,68,-,341,00,29,000,75,-,057,37,,000,76,U,303,\
      78,18,000,77,-,253,27,21,000,84,-,018,19,,000,85,-,078,22,,000,86,-,121,01,,000*02";
 
-/// A sentence of a u-blox F9P, and the end of the UBX frame before it, in gpsd's `test/daemon/ublox-zed-f9p_hpg1.11.log`.
+/// A sentence of a u-blox F9P, and the end of the UBX frame before it, in gpsd's
+/// `test/daemon/ublox-zed-f9p_hpg1.11.log`.
 const GNRMC: &str = "$GNRMC,012250.00,A,4552.65525,S,17030.00564,E,0.069,,120419,,,A,V*08";
 const UBX_END: &[u8] = b"!\x04\x00\x00c\xAD";
 

@@ -1,4 +1,4 @@
-//! Checks against independent crates: each side decodes the other's frames to the same values.
+//! Checks the formats against independent crates. Each side must decode the other side's frames to the same values.
 
 use framelock_formats::layout::{Algorithm, Crc, Table};
 use framelock_formats::{
@@ -22,7 +22,7 @@ fn channels() -> impl Strategy<Value = [u16; 16]> {
     prop::array::uniform16(0_u16..2048)
 }
 
-/// A CRC of 24 bits whose polynomial is intended for sixteen bits.
+/// A CRC of 24 bits. Its polynomial is intended for sixteen bits.
 const OF_24_BITS: crc::Algorithm<u32> = crc::Algorithm {
     width: 24,
     poly: 0x1021,
@@ -137,7 +137,7 @@ proptest! {
         });
     }
 
-    /// The crate ublox knows no messages of this class, so it returns the payload undecoded.
+    /// The crate `ublox` knows no messages of this class, so it returns the payload undecoded.
     #[test]
     fn ubx(id: u8, payload in prop::collection::vec(any::<u8>(), 0..=240)) {
         let sent = ubx::Message { class: 0x7F, id, payload: &payload };
@@ -289,7 +289,7 @@ fn mavlink2_with_an_unknown_incompatible_flag_is_dropped() {
     }
 }
 
-/// CRSF frames of fewer than four bytes are rejected, even if their CRC, which covers no bytes, is correct.
+/// CRSF frames of fewer than four bytes are rejected. In such frames, the CRC covers no bytes, and may be correct.
 #[test]
 fn crsf_has_no_frame_of_fewer_than_four_bytes() {
     let stream = [0xC8, 0, 0xC8, 1, 0, 0xC8, 0];

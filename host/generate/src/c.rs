@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::Item;
 
-/// Frames of fixed length up to this length are received with a window instead of a buffer.
+/// Frames of fixed length that have at most this length are received with a window instead of a buffer.
 const LONGEST_WINDOW: usize = 16;
 
 /// The size of the table with which C code computes a CRC.
@@ -32,7 +32,7 @@ fn smallest_type(most: u64) -> &'static str {
     }
 }
 
-/// Returns the values that a kind's classifier and encoder need.
+/// Returns the template values for a kind's classifier and encoder.
 pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
     let header = layout.header();
     let is_in_header =
@@ -92,8 +92,8 @@ pub(crate) fn value(layout: &Layout, table: CrcTable) -> Value {
     }
 }
 
-/// The reasons to discard bytes. Each entry has the reason's name, its text, and a number for the part of the frame in
-/// which classification finds it: 0 for the first byte, 1 for the rest of the sync, 2 for the header, 3 for the rest.
+/// The reasons to discard bytes. Each entry has the reason's name, its text, and the part of the frame in which
+/// classification finds the reason: 0 is the first byte, 1 the rest of the sync, 2 the header, and 3 the rest.
 const REASONS: [(&str, &str, u8); 7] = [
     ("NO_SYNC", "no frame begins with these bytes", 0),
     ("BROKEN_SYNC", "a later byte of the sync is wrong", 1),
@@ -112,7 +112,7 @@ const REASONS: [(&str, &str, u8); 7] = [
     ),
 ];
 
-/// Returns the values that the template needs about all kinds together.
+/// Returns the template values that concern all kinds together.
 pub(crate) fn program(layouts: &[Layout]) -> Value {
     let longest = layouts
         .iter()
@@ -158,7 +158,7 @@ fn has_tables(layout: &Layout) -> bool {
     layout.messages().is_some() || layout.checksum().as_ref().is_some_and(is_crc)
 }
 
-/// Returns whether each reason can occur.
+/// Returns for each reason whether it can occur.
 fn occurring(layout: &Layout) -> [bool; 7] {
     let header = layout.header();
     let mut fixed = layout.fixed().iter();
@@ -291,7 +291,8 @@ fn range(layout: &Layout, field: &LengthField) -> (u32, u32) {
     )
 }
 
-/// Returns the smallest and the greatest value of the length field in a frame without a trailer.
+/// Returns the smallest and the greatest value of the length field for which a frame without a trailer has an allowed
+/// length.
 fn limits(layout: &Layout, field: &LengthField) -> (u32, u32) {
     let count = |length: usize| i64::try_from(length).unwrap_or(i64::MAX) - i64::from(field.plus);
     let factor = i64::from(field.factor);
@@ -459,8 +460,8 @@ fn checksum(it: &Checksum, table: CrcTable) -> Value {
     }
 }
 
-/// Returns the parts of a CRC's code. If the CRC processes the lowest bit of each byte first, the CRC is in the lowest
-/// bits of the register, otherwise in the highest bits.
+/// Returns the template values for a CRC. If the CRC processes the lowest bit of each byte first, the lowest bits of
+/// the register hold it. Otherwise the highest bits hold it.
 fn crc(crc: &Crc, table: CrcTable) -> Value {
     let bits = match crc.width {
         ..=8 => 8,

@@ -56,8 +56,8 @@ fn messages(messages: &Messages) -> Value {
     let known = messages.known.iter().map(|it| {
         context! { number => it.number, longest_payload => it.longest_payload, extra => it.extra, has_extra => it.has_extra.to_string() }
     });
-    // Large tables are constants of `framelock-formats`, so the generated module uses the
-    // constant's name instead of the table's content.
+    // A large table is a constant of `framelock-formats`. The generated module uses the constant's
+    // name instead of the table's content.
     let table = match messages.known {
         COMMON => Some("COMMON"),
         ARDUPILOTMEGA => Some("ARDUPILOTMEGA"),

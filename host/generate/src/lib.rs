@@ -73,9 +73,9 @@ struct KindItem {
     items: Vec<Item>,
     /// Whether the kind's values borrow bytes of the frame.
     borrows: bool,
-    /// The length of the shortest frame, with the zero bytes that a sender may leave out and without the trailer.
+    /// The length of the shortest frame. It includes zero bytes that a sender may leave out, but not the trailer.
     start: usize,
-    /// A divisor and a remainder: the length of every frame is a multiple of the divisor, plus the remainder.
+    /// A divisor and a remainder. The length of every frame is a multiple of the divisor, plus the remainder.
     multiple: Option<(usize, usize)>,
     /// The zero bytes that the sender leaves out; `None` if it leaves out none.
     zeros: Option<Zeros>,
@@ -88,8 +88,8 @@ struct Zeros {
     first: usize,
     /// The number of bytes that follow the payload in a frame without its trailer.
     margin: usize,
-    /// Whether `encode` leaves out these zero bytes. It writes them if a field takes the rest of the frame, or if not
-    /// every length is possible.
+    /// Whether `encode` leaves out these zero bytes. It writes them if a field takes the rest of the frame, or if some
+    /// lengths are not possible.
     are_left_out: bool,
 }
 
@@ -99,10 +99,10 @@ struct Zeros {
 struct Item {
     /// The field's name in the program.
     name: String,
-    /// The length of the shortest frame that has the field; `None` if every frame has it.
+    /// The length of the shortest frame that has the field, for decoding; `None` if every frame has it.
     needs: Option<usize>,
-    /// The length of the shortest frame that contains this field. `None` if this field never makes a frame longer than
-    /// `start`.
+    /// The length that a frame with this field needs at least, for encoding. `None` if this field never makes a frame
+    /// longer than `start`.
     least: Option<usize>,
     /// The index of the field's first byte. A negative index counts from the end of the frame.
     at: i16,
@@ -124,7 +124,7 @@ struct Item {
     is_narrow_signed: bool,
     /// The number of bytes in a number.
     bytes: usize,
-    /// The order of these bytes: `le` or `be`.
+    /// The order of the number's bytes: `le` or `be`.
     order: &'static str,
     /// The index of a bit field's first bit, counted from the lowest bit of the byte at `at`.
     first: Option<usize>,

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 /// A target language: the names that it forbids, and the texts from which programs are generated.
 pub(crate) struct Language {
     keywords: &'static [&'static str],
-    /// Further names that no kind can have, because every generated program uses them.
+    /// Names, other than keywords, that no kind can have, because every generated program uses them.
     own: &'static [&'static str],
     /// Converts the name of a kind to a name that is valid in this language.
     pub(crate) kind: fn(&str) -> String,

@@ -4,8 +4,8 @@ use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::names::{Language, module};
 
-/// Renders the template of a language. The helper functions that the program calls replace the line `HELPERS`, and the
-/// name of the module replaces `PREFIX`.
+/// Renders the template of a language. Replaces the line `HELPERS` by the helper functions that the program calls, and
+/// `PREFIX` by the name of the module.
 pub(crate) fn source(program: Value, name: &str, language: &Language) -> String {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -32,7 +32,7 @@ pub(crate) fn source(program: Value, name: &str, language: &Language) -> String 
     source.trim_end().to_owned() + "\n"
 }
 
-/// Returns those functions that the code calls. Each function in `functions` is followed by a blank line.
+/// Returns the functions that the code calls. In `functions`, a blank line follows each function.
 fn called(code: &str, functions: &str) -> String {
     let is_name = |c: char| c.is_ascii_alphanumeric() || "_.".contains(c);
     let is_called = |function: &&str| {
@@ -51,7 +51,7 @@ fn called(code: &str, functions: &str) -> String {
 fn indented(code: &str) -> String {
     let mut text = String::new();
     let mut depth = 0_usize;
-    // The levels of the open chains.
+    // The level of each open chain.
     let mut chains = Vec::new();
     for line in code.lines().map(str::trim) {
         let is_comment = ["//", "/*", "* ", "*/"]

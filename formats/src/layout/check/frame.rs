@@ -138,7 +138,10 @@ const fn shortest_length(
     if length > layout.longest as u64 {
         return None;
     }
-    #[expect(clippy::cast_possible_truncation, reason = "it is not above a usize")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the result fits into a usize"
+    )]
     Some(length as usize)
 }
 
@@ -152,8 +155,8 @@ const fn smallest(from: u64, bits: u32, known: u32, values: u32) -> Option<u32> 
     if from & !bits == 0 && from & known == values {
         return Some(from);
     }
-    // Otherwise the result is greater than `from`. It has a bit that `from` lacks. Above this bit, it equals `from`.
-    // Below this bit, it has the smallest possible value.
+    // Otherwise the result is greater than `from`. The highest bit in which the two differ is 1 in the result and 0 in
+    // `from`. Below this bit, the result has the smallest possible value.
     let mut bit = 1_u32;
     while bit != 0 {
         let below = bit.wrapping_sub(1);
@@ -371,7 +374,7 @@ const fn byte_of(number: &Number, value: u32, byte: usize) -> u8 {
     lowest
 }
 
-/// Returns the position in the number of the lowest bit of the byte with index `byte` in the frame.
+/// Returns the position in the number, in bits, at which the byte with index `byte` in the frame begins.
 const fn shift_of(number: &Number, byte: usize) -> u32 {
     let below = match number.order {
         ByteOrder::Little => byte,
