@@ -10,10 +10,10 @@ use crate::streams::{Protocol, Stream};
 pub(crate) struct Answer {
     /// The number of frames that arrived whole and were not delivered.
     pub(crate) lost: usize,
-    /// The number of delivered frames that did not arrive whole or were never sent: damaged frames whose check is
-    /// correct, and frames inside the payloads of other frames.
+    /// The number of delivered frames that did not arrive whole or were never sent. Such frames are damaged frames
+    /// whose check is correct, and frames inside the payloads of other frames.
     pub(crate) false_frames: usize,
-    /// The greatest number of bytes between the last byte of a frame and its delivery.
+    /// The greatest number of bytes that arrive between the last byte of a frame and the frame's delivery.
     pub(crate) latest: usize,
 }
 
@@ -58,7 +58,7 @@ pub(crate) fn confirm(entry: &Entry, protocol: &Protocol, stream: &Stream) {
             .collect();
         assert!(
             delivered == keys,
-            "{} of {} by {cut:?}: other frames than the reference finds",
+            "{} of {} by {cut:?}: the frames differ from those of the reference",
             entry.name,
             protocol.name
         );

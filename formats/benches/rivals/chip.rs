@@ -1,5 +1,5 @@
-//! Measures the receivers on the emulated Cortex-M4: how much each adds to the size of a program, and what a byte
-//! costs.
+//! Measures the receivers on the emulated Cortex-M4: how much each receiver adds to the size of a program, and how many
+//! cycles it takes for a byte.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -32,17 +32,17 @@ const CONTENDERS: [(&str, &str, &str); 13] = [
     ("iBUS", "parse_rc_ibus", "ibus-parse_rc_ibus"),
 ];
 
-/// Symbols of panics: every panic calls a function of `core::panicking`, which calls the program's handler.
+/// Symbols of panics. Every panic calls a function of `core::panicking`, which calls the program's handler.
 const PANICS: [&str; 2] = ["core::panicking", "rust_begin_unwind"];
 
-/// Symbols that are not counted: functions that almost every program contains, and the MAVLink dialect, which the user
-/// chooses.
+/// Symbols whose size is not counted: functions that almost every program contains, and the MAVLink dialect, which the
+/// user chooses.
 const COMMON: [&str; 4] = ["memcpy", "memclr", "memset", "rivals_on_chip::message"];
 
 /// The number of bytes in the instruction that calls a function.
 const CALL: u32 = 4;
 
-/// A receiver's figures on the chip. Those of the same program without a receiver are subtracted.
+/// A receiver's figures on the chip. The figures of the same program without a receiver are subtracted.
 pub(crate) struct Figures {
     pub(crate) protocol: &'static str,
     pub(crate) contender: &'static str,
@@ -113,8 +113,8 @@ impl Cost {
 pub(crate) struct Run {
     state: u32,
     pub(crate) frames: u32,
-    /// The cost of all bytes except the skipped ones. The cost of a byte is counted from the first instruction of its
-    /// call to the return.
+    /// The cost of all bytes except the skipped bytes. Each byte is passed in one call. Its cost is counted from the
+    /// first instruction of the called function to the return.
     pub(crate) all: Cost,
     /// The cycles of the most expensive byte.
     pub(crate) costliest: u64,
@@ -185,7 +185,7 @@ impl Program {
         let mut board = Board::new(image)?;
         let limit = 10 * CYCLES_PER_SECOND;
         if !board.run(limit, |board| board.pc() == begin)? {
-            return Err(format!("{}: does not begin", self.features).into());
+            return Err(format!("{}: the program does not reach `begin`", self.features).into());
         }
         board.patch(bytes, stream)?;
         board.patch(length, &count.to_le_bytes())?;
@@ -214,7 +214,11 @@ impl Program {
             before == end
         })?;
         if !is_over || bytes_taken != stream.len() {
-            return Err(format!("{}: does not end, or panics", self.features).into());
+            return Err(format!(
+                "{}: the program does not reach `end`, or panics",
+                self.features
+            )
+            .into());
         }
         Ok(Run {
             state: board.word("STATE")?,

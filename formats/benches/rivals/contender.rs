@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use framelock::{BufferedReceiver, Format, Found};
 use framelock_proofs::reference;
 
-/// A receiver of a protocol's frames. An adapter uses its crate as the crate's documentation shows, and adds nothing.
+/// A receiver of a protocol's frames. Other crates implement this trait through an adapter. It uses the crate as the
+/// crate's documentation shows, and adds nothing.
 pub(crate) trait Contender {
     /// The data that the receiver returns to its user.
     type Message<'a>;
@@ -53,8 +54,7 @@ pub(crate) enum Cut {
     ChunksOf64,
 }
 
-/// A delivered frame: its key, and the number of bytes of the stream that the receiver had processed when it delivered
-/// the frame.
+/// A delivered frame: its key, and the number of bytes that the receiver had processed when it delivered the frame.
 pub(crate) struct Delivered {
     pub(crate) key: Vec<u8>,
     pub(crate) taken: usize,

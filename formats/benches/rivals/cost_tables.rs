@@ -24,21 +24,23 @@ outcome of each byte. The other crates are used as [their documentation shows](r
 
 * **Clean**: frames back to back, as in [rivals.md](rivals.md).
 * **Noise**: random bytes. All values are equally likely.
-* **Worst**: the most expensive of a few hostile streams, for each receiver. They consist of false starts that claim
-  long frames, one after another. When all bytes that a false start claims have arrived, the receiver checks them and
-  rejects them. The streams are listed below. Nobody sends them by accident.
+* **Worst**: for each receiver, the most expensive stream of all: clean, noise, or one of a few hostile streams. A
+  hostile stream consists of false starts, one after another, that claim long frames. When all bytes that a false start
+  claims have arrived, the receiver checks these bytes and rejects them. The hostile streams are listed below. No sender
+  sends them by accident.
 
-UBX frames have at most 106 bytes here. The MAVLink format knows the messages that are sent, and one message with a
-payload of 255 bytes.
+The UBX format accepts frames of at most 106 bytes here. The MAVLink format knows the messages that are sent, and one
+message with a payload of 255 bytes.
 ";
 
 const CHIP: &str = "
 ## On a Cortex-M4
 
-Instructions and cycles per byte, in the [emulator](../tools/emulator/README.md). The emulator's cycles include no wait
-states of the flash, so silicon is slower. The programs are built like the firmware: for size, with link-time
-optimisation. Each byte is one call of a function, counted from its first instruction to its return. *One byte* is the
-number of cycles for the most expensive single byte of all these streams. An interrupt handler must have that much time.
+The table shows instructions and cycles per byte, in the [emulator](../tools/emulator/README.md). The emulator's cycles
+include no wait states of the flash, so a real chip is slower. The programs are built like the firmware: for size, with
+link-time optimisation. Each byte is passed in one function call. Its cost is counted from the function's first
+instruction to the return. *One byte* is the number of cycles for the most expensive single byte of all these streams.
+An interrupt handler must have time for that many cycles.
 
 | | | clean | | noise | | worst | | one byte |
 | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
@@ -106,8 +108,8 @@ pub(crate) fn document() -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// Measures how fast MAVLink's checksum of the longest frame is computed. Computations without and with a table take
-/// turns.
+/// Measures how fast MAVLink's checksum of the longest frame is computed, without and with a table. The two
+/// computations take turns.
 fn checks(text: &mut String) -> fmt::Result {
     let frame = [0x55; 278];
     let mut fastest = [f64::MAX; 2];
@@ -129,7 +131,8 @@ fn checks(text: &mut String) -> fmt::Result {
     )
 }
 
-/// Returns three costs: that of the first stream, that of the second stream, and the highest cost of all streams.
+/// Returns the cost of the first stream, which is clean, the cost of the second stream, which is noise, and the highest
+/// cost of all streams.
 fn clean_noise_worst(costs: &[f64]) -> [f64; 3] {
     let worst = costs.iter().copied().fold(0.0, f64::max);
     [costs[0], costs[1], worst]

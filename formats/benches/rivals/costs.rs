@@ -1,5 +1,5 @@
-//! The formats and the streams for which the cost of a byte is measured: clean streams, noise, and hostile streams,
-//! which were designed to be expensive.
+//! The formats and the streams for which the cost of a byte is measured. There are clean streams, noise, and hostile
+//! streams. Hostile streams are designed to be expensive.
 
 use std::hint::black_box;
 
@@ -17,8 +17,8 @@ use crate::{crsf, ibus, mavlink2, sbus, ubx};
 
 /// The number of bytes in a stream of noise and in a hostile stream.
 pub(crate) const BYTES: usize = 6_000;
-/// The number of bytes at the beginning of a hostile stream whose cost is not counted, because a receiver decides
-/// nothing until the first false frame ends.
+/// The number of bytes at the beginning of a hostile stream whose cost is not counted. The first of these bytes cost
+/// little, because a receiver decides nothing until the first false frame ends.
 pub(crate) const SKIPPED: usize = 1_000;
 /// The number of frames in a clean stream.
 const FRAMES: u16 = 200;
@@ -56,8 +56,8 @@ impl Case {
         }
     }
 
-    /// Returns the clean stream, the noise, and the hostile streams, each with the number of bytes at its beginning
-    /// whose cost is not counted.
+    /// Returns the clean stream, the noise, and the hostile streams. Each stream comes with the number of bytes at its
+    /// beginning whose cost is not counted.
     pub(crate) fn streams(&self) -> impl Iterator<Item = (&[u8], usize)> {
         let hostile = self.hostile.iter().map(|(_, bytes)| (&bytes[..], SKIPPED));
         [(&self.clean[..], 0), (&self.noise[..], 0)]
@@ -141,7 +141,7 @@ pub(crate) fn cases() -> Vec<Case> {
             "BIN-CRC8",
             "bin-crc8",
             |random| random.random::<[u8; 3]>().into(),
-            // Every fourth byte ends a frame in which only the check is wrong.
+            // In the last stream, every fourth byte ends a frame in which only the checksum is wrong.
             &[b"A", b"AB", b"AB012345", b"AB0\r"],
         ),
     ];
@@ -211,7 +211,7 @@ fn of_fixed_format<F: Encode + 'static>(
     Case::new(format, clean, periods, ours)
 }
 
-/// Returns framelock's receiver twice: called by `push` alone, and in a `Line`.
+/// Returns framelock's receiver twice: alone, and in a `Line`.
 fn ours<P: Parser + 'static>(
     feature: &str,
     new: impl Fn() -> P + Copy + 'static,

@@ -81,7 +81,7 @@ fn inside(frame: &[u8]) -> Vec<u8> {
 
 /// The crate `crsf`. It does not check raw packets, so the adapter decodes each packet. Packets of kinds that the crate
 /// does not know count as delivered. The crate panics on a packet of channels or link statistics that is too short.
-/// After a lost byte such a packet sometimes has a correct check, so the adapter does not decode it.
+/// After a lost byte, such a packet may arrive with a correct check, so the adapter does not decode it.
 struct CrsfCrate(PacketParser<64>);
 
 impl Default for CrsfCrate {

@@ -27,7 +27,7 @@ pub(crate) fn compare(file: &str) -> Result<(), Box<dyn Error>> {
     )?;
     let nothing = Program::build("nothing")?;
     for case in costs::cases() {
-        // The first contender is the receiver alone, called by `push`, without a `Line`.
+        // The first contender is the receiver alone, without a `Line`.
         let receiver = case.contenders.first().and_then(|it| it.on_chip.as_deref());
         let program = Program::build(receiver.ok_or("a format without a receiver")?)?;
         let [code, constants] = program.more_than(&nothing);

@@ -1,5 +1,5 @@
-//! The rival for iBUS: a textbook state machine finds the thirty-two bytes of a frame, and `parse_rc_ibus` checks and
-//! decodes them.
+//! The rival for iBUS. A textbook state machine finds the thirty-two bytes of a frame, and `parse_rc_ibus` checks and
+//! decodes the frame.
 
 use framelock::EncodeInto;
 use framelock_formats::ibus::Ibus;

@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 /// The seed of all streams, so that their bytes are the same in every run and on every machine.
 pub(crate) const SEED: u64 = 15;
 
-/// The padding after the last frame. No frame begins in the padding, but it completes any false frame that a receiver
-/// still waits for.
+/// The padding after the last frame. No frame begins in the padding. The padding completes any false frame that a
+/// receiver still waits for.
 const BEHIND: [u8; 300] = [0x55; 300];
 
 /// The faults of the line.
@@ -67,7 +67,8 @@ pub(crate) struct Protocol {
     pub(crate) longest: usize,
     /// Makes a frame.
     pub(crate) frame: fn(&mut Payload) -> Vec<u8>,
-    /// Extracts the part of a frame that identifies it in the comparison. Every receiver returns this part to its user.
+    /// Extracts from a frame the key that identifies it in the comparison. The key is a part of the frame that every
+    /// receiver returns to its user.
     pub(crate) key: fn(&[u8]) -> Vec<u8>,
 }
 
@@ -84,8 +85,8 @@ impl Payload {
         kinds[self.random.random_range(0..kinds.len())]
     }
 
-    /// Returns `length` bytes of payload: the frame's number, which makes the payload unique, and then random bytes of
-    /// those that the stream's payloads consist of.
+    /// Returns `length` bytes of payload. The frame's number comes first and makes the payload unique. Random bytes
+    /// follow, which are drawn from the bytes that the stream's payloads may contain.
     pub(crate) fn bytes(&mut self, length: usize) -> Vec<u8> {
         let mut payload = self.number.to_be_bytes().to_vec();
         while payload.len() < length {

@@ -59,8 +59,8 @@ pub(crate) fn contenders() -> Vec<Entry> {
     ]
 }
 
-/// A protocol version for `ublox` that states the longest payload and does not decode messages. The crate's own
-/// versions would also decode messages, and would wait for the ends of false frames of over a thousand bytes.
+/// A protocol version for `ublox` that states the longest payload and does not decode messages. With its own versions,
+/// the crate would also decode messages, and would wait for the end of false frames of over a thousand bytes.
 struct FramesOnly;
 
 impl UbxProtocol for FramesOnly {

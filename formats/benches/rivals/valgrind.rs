@@ -18,8 +18,8 @@ extern "Rust" fn framelock_counted(run: &dyn Fn(&[u8]), stream: &[u8]) {
     run(stream);
 }
 
-/// Runs every receiver on every stream under valgrind. Each receiver gets first only the bytes that are not counted,
-/// and then the whole stream.
+/// Runs every receiver on every stream under valgrind. Each receiver runs twice: on the bytes that are not counted, and
+/// on the whole stream. The difference of the two runs is the cost of the counted bytes.
 pub(crate) fn take_all(cases: &[Case]) {
     for case in cases {
         for contender in &case.contenders {
@@ -47,7 +47,7 @@ pub(crate) fn count(cases: &[Case]) -> Result<Vec<Vec<Vec<f64>>>, Box<dyn Error>
         .arg(ARGUMENT)
         .stderr(Stdio::null())
         .status()
-        .map_err(|error| format!("valgrind, which counts instructions: {error}"))?;
+        .map_err(|error| format!("cannot run valgrind, which counts instructions: {error}"))?;
     if !status.success() {
         return Err("the benchmark fails under valgrind".into());
     }

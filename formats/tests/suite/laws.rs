@@ -98,7 +98,7 @@ fn mavlink2() {
     );
 }
 
-/// The longest frame depends on the format's value, not only on its type.
+/// `check_laws` uses the longest frame of the format's value, which may be shorter than `LONGEST`.
 #[test]
 fn several_layouts_that_ask_for_more_than_their_longest_frame_break_law_1() {
     /// A deliberate mistake: `AnyOf` states a longest frame that is too short.
@@ -166,7 +166,7 @@ pub(crate) fn signed(frame: &[u8]) -> Vec<u8> {
     signed
 }
 
-/// The layout of a BIN frame and the format of the small receiver classify frames in the same way.
+/// Sealing with the layouts of BIN and BIN-CRC8 writes the same frames as the core's encoders.
 #[test]
 fn bin_and_bin_crc8() {
     for seed in 0..=u8::MAX {

@@ -40,7 +40,8 @@ fn a_frame_behind_a_false_beginning_is_late() {
     assert_eq!(found, [2]);
 }
 
-/// A false start `C8 04` and the first two bytes of the true frame together form a valid frame.
+/// A false start of four bytes, `C8 04 05` and one more, forms a valid frame with the first two bytes of the true
+/// frame. So the true frame is lost.
 #[test]
 fn a_frame_that_begins_in_a_false_one_whose_check_is_right_is_lost() {
     let sent = crsf(0x16, &[1, 2, 3]);

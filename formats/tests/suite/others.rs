@@ -289,7 +289,8 @@ fn mavlink2_with_an_unknown_incompatible_flag_is_dropped() {
     }
 }
 
-/// CRSF frames of fewer than four bytes are rejected. In such frames, the CRC covers no bytes, and may be correct.
+/// CRSF frames of fewer than four bytes are rejected, even if the CRC is correct. In such frames, the CRC covers no
+/// bytes.
 #[test]
 fn crsf_has_no_frame_of_fewer_than_four_bytes() {
     let stream = [0xC8, 0, 0xC8, 1, 0, 0xC8, 0];

@@ -1,7 +1,8 @@
 //! Passes a stream to one receiver byte by byte, and counts the frames.
 //!
-//! A feature selects the receiver. The benchmark `rivals` builds this program once for each receiver, runs it in the
-//! emulator, and writes a stream into its memory. The benchmark finds the symbols below by their names.
+//! A feature selects the receiver. The benchmark `rivals` builds this program once for each receiver, runs the program
+//! in the emulator, and writes a stream into the program's memory. The benchmark finds the symbols below by their
+//! names.
 #![no_std]
 #![no_main]
 
@@ -143,8 +144,8 @@ framelock! {
     "mavlink2": BufferedReceiver::<_, [u8; 560]>::new(framelock_formats::mavlink::Mavlink2(MESSAGES));
 }
 
-/// The `MAVLink` messages that are sent, and the longest message, `ENCAPSULATED_DATA`. Each entry has the number, the
-/// CRC extra, and the length of the longest payload.
+/// The `MAVLink` messages that are sent, and the longest message, `ENCAPSULATED_DATA`. Each entry has the message's
+/// number, its CRC extra, and the length of its longest payload.
 #[cfg(any(feature = "mavlink2", feature = "mavlink2-mavlink-core"))]
 const MESSAGES: &[framelock_formats::layout::KnownMessage] = &[
     framelock_formats::layout::KnownMessage::with_extra(0, 50, 9),
