@@ -1,5 +1,5 @@
-/* Proofs about the engine of receivers with a buffer. They hold for all layouts, because the classifier here returns an
- * arbitrary outcome among those that a layout can return. The proofs show that a step from any state that satisfies the
+/* Proofs about the engine of receivers with a buffer. The classifier here may return any outcome
+ * that a layout can return, so the proofs hold for all layouts. The proofs show that a step from any state that satisfies the
  * invariant accesses only memory that it may access, does not overflow, terminates, and keeps the invariant. They also
  * show that the step gives each byte exactly one outcome or leaves the byte pending. */
 #include <stdbool.h>
@@ -146,7 +146,7 @@ static uint32_t placed(void)
 }
 
 /* Puts the receiver into any state that satisfies the invariant, and makes the classifier give arbitrary answers. The
- * counters are 0, because a step only adds to them and does not depend on their values. */
+ * counters are 0. This does not restrict the proofs, because a step only adds to the counters. */
 static void start(void)
 {
     static const any_counters none;

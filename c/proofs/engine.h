@@ -34,8 +34,9 @@ static inline void any_forget(any_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline any_index any_next(any_receiver *receiver, bool *again)
 {
     any_outcome outcome;
@@ -100,7 +101,7 @@ static bool any_push(any_receiver *receiver, uint8_t byte, any_message *message)
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < ANY_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -153,8 +154,8 @@ static void any_line_event(any_receiver *receiver, any_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             any_count_discarded(receiver, ANY_LINE_EVENT, 1U);

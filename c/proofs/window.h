@@ -34,8 +34,8 @@ static bool invariant(const X(receiver) *receiver)
         ((receiver->count == 0U) || (X(classify)(receiver->held, receiver->count, 0U, &number) == XX(INCOMPLETE)));
 }
 
-/* Returns a receiver in any state that satisfies the invariant. Its counters are 0, because a step only adds to them
- * and does not depend on their values. */
+/* Returns a receiver in any state that satisfies the invariant. Its counters are 0. This does not restrict the
+ * proofs, because a step only adds to the counters. */
 static X(receiver) any_receiver(void)
 {
     static const X(counters) none;

@@ -54,7 +54,7 @@ fn hex(bytes: &[u8]) -> String {
     digits.concat() + "\n"
 }
 
-/// Removes about one byte in 300, and changes about one in 300.
+/// Removes about one byte in 300, and changes about one byte in 300.
 fn with_faults(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes.retain(|_| random.random_range(0..300) != 0);
     for byte in &mut bytes {

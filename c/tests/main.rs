@@ -1,5 +1,5 @@
 //! Tests that the receivers and the failsafe in C, compiled by several compilers, behave like those in Rust. Also tests
-//! the ways to use them that `docs/c.md` describes.
+//! the ways to use the C code that `docs/c.md` describes.
 #![cfg(unix)]
 #![allow(
     clippy::unwrap_used,

@@ -123,8 +123,8 @@ pub(crate) fn first<L>(
     let mut furthest = DiscardReason::NoSync;
     let mut rest = all;
     while let [one, others @ ..] = rest {
-        // One of the layouts has found the first `seen` bytes incomplete. If every other layout rejects the first byte,
-        // it was this layout.
+        // One of the layouts has found the first `seen` bytes incomplete. It must have been this layout if every other
+        // layout rejects the first byte.
         let is_alone = furthest == DiscardReason::NoSync && !others.iter().any(&starts);
         match classify(one, if is_alone { seen } else { 0 }) {
             Classification::Rejected(why) => {

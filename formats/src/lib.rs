@@ -80,8 +80,8 @@
 //! delivered, and which frames can be lost. `SixAxes` is a [`FixedFormat`](framelock::FixedFormat) for the small
 //! [`Receiver`](framelock::Receiver).
 //!
-//! The formats find the bytes of each message, check them, and separate the parts that all messages have in common.
-//! Your program interprets the payloads of CRSF, UBX and MAVLink.
+//! The formats find and check each message, and decode the fields that every message of the protocol has. Your program
+//! interprets the payloads of CRSF, UBX and MAVLink.
 //!
 //! To receive a protocol of your own, describe its frames as a [`Layout`], and turn the layout into a format with
 //! [`classify_by!`]. [`AnyOf`] receives several layouts on one line. In tests, [`check_laws`] and [`check_encoding`]

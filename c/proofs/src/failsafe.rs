@@ -1,5 +1,5 @@
 //! Proves that the failsafe's `poll` and `frame` do the same in C and in Rust, from any state that
-//! satisfies the invariant: the output, the phase and the next state are the same.
+//! satisfies the invariant. The output, the phase and the next state are the same.
 //!
 //! The failsafe has two axes, with demands of 8 or 16 bits. At most `TICKS` ticks pass, and a unit
 //! takes at most `RATE` ticks. C and Rust divide by different methods, and for larger numbers the

@@ -209,9 +209,9 @@ fn of_setpoint(message: Setpoint) -> [u16; 3] {
     [message.pitch, message.roll, message.yaw].map(u16::from)
 }
 
-/// Runs the step for one of these numbers, which the prover chooses. Each call passes a number that is known before the
-/// proof. If the loop instead compared `number` with an arbitrary number, the compiler would pass the arbitrary number
-/// to the step.
+/// Runs `step` for one of these numbers. The prover chooses the number, but in each call of `step` the number is a
+/// constant. If the loop compared `number` with an arbitrary number instead, the compiler would pass the arbitrary
+/// number to `step`.
 fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     let mut number = numbers.start;
     while number < numbers.end {
@@ -223,7 +223,7 @@ fn for_any(numbers: Range<u8>, step: impl Fn(u8)) {
     }
 }
 
-/// Defines the harnesses of each format. A line states the length of a frame, the bound on the loops, the possible
+/// Defines the harnesses of each format. Each entry states the length of a frame, the bound on the loops, the possible
 /// numbers of pending bytes, the fixed bytes, and how to convert a message to its values.
 macro_rules! for_formats {
     ($($name:ident $format:ident $length:literal $bound:literal $counts:expr, $fixed:expr, $values:expr;)*) => {

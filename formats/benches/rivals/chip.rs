@@ -15,7 +15,7 @@ use crate::streams::{Protocol, Stream};
 /// The number of frames in the stream for the chip.
 const FRAMES: u16 = 200;
 
-/// Each entry: the protocol, the contender, and the features of `on-chip` that select the contender.
+/// Each entry has the protocol, the contender, and the features of `on-chip` that select the contender.
 const CONTENDERS: [(&str, &str, &str); 13] = [
     ("CRSF", "framelock", "crsf"),
     ("CRSF", "uf-crsf", "crsf-uf-crsf"),

@@ -142,8 +142,8 @@ impl<'a> LayoutBuilder<'a> {
     }
 
     /// Sets further terminators, of any lengths, for frames with a [`content`](Self::content). Offsets from the end and
-    /// [`shortest`](Self::shortest) are counted as if each frame ended with the [`terminator`](Self::terminator), which
-    /// [`seal`](Layout::seal) writes.
+    /// [`shortest`](Self::shortest) are counted as if each frame ended with the [`terminator`](Self::terminator).
+    /// [`seal`](Layout::seal) writes the `terminator`, never one of the other terminators.
     #[inline]
     pub const fn other_terminators(mut self, terminators: &'a [&'a [u8]]) -> Self {
         self.0.other_terminators = terminators;

@@ -72,7 +72,7 @@ impl Classified<'_> {
         ));
         let header = self.header.map_err(Classification::Rejected)?;
         let frame = self.layout.frame_of(&header, bytes, seen)?;
-        // Every call must check the same frame, because `mismatch` is a single answer.
+        // Every call must check the same frame, because `mismatch` is the answer to every call.
         let length = self.asked.get().unwrap_or(frame.len());
         assert!(core::ptr::eq(frame, &raw const bytes[..length]));
         self.asked.set(Some(length));

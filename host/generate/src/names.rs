@@ -9,7 +9,7 @@ pub(crate) struct Language {
     own: &'static [&'static str],
     /// Converts the name of a kind to a name that is valid in this language.
     pub(crate) kind: fn(&str) -> String,
-    /// The name of the only kind, if a description has just one.
+    /// The name of the kind, if a description has only one kind.
     pub(crate) message: &'static str,
     /// The template of a program.
     pub(crate) template: &'static str,

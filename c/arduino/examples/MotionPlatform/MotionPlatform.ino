@@ -21,7 +21,7 @@ static void pulse(uint8_t pin, uint8_t position)
 
 void setup()
 {
-    // Hold after 100 ms without a frame. Move to the middle after 500 ms, by one unit every 10 ms.
+    // Hold after 100 ms without a frame. After 500 ms, move to the middle by one unit every 10 ms.
     static const failsafe_parameters parameters = {100, 500, {128, 128, 128}, {10, 10, 10}};
 
     for (uint8_t i = 0; i < FAILSAFE_AXES; i++) {

@@ -4,7 +4,7 @@ use super::frame::{agrees_with_content, is_content};
 use super::{get, reject_if};
 use crate::layout::{Contradiction, Encoding, Layout, Length, Part, index};
 
-/// Checks the content and the other terminators, without the other parts of the layout.
+/// Checks the content and the terminators, independently of a frame's length.
 pub(super) const fn check_content(layout: &Layout) -> Result<(), Contradiction> {
     let has_others = !layout.other_terminators.is_empty();
     if layout.content.is_empty() {
