@@ -1,7 +1,7 @@
-/* Proofs about the engine of receivers with a buffer. The classifier here may return any outcome
- * that a layout can return, so the proofs hold for all layouts. The proofs show that a step from any state that satisfies the
- * invariant accesses only memory that it may access, does not overflow, terminates, and keeps the invariant. They also
- * show that the step gives each byte exactly one outcome or leaves the byte pending. */
+/* Proofs about the engine of receivers with a buffer. The classifier here may return any outcome that a layout can
+ * return, so the proofs hold for all layouts. The proofs show that a step from any state that satisfies the invariant
+ * accesses only memory that it may access, does not overflow, terminates, and keeps the invariant. They also show that
+ * the step gives each byte exactly one outcome or leaves the byte pending. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
