@@ -9,7 +9,7 @@
  *
  *   bin_init(&receiver);
  *   if (bin_push(&receiver, byte, &message)) { ... }     for each received byte
- *   bin_line_event(&receiver, BIN_FRAMING_ERROR);     instead of a damaged byte
+ *   bin_line_event(&receiver, BIN_FRAMING_ERROR);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + bin_pending(&receiver).
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define BIN_LONGEST 7U
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     BIN_NO_SYNC, /* no frame begins with these bytes */
     BIN_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -59,9 +59,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[BIN_REASONS]; /* discarded bytes, by reason */
     uint32_t events[BIN_EVENTS]; /* line events */
 } bin_counters;
@@ -122,9 +122,9 @@ static inline bool bin_starts(uint8_t byte)
     return byte == 0x41U;
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline bin_outcome bin_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;

@@ -9,7 +9,7 @@
  *
  *   crsf_init(&receiver);
  *   if (crsf_push(&receiver, byte, &message)) { ... }     for each received byte
- *   crsf_line_event(&receiver, CRSF_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   crsf_line_event(&receiver, CRSF_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + crsf_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "CRSF_ROOM must be between CRSF_LONGEST and 191"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     CRSF_NO_SYNC, /* no frame begins with these bytes */
     CRSF_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -69,9 +69,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[CRSF_REASONS]; /* discarded bytes, by reason */
     uint32_t events[CRSF_EVENTS]; /* line events */
 } crsf_counters;
@@ -167,7 +167,7 @@ static inline bool crsf_same(const void *one, const void *other, size_t size)
     return true;
 }
 
-/* Writes bytes into bits that are 0. */
+/* Writes bytes. The bits there must be 0. */
 static inline void crsf_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -204,9 +204,9 @@ static inline uint8_t crsf_checksum(const uint8_t *bytes, uint8_t count)
     return sum;
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline crsf_outcome crsf_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t field;
@@ -331,8 +331,9 @@ static inline void crsf_forget(crsf_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint8_t crsf_next(crsf_receiver *receiver, bool *again)
 {
     crsf_outcome outcome;
@@ -397,7 +398,7 @@ CRSF_FUNCTION bool crsf_push(crsf_receiver *receiver, uint8_t byte, crsf_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < CRSF_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -450,8 +451,8 @@ CRSF_FUNCTION void crsf_line_event(crsf_receiver *receiver, crsf_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             crsf_count_discarded(receiver, CRSF_LINE_EVENT, 1U);

@@ -9,7 +9,7 @@
  *
  *   gnss_init(&receiver);
  *   if (gnss_push(&receiver, byte, &message)) { ... }     for each received byte
- *   gnss_line_event(&receiver, GNSS_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   gnss_line_event(&receiver, GNSS_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + gnss_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "GNSS_ROOM must be between GNSS_LONGEST and 61439"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     GNSS_NO_SYNC, /* no frame begins with these bytes */
     GNSS_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -71,9 +71,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[GNSS_REASONS]; /* discarded bytes, by reason */
     uint32_t events[GNSS_EVENTS]; /* line events */
 } gnss_counters;
@@ -105,7 +105,7 @@ typedef struct {
     uint16_t payload_length;
 } gnss_rtcm_message;
 
-/* The kinds of frames, in the order in which they are tried. */
+/* The kinds of frames, in the order in which the receiver tries them. */
 typedef enum {
     GNSS_KIND_UBX,
     GNSS_KIND_NMEA,
@@ -234,7 +234,7 @@ static inline uint32_t gnss_be24(const uint8_t *bytes)
     return ((uint32_t)bytes[0] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[2];
 }
 
-/* Writes bytes into bits that are 0. */
+/* Writes bytes. The bits there must be 0. */
 static inline void gnss_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -292,9 +292,9 @@ static inline uint16_t gnss_ubx_checksum(const uint8_t *bytes, uint16_t count)
     return (uint16_t)(((unsigned)high << 8U) | low);
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline gnss_outcome gnss_ubx_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -410,9 +410,9 @@ static inline bool gnss_nmea_has_value(const uint8_t *digits, uint8_t value)
     return true;
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline gnss_outcome gnss_nmea_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t length;
@@ -490,9 +490,9 @@ static inline uint32_t gnss_rtcm_checksum(const uint8_t *bytes, uint16_t count)
     return sum;
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline gnss_outcome gnss_rtcm_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -789,8 +789,9 @@ static inline void gnss_forget(gnss_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint16_t gnss_next(gnss_receiver *receiver, bool *again)
 {
     gnss_outcome outcome;
@@ -855,7 +856,7 @@ GNSS_FUNCTION bool gnss_push(gnss_receiver *receiver, uint8_t byte, gnss_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < GNSS_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -908,8 +909,8 @@ GNSS_FUNCTION void gnss_line_event(gnss_receiver *receiver, gnss_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             gnss_count_discarded(receiver, GNSS_LINE_EVENT, 1U);

@@ -9,7 +9,7 @@
  *
  *   ibus_any_init(&receiver);
  *   if (ibus_any_push(&receiver, byte, &message)) { ... }     for each received byte
- *   ibus_any_line_event(&receiver, IBUS_ANY_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   ibus_any_line_event(&receiver, IBUS_ANY_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ibus_any_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "IBUS_ANY_ROOM must be between IBUS_ANY_LONGEST and 223"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     IBUS_ANY_NO_SYNC, /* no frame begins with these bytes */
     IBUS_ANY_CHECKSUM_MISMATCH, /* the checksum is wrong */
@@ -67,9 +67,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[IBUS_ANY_REASONS]; /* discarded bytes, by reason */
     uint32_t events[IBUS_ANY_EVENTS]; /* line events */
 } ibus_any_counters;
@@ -156,7 +156,7 @@ static inline uint16_t ibus_any_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Writes a little-endian integer of `count` bytes into bits that are 0. */
+/* Writes a little-endian integer of `count` bytes. The bits there must be 0. */
 static inline void ibus_any_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -187,9 +187,9 @@ static inline uint16_t ibus_any_checksum(const uint8_t *bytes, uint8_t count)
     return (uint16_t)(~sum);
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline ibus_any_outcome ibus_any_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;
@@ -303,8 +303,9 @@ static inline void ibus_any_forget(ibus_any_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint8_t ibus_any_next(ibus_any_receiver *receiver, bool *again)
 {
     ibus_any_outcome outcome;
@@ -369,7 +370,7 @@ IBUS_ANY_FUNCTION bool ibus_any_push(ibus_any_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < IBUS_ANY_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -422,8 +423,8 @@ IBUS_ANY_FUNCTION void ibus_any_line_event(ibus_any_receiver *receiver, ibus_any
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             ibus_any_count_discarded(receiver, IBUS_ANY_LINE_EVENT, 1U);

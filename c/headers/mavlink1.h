@@ -9,7 +9,7 @@
  *
  *   mavlink1_init(&receiver);
  *   if (mavlink1_push(&receiver, byte, &message)) { ... }     for each received byte
- *   mavlink1_line_event(&receiver, MAVLINK1_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   mavlink1_line_event(&receiver, MAVLINK1_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink1_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "MAVLINK1_ROOM must be between MAVLINK1_LONGEST and 65272"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     MAVLINK1_NO_SYNC, /* no frame begins with these bytes */
     MAVLINK1_UNKNOWN_MESSAGE, /* the message is unknown */
@@ -68,9 +68,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[MAVLINK1_REASONS]; /* discarded bytes, by reason */
     uint32_t events[MAVLINK1_EVENTS]; /* line events */
 } mavlink1_counters;
@@ -176,7 +176,7 @@ static inline uint16_t mavlink1_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Writes bytes into bits that are 0. */
+/* Writes bytes. The bits there must be 0. */
 static inline void mavlink1_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -192,7 +192,7 @@ static inline bool mavlink1_starts(uint8_t byte)
     return byte == 0xFEU;
 }
 
-/* Returns the CRC of `count` bytes. The last byte that it covers is `extra`. */
+/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
 static inline uint16_t mavlink1_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
@@ -303,9 +303,9 @@ static inline uint8_t mavlink1_extra(uint16_t message)
     return MAVLINK1_READ_8(&extra[message]);
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline mavlink1_outcome mavlink1_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;
@@ -443,8 +443,9 @@ static inline void mavlink1_forget(mavlink1_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint16_t mavlink1_next(mavlink1_receiver *receiver, bool *again)
 {
     mavlink1_outcome outcome;
@@ -509,7 +510,7 @@ MAVLINK1_FUNCTION bool mavlink1_push(mavlink1_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK1_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -562,8 +563,8 @@ MAVLINK1_FUNCTION void mavlink1_line_event(mavlink1_receiver *receiver, mavlink1
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink1_count_discarded(receiver, MAVLINK1_LINE_EVENT, 1U);

@@ -9,7 +9,7 @@
  *
  *   mavlink2_init(&receiver);
  *   if (mavlink2_push(&receiver, byte, &message)) { ... }     for each received byte
- *   mavlink2_line_event(&receiver, MAVLINK2_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   mavlink2_line_event(&receiver, MAVLINK2_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + mavlink2_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "MAVLINK2_ROOM must be between MAVLINK2_LONGEST and 65255"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     MAVLINK2_NO_SYNC, /* no frame begins with these bytes */
     MAVLINK2_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -69,9 +69,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[MAVLINK2_REASONS]; /* discarded bytes, by reason */
     uint32_t events[MAVLINK2_EVENTS]; /* line events */
 } mavlink2_counters;
@@ -202,7 +202,7 @@ static inline uint32_t mavlink2_le24(const uint8_t *bytes)
     return ((uint32_t)bytes[2] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[0];
 }
 
-/* Writes a little-endian integer of `count` bytes into bits that are 0. */
+/* Writes a little-endian integer of `count` bytes. The bits there must be 0. */
 static inline void mavlink2_put_le(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -213,7 +213,7 @@ static inline void mavlink2_put_le(uint8_t *bytes, uint8_t count, uint32_t numbe
     }
 }
 
-/* Writes bytes into bits that are 0. */
+/* Writes bytes. The bits there must be 0. */
 static inline void mavlink2_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -229,7 +229,7 @@ static inline bool mavlink2_starts(uint8_t byte)
     return byte == 0xFDU;
 }
 
-/* Returns the CRC of `count` bytes. The last byte that it covers is `extra`. */
+/* Returns the CRC of `count` bytes, followed by the byte `extra`. */
 static inline uint16_t mavlink2_checksum(const uint8_t *bytes, uint16_t count, uint8_t extra)
 {
     /* The CRC remainder of each four-bit value. */
@@ -340,9 +340,9 @@ static inline uint8_t mavlink2_extra(uint16_t message)
     return MAVLINK2_READ_8(&extra[message]);
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline mavlink2_outcome mavlink2_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint8_t field;
@@ -513,8 +513,9 @@ static inline void mavlink2_forget(mavlink2_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint16_t mavlink2_next(mavlink2_receiver *receiver, bool *again)
 {
     mavlink2_outcome outcome;
@@ -579,7 +580,7 @@ MAVLINK2_FUNCTION bool mavlink2_push(mavlink2_receiver *receiver, uint8_t byte, 
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < MAVLINK2_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -632,8 +633,8 @@ MAVLINK2_FUNCTION void mavlink2_line_event(mavlink2_receiver *receiver, mavlink2
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             mavlink2_count_discarded(receiver, MAVLINK2_LINE_EVENT, 1U);

@@ -9,7 +9,7 @@
  *
  *   nmea_init(&receiver);
  *   if (nmea_push(&receiver, byte, &message)) { ... }     for each received byte
- *   nmea_line_event(&receiver, NMEA_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   nmea_line_event(&receiver, NMEA_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + nmea_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "NMEA_ROOM must be between NMEA_LONGEST and 65020"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     NMEA_NO_SYNC, /* no frame begins with these bytes */
     NMEA_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -69,9 +69,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[NMEA_REASONS]; /* discarded bytes, by reason */
     uint32_t events[NMEA_EVENTS]; /* line events */
 } nmea_counters;
@@ -165,7 +165,7 @@ static inline bool nmea_same(const void *one, const void *other, size_t size)
     return true;
 }
 
-/* Writes bytes into bits that are 0. */
+/* Writes bytes. The bits there must be 0. */
 static inline void nmea_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -281,9 +281,9 @@ static inline bool nmea_has_value(const uint8_t *digits, uint8_t value)
     return true;
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline nmea_outcome nmea_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t length;
@@ -417,8 +417,9 @@ static inline void nmea_forget(nmea_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint16_t nmea_next(nmea_receiver *receiver, bool *again)
 {
     nmea_outcome outcome;
@@ -483,7 +484,7 @@ NMEA_FUNCTION bool nmea_push(nmea_receiver *receiver, uint8_t byte, nmea_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < NMEA_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -536,8 +537,8 @@ NMEA_FUNCTION void nmea_line_event(nmea_receiver *receiver, nmea_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             nmea_count_discarded(receiver, NMEA_LINE_EVENT, 1U);

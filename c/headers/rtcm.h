@@ -9,7 +9,7 @@
  *
  *   rtcm_init(&receiver);
  *   if (rtcm_push(&receiver, byte, &message)) { ... }     for each received byte
- *   rtcm_line_event(&receiver, RTCM_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   rtcm_line_event(&receiver, RTCM_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + rtcm_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "RTCM_ROOM must be between RTCM_LONGEST and 64506"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     RTCM_NO_SYNC, /* no frame begins with these bytes */
     RTCM_BAD_HEADER, /* the length is too small, or fixed bits are wrong */
@@ -68,9 +68,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[RTCM_REASONS]; /* discarded bytes, by reason */
     uint32_t events[RTCM_EVENTS]; /* line events */
 } rtcm_counters;
@@ -174,7 +174,7 @@ static inline uint32_t rtcm_be24(const uint8_t *bytes)
     return ((uint32_t)bytes[0] << 16U) | ((uint32_t)bytes[1] << 8U) | bytes[2];
 }
 
-/* Writes bytes into bits that are 0. */
+/* Writes bytes. The bits there must be 0. */
 static inline void rtcm_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -212,9 +212,9 @@ static inline uint32_t rtcm_checksum(const uint8_t *bytes, uint16_t count)
     return sum;
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline rtcm_outcome rtcm_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -328,8 +328,9 @@ static inline void rtcm_forget(rtcm_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint16_t rtcm_next(rtcm_receiver *receiver, bool *again)
 {
     rtcm_outcome outcome;
@@ -394,7 +395,7 @@ RTCM_FUNCTION bool rtcm_push(rtcm_receiver *receiver, uint8_t byte, rtcm_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < RTCM_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -447,8 +448,8 @@ RTCM_FUNCTION void rtcm_line_event(rtcm_receiver *receiver, rtcm_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             rtcm_count_discarded(receiver, RTCM_LINE_EVENT, 1U);

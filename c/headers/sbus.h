@@ -9,7 +9,7 @@
  *
  *   sbus_init(&receiver);
  *   if (sbus_push(&receiver, byte, &message)) { ... }     for each received byte
- *   sbus_line_event(&receiver, SBUS_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   sbus_line_event(&receiver, SBUS_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + sbus_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "SBUS_ROOM must be between SBUS_LONGEST and 230"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     SBUS_NO_SYNC, /* no frame begins with these bytes */
     SBUS_WRONG_TERMINATOR, /* the terminator or fixed bits are wrong */
@@ -67,9 +67,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[SBUS_REASONS]; /* discarded bytes, by reason */
     uint32_t events[SBUS_EVENTS]; /* line events */
 } sbus_counters;
@@ -170,8 +170,8 @@ static inline uint32_t sbus_bits(const uint8_t *bytes, uint16_t first, uint8_t w
     return bits & (UINT32_MAX >> (32U - width));
 }
 
-/* Writes the lowest `width` bits of a number into bits that are 0, from bit `first` on. Bit 0 is the lowest bit of the
- * first byte. */
+/* Writes the lowest `width` bits of a number, from bit `first` on. Bit 0 is the lowest bit of the first byte. The bits
+ * there must be 0. */
 static inline void sbus_put_bits(uint8_t *bytes, uint16_t first, uint8_t width, uint32_t number)
 {
     uint8_t i;
@@ -191,9 +191,9 @@ static inline bool sbus_starts(uint8_t byte)
     return byte == 0x0FU;
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline sbus_outcome sbus_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;
@@ -322,8 +322,9 @@ static inline void sbus_forget(sbus_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint8_t sbus_next(sbus_receiver *receiver, bool *again)
 {
     sbus_outcome outcome;
@@ -388,7 +389,7 @@ SBUS_FUNCTION bool sbus_push(sbus_receiver *receiver, uint8_t byte, sbus_message
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < SBUS_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -441,8 +442,8 @@ SBUS_FUNCTION void sbus_line_event(sbus_receiver *receiver, sbus_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             sbus_count_discarded(receiver, SBUS_LINE_EVENT, 1U);

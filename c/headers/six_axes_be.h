@@ -9,7 +9,7 @@
  *
  *   six_axes_be_init(&receiver);
  *   if (six_axes_be_push(&receiver, byte, &message)) { ... }     for each received byte
- *   six_axes_be_line_event(&receiver, SIX_AXES_BE_FRAMING_ERROR);     instead of a damaged byte
+ *   six_axes_be_line_event(&receiver, SIX_AXES_BE_FRAMING_ERROR);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + six_axes_be_pending(&receiver).
@@ -35,7 +35,7 @@
 /* The number of bytes in the longest frame. */
 #define SIX_AXES_BE_LONGEST 16U
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     SIX_AXES_BE_NO_SYNC, /* no frame begins with these bytes */
     SIX_AXES_BE_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -59,9 +59,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[SIX_AXES_BE_REASONS]; /* discarded bytes, by reason */
     uint32_t events[SIX_AXES_BE_EVENTS]; /* line events */
 } six_axes_be_counters;
@@ -135,7 +135,7 @@ static inline uint16_t six_axes_be_be16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[0] << 8U) | bytes[1]);
 }
 
-/* Writes a big-endian integer of `count` bytes into bits that are 0. */
+/* Writes a big-endian integer of `count` bytes. The bits there must be 0. */
 static inline void six_axes_be_put_be(uint8_t *bytes, uint8_t count, uint32_t number)
 {
     uint8_t i;
@@ -152,9 +152,9 @@ static inline bool six_axes_be_starts(uint8_t byte)
     return byte == 0xFFU;
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline six_axes_be_outcome six_axes_be_classify(const uint8_t *bytes, uint8_t count, uint8_t seen, uint8_t *number)
 {
     uint8_t length;

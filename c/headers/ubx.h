@@ -9,7 +9,7 @@
  *
  *   ubx_init(&receiver);
  *   if (ubx_push(&receiver, byte, &message)) { ... }     for each received byte
- *   ubx_line_event(&receiver, UBX_FRAMING_ERROR, received, NULL);     instead of a damaged byte
+ *   ubx_line_event(&receiver, UBX_FRAMING_ERROR, received, NULL);     instead of push, for each damaged byte
  *
  * The counters satisfy this equation at any time, modulo 2^32:
  * counters.bytes == counters.frame_bytes + the sum of counters.discarded + ubx_pending(&receiver).
@@ -44,7 +44,7 @@
 #error "UBX_ROOM must be between UBX_LONGEST and 61439"
 #endif
 
-/* The outcome of a classification: a frame, incomplete, or the reason why bytes are discarded. */
+/* The outcome of a classification: a frame, incomplete bytes, or the reason to discard bytes. */
 typedef enum {
     UBX_NO_SYNC, /* no frame begins with these bytes */
     UBX_BROKEN_SYNC, /* a later byte of the sync is wrong */
@@ -69,9 +69,9 @@ typedef enum {
 /* Counters. They wrap at 2^32. */
 typedef struct {
     uint32_t bytes; /* received bytes */
-    uint32_t frames; /* frames */
-    uint32_t frame_bytes; /* bytes in frames */
-    uint32_t resynchronisations; /* frames that follow discarded bytes */
+    uint32_t frames; /* delivered frames */
+    uint32_t frame_bytes; /* bytes in delivered frames */
+    uint32_t resynchronisations; /* delivered frames that follow discarded bytes */
     uint32_t discarded[UBX_REASONS]; /* discarded bytes, by reason */
     uint32_t events[UBX_EVENTS]; /* line events */
 } ubx_counters;
@@ -159,7 +159,7 @@ static inline uint16_t ubx_le16(const uint8_t *bytes)
     return (uint16_t)(((unsigned)bytes[1] << 8U) | bytes[0]);
 }
 
-/* Writes bytes into bits that are 0. */
+/* Writes bytes. The bits there must be 0. */
 static inline void ubx_put(uint8_t *to, const uint8_t *bytes, size_t count)
 {
     size_t i;
@@ -191,9 +191,9 @@ static inline uint16_t ubx_checksum(const uint8_t *bytes, uint16_t count)
     return (uint16_t)(((unsigned)high << 8U) | low);
 }
 
-/* Classifies `count` bytes, at least one. The first `seen` of them must have been classified as incomplete; `seen` may
- * be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets `*number`
- * to the number of bytes that the next decision needs. */
+/* Classifies `count` bytes. `count` must be at least 1. The first `seen` bytes must have been classified as incomplete.
+ * `seen` may be 0. If the bytes begin with a frame, sets `*number` to the frame's length. If they are incomplete, sets
+ * `*number` to the number of bytes that the next decision needs. */
 static inline ubx_outcome ubx_classify(const uint8_t *bytes, uint16_t count, uint16_t seen, uint16_t *number)
 {
     uint16_t field;
@@ -319,8 +319,9 @@ static inline void ubx_forget(ubx_receiver *receiver)
     receiver->ask_at = 0U;
 }
 
-/* Decides about the first pending bytes, with at most one classification. If they are a frame, moves `from` past it and
- * returns its length, otherwise returns 0. Sets `*again` to false if the next decision needs more bytes. */
+/* Decides about the first pending bytes, with at most one classification. If these bytes are a frame, moves `from` past
+ * the frame and returns the frame's length. Otherwise returns 0. Sets `*again` to false if the next decision needs more
+ * bytes. */
 static inline uint16_t ubx_next(ubx_receiver *receiver, bool *again)
 {
     ubx_outcome outcome;
@@ -385,7 +386,7 @@ UBX_FUNCTION bool ubx_push(ubx_receiver *receiver, uint8_t byte, ubx_message *me
 
     receiver->counters.bytes++;
     if (((receiver->to + 1U) < receiver->ask_at) && (receiver->to < UBX_ROOM)) {
-        /* No decision is possible yet: only store the byte. */
+        /* No decision is possible yet, so only store the byte. */
         receiver->buffer[receiver->to] = byte;
         receiver->to++;
         return false;
@@ -438,8 +439,8 @@ UBX_FUNCTION void ubx_line_event(ubx_receiver *receiver, ubx_event event,
                 received(context, &message);
             }
         } else if (receiver->from < receiver->to) {
-            /* No more bytes follow, so no frame begins with the first pending byte.
-             * Reset `ask_at`, which described the discarded byte. */
+            /* No more bytes follow, so no frame begins with the first pending byte. Discard this
+             * byte. Reset `ask_at`, because it belongs to the discarded byte. */
             receiver->from++;
             receiver->ask_at = 0U;
             ubx_count_discarded(receiver, UBX_LINE_EVENT, 1U);

@@ -140,8 +140,8 @@ fn expected(name: &str, description: &Description, stream: &[u8]) -> String {
                 writeln!(text, "{}{values}", field.name).unwrap();
             }
             match description.encode(&drawn::values(description, frame)) {
-                // For the description, an empty text is a missing field. For generated code, it is a field, so the
-                // generated code may encode a longer frame.
+                // `Description::encode` treats an empty text as a missing field. Generated code treats it as a field, so it
+                // may encode a longer frame.
                 Ok(_) if has_empty => text.push_str("= any\n"),
                 Ok(made) => {
                     text.push_str("= ");
