@@ -47,7 +47,7 @@ fn main() -> ! {
         SCB::sys_reset()
     };
     debug_port::keep_open(&chip.FICR, &chip.UICR, &chip.NVMC);
-    // The instruction cache is off after a reset, and flash has wait states.
+    // Turn on the instruction cache, because flash has wait states. After a reset the cache is off.
     chip.NVMC.icachecnf.write(|w| w.cacheen().enabled());
     // Start the watchdog before anything that waits.
     let Some(mut watchdog) = Watchdog::start(chip.WDT) else {
@@ -76,8 +76,8 @@ fn main() -> ! {
     let mut lock = Lock::default();
     let mut line_break = LineBreak::default();
     let mut logged_at = now;
-    // One pass per tick. A new setpoint waits for the next tick, which costs nothing, because the PWM takes new pulse
-    // widths less often than once a tick.
+    // One pass per tick. A new setpoint waits for the next tick. This wait costs nothing, because the PWM takes new
+    // pulse widths less often than once a tick.
     loop {
         let now = clock.now();
         clock.wake_at(now.wrapping_add(TICK));

@@ -130,8 +130,9 @@ impl Firmware {
         firmware
     }
 
-    /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness.
-    /// `NONE_WAITS_AFTER` keeps the image's value, which is at most the value for this rate.
+    /// Returns firmware that has booted, and whose baud rate has then been changed, on a core with this slowness (see
+    /// [`Assumptions::slowness`]). `NONE_WAITS_AFTER` keeps the image's value, which is at most the value for this
+    /// rate.
     pub(crate) fn booted_at((baud, register): (u64, u32), slowness: u32) -> Self {
         let is_slow = baud <= 115_200;
         let mut firmware = Self::booted(if is_slow { "default" } else { "megabaud" });
@@ -206,7 +207,7 @@ impl Firmware {
         word.unwrap()
     }
 
-    /// Returns the number of overruns, and of bytes skipped because of errors.
+    /// Returns the number of overruns, and the number of bytes skipped because of errors.
     pub(crate) fn losses(&self) -> (u32, u32) {
         assert_eq!(self.counter("unserved"), 0);
         (self.counter("overrun"), self.counter("skipped"))
@@ -218,7 +219,7 @@ impl Firmware {
         [13, 14, 15].map(|pin| p0 >> pin & 1 == 0)
     }
 
-    /// Asserts that every byte is part of a frame, discarded or pending (L2).
+    /// Asserts that every byte is part of a frame, discarded or pending (L2 in `docs/protocol.md`).
     pub(crate) fn assert_every_byte_has_one_place(&self, what: &str) {
         let reasons = [
             "no_sync",
