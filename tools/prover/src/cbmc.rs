@@ -52,7 +52,7 @@ pub(crate) enum Verdict {
     Error,
     /// An assertion fails, or the program panics or has undefined behaviour.
     Failed,
-    /// A loop makes more iterations than `kani::unwind` allows.
+    /// A loop performs more iterations than `kani::unwind` allows.
     UnwindingTooSmall,
     CoverUnsatisfied,
     /// No input reaches the end of the harness.
@@ -290,7 +290,7 @@ impl Run<'_> {
             .args(["--json-ui", "--object-bits", "16", "--unwinding-assertions"])
             // The translated program already contains Rust's own checks. CBMC adds checks of memory accesses.
             .args(["--no-standard-checks", "--pointer-check", "--bounds-check"])
-            // Up to this length, CBMC tracks each element of an array separately.
+            // CBMC tracks each element separately in arrays of up to 1024 elements.
             .args([
                 "--slice-formula",
                 "--max-field-sensitivity-array-size",
