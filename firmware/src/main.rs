@@ -63,7 +63,7 @@ fn main() -> ! {
     let clock = Clock::start(chip.TIMER0);
     let output = reset::last_output().unwrap_or(FAILSAFE.park.into());
     let now = clock.now();
-    // Keep the failsafe inside the result, because moving it out would take more flash than the failsafe itself.
+    // Keep the failsafe inside the `Result`, because moving it out would take more flash than the failsafe itself.
     let Ok(failsafe) = &mut Failsafe::resumed(FAILSAFE, now, output) else {
         SCB::sys_reset() // The settings assert the same at compile time.
     };

@@ -106,7 +106,7 @@ impl Servos {
         unsafe { addr_of_mut!(*widths).write_volatile([pitch, roll, yaw, PULSE_FIRST]) };
         let address = addr_of!(*widths) as u32;
         // SAFETY: the widths are in RAM and never move. The program does not write them again before it has handed over
-        // the other set, at least a period later.
+        // the other set, a period later.
         self.pwm.seq0.ptr.write(|w| unsafe { w.bits(address) });
         self.pwm.tasks_seqstart[0].write(|w| w.tasks_seqstart().set_bit());
     }

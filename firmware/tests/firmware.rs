@@ -47,7 +47,7 @@ pub(crate) const RATES: [(u64, u32); 9] = [
 /// `udf`, the undefined instruction.
 pub(crate) const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 
-/// A board that runs an image, and the state of its observation.
+/// A board that runs an image, with the data that the tests need to observe it.
 pub(crate) struct Firmware {
     /// The board.
     pub(crate) board: Board,
@@ -77,8 +77,8 @@ fn counters(image: &str) -> Vec<String> {
 }
 
 impl Firmware {
-    /// Returns firmware at power-on, on a chip on which it has run before. The sender has the baud rate that
-    /// the image expects.
+    /// Returns firmware at power-on. It has run on this chip before, so UICR is already written. The sender has the
+    /// baud rate that the image expects.
     pub(crate) fn at_power_on(image: &str) -> Self {
         let mut firmware = Self::on_an_erased_chip(image);
         firmware.write_uicr(UICR);
@@ -123,7 +123,7 @@ impl Firmware {
         self.board.assume(self.assumptions);
     }
 
-    /// Returns firmware that has booted, with a quiet line.
+    /// Returns firmware that has booted. The line is quiet.
     pub(crate) fn booted(image: &str) -> Self {
         let mut firmware = Self::at_power_on(image);
         firmware.run_for(3 * MILLISECOND);

@@ -236,8 +236,8 @@ fn a_lost_endrx_of_the_one_byte_that_cannot_be_seen_heals_with_the_next_seven() 
     firmware.takes_a_frame(PAUSE, "the next frame");
 }
 
-/// A byte lies in memory at a tick before a restart, and the next byte is stored just before the first tick after the
-/// restart. The firmware must not conclude that the second byte's ENDRX was lost.
+/// A byte whose ENDRX was lost has caused a restart. The next byte is stored just before a tick. The firmware must not
+/// conclude that the ENDRX of this byte was lost, too.
 #[test]
 fn a_byte_that_comes_at_a_tick_after_a_restart_is_taken() {
     let mut restarted = booted(false);

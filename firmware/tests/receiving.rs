@@ -185,7 +185,7 @@ fn a_board_that_boots_into_the_middle_of_traffic_soon_has_every_frame() {
         let mut firmware = Firmware::at_power_on("default");
         firmware.run_for(phase * 611);
         let (sent, bytes) = frames(400);
-        // The stream begins with a byte whose start bit the receiver misses.
+        // When the stream begins, the reception has not started yet, so the receiver may miss the start bit of a byte.
         firmware.send_and_wait(&bytes, RESTART);
         let commits = firmware.commits();
         assert!(commits.len() > 380, "phase {phase}: {}", commits.len());

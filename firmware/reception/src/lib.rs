@@ -151,9 +151,9 @@ impl<const NONE_WAITS: u32, const GAP: u32> Reception<NONE_WAITS, GAP> {
     #[inline]
     pub fn service(&mut self, registers: &mut impl Registers) {
         self.served = true;
-        // The order of these reads matters. Read the timer before ENDRX. Then no byte was waiting if `NONE_WAITS` has
-        // elapsed and ENDRX has not come. Read the byte before ERRORSRC. Then a byte in memory came before any error if
-        // ERRORSRC shows no error.
+        // The order of these reads matters. Read the timer before ENDRX: if `NONE_WAITS` had elapsed, and ENDRX has
+        // still not come, no byte was waiting. Read the byte before ERRORSRC: if ERRORSRC still shows no error, the
+        // byte was stored before any error.
         let open_for = registers.open_for();
         if self.state == State::Stopping {
             return self.wait_for_stop(open_for, registers);

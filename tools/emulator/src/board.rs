@@ -49,7 +49,8 @@ pub struct Board {
     /// The next instant at which a peripheral acts. Before it, only the core acts.
     quiet_until: u64,
     lines: u64,
-    /// A copy of the core's state after its last step, because reading the state from the core takes a lock.
+    /// A copy of the core's state after its last step. The copy saves time, because reading the state from the core
+    /// takes a lock.
     pc: u32,
     exception: u16,
     /// The IT state, which is not 0 inside an IT block.

@@ -58,7 +58,7 @@ pub(crate) struct Arguments {
 
 #[derive(Deserialize)]
 struct Bugs {
-    /// Harnesses that no mistake in the sources can break, because of what they state.
+    /// Harnesses whose statements hold for all sources, so that no mistake in the sources can break them.
     #[cfg(test)]
     #[serde(default)]
     unbreakable: Vec<String>,
