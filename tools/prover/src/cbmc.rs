@@ -216,7 +216,8 @@ fn classify(properties: &[Property], harness: &Harness) -> (Verdict, Vec<String>
     (verdict, wrong.into_iter().map(|(_, what)| what).collect())
 }
 
-/// Describes a cover in words, given `kani::cover_in_line::<12, FUNCTION::{closure#0}>`.
+/// Returns the position of a cover in words. `cover` is a name such as `kani::cover_in_line::<12,
+/// FUNCTION::{closure#0}>`.
 fn place(cover: &str) -> String {
     let words: Vec<&str> = cover.splitn(3, ['<', ',']).collect();
     let [_, line, function] = words.as_slice() else {

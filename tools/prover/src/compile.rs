@@ -125,7 +125,7 @@ fn cargo() -> Command {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// Builds the stand-in. Returns the compiler's flags that provide it as the crate `kani`.
+/// Builds the stand-in. Returns the compiler's flags that provide the stand-in as the crate `kani`.
 fn flags_for(manifest: &str, target: &Path) -> Result<Vec<String>> {
     let mut cargo = cargo();
     cargo.args(["build", "--quiet", "--manifest-path", manifest]);

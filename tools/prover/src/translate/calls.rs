@@ -91,7 +91,7 @@ impl FunctionWriter<'_, '_> {
                 self.line(&format!("__CPROVER_input(\"{any}\", {to});"))
             }
             ("memcmp" | "bcmp", [left, right, length]) => {
-                // The result is the order of the first pair of bytes that differ.
+                // The first two bytes that differ decide between -1 and 1. If no bytes differ, the result is 0.
                 let mut text = "0".to_owned();
                 for byte in (0..length.number()?).rev() {
                     let left = format!("({})[{byte}]", left.text);
