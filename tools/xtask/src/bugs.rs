@@ -51,14 +51,14 @@ pub(crate) struct Arguments {
     #[arg(long)]
     engine: Option<Engine>,
 
-    /// Only bugs whose mistake, file, harness or test contains one of these names. The name `checker` checks the engine
-    /// itself, which must reject harnesses that have a fault. Without names, check all bugs and `checker`
+    /// Check only bugs whose mistake, file, harness or test contains one of these names. The name `checker` checks the
+    /// engine itself, which must reject harnesses that have a fault. Without names, check all bugs and `checker`
     names: Vec<String>,
 }
 
 #[derive(Deserialize)]
 struct Bugs {
-    /// Harnesses that no mistake in the sources can break, because of what they state.
+    /// Harnesses whose statements hold for all sources, so that no mistake in the sources can break them.
     #[cfg(test)]
     #[serde(default)]
     unbreakable: Vec<String>,
@@ -263,8 +263,8 @@ mod tests {
         }
     }
 
-    /// Returns the kind of a harness about C. Harnesses of one kind differ only in the header, the width of `int`, and
-    /// the number of pending bytes.
+    /// Returns the kind of a harness about C, which is its name without its modules and without `_int16`. Harnesses of
+    /// one kind differ only in the header, the width of `int`, and the number of pending bytes.
     fn kind(harness: &str) -> &str {
         let name = harness.rsplit("::").next().unwrap_or(harness);
         name.trim_end_matches("_int16")
